@@ -1,0 +1,38 @@
+"""Roboyard: turn any robot description into a robot you can drive.
+
+Importing the package loads nothing heavy; MuJoCo, numba and trimesh load where they are first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from roboyard.errors import RoboyardError
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "Camera": "roboyard.cameras",
+    "RobotDescription": "roboyard.urdf",
+    "World": "roboyard.sim",
+    "load_urdf": "roboyard.urdf",
+}
+
+__all__ = ["Camera", "RobotDescription", "RoboyardError", "World", "__version__", "load_urdf"]
+
+if TYPE_CHECKING:
+    from roboyard.cameras import Camera
+    from roboyard.sim import World
+    from roboyard.urdf import RobotDescription, load_urdf
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from the room it lives in on first use."""
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'roboyard' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,152 @@
+"""Rotations and poses: quaternions are (x, y, z, w), lengths metres, angles radians.
+
+`T_world_tool` is the pose of `tool` in `world` and maps tool coordinates to world coordinates, so that
+products cancel: `T_world_tool = T_world_base @ T_base_tool`. All functions broadcast over leading axes.
+The only places where MuJoCo's (w, x, y, z) order appears are `to_wxyz` and `from_wxyz`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+IDENTITY_QUATERNION = (0.0, 0.0, 0.0, 1.0)
+
+
+def to_wxyz(quaternion: ArrayLike) -> Array:
+    """(..., 4) x, y, z, w to (..., 4) w, x, y, z."""
+    return np.roll(np.asarray(quaternion, dtype=float), 1, axis=-1)
+
+
+def from_wxyz(quaternion: ArrayLike) -> Array:
+    """(..., 4) w, x, y, z to (..., 4) x, y, z, w."""
+    return np.roll(np.asarray(quaternion, dtype=float), -1, axis=-1)
+
+
+def normalized(quaternion: ArrayLike) -> Array:
+    """(..., 4) quaternion scaled to unit length; raises ValueError for one of zero length."""
+    q = np.asarray(quaternion, dtype=float)
+    norm = np.linalg.norm(q, axis=-1, keepdims=True)
+    if not np.all(norm > 1e-12):
+        raise ValueError("a quaternion of zero length is no rotation; use (0, 0, 0, 1) for none")
+    return q / norm
+
+
+def multiply(a: ArrayLike, b: ArrayLike) -> Array:
+    """Hamilton product of two (..., 4) quaternions: rotation `b`, then `a`."""
+    ax, ay, az, aw = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
+    bx, by, bz, bw = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
+    return np.stack(
+        [
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(quaternion: ArrayLike) -> Array:
+    """Inverse of a unit (..., 4) quaternion."""
+    return np.asarray(quaternion, dtype=float) * np.array([-1.0, -1.0, -1.0, 1.0])
+
+
+def rotate(quaternion: ArrayLike, vector: ArrayLike) -> Array:
+    """(..., 3) vector turned by a unit (..., 4) quaternion."""
+    q = np.asarray(quaternion, dtype=float)
+    v = np.asarray(vector, dtype=float)
+    t = 2.0 * np.cross(q[..., :3], v)
+    return v + q[..., 3:] * t + np.cross(q[..., :3], t)
+
+
+def quaternion_from_rpy(rpy: ArrayLike) -> Array:
+    """(..., 4) quaternion of roll, pitch, yaw (rad) about the fixed axes x, y, z, as URDF means them."""
+    half = np.asarray(rpy, dtype=float) / 2.0
+    (cr, cp, cy), (sr, sp, sy) = np.moveaxis(np.cos(half), -1, 0), np.moveaxis(np.sin(half), -1, 0)
+    return np.stack(
+        [
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        ],
+        axis=-1,
+    )
+
+
+def rpy_from_matrix(matrix: ArrayLike) -> Array:
+    """(..., 3) roll, pitch, yaw (rad) of a (..., 3, 3) rotation; roll is 0 at pitch ±90 degrees."""
+    m = np.asarray(matrix, dtype=float)
+    pitch = np.arctan2(-m[..., 2, 0], np.hypot(m[..., 0, 0], m[..., 1, 0]))
+    locked = np.hypot(m[..., 0, 0], m[..., 1, 0]) < 1e-9
+    roll = np.where(locked, 0.0, np.arctan2(m[..., 2, 1], m[..., 2, 2]))
+    yaw = np.where(
+        locked, np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(m[..., 1, 0], m[..., 0, 0])
+    )
+    return np.stack([roll, pitch, yaw], axis=-1)
+
+
+def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
+    """(..., 4) quaternion that turns by `angle` (rad) about the unit (..., 3) `axis`."""
+    half = np.asarray(angle, dtype=float)[..., None] / 2.0
+    return np.concatenate([np.asarray(axis, dtype=float) * np.sin(half), np.cos(half) + 0.0 * half], axis=-1)
+
+
+def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
+    """(..., 3, 3) rotation matrix of a unit (..., 4) quaternion."""
+    x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternion_from_matrix(matrix: ArrayLike) -> Array:
+    """(..., 4) unit quaternion, w >= 0, of a (..., 3, 3) rotation matrix."""
+    m = np.asarray(matrix, dtype=float)
+    flat = m.reshape(-1, 3, 3)
+    out = np.empty((len(flat), 4))
+    for i, r in enumerate(flat):
+        trace = np.trace(r)
+        diagonal = [r[0, 0], r[1, 1], r[2, 2], trace]
+        k = int(np.argmax(diagonal))
+        if k == 3:
+            q = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], 1.0 + trace])
+        else:
+            a, b, c = k, (k + 1) % 3, (k + 2) % 3
+            q = np.empty(4)
+            q[a] = 1.0 + r[a, a] - r[b, b] - r[c, c]
+            q[b] = r[b, a] + r[a, b]
+            q[c] = r[c, a] + r[a, c]
+            q[3] = r[c, b] - r[b, c]
+        q /= np.linalg.norm(q)
+        out[i] = -q if q[3] < 0 else q
+    return out.reshape(*m.shape[:-2], 4)
+
+
+def pose_matrix(position: ArrayLike = (0, 0, 0), quaternion: ArrayLike = IDENTITY_QUATERNION) -> Array:
+    """(..., 4, 4) homogeneous matrix of a position and a unit quaternion."""
+    p = np.asarray(position, dtype=float)
+    r = matrix_from_quaternion(quaternion)
+    shape = np.broadcast_shapes(p.shape[:-1], r.shape[:-2])
+    out = np.zeros((*shape, 4, 4))
+    out[..., :3, :3] = r
+    out[..., :3, 3] = p
+    out[..., 3, 3] = 1.0
+    return out
+
+
+def inverse_pose(matrix: ArrayLike) -> Array:
+    """Inverse of a (..., 4, 4) rigid transform."""
+    m = np.asarray(matrix, dtype=float)
+    out = np.zeros_like(m)
+    rt = np.swapaxes(m[..., :3, :3], -1, -2)
+    out[..., :3, :3] = rt
+    out[..., :3, 3] = -np.einsum("...ij,...j->...i", rt, m[..., :3, 3])
+    out[..., 3, 3] = 1.0
+    return out
