@@ -1,0 +1,80 @@
+# make demo    a robot that moves, from nothing but Python >= 3.11 and make
+# make test    install the test extra and run the tests
+# make lint    ruff, format check and pyright
+# make format  rewrite the code the way lint wants it
+# make type    pyright alone
+# make check   lint and test
+# make clean   remove everything that make made
+#
+# Variables: PYTHON (the interpreter to build .venv from), VENV (where), OUT (the demo's folder),
+# ARGS (more arguments, as in `make demo ARGS="--urdf my_robot.urdf"` or `make test ARGS="-k camera"`).
+
+VENV ?= .venv
+OUT ?= demo
+ARGS ?=
+BIN := $(VENV)/bin
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+# The checker must not look for its own updates.
+export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
+
+.PHONY: demo test lint format type check clean help
+.DEFAULT_GOAL := help
+
+help:
+	@awk '/^#/ { sub(/^# ?/, ""); print; next } { exit }' $(firstword $(MAKEFILE_LIST))
+
+demo: $(VENV)/.installed
+	$(BIN)/roboyard demo --out $(OUT) $(ARGS)
+
+test: $(VENV)/.installed-test
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: $(VENV)/.installed-dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+
+type: $(VENV)/.installed-dev
+	$(BIN)/pyright
+
+format: $(VENV)/.installed-dev
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+check: lint test
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .hypothesis
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# One stamp for each set of requirements, so that a second run installs nothing.
+$(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
+	@echo "installing Roboyard into $(VENV) (a minute or two the first time)"
+	$(PIP_INSTALL) -e .
+	@touch $@
+
+$(VENV)/.installed-test: $(VENV)/.installed
+	$(PIP_INSTALL) -e ".[test]"
+	@touch $@
+
+$(VENV)/.installed-dev: $(VENV)/.installed
+	$(PIP_INSTALL) -e ".[test,dev]"
+	@touch $@
+
+$(VENV)/.created:
+	@for python in $(PYTHON) python3 python3.13 python3.12 python3.11 python; do \
+	  command -v "$$python" >/dev/null 2>&1 || continue; \
+	  "$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || continue; \
+	  "$$python" -c 'import venv, ensurepip' 2>/dev/null || { missing="$$python"; continue; }; \
+	  echo "creating $(VENV) with $$("$$python" --version)"; \
+	  rm -rf $(VENV) && "$$python" -m venv $(VENV) && touch $@ && exit 0; \
+	  exit 1; \
+	done; \
+	if [ -n "$$missing" ]; then \
+	  echo "make: $$missing has no venv module; install it (on Debian and Ubuntu: apt install python3-venv)" >&2; \
+	else \
+	  echo "make: Roboyard needs Python 3.11 or newer and found none; install one, or name it:" \
+	    "make demo PYTHON=/path/to/python3.12" >&2; \
+	fi; \
+	exit 1

@@ -1,0 +1,7 @@
+"""`python -m roboyard` is `roboyard`."""
+
+import sys
+
+from roboyard.cli import main
+
+sys.exit(main())

@@ -1,0 +1,112 @@
+"""The command line's promises: exit codes, one line for each problem, and a quick start."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+import roboyard
+from roboyard import cli
+from roboyard.errors import DescriptionError, RoboyardError
+
+
+def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--help"]) == 0
+    out = capsys.readouterr().out
+    for name in cli.COMMANDS:
+        assert f" {name} " in out
+
+
+@pytest.mark.parametrize("words", [["--version"], ["version"]])
+def test_version(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(words) == 0
+    first = capsys.readouterr().out.splitlines()[0].split()
+    assert first == ["roboyard", roboyard.__version__]
+
+
+@pytest.mark.parametrize("words", [["no-such-command"], ["version", "--no-such-option"]])
+def test_wrong_usage_exits_2(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(words) == 2
+    captured = capsys.readouterr()
+    assert words[-1] in captured.err
+    assert captured.out == ""
+
+
+def test_each_problem_is_one_line_without_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = DescriptionError("axis is zero", file="arm.urdf", line=3, element='joint "a"')
+    second = DescriptionError("no mass", file="arm.urdf", line=9, element='link "b"')
+    _fail_with(monkeypatch, DescriptionError.collect([first, second]))
+    assert cli.main(["demo"]) == 1
+    assert capsys.readouterr().err.splitlines() == [
+        'roboyard: error: arm.urdf:3: joint "a": axis is zero',
+        'roboyard: error: arm.urdf:9: link "b": no mass',
+    ]
+
+
+def test_a_file_error_names_the_file(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _fail_with(monkeypatch, PermissionError(13, "Permission denied", "place"))
+    assert cli.main(["demo"]) == 1
+    assert capsys.readouterr().err == "roboyard: error: place: Permission denied\n"
+
+
+def test_a_bug_is_told_in_one_line_and_debug_shows_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _fail_with(monkeypatch, KeyError("x"))
+    assert cli.main(["demo"]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "unexpected KeyError" in line
+    assert "ROBOYARD_DEBUG=1" in line
+    monkeypatch.setenv("ROBOYARD_DEBUG", "1")
+    with pytest.raises(KeyError):
+        cli.main(["demo"])
+
+
+def test_debug_raises_what_was_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    _fail_with(monkeypatch, RoboyardError("wrong"))
+    monkeypatch.setenv("ROBOYARD_DEBUG", "1")
+    with pytest.raises(RoboyardError, match="wrong"):
+        cli.main(["demo"])
+
+
+def test_interrupt_exits_130(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    _fail_with(monkeypatch, KeyboardInterrupt())
+    assert cli.main(["demo"]) == 130
+    assert capsys.readouterr().err == "roboyard: error: interrupted\n"
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = """
+        import sys
+        from roboyard.cli import main
+        assert main(["--help"]) == 0
+        heavy = {"mujoco", "numba", "trimesh", "scipy", "matplotlib", "PIL", "pxr", "collada"}
+        found = heavy & {name.partition(".")[0] for name in sys.modules}
+        sys.exit(f"loaded: {sorted(found)}" if found else 0)
+    """
+    result = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stderr
+
+
+def test_python_dash_m_is_the_command() -> None:
+    result = subprocess.run(
+        [sys.executable, "-m", "roboyard", "version"], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0
+    assert result.stdout.split()[:2] == ["roboyard", roboyard.__version__]
+
+
+def _fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    def fail(words: list[str]) -> int:
+        raise error
+
+    monkeypatch.setattr(cli, "_run", fail)
