@@ -2,7 +2,8 @@
 
 Every downstream room (simulator, importer, writers, planner) takes these types. Lengths are metres, angles
 radians, masses kilograms; rotations are quaternions (x, y, z, w). Each element remembers the line it came
-from, so that later errors can point at it, and carries the XML that Roboyard does not read.
+from, so that later errors can point at it, and carries the XML that Roboyard does not read: whole child
+elements in `extra`, or the unread part of one (`<limit current="3"/>`), which the writer merges back in.
 """
 
 from __future__ import annotations
@@ -17,11 +18,27 @@ from typing import Literal
 import numpy as np
 
 from roboyard.poses import Array, pose_matrix
+from roboyard.shapes.mesh import TriangleMesh
 
 JointType = Literal["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"]
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 RGBA = tuple[float, float, float, float]
+Attributes = tuple[tuple[str, str], ...]
+"""XML attributes of an element that Roboyard does not read, kept for writing."""
+
+
+INERTIA_KEYS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+"""Order of `Inertial.inertia`."""
+CONTACT_TAGS = (
+    "lateral_friction",
+    "rolling_friction",
+    "spinning_friction",
+    "restitution",
+    "stiffness",
+    "damping",
+)
+"""Fields of `Contact`."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -100,9 +117,21 @@ class Mesh:
     """The file it was resolved to; None where it was not found."""
     scale: Vector3 = (1.0, 1.0, 1.0)
     """Negative components mirror."""
+    data: TriangleMesh | None = None
+    """Triangles made in memory, used instead of a file."""
 
 
-Geometry = Box | Sphere | Cylinder | Capsule | Plane | Mesh
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Heightfield:
+    """Terrain made in memory (URDF has none), centred in x and y."""
+
+    heights: Array
+    """(nx, ny) height above the shape's origin at each grid point, first index along x; m"""
+    cell: tuple[float, float]
+    """Spacing of the grid points along x and y; m"""
+
+
+Geometry = Box | Sphere | Cylinder | Capsule | Plane | Mesh | Heightfield
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -113,6 +142,8 @@ class Material:
     """Resolved image file."""
     texture_uri: str | None = None
     """As written in the file."""
+    extra: tuple[ET.Element, ...] = ()
+    """Child elements that Roboyard does not read (specular, ...)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -122,6 +153,8 @@ class Visual:
     """Of the shape in the link frame."""
     material: Material | None = None
     name: str | None = None
+    extra: tuple[ET.Element, ...] = ()
+    attributes: Attributes = ()
     source: Source = Source()
 
 
@@ -133,6 +166,8 @@ class Collision:
     name: str | None = None
     concave: bool = False
     """True where the file asks for the triangles themselves (PyBullet's concave="yes")."""
+    extra: tuple[ET.Element, ...] = ()
+    attributes: Attributes = ()
     source: Source = Source()
 
 
@@ -173,6 +208,7 @@ class Link:
     contact: Contact | None = None
     extra: tuple[ET.Element, ...] = ()
     """Child elements that Roboyard does not read; written back as they were."""
+    attributes: Attributes = ()
     source: Source = Source()
 
 
@@ -217,6 +253,7 @@ class Joint:
     mimic: Mimic | None = None
     extra: tuple[ET.Element, ...] = ()
     """Child elements kept but unused: safety_controller, calibration, ..."""
+    attributes: Attributes = ()
     source: Source = Source()
 
     @property
@@ -240,7 +277,7 @@ class Joint:
 
 @dataclass(frozen=True, kw_only=True)
 class RobotDescription:
-    """A tree of links and joints, in file order. Build one with `load_urdf`; edit with `dataclasses.replace`."""
+    """A tree of links and joints, in file order; `load_urdf` makes one, `dataclasses.replace` edits it."""
 
     name: str
     links: tuple[Link, ...]
@@ -249,6 +286,7 @@ class RobotDescription:
     """The robot's global materials; visuals already hold theirs resolved."""
     extra: tuple[ET.Element, ...] = ()
     """Robot-level elements kept but unused: transmission, gazebo, ..."""
+    attributes: Attributes = ()
     source: Source = Source()
     notes: tuple[str, ...] = field(default=())
     """What the reader had to put right to read the file (sloppy numbers, non-unit axes, ...)."""

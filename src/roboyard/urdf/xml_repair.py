@@ -1,0 +1,123 @@
+"""Mend XML that is not well-formed but whose meaning is plain, as the tolerant parsers of robot tools do.
+
+Each repair takes the text and gives the mended text and what to tell the user. Repairs never add or remove a
+line break, so that line numbers stay those of the file, and change nothing in well-formed text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+Repair = Callable[[str], tuple[str, str]]
+
+_DECLARATION = re.compile(r"<\?xml\b.*?\?>", re.S)
+_COMMENT = re.compile(r"<!--.*?-->", re.S)
+_AMPERSAND = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
+_START_TAG = re.compile(r"<[A-Za-z_][^\s/>]*(?:\s+[^\s=<>/]+\s*=\s*(?:\"[^\"<]*\"|'[^'<]*'))+\s*/?>")
+_ATTRIBUTE = re.compile(r"\s+([^\s=<>/]+)\s*=\s*(?:\"[^\"<]*\"|'[^'<]*')")
+# what XML 1.0 forbids anywhere in a document
+_FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff\ud800-\udfff]")
+
+
+def decode(data: bytes) -> tuple[str, str]:
+    """Text of a file in its declared encoding, or else UTF-8, or else Windows-1252, and a note if guessed."""
+    for mark, encoding in ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16")):
+        if data.startswith(mark):
+            return data.decode(encoding, "replace"), ""
+    try:
+        return data.decode("utf-8"), ""
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        note = f"line {line}: bytes that are not valid UTF-8; read as Windows-1252"
+        return data.decode("cp1252", "replace"), note
+
+
+def _blank(text: str) -> str:
+    """The line breaks of `text` alone."""
+    return "".join(re.findall(r"\r\n|\n|\r", text))
+
+
+def leading_junk(text: str) -> tuple[str, str]:
+    """Text before the XML declaration or the root element; the declaration itself is then not needed."""
+    start = re.search(r"<\?xml\b|<!--|<!DOCTYPE|<[A-Za-z_]", text)
+    if start is None or start.start() == 0:
+        return text, ""
+    head, rest = text[: start.start()], text[start.start() :]
+    what = "blank space" if not head.strip() else "text"
+    if rest.startswith("<?xml"):
+        rest = _DECLARATION.sub(lambda m: _blank(m[0]), rest, count=1)
+        return _blank(head) + rest, f"{what} before the XML declaration left out"
+    return _blank(head) + rest, f"{what} before the root element left out"
+
+
+def misplaced_declaration(text: str) -> tuple[str, str]:
+    """XML declarations anywhere but at the very start."""
+    mended = text[:1] + _DECLARATION.sub(lambda m: _blank(m[0]), text[1:])
+    return mended, "XML declaration that is not at the start left out"
+
+
+def comments(text: str) -> tuple[str, str]:
+    """`--` inside comments."""
+
+    def mend(match: re.Match[str]) -> str:
+        inside = match[0][4:-3]
+        return f"<!--{_blank(inside)}-->" if "--" in inside or inside.endswith("-") else match[0]
+
+    return _COMMENT.sub(mend, text), 'comments that hold "--" left out'
+
+
+def trailing_junk(text: str) -> tuple[str, str]:
+    """What follows the end of the root element, as long as it holds no further element."""
+    end = text.rfind("</robot>")
+    if end < 0:
+        return text, ""
+    end += len("</robot>")
+    rest = text[end:]
+    if not rest.strip() or re.search(r"<[A-Za-z_]", rest):
+        return text, ""
+    return text[:end] + _blank(rest), "text after the end of <robot> left out"
+
+
+def control_characters(text: str) -> tuple[str, str]:
+    """Characters that XML forbids; the file is refused where there are too many for a text file."""
+    found = _FORBIDDEN.findall(text)
+    if len(found) > 16:
+        return text, ""
+    return _FORBIDDEN.sub("", text), f"{len(found)} control characters left out"
+
+
+def ampersands(text: str) -> tuple[str, str]:
+    """`&` that starts no entity known to XML."""
+    return _AMPERSAND.sub("&amp;", text), 'bare "&" read as itself'
+
+
+def duplicate_attributes(text: str) -> tuple[str, str]:
+    """Attributes given twice in one tag: the first one counts."""
+    names: list[str] = []
+
+    def mend_tag(tag: re.Match[str]) -> str:
+        seen: set[str] = set()
+
+        def keep_first(attribute: re.Match[str]) -> str:
+            if attribute[1] in seen:
+                names.append(f"line {text.count(chr(10), 0, tag.start()) + 1}: {attribute[1]}")
+                return _blank(attribute[0])
+            seen.add(attribute[1])
+            return attribute[0]
+
+        return _ATTRIBUTE.sub(keep_first, tag[0])
+
+    mended = _START_TAG.sub(mend_tag, text)
+    return mended, f"attributes given twice, the first one counts ({', '.join(names[:4])})"
+
+
+REPAIRS: tuple[Repair, ...] = (
+    leading_junk,
+    misplaced_declaration,
+    trailing_junk,
+    comments,
+    control_characters,
+    ampersands,
+    duplicate_attributes,
+)
