@@ -1,0 +1,319 @@
+"""A body in a world: one robot or thing, its links and joints, and its state as NumPy vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.errors import RoboyardError, StaleHandleError, unknown_name
+from roboyard.poses import Array, from_wxyz, normalized, rotate, to_wxyz
+from roboyard.sim.build import Built
+from roboyard.sim.handles import POSITION_SIZE, VELOCITY_SIZE, Joint, Link
+from roboyard.urdf.model import JointType, RobotDescription
+
+if TYPE_CHECKING:
+    from roboyard.sim.world import World
+
+
+class Body:
+    """A tree of links. Vectors of joint values are in `joint_names` order: depth first, children in file order."""
+
+    def __init__(
+        self,
+        world: World,
+        body_id: int,
+        name: str,
+        built: Built,
+        description: RobotDescription | None,
+        *,
+        fixed_base: bool,
+        scale: float = 1.0,
+    ) -> None:
+        self._world: World | None = world
+        self.id = body_id
+        """Number of this body in its world; what segmentation images hold."""
+        self.name = name
+        self.description = description
+        """None for a body that came from an MJCF file."""
+        self.is_fixed = fixed_base
+        self.scale = scale
+        self.notes: tuple[str, ...] = tuple(built.notes)
+        """What had to be changed for MuJoCo to take this body."""
+        self.built = built
+        self.links: tuple[Link, ...] = tuple(Link(self, i, record) for i, record in enumerate(built.links))
+        self.joints: tuple[Joint, ...] = tuple(
+            Joint(self, i, record, _joint_type(record), record.joint.limit if record.joint else None)
+            for i, record in enumerate(built.links[1:])
+        )
+        self.mujoco_ids = np.zeros(len(self.links), dtype=np.int32)
+        """Row of each link in MuJoCo's body arrays; valid while the world is compiled."""
+        self.qpos_addresses = np.full(len(self.joints), -1, dtype=np.int32)
+        self.dof_addresses = np.full(len(self.joints), -1, dtype=np.int32)
+        self.free_qpos = -1
+        """Start of the free joint in qpos; -1 for a fixed base."""
+        self.free_dof = -1
+        self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
+        self._positions: slice | np.ndarray = slice(0, 0)
+        self._velocities: slice | np.ndarray = slice(0, 0)
+
+    def __repr__(self) -> str:
+        return f"<Body {self.id} {self.name!r}: {len(self.links)} links, {int(self._scalar.sum())} driven joints>"
+
+    @property
+    def world(self) -> World:
+        """The world this body is in.
+
+        Raises:
+            StaleHandleError: the body was removed.
+        """
+        if self._world is None:
+            raise StaleHandleError(f"body {self.name!r} was removed from its world; add it again")
+        return self._world
+
+    @property
+    def is_removed(self) -> bool:
+        return self._world is None
+
+    def detach(self) -> None:
+        """Mark as removed (the world calls this)."""
+        self._world = None
+
+    # ----------------------------------------------------------------------------------------------- names
+
+    @cached_property
+    def _link_index(self) -> Mapping[str, int]:
+        return {link.name: link.index for link in self.links}
+
+    @cached_property
+    def _joint_index(self) -> Mapping[str, int]:
+        return {joint.name: joint.index for joint in self.joints}
+
+    def link(self, name: str) -> Link:
+        """The link of this name.
+
+        Raises:
+            RoboyardError: there is none; the message lists the nearest.
+        """
+        if name not in self._link_index:
+            raise RoboyardError(f"body {self.name!r}: {unknown_name('link', name, self._link_index)}")
+        return self.links[self._link_index[name]]
+
+    def joint(self, name: str) -> Joint:
+        """The joint of this name.
+
+        Raises:
+            RoboyardError: there is none; the message lists the nearest.
+        """
+        if name not in self._joint_index:
+            raise RoboyardError(f"body {self.name!r}: {unknown_name('joint', name, self._joint_index)}")
+        return self.joints[self._joint_index[name]]
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints of one degree of freedom: the order of every joint vector."""
+        return tuple(joint.name for joint in self.joints if joint.is_scalar)
+
+    # ------------------------------------------------------------------------------------------ joint vectors
+
+    @property
+    def joint_positions(self) -> Array:
+        """(n,) rad or m, in `joint_names` order."""
+        world = self.world
+        world.ensure_compiled()
+        return world.data.qpos[self._positions].copy()
+
+    @joint_positions.setter
+    def joint_positions(self, values: ArrayLike | Mapping[str, float]) -> None:
+        world = self.world
+        world.ensure_compiled()
+        if isinstance(values, Mapping):
+            for name, value in values.items():
+                self.joint(name).position = value
+            return
+        given = np.asarray(values, dtype=float)
+        if given.shape not in ((), (len(self.joint_names),)):
+            raise RoboyardError(
+                f"body {self.name!r} has {len(self.joint_names)} joint positions; got shape {given.shape}"
+            )
+        world.data.qpos[self._positions] = given
+        world.mark_moved()
+
+    @property
+    def joint_velocities(self) -> Array:
+        """(n,) rad/s or m/s, in `joint_names` order."""
+        world = self.world
+        world.ensure_compiled()
+        return world.data.qvel[self._velocities].copy()
+
+    @joint_velocities.setter
+    def joint_velocities(self, values: ArrayLike) -> None:
+        world = self.world
+        world.ensure_compiled()
+        world.data.qvel[self._velocities] = values
+        world.mark_moved()
+
+    @cached_property
+    def joint_limits(self) -> Array:
+        """(n, 2) lower and upper, ±inf where there is none; rad or m, in `joint_names` order."""
+        rows = [joint.limits or (-np.inf, np.inf) for joint in self.joints if joint.is_scalar]
+        return np.array(rows, dtype=float).reshape(-1, 2)
+
+    # ------------------------------------------------------------------------------------------------- base
+
+    @property
+    def pose(self) -> tuple[Array, Array]:
+        """Position (3,) m and quaternion (4,) x, y, z, w of the root link's frame in the world."""
+        world = self.world
+        world.ensure_compiled()
+        if self.free_qpos >= 0:
+            qpos = world.data.qpos[self.free_qpos : self.free_qpos + 7]
+            return qpos[:3].copy(), from_wxyz(qpos[3:])
+        row = self.mujoco_ids[0]
+        return world.model.body_pos[row].copy(), from_wxyz(world.model.body_quat[row])
+
+    @property
+    def position(self) -> Array:
+        """(3,) m: the root link's frame in the world."""
+        return self.pose[0]
+
+    @property
+    def orientation(self) -> Array:
+        """(4,) x, y, z, w: the root link's frame in the world."""
+        return self.pose[1]
+
+    def set_pose(
+        self, position: ArrayLike | None = None, orientation: ArrayLike | None = None, *, keep_velocity: bool = False
+    ) -> None:
+        """Put the root link's frame somewhere; joints stay. A floating base stops unless told otherwise."""
+        world = self.world
+        element = self.built.links[0].element
+        xyz = None if position is None else np.asarray(position, dtype=float)
+        wxyz = None if orientation is None else to_wxyz(normalized(orientation))
+        if xyz is not None and not np.isfinite(xyz).all():
+            raise RoboyardError(f"body {self.name!r}: position {xyz} is not finite")
+        floating_and_live = self.free_qpos >= 0 and self.mujoco_ids[0] > 0
+        if floating_and_live:
+            world.ensure_compiled()
+            qpos = world.data.qpos[self.free_qpos : self.free_qpos + 7]
+            if xyz is not None:
+                qpos[:3] = xyz
+            if wxyz is not None:
+                qpos[3:] = wxyz
+            if not keep_velocity:
+                world.data.qvel[self.free_dof : self.free_dof + 6] = 0.0
+            world.mark_moved()
+            return
+        if xyz is not None:
+            element.pos = xyz
+        if wxyz is not None:
+            element.quat = wxyz
+        if not world.is_stale:
+            row = self.mujoco_ids[0]
+            if xyz is not None:
+                world.model.body_pos[row] = xyz
+            if wxyz is not None:
+                world.model.body_quat[row] = wxyz
+            world.mark_moved()
+
+    @property
+    def velocity(self) -> tuple[Array, Array]:
+        """Linear (3,) m/s of the root frame's origin and angular (3,) rad/s, in world axes."""
+        world = self.world
+        world.ensure_compiled()
+        if self.free_dof < 0:
+            return np.zeros(3), np.zeros(3)
+        qvel = world.data.qvel[self.free_dof : self.free_dof + 6]
+        return qvel[:3].copy(), rotate(self.pose[1], qvel[3:])
+
+    def set_velocity(self, linear: ArrayLike | None = None, angular: ArrayLike | None = None) -> None:
+        """Set the velocity of a floating base, in world axes; nothing happens to a fixed one."""
+        world = self.world
+        world.ensure_compiled()
+        if self.free_dof < 0:
+            return
+        qvel = world.data.qvel[self.free_dof : self.free_dof + 6]
+        if linear is not None:
+            qvel[:3] = linear
+        if angular is not None:
+            x, y, z, w = self.pose[1]
+            qvel[3:] = rotate(np.array([-x, -y, -z, w]), np.asarray(angular, dtype=float))
+        world.mark_moved()
+
+    # ---------------------------------------------------------------------------------------------- measures
+
+    @property
+    def mass(self) -> float:
+        """kg of all links."""
+        return float(sum(link.mass for link in self.links))
+
+    @property
+    def center_of_mass(self) -> Array:
+        """(3,) m, in the world."""
+        data = self.world.kinematics()
+        masses = self.world.model.body_mass[self.mujoco_ids]
+        total = masses.sum()
+        if total == 0:
+            return data.xpos[self.mujoco_ids[0]].copy()
+        return masses @ data.xipos[self.mujoco_ids] / total
+
+    @property
+    def bounds(self) -> Array:
+        """(2, 3) lower and upper corner of the box around every shape, visual ones included; m.
+
+        Infinite planes count as their origin.
+        """
+        return self.world.bounds_of(self.mujoco_ids)
+
+    # --------------------------------------------------------------------------------------------- life cycle
+
+    def refresh(self, model: Any) -> None:
+        """Look up where this body lies in freshly compiled arrays (the world calls this)."""
+        for i, record in enumerate(self.built.links):
+            self.mujoco_ids[i] = record.element.id
+            if i and record.joint_elements:
+                joint = record.joint_elements[0].id
+                self.qpos_addresses[i - 1] = model.jnt_qposadr[joint]
+                self.dof_addresses[i - 1] = model.jnt_dofadr[joint]
+        if self.built.free_joint is not None:
+            joint = self.built.free_joint.id
+            self.free_qpos, self.free_dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+        self._positions = _as_slice(self.qpos_addresses[self._scalar])
+        self._velocities = _as_slice(self.dof_addresses[self._scalar])
+
+
+def _joint_type(record: Any) -> JointType:
+    if record.joint is not None:
+        return record.joint.type
+    return record_type_of_elements(record.joint_elements)
+
+
+def record_type_of_elements(elements: Sequence[Any]) -> JointType:
+    """Joint type of a body that came from an MJCF file."""
+    import mujoco
+
+    kinds = mujoco.mjtJoint
+    types = [element.type for element in elements]
+    if not types:
+        return "fixed"
+    if types == [kinds.mjJNT_BALL]:
+        return "spherical"
+    if types == [kinds.mjJNT_SLIDE]:
+        return "prismatic"
+    if types == [kinds.mjJNT_HINGE]:
+        lower, upper = elements[0].range
+        return "revolute" if upper > lower else "continuous"
+    raise RoboyardError("a link with several joints has no single joint type")
+
+
+def _as_slice(indices: np.ndarray) -> slice | np.ndarray:
+    """The same places as a slice where they are consecutive: reading it copies nothing extra."""
+    if len(indices) and (np.diff(indices) == 1).all():
+        return slice(int(indices[0]), int(indices[-1]) + 1)
+    return indices.astype(np.intp)
+
+
+__all__ = ["POSITION_SIZE", "VELOCITY_SIZE", "Body"]

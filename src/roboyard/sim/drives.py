@@ -1,0 +1,120 @@
+"""Drives: each joint of one degree of freedom has a pid actuator whose gains this file sets.
+
+The force is kp (target - q) + kd (target velocity - v) + feedforward, clamped to the joint's effort limit
+(MuJoCo's pid actuator). Where no gains are given they follow from the joint's inertia M at the zero pose:
+
+    kp = M ω²,  kd = 2 M ω,  ω = 2π · 10 Hz
+
+which is critically damped and means the same at every time step, since MuJoCo integrates kd implicitly.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.errors import RoboyardError
+from roboyard.sim.build import NO_EFFORT_LIMIT
+
+if TYPE_CHECKING:
+    from roboyard.sim.handles import Joint
+    from roboyard.sim.world import World
+
+NATURAL_FREQUENCY = 2 * np.pi * 10.0
+"""rad/s"""
+VELOCITY_GAIN_FREQUENCY = 2 * np.pi * 40.0
+"""rad/s: kd = M times this for velocity drives."""
+
+
+class Drives:
+    """The drives of one world; users reach them through `Joint.drive_position` and its siblings."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def position(
+        self,
+        joint: Joint,
+        target: float,
+        velocity: float,
+        stiffness: float | None,
+        damping: float | None,
+        max_effort: float | None,
+    ) -> None:
+        inertia = self._inertia(joint)
+        kp = inertia * NATURAL_FREQUENCY**2 if stiffness is None else stiffness
+        kd = 2 * np.sqrt(kp * inertia) if damping is None else damping
+        self._write(joint, kp, kd, (target, velocity, 0.0), max_effort)
+
+    def velocity(
+        self, joint: Joint, target: float, damping: float | None, max_effort: float | None
+    ) -> None:
+        kd = self._inertia(joint) * VELOCITY_GAIN_FREQUENCY if damping is None else damping
+        self._write(joint, 0.0, kd, (0.0, target, 0.0), max_effort)
+
+    def effort(self, joint: Joint, effort: float) -> None:
+        self._write(joint, 0.0, 0.0, (0.0, 0.0, effort), None)
+
+    def release(self, joint: Joint) -> None:
+        self._write(joint, 0.0, 0.0, (0.0, 0.0, 0.0), None)
+
+    def applied(self, joint: Joint) -> float:
+        """N m or N that the drive applied in the last step."""
+        actuator = self._actuator(joint)
+        self._world.ensure_compiled()
+        return float(self._world.data.actuator_force[actuator.id])
+
+    def set_effort_limit(self, joint: Joint, effort: float) -> None:
+        """Replace the effort limit that came from the file; N m or N."""
+        actuator = self._actuator(joint)
+        actuator.forcerange = [-effort, effort]
+        if not self._world.is_stale:
+            self._world.model.actuator_forcerange[actuator.id] = (-effort, effort)
+
+    def effort_limit(self, joint: Joint) -> float:
+        """N m or N; infinite where the file gives none."""
+        bound = float(self._actuator(joint).forcerange[1])
+        return np.inf if bound >= NO_EFFORT_LIMIT else bound
+
+    # ------------------------------------------------------------------------------------------------------
+
+    def _actuator(self, joint: Joint):  # noqa: ANN202 - a MuJoCo spec element
+        actuator = joint._built.actuator
+        if actuator is None:
+            reason = "mimics another joint" if joint.is_scalar else f"is {joint.type}"
+            raise RoboyardError(f"joint {joint.name!r} of {joint.body.name!r} {reason} and has no drive")
+        return actuator
+
+    def _inertia(self, joint: Joint) -> float:
+        self._actuator(joint)
+        self._world.ensure_compiled()
+        dof = joint.body.dof_addresses[joint.index]
+        return float(self._world.model.dof_M0[dof])
+
+    def _write(
+        self,
+        joint: Joint,
+        kp: float,
+        kd: float,
+        inputs: tuple[float, float, float],
+        max_effort: float | None,
+    ) -> None:
+        actuator = self._actuator(joint)
+        for name, value in (("stiffness", kp), ("damping", kd)):
+            if not (np.isfinite(value) and value >= 0):
+                raise RoboyardError(f"joint {joint.name!r}: {name} must be at least 0; got {value}")
+        if not np.isfinite(inputs).all():
+            raise RoboyardError(f"joint {joint.name!r}: drive target {inputs} is not finite")
+        world = self._world
+        world.ensure_compiled()
+        if max_effort is not None:
+            self.set_effort_limit(joint, abs(max_effort))
+        bias = actuator.biasprm
+        bias[1], bias[2] = -kp, -kd
+        actuator.biasprm = bias
+        model, data, row = world.model, world.data, actuator.id
+        model.actuator_biasprm[row, 1] = -kp
+        model.actuator_biasprm[row, 2] = -kd
+        start = model.actuator_ctrladr[row]
+        data.ctrl[start : start + 3] = inputs

@@ -1,0 +1,213 @@
+"""Shapes of a description as MuJoCo geoms: visuals in group 2 without contact, collisions in group 3."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.poses import multiply, normalized, rotate, to_wxyz
+from roboyard.sim.options import CONTACT_SOLIMP, CONTACT_SOLREF
+from roboyard.urdf.model import (
+    Box,
+    Capsule,
+    Collision,
+    Contact,
+    Cylinder,
+    Geometry,
+    Heightfield,
+    Mesh,
+    Plane,
+    Pose,
+    Sphere,
+    Visual,
+)
+
+if TYPE_CHECKING:
+    import mujoco
+
+    from roboyard.shapes.mesh import TriangleMesh
+    from roboyard.sim.assets import MeshAssets
+    from roboyard.sim.build import BuildOptions, BuiltLink
+
+VISUAL_GROUP = 2
+COLLISION_GROUP = 3
+SMALLEST = 1e-6
+"""m: a size below this is no shape."""
+HALF_SPACE = 100.0
+"""m: half size of the box that stands in for a plane on a moving body."""
+TERRAIN_BASE = 1.0
+"""m of solid ground under the lowest point of a heightfield."""
+
+
+def add_collision(
+    record: BuiltLink,
+    spec: mujoco.MjSpec,
+    assets: MeshAssets,
+    collision: Collision,
+    options: BuildOptions,
+    notes: list[str],
+) -> None:
+    """Add one collision shape to a link's body; a shape without size is left out with a note."""
+    static = options.fixed_base and record.parent == -1
+    arguments = geom_arguments(
+        record, spec, assets, collision.geometry, collision.origin, options.scale, static=static, hull=True
+    )
+    if arguments is None:
+        notes.append(f'link "{record.name}": collision shape has no size or no mesh; left out')
+        return
+    contact = record.link.contact if record.link is not None else None
+    record.geoms.append(
+        record.element.add_geom(
+            group=COLLISION_GROUP,
+            contype=options.contype,
+            conaffinity=options.conaffinity,
+            condim=_contact_dimension(contact),
+            friction=_friction(contact),
+            solref=CONTACT_SOLREF,
+            solimp=CONTACT_SOLIMP,
+            mass=0.0,
+            **arguments,
+        )
+    )
+
+
+def add_visual(
+    record: BuiltLink,
+    spec: mujoco.MjSpec,
+    assets: MeshAssets,
+    visual: Visual,
+    options: BuildOptions,
+    notes: list[str],
+) -> None:
+    """Add one visual shape to a link's body; it touches nothing and weighs nothing."""
+    static = options.fixed_base and record.parent == -1
+    arguments = geom_arguments(
+        record, spec, assets, visual.geometry, visual.origin, options.scale, static=static, hull=False
+    )
+    if arguments is None:
+        return
+    rgba = visual.material.rgba if visual.material and visual.material.rgba else (0.7, 0.7, 0.7, 1.0)
+    record.visuals.append(
+        record.element.add_geom(
+            group=VISUAL_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=rgba, **arguments
+        )
+    )
+
+
+def geom_arguments(
+    record: BuiltLink,
+    spec: mujoco.MjSpec,
+    assets: MeshAssets,
+    geometry: Geometry,
+    origin: Pose,
+    scale: float,
+    *,
+    static: bool,
+    hull: bool,
+) -> dict[str, Any] | None:
+    """Type, size and pose of a geom; None for a shape of no size."""
+    import mujoco
+
+    kinds = mujoco.mjtGeom
+    position = np.asarray(origin.position, dtype=float) * scale
+    quaternion = np.asarray(origin.quaternion, dtype=float)
+    size = np.zeros(3)
+    extra: dict[str, Any] = {}
+    match geometry:
+        case Box():
+            kind, size = kinds.mjGEOM_BOX, np.asarray(geometry.size) * scale / 2
+            used = size
+        case Sphere():
+            kind, size[0] = kinds.mjGEOM_SPHERE, geometry.radius * scale
+            used = size[:1]
+        case Cylinder():
+            kind = kinds.mjGEOM_CYLINDER
+            size[:2] = geometry.radius * scale, geometry.length * scale / 2
+            used = size[:2]
+        case Capsule():
+            kind = kinds.mjGEOM_CAPSULE if geometry.length > SMALLEST else kinds.mjGEOM_SPHERE
+            size[:2] = geometry.radius * scale, geometry.length * scale / 2
+            used = size[:1]
+        case Plane():
+            quaternion = multiply(quaternion, turn_z_to(np.asarray(geometry.normal, dtype=float)))
+            if static:
+                kind, size = kinds.mjGEOM_PLANE, np.array([0.0, 0.0, 1.0])
+            else:
+                kind, size = kinds.mjGEOM_BOX, np.full(3, HALF_SPACE)
+                position = position - rotate(quaternion, np.array([0.0, 0.0, HALF_SPACE]))
+            used = np.ones(1)
+        case Mesh():
+            mesh = load_scaled(geometry, scale)
+            if mesh is None or len(mesh.faces) == 0:
+                return None
+            kind, used = kinds.mjGEOM_MESH, np.ones(1)
+            extra["meshname"] = assets.add(mesh, hull=hull)
+            record.meshes.append(extra["meshname"])
+        case Heightfield():
+            kind, used = kinds.mjGEOM_HFIELD, np.ones(1)
+            extra["hfieldname"], lowest = add_heightfield_asset(record, spec, geometry, scale)
+            position = position + rotate(quaternion, np.array([0.0, 0.0, lowest]))
+    if not (used > SMALLEST).all():
+        return None
+    return {"type": kind, "size": size, "pos": position, "quat": to_wxyz(quaternion), **extra}
+
+
+def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
+    """The triangles of a mesh geometry with its own and the body's scale applied; None without a mesh."""
+    from roboyard.shapes.load import load_mesh, scaled
+
+    mesh = geometry.data
+    if mesh is None:
+        if geometry.path is None:
+            return None
+        mesh = load_mesh(geometry.path)
+    factors = tuple(component * scale for component in geometry.scale)
+    return mesh if factors == (1.0, 1.0, 1.0) else scaled(mesh, factors)  # type: ignore[arg-type]
+
+
+def add_heightfield_asset(
+    record: BuiltLink, spec: mujoco.MjSpec, terrain: Heightfield, scale: float
+) -> tuple[str, float]:
+    """The spec's heightfield for a terrain, and the height of its lowest point."""
+    heights = np.asarray(terrain.heights, dtype=float) * scale
+    lowest, highest = float(heights.min()), float(heights.max())
+    rise = max(highest - lowest, SMALLEST)
+    nx, ny = heights.shape
+    name = f"{record.element.name}/terrain{len(record.geoms) + len(record.visuals)}"
+    field = spec.add_hfield(name=name, nrow=ny, ncol=nx)
+    half_x, half_y = (nx - 1) * terrain.cell[0] * scale / 2, (ny - 1) * terrain.cell[1] * scale / 2
+    field.size = [half_x, half_y, rise, TERRAIN_BASE]
+    field.userdata = ((heights - lowest) / rise).T.astype(np.float32).ravel()
+    return name, lowest
+
+
+def turn_z_to(normal: np.ndarray) -> np.ndarray:
+    """Shortest rotation from +z to a direction."""
+    x, y, z = normal / np.linalg.norm(normal)
+    if z < -1 + 1e-9:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    return normalized([-y, x, 0.0, 1.0 + z])
+
+
+DEFAULT_FRICTION = (1.0, 0.005, 0.0001)
+
+
+def _friction(contact: Contact | None) -> tuple[float, float, float]:
+    if contact is None:
+        return DEFAULT_FRICTION
+    slide, spin, roll = DEFAULT_FRICTION
+    return (
+        slide if contact.lateral_friction is None else contact.lateral_friction,
+        spin if contact.spinning_friction is None else contact.spinning_friction,
+        roll if contact.rolling_friction is None else contact.rolling_friction,
+    )
+
+
+def _contact_dimension(contact: Contact | None) -> int:
+    """3: sliding friction; 4: also spinning; 6: also rolling (only where the file asks for them)."""
+    if contact is None:
+        return 3
+    if contact.rolling_friction:
+        return 6
+    return 4 if contact.spinning_friction else 3

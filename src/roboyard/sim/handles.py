@@ -1,0 +1,336 @@
+"""Handles to one link and one joint of a body in a world: names on the outside, array indices within."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.errors import RoboyardError
+from roboyard.poses import Array, from_wxyz, to_wxyz
+from roboyard.sim.inertials import mass_properties
+from roboyard.urdf.model import Inertial, JointType, Limit
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.build import BuiltLink
+
+
+class Link:
+    """One link: `pose`, `velocity`, mass and contact properties, wrenches from outside."""
+
+    __slots__ = ("_built", "body", "index", "name")
+
+    def __init__(self, body: Body, index: int, built: BuiltLink) -> None:
+        self.body = body
+        self.index = index
+        """0 for the root link, then depth first."""
+        self.name = built.name
+        self._built = built
+
+    def __repr__(self) -> str:
+        return f"<Link {self.name!r} of {self.body.name!r}>"
+
+    @property
+    def parent(self) -> Link | None:
+        """The link this one hangs from; None for the root."""
+        return None if self._built.parent < 0 else self.body.links[self._built.parent]
+
+    @property
+    def joint(self) -> Joint | None:
+        """The joint this link hangs from; None for the root."""
+        return None if self.index == 0 else self.body.joints[self.index - 1]
+
+    @property
+    def mujoco_id(self) -> int:
+        """Row of this link's body in MuJoCo's arrays; changes when bodies come and go."""
+        self.body.world.ensure_compiled()
+        return int(self.body.mujoco_ids[self.index])
+
+    # ---------------------------------------------------------------------------------------------- state
+
+    @property
+    def pose(self) -> tuple[Array, Array]:
+        """Position (3,) m and quaternion (4,) x, y, z, w of the link frame in the world."""
+        data = self.body.world.kinematics()
+        row = self.body.mujoco_ids[self.index]
+        return data.xpos[row].copy(), from_wxyz(data.xquat[row])
+
+    @property
+    def inertial_pose(self) -> tuple[Array, Array]:
+        """Pose of the centre-of-mass frame (principal axes) in the world."""
+        data = self.body.world.kinematics()
+        row = self.body.mujoco_ids[self.index]
+        return data.xipos[row].copy(), from_wxyz(data.xiquat[row])
+
+    @property
+    def velocity(self) -> tuple[Array, Array]:
+        """Linear (3,) m/s of the link frame's origin and angular (3,) rad/s, in world axes."""
+        return self.body.world.object_velocity(int(self.mujoco_id), at_inertial=False)
+
+    @property
+    def com_velocity(self) -> tuple[Array, Array]:
+        """Linear (3,) m/s of the centre of mass and angular (3,) rad/s, in world axes."""
+        return self.body.world.object_velocity(int(self.mujoco_id), at_inertial=True)
+
+    # --------------------------------------------------------------------------------------------- inertia
+
+    @property
+    def mass(self) -> float:
+        """kg, as described (0 where the description gives none)."""
+        found = self._built.mass
+        return 0.0 if found is None or found.note == "moves but has no mass; given a trace" else found.mass
+
+    def set_inertial(self, inertial: Inertial) -> None:
+        """Replace mass, centre of mass and inertia tensor."""
+        from roboyard.sim.build import write_mass
+
+        self._built.mass = mass_properties(inertial)
+        write_mass(self._built.element, self._built.mass)
+        self.body.world.mark_stale()
+
+    # --------------------------------------------------------------------------------------------- contact
+
+    @property
+    def friction(self) -> float:
+        """Sliding friction coefficient; of two touching links the larger one acts."""
+        geoms = self._built.geoms
+        return float(geoms[0].friction[0]) if geoms else 0.0
+
+    @friction.setter
+    def friction(self, value: float) -> None:
+        self.set_friction(sliding=value)
+
+    def set_friction(
+        self, *, sliding: float | None = None, spinning: float | None = None, rolling: float | None = None
+    ) -> None:
+        """Set friction coefficients: sliding (no unit), spinning and rolling (m)."""
+        given = [(0, sliding), (1, spinning), (2, rolling)]
+        for _, value in given:
+            if value is not None and not value >= 0:
+                raise ValueError(f"link {self.name!r}: a friction coefficient is at least 0; got {value}")
+        condim = 6 if rolling else 4 if spinning else 3
+        world = self.body.world
+        for geom in self._built.geoms:
+            values = np.array(geom.friction)
+            for k, value in given:
+                if value is not None:
+                    values[k] = value
+            geom.friction = values
+            wider = max(condim, int(geom.condim))
+            geom.condim = wider
+            if not world.is_stale:
+                world.model.geom_friction[geom.id] = values
+                world.model.geom_condim[geom.id] = wider
+
+    @property
+    def restitution(self) -> float:
+        """Coefficient of restitution, 0 to 1: speed after a bounce over speed before it."""
+        return self.body.world.surfaces.restitution(self)
+
+    @restitution.setter
+    def restitution(self, value: float) -> None:
+        self.body.world.surfaces.set_restitution(self, value)
+
+    def set_damping(self, *, linear: float = 0.0, angular: float = 0.0) -> None:
+        """Drag on this link: force -m k v, torque -I k w, with k the coefficients in 1/s."""
+        self.body.world.surfaces.set_damping(self, linear, angular)
+
+    @property
+    def geom_ids(self) -> list[int]:
+        """MuJoCo ids of this link's collision geoms."""
+        self.body.world.ensure_compiled()
+        return [int(geom.id) for geom in self._built.geoms]
+
+    # ---------------------------------------------------------------------------------------------- wrench
+
+    def apply_wrench(
+        self,
+        force: ArrayLike = (0, 0, 0),
+        torque: ArrayLike = (0, 0, 0),
+        *,
+        point: ArrayLike | None = None,
+        local: bool = False,
+    ) -> None:
+        """Push during the next step; calls before the same step add up.
+
+        Args:
+            force: (3,) N.
+            torque: (3,) N m.
+            point: (3,) where the force acts; m. None: at the centre of mass.
+            local: force, torque and point are in the link frame instead of world axes.
+        """
+        self.body.world.wrenches.add(self, force, torque, point, local)
+
+
+class Joint:
+    """One joint: `position`, `velocity`, `limits`, and the drive that moves it."""
+
+    __slots__ = ("_built", "body", "index", "limit", "name", "type")
+
+    def __init__(self, body: Body, index: int, built: BuiltLink, kind: JointType, limit: Limit | None) -> None:
+        self.body = body
+        self.index = index
+        """Place in `body.joints`: depth first; the child link's index is one more."""
+        assert built.joint is not None or built.joint_elements or kind == "fixed"
+        self.name = built.joint.name if built.joint is not None else built.name
+        self.type = kind
+        self.limit = limit
+        """As in the file."""
+        self._built = built
+
+    def __repr__(self) -> str:
+        return f"<Joint {self.name!r} ({self.type}) of {self.body.name!r}>"
+
+    @property
+    def child(self) -> Link:
+        """The link this joint moves."""
+        return self.body.links[self.index + 1]
+
+    @property
+    def parent(self) -> Link:
+        """The link this joint hangs from."""
+        return self.body.links[self._built.parent]
+
+    @property
+    def is_scalar(self) -> bool:
+        """True for joints of one degree of freedom."""
+        return self.type in ("revolute", "continuous", "prismatic")
+
+    @property
+    def axis(self) -> Array:
+        """(3,) unit, in the child link's frame."""
+        joint = self._built.joint
+        return np.array(joint.axis if joint is not None else self._built.joint_elements[0].axis, dtype=float)
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """(lower, upper) in rad or m; None for a joint without limits."""
+        joint = self._built.joint
+        if joint is not None:
+            found = joint.position_limits()
+            scale = self.body.scale if self.type == "prismatic" else 1.0
+            return None if found is None else (found[0] * scale, found[1] * scale)
+        if not self.is_scalar or not self._built.joint_elements:
+            return None
+        element = self._built.joint_elements[0]
+        lower, upper = element.range
+        return (float(lower), float(upper)) if upper > lower else None
+
+    @property
+    def qpos_slice(self) -> slice:
+        """Where this joint's position lies in MuJoCo's qpos."""
+        self.body.world.ensure_compiled()
+        start = int(self.body.qpos_addresses[self.index])
+        return slice(start, start + POSITION_SIZE[self.type])
+
+    @property
+    def dof_slice(self) -> slice:
+        """Where this joint's velocity lies in MuJoCo's qvel."""
+        self.body.world.ensure_compiled()
+        start = int(self.body.dof_addresses[self.index])
+        return slice(start, start + VELOCITY_SIZE[self.type])
+
+    # ---------------------------------------------------------------------------------------------- state
+
+    @property
+    def position(self) -> Any:
+        """rad or m; for a spherical joint (4,) x, y, z, w; planar (3,) m, m, rad; floating (7,); fixed ()."""
+        world = self.body.world
+        world.ensure_compiled()
+        if self.is_scalar:
+            return float(world.data.qpos[self.body.qpos_addresses[self.index]])
+        return _to_public(self.type, world.data.qpos[self.qpos_slice])
+
+    @position.setter
+    def position(self, value: ArrayLike) -> None:
+        world = self.body.world
+        world.ensure_compiled()
+        world.data.qpos[self.qpos_slice] = _from_public(self, value)
+        world.mark_moved()
+
+    @property
+    def velocity(self) -> Any:
+        """rad/s or m/s; for joints of several degrees of freedom an array."""
+        world = self.body.world
+        world.ensure_compiled()
+        if self.is_scalar:
+            return float(world.data.qvel[self.body.dof_addresses[self.index]])
+        return world.data.qvel[self.dof_slice].copy()
+
+    @velocity.setter
+    def velocity(self, value: ArrayLike) -> None:
+        world = self.body.world
+        world.ensure_compiled()
+        world.data.qvel[self.dof_slice] = value
+        world.mark_moved()
+
+    # ---------------------------------------------------------------------------------------------- drives
+
+    def drive_position(
+        self,
+        target: float,
+        *,
+        velocity: float = 0.0,
+        stiffness: float | None = None,
+        damping: float | None = None,
+        max_effort: float | None = None,
+    ) -> None:
+        """Pull towards a position until told otherwise; see `roboyard.sim.drives`."""
+        self.body.world.drives.position(self, target, velocity, stiffness, damping, max_effort)
+
+    def drive_velocity(
+        self, target: float, *, damping: float | None = None, max_effort: float | None = None
+    ) -> None:
+        """Pull towards a velocity until told otherwise."""
+        self.body.world.drives.velocity(self, target, damping, max_effort)
+
+    def drive_effort(self, effort: float) -> None:
+        """Apply a torque (N m) or force (N) until told otherwise."""
+        self.body.world.drives.effort(self, effort)
+
+    def release(self) -> None:
+        """Switch the drive off; the joint moves freely."""
+        self.body.world.drives.release(self)
+
+    @property
+    def applied_effort(self) -> float:
+        """What the drive applied in the last step; N m or N."""
+        return self.body.world.drives.applied(self)
+
+
+POSITION_SIZE: dict[str, int] = {
+    "fixed": 0,
+    "revolute": 1,
+    "continuous": 1,
+    "prismatic": 1,
+    "spherical": 4,
+    "planar": 3,
+    "floating": 7,
+}
+VELOCITY_SIZE: dict[str, int] = {**POSITION_SIZE, "spherical": 3, "floating": 6}
+
+
+def _to_public(kind: str, qpos: Array) -> Array:
+    if kind == "spherical":
+        return from_wxyz(qpos)
+    if kind == "floating":
+        return np.concatenate([qpos[:3], from_wxyz(qpos[3:])])
+    return qpos.copy()
+
+
+def _from_public(joint: Joint, value: ArrayLike) -> Any:
+    size = POSITION_SIZE[joint.type]
+    if size == 1:
+        return value
+    given = np.asarray(value, dtype=float)
+    if given.shape != (size,):
+        raise RoboyardError(
+            f"joint {joint.name!r} ({joint.type}): a position has {size} numbers; got shape {given.shape}"
+        )
+    if joint.type == "spherical":
+        return to_wxyz(given / np.linalg.norm(given))
+    if joint.type == "floating":
+        return np.concatenate([given[:3], to_wxyz(given[3:] / np.linalg.norm(given[3:]))])
+    return given

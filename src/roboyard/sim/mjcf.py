@@ -1,0 +1,193 @@
+"""Worlds take MJCF files as they are: attached to the spec, actuators, tendons and sensors included."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.cameras.scene import RenderShape
+from roboyard.errors import DescriptionError
+from roboyard.poses import matrix_from_quaternion
+from roboyard.sim.build import Built, BuiltLink
+from roboyard.urdf.model import Pose
+
+if TYPE_CHECKING:
+    from roboyard.sim.appearance import Look
+    from roboyard.sim.body import Body
+    from roboyard.sim.world import World
+
+
+def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
+    """Attach an MJCF file to a world.
+
+    Args:
+        source: path of the file, or the XML itself.
+        position: (3,) shift of everything in it; m.
+
+    Returns:
+        One body for the file's fixed shapes (where it has any), then one for each body at its top.
+
+    Raises:
+        DescriptionError: MuJoCo refuses the file.
+    """
+    text = str(source)
+    path = None if "<mujoco" in text else Path(text)
+    try:
+        child = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
+    except (ValueError, OSError) as error:
+        message = " ".join(str(error).split())
+        raise DescriptionError(f"MuJoCo cannot read it: {message}", file=path) from error
+    name = world._unique_name(child.modelname or (path.stem if path else "mjcf"))
+    world._names.add(name)
+    tops = [body.name or f"body{k}" for k, body in enumerate(child.worldbody.bodies)]
+    for body, top in zip(child.worldbody.bodies, tops, strict=True):
+        body.name = top
+    _name_everything(child)
+    loose = [*child.worldbody.geoms, *child.worldbody.sites, *child.worldbody.cameras, *child.worldbody.lights]
+    holder = world.spec.worldbody.add_body(name=f"{name}/world", pos=np.asarray(position, dtype=float))
+    frame = holder.add_frame()
+    world.spec.attach(child, prefix=f"{name}/", frame=frame)
+    fixed = Built(links=[BuiltLink(name="world", parent=-1, element=holder, link=None)])
+    fixed.links[0].geoms = list(holder.geoms)
+    bodies: list[Body] = []
+    if loose or not tops:
+        bodies.append(world.register(f"{name}", fixed, None, fixed_base=True))
+    for top in tops:
+        element = world.spec.body(f"{name}/{top}")
+        built = _collect(element, f"{name}/")
+        bodies.append(
+            world.register(f"{name}/{top}", built, None, fixed_base=built.free_joint is None)
+        )
+    return tuple(bodies)
+
+
+def _name_everything(spec: Any) -> None:
+    """Give nameless bodies and joints names, so that handles can."""
+    for kind in ("bodies", "joints"):
+        for k, element in enumerate(getattr(spec, kind)):
+            if not element.name:
+                element.name = f"{kind[:-1] if kind == 'joints' else 'body'}{k}"
+
+
+def _collect(top: Any, prefix: str) -> Built:
+    """Walk an attached tree depth first into link records; a body with several joints has them all."""
+    built = Built(links=[])
+    stack = [(top, -1)]
+    while stack:
+        element, parent = stack.pop()
+        joints = list(element.joints)
+        record = BuiltLink(name=element.name.removeprefix(prefix), parent=parent, element=element, link=None)
+        if parent == -1 and joints and joints[0].type == mujoco.mjtJoint.mjJNT_FREE:
+            built.free_joint = joints[0]
+            built.dofs += 6
+        elif len(joints) == 1:
+            record.joint_elements = (joints[0],)
+            built.dofs += 3 if joints[0].type == mujoco.mjtJoint.mjJNT_BALL else 1
+        else:
+            built.dofs += len(joints)
+        record.geoms = [g for g in element.geoms if g.contype or g.conaffinity]
+        record.visuals = [g for g in element.geoms if not (g.contype or g.conaffinity)]
+        index = len(built.links)
+        built.links.append(record)
+        stack.extend((child, index) for child in reversed(list(element.bodies)))
+    return built
+
+
+def looks_of_model(body: Body) -> dict[int, list[Look]]:
+    """Render shapes of a body that has no description, read from the compiled model."""
+    from roboyard.sim.appearance import Look
+
+    world = body.world
+    model = world.model
+    found: dict[int, list[Look]] = {}
+    for index, row in enumerate(body.mujoco_ids):
+        geoms = np.flatnonzero(model.geom_bodyid == row)
+        if (model.geom_group[geoms] < 3).any():
+            geoms = geoms[model.geom_group[geoms] < 3]
+        for geom in geoms:
+            look = _look(model, int(geom), (body.id, index))
+            if look is not None:
+                found.setdefault(index, []).append(look)
+    return found
+
+
+def _look(model: Any, geom: int, owner: tuple[int, int]) -> Look | None:
+    from roboyard.shapes.mesh import TriangleMesh, read_only
+    from roboyard.sim.appearance import Look, render_shape
+    from roboyard.urdf.model import (
+        RGBA,
+        Box,
+        Capsule,
+        Cylinder,
+        Geometry,
+        Heightfield,
+        Material,
+        Mesh,
+        Plane,
+        Sphere,
+    )
+
+    kinds = mujoco.mjtGeom
+    size = [float(v) for v in model.geom_size[geom]]
+    geometry: Geometry
+    match int(model.geom_type[geom]):
+        case int(kinds.mjGEOM_BOX):
+            geometry = Box(size=(2 * size[0], 2 * size[1], 2 * size[2]))
+        case int(kinds.mjGEOM_SPHERE):
+            geometry = Sphere(radius=size[0])
+        case int(kinds.mjGEOM_CAPSULE):
+            geometry = Capsule(radius=size[0], length=2 * size[1])
+        case int(kinds.mjGEOM_CYLINDER):
+            geometry = Cylinder(radius=size[0], length=2 * size[1])
+        case int(kinds.mjGEOM_PLANE):
+            geometry = Plane()
+        case int(kinds.mjGEOM_MESH) | int(kinds.mjGEOM_ELLIPSOID) | int(kinds.mjGEOM_HFIELD):
+            geometry = Sphere(radius=0.5)
+        case _:
+            return None
+    rgba: RGBA = tuple(float(v) for v in model.geom_rgba[geom])  # type: ignore[assignment]
+    material_id = int(model.geom_matid[geom])
+    if material_id >= 0:
+        rgba = tuple(float(v) for v in model.mat_rgba[material_id])  # type: ignore[assignment]
+    if int(model.geom_type[geom]) == int(kinds.mjGEOM_MESH):
+        mesh_id = int(model.geom_dataid[geom])
+        v0, nv = int(model.mesh_vertadr[mesh_id]), int(model.mesh_vertnum[mesh_id])
+        f0, nf = int(model.mesh_faceadr[mesh_id]), int(model.mesh_facenum[mesh_id])
+        geometry = Mesh(
+            uri="",
+            path=None,
+            data=TriangleMesh(
+                vertices=read_only(model.mesh_vert[v0 : v0 + nv], np.float64),
+                faces=read_only(model.mesh_face[f0 : f0 + nf], np.int32),
+            ),
+        )
+    elif int(model.geom_type[geom]) == int(kinds.mjGEOM_ELLIPSOID):
+        from roboyard.shapes import primitives
+
+        geometry = Mesh(uri="", path=None, data=primitives.sphere(), scale=(2 * size[0], 2 * size[1], 2 * size[2]))
+    elif int(model.geom_type[geom]) == int(kinds.mjGEOM_HFIELD):
+        field = int(model.geom_dataid[geom])
+        nrow, ncol = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
+        start = int(model.hfield_adr[field])
+        heights = model.hfield_data[start : start + nrow * ncol].reshape(nrow, ncol).T
+        half_x, half_y, rise, _ = (float(v) for v in model.hfield_size[field])
+        geometry = Heightfield(
+            heights=np.asarray(heights, dtype=float) * rise, cell=(2 * half_x / (ncol - 1), 2 * half_y / (nrow - 1))
+        )
+    w, x, y, z = (float(v) for v in model.geom_quat[geom])
+    px, py, pz = (float(v) for v in model.geom_pos[geom])
+    shape: RenderShape | None = render_shape(
+        geometry,
+        Pose(position=(px, py, pz), quaternion=(x, y, z, w)),
+        Material(rgba=rgba),
+        1.0,
+        owner,
+    )
+    return None if shape is None else Look(geometry=geometry, shape=shape)
+
+
+__all__ = ["add_mjcf", "looks_of_model", "matrix_from_quaternion"]

@@ -1,0 +1,59 @@
+"""How a world is solved: the choices and their reasons, in one place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    import mujoco
+
+Solver = Literal["auto", "newton", "cg"]
+
+PILE_DOFS = 250
+"""Degrees of freedom from which "auto" takes a world for a pile.
+
+Newton factorises a matrix of all dofs that touch one another, at a cost that grows with its square, and
+needs two or three iterations; conjugate gradients cost a matrix product an iteration. A robot has tens of
+dofs; forty loose boxes in one heap have 240.
+"""
+PILE_ITERATIONS = 30
+CONTACT_SOLREF = (0.008, 1.0)
+"""Time constant (s) and damping ratio with which penetration is undone; critically damped, about two steps."""
+CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
+"""Nearly rigid: at rest a body sinks in by well under 0.1 mm."""
+
+
+def apply_options(
+    spec: mujoco.MjSpec, *, timestep: float, gravity: tuple[float, float, float], dofs: int, solver: Solver
+) -> None:
+    """Write a world's options into its spec before it compiles.
+
+    The integrator is `implicitfast`, so that stiff drives and joint damping stay stable at large steps;
+    friction cones are elliptic (the true ones), with ten times more friction impedance than normal
+    impedance, so that grasped things do not creep.
+    """
+    import mujoco
+
+    option = spec.option
+    option.timestep = timestep
+    option.gravity = gravity
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = 10.0
+    option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    chosen = chosen_solver(solver, dofs)
+    if chosen == "cg":
+        option.solver = mujoco.mjtSolver.mjSOL_CG
+        option.iterations = PILE_ITERATIONS
+        option.tolerance = 1e-6
+    else:
+        option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+        option.iterations = 100
+        option.tolerance = 1e-8
+
+
+def chosen_solver(solver: Solver, dofs: int) -> Literal["newton", "cg"]:
+    """What "auto" means for a world of this size."""
+    if solver != "auto":
+        return solver
+    return "cg" if dofs >= PILE_DOFS else "newton"

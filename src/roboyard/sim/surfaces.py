@@ -1,0 +1,113 @@
+"""What MuJoCo does not have of its own: restitution of surfaces and drag on links."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.errors import RoboyardError
+
+if TYPE_CHECKING:
+    from roboyard.sim.handles import Link
+    from roboyard.sim.world import World
+
+SLOW = 0.05
+"""m/s: contacts that close more slowly than this do not bounce, so that things come to rest."""
+
+
+class Surfaces:
+    """Restitution by geom and damping by body, applied between the halves of a step."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._restitution: dict[tuple[int, int], float] = {}
+        self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
+        self._restitution_rows: np.ndarray | None = None
+        self._damping_rows: np.ndarray | None = None
+
+    @property
+    def is_active(self) -> bool:
+        """Whether steps have to pass through here."""
+        return bool(self._restitution or self._damping)
+
+    def restitution(self, link: Link) -> float:
+        """Coefficient of a link; 0 where none was set."""
+        return self._restitution.get((link.body.id, link.index), 0.0)
+
+    def set_restitution(self, link: Link, value: float) -> None:
+        if not 0.0 <= value <= 1.0:
+            raise RoboyardError(f"link {link.name!r}: restitution is between 0 and 1; got {value}")
+        self._restitution[(link.body.id, link.index)] = value
+        self._restitution_rows = None
+
+    def damping(self, link: Link) -> tuple[float, float, float, float]:
+        """Linear k (1/s), linear q (1/m), angular k (1/s), angular q (-)."""
+        return self._damping.get((link.body.id, link.index), (0.0, 0.0, 0.0, 0.0))
+
+    def set_damping(
+        self,
+        link: Link,
+        linear: float,
+        angular: float,
+        *,
+        linear_quadratic: float = 0.0,
+        angular_quadratic: float = 0.0,
+    ) -> None:
+        """Drag: force -m v (k + q |v|) at the centre of mass, torque -I w (k + q |w|)."""
+        values = (linear, linear_quadratic, angular, angular_quadratic)
+        if not (np.isfinite(values).all() and min(values) >= 0):
+            raise RoboyardError(f"link {link.name!r}: damping is at least 0; got {values}")
+        self._damping[(link.body.id, link.index)] = values
+        self._damping_rows = None
+
+    def forget(self, body_id: int) -> None:
+        """Drop everything about a removed body."""
+        for table in (self._restitution, self._damping):
+            for key in [key for key in table if key[0] == body_id]:
+                del table[key]
+        self.invalidate()
+
+    def invalidate(self) -> None:
+        """The compiled arrays changed."""
+        self._restitution_rows = self._damping_rows = None
+
+    def apply(self, model: Any, data: Any) -> None:
+        """Between mj_step1 and mj_step2: add drag to xfrc_applied, bounce to the contacts' references."""
+        from roboyard.sim import _kernels
+
+        if self._damping_rows is None or self._restitution_rows is None:
+            self._gather(model)
+        if self._damping:
+            _kernels.add_damping(
+                self._damping_rows,
+                model.body_mass,
+                model.body_inertia,
+                model.body_rootid,
+                data.cvel,
+                data.xipos,
+                data.ximat,
+                data.subtree_com,
+                data.xfrc_applied,
+            )
+        if self._restitution and data.ncon:
+            contact = data.contact
+            _kernels.add_bounce(
+                self._restitution_rows,
+                contact.geom,
+                contact.efc_address,
+                data.efc_vel,
+                model.opt.timestep,
+                SLOW,
+                data.efc_aref,
+            )
+
+    def _gather(self, model: Any) -> None:
+        self._damping_rows = np.zeros((model.nbody, 4))
+        self._restitution_rows = np.zeros(model.ngeom)
+        bodies = self._world.body_by_id
+        for (body_id, index), values in self._damping.items():
+            self._damping_rows[bodies[body_id].mujoco_ids[index]] = values
+        for (body_id, index), value in self._restitution.items():
+            for geom in bodies[body_id].built.links[index].geoms:
+                self._restitution_rows[geom.id] = value
