@@ -118,7 +118,7 @@ def _gather(body: Body) -> dict[int, list[Look]]:
 def render_shape(
     geometry: Geometry, origin: Pose, material: Material | None, scale: float, owner: tuple[int, int]
 ) -> RenderShape | None:
-    """A geometry with its material as a render shape (frame 0 until placed); None where nothing can be drawn."""
+    """A geometry with its material as a render shape, frame 0 until placed; None: nothing to draw."""
     triangles = triangles_of(geometry, scale)
     if triangles is None:
         return None
@@ -153,9 +153,7 @@ def has_own_colors(mesh: TriangleMesh) -> bool:
     return mesh.colors is not None or mesh.texture is not None
 
 
-def triangles_of(
-    geometry: Geometry, scale: float
-) -> tuple[TriangleMesh, tuple[float, float, float]] | None:
+def triangles_of(geometry: Geometry, scale: float) -> tuple[TriangleMesh, tuple[float, float, float]] | None:
     """A mesh and the factors that stretch it to this geometry; None for a mesh that was not found."""
     from roboyard.shapes import primitives
     from roboyard.sim.geoms import load_scaled

@@ -55,7 +55,7 @@ class MeshAssets:
 
 
 def convex_hull(mesh: TriangleMesh) -> tuple[Array, np.ndarray]:
-    """Vertices and outward faces of the convex hull; flat meshes get a thickness of 1 mm. Memoised by content."""
+    """Vertices and outward faces of the convex hull, memoised; flat meshes get a thickness of 1 mm."""
     key = _digest(mesh.vertices, mesh.faces)
     found = _HULLS.get(key)
     if found is None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Body:
-    """A tree of links. Vectors of joint values are in `joint_names` order: depth first, children in file order."""
+    """A tree of links. Joint vectors are in `joint_names` order: depth first, children in file order."""
 
     def __init__(
         self,
@@ -61,7 +61,8 @@ class Body:
         self._velocities: slice | np.ndarray = slice(0, 0)
 
     def __repr__(self) -> str:
-        return f"<Body {self.id} {self.name!r}: {len(self.links)} links, {int(self._scalar.sum())} driven joints>"
+        driven = int(self._scalar.sum())
+        return f"<Body {self.id} {self.name!r}: {len(self.links)} links, {driven} driven joints>"
 
     @property
     def world(self) -> World:
@@ -186,7 +187,11 @@ class Body:
         return self.pose[1]
 
     def set_pose(
-        self, position: ArrayLike | None = None, orientation: ArrayLike | None = None, *, keep_velocity: bool = False
+        self,
+        position: ArrayLike | None = None,
+        orientation: ArrayLike | None = None,
+        *,
+        keep_velocity: bool = False,
     ) -> None:
         """Put the root link's frame somewhere; joints stay. A floating base stops unless told otherwise."""
         world = self.world
@@ -247,7 +252,7 @@ class Body:
 
     @property
     def mass(self) -> float:
-        """kg of all links."""
+        """Kg of all links."""
         return float(sum(link.mass for link in self.links))
 
     @property

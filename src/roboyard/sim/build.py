@@ -17,13 +17,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.poses import to_wxyz
+from roboyard.poses import Array, to_wxyz
 from roboyard.sim.geoms import add_collision, add_visual
 from roboyard.sim.inertials import MIN_INERTIA, MassProperties, mass_properties
 from roboyard.urdf.model import Joint, Link, RobotDescription
@@ -88,8 +87,8 @@ def build(
     assets: MeshAssets,
     description: RobotDescription,
     prefix: str,
-    position: Sequence[float],
-    quaternion: Sequence[float],
+    position: Array,
+    quaternion: Array,
     options: BuildOptions,
 ) -> Built:
     """Add a description to a spec, link by link, depth first, children in file order.
@@ -132,8 +131,8 @@ def _build_into(
     assets: MeshAssets,
     description: RobotDescription,
     prefix: str,
-    position: Sequence[float],
-    quaternion: Sequence[float],
+    position: Array,
+    quaternion: Array,
     options: BuildOptions,
 ) -> None:
     root = description.root
@@ -325,9 +324,7 @@ def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:
     """A pid actuator with position, velocity and feedforward inputs, gains zero until someone drives."""
     import mujoco
 
-    actuator = spec.add_actuator(
-        name=joint_name, target=joint_name, trntype=mujoco.mjtTrn.mjTRN_JOINT
-    )
+    actuator = spec.add_actuator(name=joint_name, target=joint_name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     actuator.set_to_pid(kp=0.0, kv=0.0, ctrlspec=PID_ALL_INPUTS)
     effort = joint.limit.effort if joint.limit is not None else None
     actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
@@ -351,7 +348,9 @@ def _add_mimics(built: Built, spec: mujoco.MjSpec, description: RobotDescription
             continue
         mimic = joint.mimic
         if mimic.joint not in scalar or mimic.joint == joint.name:
-            built.notes.append(f'joint "{joint.name}": mimics "{mimic.joint}", which does not move; left free')
+            built.notes.append(
+                f'joint "{joint.name}": mimics "{mimic.joint}", which does not move; left free'
+            )
             continue
         equality = spec.add_equality(
             name=f"{prefix}{joint.name}/mimic",

@@ -47,9 +47,7 @@ class Drives:
         kd = 2 * np.sqrt(kp * inertia) if damping is None else damping
         self._write(joint, kp, kd, (target, velocity, 0.0), max_effort)
 
-    def velocity(
-        self, joint: Joint, target: float, damping: float | None, max_effort: float | None
-    ) -> None:
+    def velocity(self, joint: Joint, target: float, damping: float | None, max_effort: float | None) -> None:
         kd = self._inertia(joint) * VELOCITY_GAIN_FREQUENCY if damping is None else damping
         self._write(joint, 0.0, kd, (0.0, target, 0.0), max_effort)
 
@@ -79,7 +77,7 @@ class Drives:
 
     # ------------------------------------------------------------------------------------------------------
 
-    def _actuator(self, joint: Joint):  # noqa: ANN202 - a MuJoCo spec element
+    def _actuator(self, joint: Joint):
         actuator = joint._built.actuator
         if actuator is None:
             reason = "mimics another joint" if joint.is_scalar else f"is {joint.type}"

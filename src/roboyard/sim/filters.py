@@ -36,7 +36,7 @@ class CollisionFilters:
         self._next: int | None = None
 
     def masks(self, description: RobotDescription, self_collision: bool) -> tuple[int, int]:
-        """contype and conaffinity for the geoms of the body that is added next."""
+        """Contype and conaffinity for the geoms of the body that is added next."""
         self._next = None
         parts = sum(bool(link.collisions) for link in description.links)
         if self_collision or parts < 2:

@@ -169,7 +169,9 @@ class Joint:
 
     __slots__ = ("_built", "body", "index", "limit", "name", "type")
 
-    def __init__(self, body: Body, index: int, built: BuiltLink, kind: JointType, limit: Limit | None) -> None:
+    def __init__(
+        self, body: Body, index: int, built: BuiltLink, kind: JointType, limit: Limit | None
+    ) -> None:
         self.body = body
         self.index = index
         """Place in `body.joints`: depth first; the child link's index is one more."""
@@ -236,7 +238,7 @@ class Joint:
 
     @property
     def position(self) -> Any:
-        """rad or m; for a spherical joint (4,) x, y, z, w; planar (3,) m, m, rad; floating (7,); fixed ()."""
+        """Rad or m; for a spherical joint (4,) x, y, z, w; planar (3,) m, m, rad; floating (7,); fixed ()."""
         world = self.body.world
         world.ensure_compiled()
         if self.is_scalar:

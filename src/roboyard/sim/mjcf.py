@@ -47,7 +47,12 @@ def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) 
     for body, top in zip(child.worldbody.bodies, tops, strict=True):
         body.name = top
     _name_everything(child)
-    loose = [*child.worldbody.geoms, *child.worldbody.sites, *child.worldbody.cameras, *child.worldbody.lights]
+    loose = [
+        *child.worldbody.geoms,
+        *child.worldbody.sites,
+        *child.worldbody.cameras,
+        *child.worldbody.lights,
+    ]
     holder = world.spec.worldbody.add_body(name=f"{name}/world", pos=np.asarray(position, dtype=float))
     frame = holder.add_frame()
     world.spec.attach(child, prefix=f"{name}/", frame=frame)
@@ -59,9 +64,7 @@ def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) 
     for top in tops:
         element = world.spec.body(f"{name}/{top}")
         built = _collect(element, f"{name}/")
-        bodies.append(
-            world.register(f"{name}/{top}", built, None, fixed_base=built.free_joint is None)
-        )
+        bodies.append(world.register(f"{name}/{top}", built, None, fixed_base=built.free_joint is None))
     return tuple(bodies)
 
 
@@ -99,8 +102,6 @@ def _collect(top: Any, prefix: str) -> Built:
 
 def looks_of_model(body: Body) -> dict[int, list[Look]]:
     """Render shapes of a body that has no description, read from the compiled model."""
-    from roboyard.sim.appearance import Look
-
     world = body.world
     model = world.model
     found: dict[int, list[Look]] = {}
@@ -168,7 +169,9 @@ def _look(model: Any, geom: int, owner: tuple[int, int]) -> Look | None:
     elif int(model.geom_type[geom]) == int(kinds.mjGEOM_ELLIPSOID):
         from roboyard.shapes import primitives
 
-        geometry = Mesh(uri="", path=None, data=primitives.sphere(), scale=(2 * size[0], 2 * size[1], 2 * size[2]))
+        geometry = Mesh(
+            uri="", path=None, data=primitives.sphere(), scale=(2 * size[0], 2 * size[1], 2 * size[2])
+        )
     elif int(model.geom_type[geom]) == int(kinds.mjGEOM_HFIELD):
         field = int(model.geom_dataid[geom])
         nrow, ncol = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
@@ -176,7 +179,8 @@ def _look(model: Any, geom: int, owner: tuple[int, int]) -> Look | None:
         heights = model.hfield_data[start : start + nrow * ncol].reshape(nrow, ncol).T
         half_x, half_y, rise, _ = (float(v) for v in model.hfield_size[field])
         geometry = Heightfield(
-            heights=np.asarray(heights, dtype=float) * rise, cell=(2 * half_x / (ncol - 1), 2 * half_y / (nrow - 1))
+            heights=np.asarray(heights, dtype=float) * rise,
+            cell=(2 * half_x / (ncol - 1), 2 * half_y / (nrow - 1)),
         )
     w, x, y, z = (float(v) for v in model.geom_quat[geom])
     px, py, pz = (float(v) for v in model.geom_pos[geom])

@@ -151,7 +151,7 @@ def add_mesh(
     friction: float | None = None,
     name: str = "mesh",
 ) -> Body:
-    """Add a mesh; it collides as its convex hull and weighs as the solid hull. Mass 0 bolts it to the world."""
+    """Add a mesh, solid as its convex hull; mass 0 bolts it to the world."""
     sx, sy, sz = (float(v) for v in np.broadcast_to(np.asarray(scale, dtype=float), 3))
     if isinstance(mesh, TriangleMesh):
         geometry = Mesh(uri="", path=None, scale=(sx, sy, sz), data=mesh)

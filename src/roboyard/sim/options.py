@@ -18,7 +18,7 @@ dofs; forty loose boxes in one heap have 240.
 """
 PILE_ITERATIONS = 30
 CONTACT_SOLREF = (0.008, 1.0)
-"""Time constant (s) and damping ratio with which penetration is undone; critically damped, about two steps."""
+"""Time constant (s) and damping ratio with which penetration is undone: critically, in two steps."""
 CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 """Nearly rigid: at rest a body sinks in by well under 0.1 mm."""
 

@@ -82,7 +82,18 @@ def cast(world: World, starts: ArrayLike, ends: ArrayLike, *, visual: bool = Fal
     if len(origins) == 1 or (origins == origins[0]).all():
         cutoff = float(lengths.max()) if k else 0.0
         mujoco.mj_multiRay(
-            model, data, origins[0], directions.ravel(), groups, True, -1, geoms, distances, normals.ravel(), k, cutoff
+            model,
+            data,
+            origins[0],
+            directions.ravel(),
+            groups,
+            True,
+            -1,
+            geoms,
+            distances,
+            normals.ravel(),
+            k,
+            cutoff,
         )
         normals = normals.reshape(k, 3)
     else:

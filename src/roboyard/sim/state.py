@@ -58,7 +58,9 @@ def restore(world: World, state: WorldState) -> None:
         and len(state.static_positions) == world.model.nbody
     )
     if not fits:
-        raise ModelError("the state was saved with other bodies in the world; save again after adding or removing")
+        raise ModelError(
+            "the state was saved with other bodies in the world; save again after adding or removing"
+        )
     mujoco.mj_setState(world.model, world.data, state.values, kind)
     world.model.body_pos[:] = state.static_positions
     world.model.body_quat[:] = state.static_quaternions

@@ -77,7 +77,7 @@ class Surfaces:
         from roboyard.sim import _kernels
 
         if self._damping_rows is None or self._restitution_rows is None:
-            self._gather(model)
+            self._damping_rows, self._restitution_rows = self._gather(model)
         if self._damping:
             _kernels.add_damping(
                 self._damping_rows,
@@ -102,12 +102,12 @@ class Surfaces:
                 data.efc_aref,
             )
 
-    def _gather(self, model: Any) -> None:
-        self._damping_rows = np.zeros((model.nbody, 4))
-        self._restitution_rows = np.zeros(model.ngeom)
+    def _gather(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
+        damping, restitution = np.zeros((model.nbody, 4)), np.zeros(model.ngeom)
         bodies = self._world.body_by_id
         for (body_id, index), values in self._damping.items():
-            self._damping_rows[bodies[body_id].mujoco_ids[index]] = values
+            damping[bodies[body_id].mujoco_ids[index]] = values
         for (body_id, index), value in self._restitution.items():
             for geom in bodies[body_id].built.links[index].geoms:
-                self._restitution_rows[geom.id] = value
+                restitution[geom.id] = value
+        return damping, restitution

@@ -16,7 +16,7 @@ from roboyard.poses import Array, normalized
 from roboyard.sim import appearance, contacts, objects, rays, state
 from roboyard.sim.assets import MeshAssets
 from roboyard.sim.body import Body
-from roboyard.sim.build import Built, BuildOptions, build, discard
+from roboyard.sim.build import BuildOptions, Built, build, discard
 from roboyard.sim.drives import Drives
 from roboyard.sim.filters import CollisionFilters
 from roboyard.sim.options import Solver, apply_options, chosen_solver
@@ -32,7 +32,7 @@ log = logging.getLogger("roboyard.sim")
 mujoco.set_mju_user_warning(lambda message: log.warning("MuJoCo: %s", message))
 
 MEMORY_PER_GEOM = 256 * 1024
-"""Bytes of MuJoCo's arena for each collision shape (contacts and constraints); untouched memory costs nothing."""
+"""Bytes of MuJoCo's arena (contacts, constraints) a collision shape; untouched memory costs nothing."""
 MEMORY_LEAST, MEMORY_MOST = 64 * 2**20, 2 * 2**30
 
 
@@ -75,7 +75,7 @@ class World:
         self.visual_geoms = visual_geoms
         self.revision = 0
         """Grows whenever a compile moves things around in MuJoCo's arrays."""
-        self._gravity = tuple(float(g) for g in gravity)
+        self._gravity = _vector3(gravity)
         self._timestep = float(timestep)
         self._solver: Solver = solver
         self._next_id = 0
@@ -200,16 +200,13 @@ class World:
 
     @gravity.setter
     def gravity(self, value: Sequence[float]) -> None:
-        gravity = tuple(float(g) for g in value)
-        if len(gravity) != 3 or not np.isfinite(gravity).all():
-            raise RoboyardError(f"gravity has three finite numbers; got {tuple(value)}")
-        self._gravity = gravity
+        self._gravity = _vector3(value)
         if not self._stale:
-            self._model.opt.gravity[:] = gravity
+            self._model.opt.gravity[:] = self._gravity
 
     @property
     def timestep(self) -> float:
-        """s"""
+        """S"""
         return self._timestep
 
     @timestep.setter
@@ -232,7 +229,7 @@ class World:
 
     @property
     def time(self) -> float:
-        """s since the world began."""
+        """S since the world began."""
         return 0.0 if self._data is None else float(self._data.time)
 
     # --------------------------------------------------------------------------------------------- bodies
@@ -492,7 +489,7 @@ class World:
         return self.looks.scene()
 
     def frames(self) -> tuple[Array, Array]:
-        """(nbody, 3) positions and (nbody, 3, 3) rotations of all MuJoCo bodies, for `roboyard.cameras.render`."""
+        """(nbody, 3) positions and (nbody, 3, 3) rotations of all MuJoCo bodies, as cameras want them."""
         data = self.kinematics()
         return data.xpos, data.xmat.reshape(-1, 3, 3)
 
@@ -504,3 +501,10 @@ class World:
         if lines is not None:
             options["lines"] = lines
         return render(self.render_scene(), positions, rotations, camera, **options)
+
+
+def _vector3(value: Sequence[float]) -> tuple[float, float, float]:
+    numbers = [float(v) for v in value]
+    if len(numbers) != 3 or not np.isfinite(numbers).all():
+        raise RoboyardError(f"gravity has three finite numbers; got {tuple(value)}")
+    return numbers[0], numbers[1], numbers[2]
