@@ -1,0 +1,52 @@
+"""The bundled robots and things: URDFs, meshes and textures, all made by Roboyard's own generator.
+
+`tools/make_assets.py` in the repository writes every file here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from roboyard.errors import RoboyardError, unknown_name
+
+ROBOTS: dict[str, str] = {
+    "arm7": "arm7/arm7.urdf",
+    "husky": "husky/husky.urdf",
+    "r1": "r1/r1_description/urdf/r1_pro_source.urdf",
+    "r2d2": "r2d2.urdf",
+    "rover": "rover/rover.urdf",
+}
+"""File of each bundled robot, relative to the assets folder."""
+
+THINGS: dict[str, str] = {
+    "cube": "cube.urdf",
+    "cube_small": "cube_small.urdf",
+    "plane": "plane.urdf",
+    "plane100": "plane100.urdf",
+    "sphere2": "sphere2.urdf",
+    "sphere_small": "sphere_small.urdf",
+    "table": "table/table.urdf",
+}
+"""File of each bundled thing that is not a robot."""
+
+
+def assets_root() -> Path:
+    """The folder of the bundled files; search here to find `plane.urdf` or `husky/husky.urdf` by name."""
+    return Path(__file__).resolve().parent
+
+
+def asset_path(name: str) -> Path:
+    """Path of a bundled URDF by its short name, or of any bundled file by its path in the assets folder.
+
+    Args:
+        name: a key of `ROBOTS` or `THINGS` ("r1", "plane"), or a path such as "husky/husky.urdf".
+
+    Raises:
+        RoboyardError: nothing of that name is bundled; the message lists what is.
+    """
+    root = assets_root()
+    known = ROBOTS | THINGS
+    path = (root / known.get(name, name)).resolve()
+    if path.is_file() and path.is_relative_to(root):
+        return path
+    raise RoboyardError(unknown_name("bundled robot or thing", name, known))
