@@ -35,6 +35,8 @@ class RenderShape:
     """(h, w, 4) image that replaces the mesh's own."""
     specular: float = 0.2
     """0 to 1"""
+    infinite: bool = False
+    """The mesh is a flat piece of its own x-y plane and stands for all of that plane (a floor)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,0 +1,341 @@
+"""Where a picture is taken from, and how the world lands on its pixels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roboyard import poses
+
+Array = NDArray[np.float64]
+
+MAX_SIDE = 16384
+_FLIP_YZ = np.diag([1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Camera:
+    """A camera in the OpenGL convention: it looks along its own -z, +y is up, clip depth runs from -1 to 1.
+
+    Pixel (0, 0) is the top left one; the centre of pixel (column, row) lies at (column + 0.5, row + 0.5).
+    Matrices are row-major: a world point `p` lands on the clip coordinates `projection @ view @ (p, 1)`.
+
+    Raises ValueError for a size outside 1 to 16384, matrices that are not (4, 4) and finite, a view that is
+    no rigid motion, and a projection that is neither perspective nor orthographic.
+    """
+
+    width: int
+    """pixels"""
+    height: int
+    """pixels"""
+    view: Array
+    """(4, 4) world to camera."""
+    projection: Array
+    """(4, 4) camera to clip coordinates."""
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height"):
+            size = getattr(self, name)
+            if int(size) != size or not 1 <= size <= MAX_SIDE:
+                raise ValueError(f"{name} is {size}; give a whole number of pixels from 1 to {MAX_SIDE}")
+            object.__setattr__(self, name, int(size))
+        for name in ("view", "projection"):
+            matrix = np.array(getattr(self, name), dtype=float, order="C")
+            if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+                raise ValueError(f"{name} must be a finite (4, 4) matrix, got shape {matrix.shape}")
+            matrix.setflags(write=False)
+            object.__setattr__(self, name, matrix)
+        turn = self.view[:3, :3]
+        if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
+            raise ValueError("view must be a rigid motion (rotation and translation), without scale or mirror")
+        if not np.allclose(self.view[3], (0, 0, 0, 1)):
+            raise ValueError(f"the last row of view must be (0, 0, 0, 1), got {tuple(self.view[3])}")
+        last = self.projection[3]
+        if not (np.allclose(last, (0, 0, -1, 0)) or np.allclose(last, (0, 0, 0, 1))):
+            raise ValueError(
+                "the last row of projection must be (0, 0, -1, 0) for a perspective camera or (0, 0, 0, 1) for "
+                f"an orthographic one, got {tuple(last)}; is the matrix transposed?"
+            )
+        if abs(np.linalg.det(self.projection[:2, :2])) < 1e-12:
+            raise ValueError("projection flattens the picture to a line; give a field of view above zero")
+
+    @classmethod
+    def look_at(
+        cls,
+        eye: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0.0, 0.0, 1.0),
+        *,
+        width: int = 640,
+        height: int = 480,
+        fovy: float = math.radians(50.0),
+        near: float = 0.01,
+        far: float = 100.0,
+    ) -> Camera:
+        """Perspective camera at `eye` (m) that looks at `target` (m).
+
+        `fovy` is the vertical opening angle (rad); `near` and `far` (m) bound what is seen. Where the view
+        runs along `up`, world y (or x) stands in for it.
+        """
+        projection = perspective(fovy, width / height, near, far)
+        return cls(width, height, look_at_view(eye, target, up), projection)
+
+    @classmethod
+    def orthographic(
+        cls,
+        eye: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0.0, 0.0, 1.0),
+        *,
+        width: int = 640,
+        height: int = 480,
+        extent: float = 2.0,
+        near: float = 0.01,
+        far: float = 100.0,
+    ) -> Camera:
+        """Parallel camera at `eye` that looks at `target` and sees `extent` metres from bottom to top."""
+        if not extent > 0 or not far > near:
+            raise ValueError(f"extent must be positive and far above near, got {extent=}, {near=}, {far=}")
+        projection = np.eye(4)
+        projection[0, 0] = 2.0 * height / (extent * width)
+        projection[1, 1] = 2.0 / extent
+        projection[2, 2] = -2.0 / (far - near)
+        projection[2, 3] = -(far + near) / (far - near)
+        return cls(width, height, look_at_view(eye, target, up), projection)
+
+    @classmethod
+    def pinhole(
+        cls,
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        *,
+        width: int,
+        height: int,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = poses.IDENTITY_QUATERNION,
+        convention: Literal["gl", "optical"] = "gl",
+        near: float = 0.01,
+        far: float = 100.0,
+    ) -> Camera:
+        """Camera with calibrated intrinsics (pixels) at a pose in the world.
+
+        `cx`, `cy` count from the picture's top left corner, so width / 2 is the middle. `orientation`
+        (x, y, z, w) turns the camera's frame: "gl" looks along -z with y up, "optical" along +z with y down,
+        as calibration tools and ROS's optical frames mean it.
+        """
+        _check_range(near, far)
+        if not (fx > 0 and fy > 0):
+            raise ValueError(f"fx and fy must be positive, got {fx} and {fy}")
+        projection = np.zeros((4, 4))
+        projection[0, 0] = 2.0 * fx / width
+        projection[0, 2] = 1.0 - 2.0 * cx / width
+        projection[1, 1] = 2.0 * fy / height
+        projection[1, 2] = 2.0 * cy / height - 1.0
+        projection[2:] = perspective(1.0, 1.0, near, far)[2:]
+        pose = poses.pose_matrix(position, poses.normalized(orientation))
+        if convention == "optical":
+            pose[:3, :3] = pose[:3, :3] @ _FLIP_YZ
+        elif convention != "gl":
+            raise ValueError(f'convention must be "gl" or "optical", got {convention!r}')
+        return cls(width, height, poses.inverse_pose(pose), projection)
+
+    @classmethod
+    def from_yaw_pitch(
+        cls,
+        target: ArrayLike = (0.0, 0.0, 0.0),
+        distance: float = 3.0,
+        yaw: float = math.radians(50.0),
+        pitch: float = math.radians(-30.0),
+        roll: float = 0.0,
+        *,
+        width: int = 640,
+        height: int = 480,
+        fovy: float = math.radians(50.0),
+        near: float = 0.01,
+        far: float = 100.0,
+    ) -> Camera:
+        """Camera on an orbit around `target`: angles in rad, z up.
+
+        At yaw 0 it stands at -y and looks along +y; positive yaw walks it counter-clockwise seen from above;
+        negative pitch lifts it above the target; roll turns it about its own line of sight.
+        """
+        view = orbit_view(target, distance, yaw, pitch, roll)
+        return cls(width, height, view, perspective(fovy, width / height, near, far))
+
+    def resized(self, width: int, height: int) -> Camera:
+        """The same view of the same part of the world on another number of pixels."""
+        return Camera(width, height, self.view, self.projection)
+
+    @property
+    def is_perspective(self) -> bool:
+        """False for an orthographic camera."""
+        return bool(self.projection[3, 3] == 0.0 or abs(self.projection[3, 2]) > 0.5)
+
+    @property
+    def near(self) -> float:
+        """Nearest depth seen (m), out of the projection."""
+        a, b = self.projection[2, 2], self.projection[2, 3]
+        return float(b / (a - 1.0)) if self.is_perspective else float((b + 1.0) / a)
+
+    @property
+    def far(self) -> float:
+        """Farthest depth seen (m), out of the projection; inf for a projection without a far plane."""
+        a, b = self.projection[2, 2], self.projection[2, 3]
+        if self.is_perspective:
+            return float(b / (a + 1.0)) if a + 1.0 < 0.0 else math.inf
+        return float((b - 1.0) / a)
+
+    @property
+    def intrinsics(self) -> Array:
+        """(3, 3) pinhole matrix (pixels) for the optical convention: x right, y down, z forward.
+
+        Raises ValueError for an orthographic camera.
+        """
+        if not self.is_perspective:
+            raise ValueError("an orthographic camera has no pinhole matrix; use pixel_matrix")
+        p = self.projection
+        w, h = self.width / 2.0, self.height / 2.0
+        return np.array(
+            [
+                [w * p[0, 0], -w * p[0, 1], w * (1.0 - p[0, 2])],
+                [-h * p[1, 0], h * p[1, 1], h * (1.0 + p[1, 2])],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+    @property
+    def pixel_matrix(self) -> Array:
+        """(3, 4) from world points to pixels: (column · d, row · d, d), d being the depth (m).
+
+        For an orthographic camera the result is (column, row, d).
+        """
+        p, v = self.projection, self.view
+        clip = p @ v
+        depth = -v[2]
+        one = depth if self.is_perspective else np.array([0.0, 0.0, 0.0, 1.0])
+        column = 0.5 * self.width * (clip[0] + one)
+        row = 0.5 * self.height * (one - clip[1])
+        return np.stack([column, row, depth])
+
+    @property
+    def T_world_camera(self) -> Array:
+        """(4, 4) pose of the camera's frame (looks along -z, +y up) in the world."""
+        return poses.inverse_pose(self.view)
+
+    @property
+    def position(self) -> Array:
+        """(3,) in the world; m"""
+        return self.T_world_camera[:3, 3]
+
+    @property
+    def orientation(self) -> Array:
+        """(4,) x, y, z, w of the camera's frame (looks along -z, +y up) in the world."""
+        return poses.quaternion_from_matrix(self.T_world_camera[:3, :3])
+
+    def project(self, points: ArrayLike) -> Array:
+        """(..., 3) column, row (pixels, fractional) and depth (m) of (..., 3) world points."""
+        p = np.asarray(points, dtype=float)
+        m = self.pixel_matrix
+        out = p @ m[:, :3].T + m[:, 3]
+        if self.is_perspective:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                out[..., :2] /= out[..., 2:]
+        return out
+
+    def rays(self) -> tuple[Array, Array]:
+        """(height, width, 3) origins and directions of the pixels' lines of sight in the world.
+
+        A direction has length 1 along the camera's axis, so that `origin + depth * direction` is the point at
+        that depth.
+        """
+        m = self.pixel_matrix
+        inverse = np.linalg.inv(m[:, :3])
+        row, column = np.mgrid[0 : self.height, 0 : self.width] + 0.5
+        one = np.ones_like(row)
+        if self.is_perspective:
+            directions = np.stack([column, row, one], axis=-1) @ inverse.T
+            origins = np.broadcast_to(-inverse @ m[:, 3], directions.shape)
+        else:
+            pixels = np.stack([column, row, 0.0 * one], axis=-1)
+            origins = (pixels - m[:, 3]) @ inverse.T
+            directions = np.broadcast_to(inverse[:, 2], origins.shape)
+        return origins, directions
+
+    def deproject(self, depth: ArrayLike) -> Array:
+        """(height, width, 3) world points (m) of a (height, width) depth picture (m); NaN where nothing is."""
+        d = np.asarray(depth, dtype=float)
+        if d.shape != (self.height, self.width):
+            raise ValueError(f"depth must have shape {(self.height, self.width)}, got {d.shape}")
+        origins, directions = self.rays()
+        d = np.where(np.isfinite(d), d, np.nan)
+        return origins + d[..., None] * directions
+
+    def depth_to_buffer(self, depth: ArrayLike) -> NDArray[np.float32]:
+        """Non-linear OpenGL depth buffer, 0 (near) to 1 (far and misses), of depths in metres."""
+        z = -np.asarray(depth, dtype=float)
+        p = self.projection
+        finite = np.isfinite(z)
+        z = np.where(finite, z, -1.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            clip = (p[2, 2] * z + p[2, 3]) / (p[3, 2] * z + p[3, 3])
+        return np.where(finite, np.clip(0.5 * clip + 0.5, 0.0, 1.0), 1.0).astype(np.float32)
+
+
+def perspective(fovy: float, aspect: float, near: float, far: float) -> Array:
+    """(4, 4) OpenGL projection: vertical opening angle (rad), width / height, and depths (m)."""
+    _check_range(near, far)
+    if not 0.0 < fovy < math.pi or not aspect > 0.0:
+        raise ValueError(f"fovy must lie between 0 and pi (rad) and aspect above 0, got {fovy} and {aspect}")
+    scale = 1.0 / math.tan(0.5 * fovy)
+    out = np.zeros((4, 4))
+    out[0, 0] = scale / aspect
+    out[1, 1] = scale
+    out[2, 2], out[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    out[3, 2] = -1.0
+    return out
+
+
+def look_at_view(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+    """(4, 4) world to camera for a camera at `eye` that looks at `target`, with `up` upward in the picture."""
+    e, t = np.asarray(eye, dtype=float), np.asarray(target, dtype=float)
+    forward = t - e
+    length = np.linalg.norm(forward)
+    if e.shape != (3,) or t.shape != (3,) or not length > 1e-12:
+        raise ValueError(f"eye and target must be two different (3,) points, got {eye} and {target}")
+    forward = forward / length
+    for reference in (np.asarray(up, dtype=float), np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])):
+        right = np.cross(forward, reference)
+        size = np.linalg.norm(right)
+        if size > 1e-6 * max(float(np.linalg.norm(reference)), 1e-300):
+            break
+    right = right / size
+    turn = np.stack([right, np.cross(right, forward), -forward])
+    out = np.eye(4)
+    out[:3, :3] = turn
+    out[:3, 3] = -turn @ e
+    return out
+
+
+def orbit_view(target: ArrayLike, distance: float, yaw: float, pitch: float, roll: float = 0.0) -> Array:
+    """(4, 4) world to camera on an orbit; see `Camera.from_yaw_pitch`."""
+    if not distance > 0:
+        raise ValueError(f"distance must be positive, got {distance}")
+    q_yaw = poses.quaternion_from_axis_angle((0, 0, 1), yaw)
+    q_pitch = poses.quaternion_from_axis_angle((1, 0, 0), pitch)
+    q_roll = poses.quaternion_from_axis_angle((0, 1, 0), roll)
+    turn = poses.matrix_from_quaternion(poses.multiply(poses.multiply(q_yaw, q_pitch), q_roll))
+    pose = np.eye(4)
+    pose[:3, :3] = turn @ np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+    pose[:3, 3] = np.asarray(target, dtype=float) - distance * turn[:, 1]
+    return poses.inverse_pose(pose)
+
+
+def _check_range(near: float, far: float) -> None:
+    if not 0.0 < near < far:
+        raise ValueError(f"depths must satisfy 0 < near < far, got near {near} and far {far}")

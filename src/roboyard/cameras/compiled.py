@@ -1,0 +1,29 @@
+"""Say once that the kernels are being compiled; later runs find them on disk."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+_log = logging.getLogger("roboyard")
+_announced = False
+
+
+def announce(*kernels: Any) -> None:
+    """Log one line when any of the numba functions has neither been compiled nor been stored on disk."""
+    global _announced
+    if not _announced and any(_is_cold(kernel) for kernel in kernels):
+        _announced = True
+        _log.warning("compiling the software renderer for this machine: once, about 15 seconds")
+
+
+def _is_cold(kernel: Any) -> bool:
+    if kernel.signatures:
+        return False
+    path = kernel.stats.cache_path
+    if path is None:
+        return True
+    function = kernel.py_func
+    module = Path(function.__code__.co_filename).stem
+    return not any(Path(path).glob(f"{module}.{function.__qualname__}-*.nbi"))

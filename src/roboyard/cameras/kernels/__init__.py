@@ -1,0 +1,1 @@
+"""Compiled loops of the software renderer: plain functions over flat arrays."""

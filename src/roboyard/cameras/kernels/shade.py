@@ -1,0 +1,343 @@
+"""Colour of each pixel, once what it sees is known: each is shaded once, however many triangles lie behind."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from roboyard.cameras.kernels.raster import PLANE
+
+
+@njit(cache=True)
+def texel(texels, offset, width, height, u, v, out):
+    """Bilinear sample of one level, repeating, v up; adds nothing, writes (4,) 0 to 1 into `out`."""
+    x = u * width - 0.5
+    y = (1.0 - v) * height - 0.5
+    x_floor, y_floor = math.floor(x), math.floor(y)
+    fx, fy = x - x_floor, y - y_floor
+    x0, y0 = np.int64(x_floor) % width, np.int64(y_floor) % height
+    x1, y1 = (x0 + 1) % width, (y0 + 1) % height
+    a, b = offset + y0 * width, offset + y1 * width
+    for k in range(4):
+        top = texels[a + x0, k] * (1.0 - fx) + texels[a + x1, k] * fx
+        bottom = texels[b + x0, k] * (1.0 - fx) + texels[b + x1, k] * fx
+        out[k] = (top * (1.0 - fy) + bottom * fy) * (1.0 / 255.0)
+
+
+@njit(cache=True)
+def checker_share(x, y, wide_x, wide_y):
+    """Share of the second colour in a footprint of the given width around (x, y), in squares.
+
+    The footprint's exact mean over the board, one axis at a time, so that the board turns to an even mix
+    towards the horizon.
+    """
+    wide_x, wide_y = max(wide_x, 1e-4), max(wide_y, 1e-4)
+    # integral of the square wave that is +1 on even squares and -1 on odd ones is a triangle wave
+    a, b = 0.5 * (x - 0.5 * wide_x), 0.5 * (x + 0.5 * wide_x)
+    wave_x = 2.0 * (abs(a - math.floor(a) - 0.5) - abs(b - math.floor(b) - 0.5)) / wide_x
+    a, b = 0.5 * (y - 0.5 * wide_y), 0.5 * (y + 0.5 * wide_y)
+    wave_y = 2.0 * (abs(a - math.floor(a) - 0.5) - abs(b - math.floor(b) - 0.5)) / wide_y
+    return 0.5 - 0.5 * wave_x * wave_y
+
+
+@njit(cache=True)
+def sunlight(shadow, size, m, x, y, z):
+    """Share of the sun that reaches a point: a 3 by 3 texel tent over the shadow map; 1 outside it."""
+    column = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3] - 0.5
+    row = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3] - 0.5
+    if not (column >= 1.0 and column < size - 2.0 and row >= 1.0 and row < size - 2.0):
+        return 1.0
+    q = -(m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3])
+    left, top = np.int64(column), np.int64(row)
+    fx, fy = column - left, row - top
+    total = 0.0
+    for j in range(4):
+        p = (top + j - 1) * size + left - 1
+        line = 0.0
+        if shadow[p] <= q:
+            line += 1.0 - fx
+        if shadow[p + 1] <= q:
+            line += 1.0
+        if shadow[p + 2] <= q:
+            line += 1.0
+        if shadow[p + 3] <= q:
+            line += fx
+        total += line * ((1.0 - fy) if j == 0 else (fy if j == 3 else 1.0))
+    return total / 9.0
+
+
+@njit(cache=True)
+def backdrop_color(backdrop, row, height, out):
+    share = (row + 0.5) / height
+    for k in range(4):
+        out[k] = backdrop[0, k] * (1.0 - share) + backdrop[1, k] * share
+
+
+@njit(cache=True)
+def shade(
+    seen, nearness, width, height, perspective, origins, directions, to_world, to_local, looks, links,
+    faces, vertices, normals, uvs, colors, texels, textures, light, shadow, shadow_size, shadow_matrix,
+    shadow_texel, backdrop, fade, front, layered, final, out,
+):  # fmt: skip
+    """Shade what `seen` says. final: write uint8 (pixels, 4) `out`, over the backdrop and under `front`;
+    else lay the colours under what `front` (pixels, 4; premultiplied) already holds.
+
+    origins, directions (3, 3): rows constant, per column, per row of the pixels' lines of sight.
+    to_world (n, 3, 4), to_local (n, 3, 3). light (10,): direction, colour, ambient, diffuse, specular, sky.
+    backdrop (2, 4): top and bottom. fade (2,): depths between which endless planes dissolve.
+    """
+    sample = np.empty(4)
+    sample_far = np.empty(4)
+    behind = np.empty(4)
+    lx, ly, lz = light[0], light[1], light[2]
+    ambient, diffuse, gloss, sky = light[6], light[7], light[8], light[9]
+    ox, oy, oz = origins[0, 0], origins[0, 1], origins[0, 2]
+    for row in range(height):
+        backdrop_color(backdrop, row, height, behind)
+        py = row + 0.5
+        for column in range(width):
+            p = row * width + column
+            code = seen[p]
+            red, green, blue, alpha = 0.0, 0.0, 0.0, 0.0
+            if code < 0:
+                if not final:
+                    continue
+            else:
+                instance = np.int64(code >> 32)
+                face = np.int64(code & 0x7FFFFFFF)
+                endless = face == PLANE
+                if endless:
+                    face = np.int64(links[instance, 5])
+                px = column + 0.5
+                depth = 1.0 / np.float64(nearness[p]) if perspective else -np.float64(nearness[p])
+                dx = directions[0, 0] + directions[1, 0] * px + directions[2, 0] * py
+                dy = directions[0, 1] + directions[1, 1] * px + directions[2, 1] * py
+                dz = directions[0, 2] + directions[1, 2] * px + directions[2, 2] * py
+                if not perspective:
+                    ox = origins[0, 0] + origins[1, 0] * px + origins[2, 0] * py
+                    oy = origins[0, 1] + origins[1, 1] * px + origins[2, 1] * py
+                    oz = origins[0, 2] + origins[1, 2] * px + origins[2, 2] * py
+                x, y, z = ox + depth * dx, oy + depth * dy, oz + depth * dz
+                inverse = to_local[instance]
+                place = to_world[instance]
+                tx, ty, tz = x - place[0, 3], y - place[1, 3], z - place[2, 3]
+                # the point in mesh coordinates, and the face there
+                hx = inverse[0, 0] * tx + inverse[0, 1] * ty + inverse[0, 2] * tz
+                hy = inverse[1, 0] * tx + inverse[1, 1] * ty + inverse[1, 2] * tz
+                hz = inverse[2, 0] * tx + inverse[2, 1] * ty + inverse[2, 2] * tz
+                base = np.int64(links[instance, 6])
+                i0 = base + faces[face, 0]
+                i1 = base + faces[face, 1]
+                i2 = base + faces[face, 2]
+                ax, ay, az = np.float64(vertices[i0, 0]), np.float64(vertices[i0, 1]), np.float64(vertices[i0, 2])
+                ux, uy, uz = vertices[i1, 0] - ax, vertices[i1, 1] - ay, vertices[i1, 2] - az
+                vx, vy, vz = vertices[i2, 0] - ax, vertices[i2, 1] - ay, vertices[i2, 2] - az
+                gx, gy, gz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                uu = ux * ux + uy * uy + uz * uz
+                uv = ux * vx + uy * vy + uz * vz
+                vv = vx * vx + vy * vy + vz * vz
+                spread = uu * vv - uv * uv
+                spread = 1.0 / spread if spread > 0.0 else 0.0
+                rx, ry, rz = hx - ax, hy - ay, hz - az
+                ru = rx * ux + ry * uy + rz * uz
+                rv = rx * vx + ry * vy + rz * vz
+                b1 = (vv * ru - uv * rv) * spread
+                b2 = (uu * rv - uv * ru) * spread
+                if not endless:
+                    b1 = min(max(b1, 0.0), 1.0)
+                    b2 = min(max(b2, 0.0), 1.0 - b1)
+                    b0 = 1.0 - b1 - b2
+                    mx = b0 * normals[face, 0, 0] + b1 * normals[face, 1, 0] + b2 * normals[face, 2, 0]
+                    my = b0 * normals[face, 0, 1] + b1 * normals[face, 1, 1] + b2 * normals[face, 2, 1]
+                    mz = b0 * normals[face, 0, 2] + b1 * normals[face, 1, 2] + b2 * normals[face, 2, 2]
+                else:
+                    b0 = 1.0 - b1 - b2
+                    mx, my, mz = gx, gy, gz
+                # colour
+                look = looks[instance]
+                red, green, blue, alpha = (
+                    np.float64(look[0]), np.float64(look[1]), np.float64(look[2]), np.float64(look[3])
+                )  # fmt: skip
+                texture = links[instance, 2]
+                if links[instance, 3] >= 0:
+                    k = links[instance, 3] + face - links[instance, 5]
+                    red *= colors[k, 0] / 255.0
+                    green *= colors[k, 1] / 255.0
+                    blue *= colors[k, 2] / 255.0
+                    alpha *= colors[k, 3] / 255.0
+                if texture >= 0 or look[8] > 0.0:
+                    # how far the point moves on the face's plane from one pixel to the next
+                    sx = inverse[0, 0] * dx + inverse[0, 1] * dy + inverse[0, 2] * dz
+                    sy = inverse[1, 0] * dx + inverse[1, 1] * dy + inverse[1, 2] * dz
+                    sz = inverse[2, 0] * dx + inverse[2, 1] * dy + inverse[2, 2] * dz
+                    slant = gx * sx + gy * sy + gz * sz
+                    slant = 1.0 / slant if abs(slant) > 1e-300 else 0.0
+                    foot = np.empty((2, 3))
+                    for k in range(2):
+                        wx = origins[k + 1, 0] + depth * directions[k + 1, 0]
+                        wy = origins[k + 1, 1] + depth * directions[k + 1, 1]
+                        wz = origins[k + 1, 2] + depth * directions[k + 1, 2]
+                        qx = inverse[0, 0] * wx + inverse[0, 1] * wy + inverse[0, 2] * wz
+                        qy = inverse[1, 0] * wx + inverse[1, 1] * wy + inverse[1, 2] * wz
+                        qz = inverse[2, 0] * wx + inverse[2, 1] * wy + inverse[2, 2] * wz
+                        along = (gx * qx + gy * qy + gz * qz) * slant
+                        foot[k, 0] = qx - along * sx
+                        foot[k, 1] = qy - along * sy
+                        foot[k, 2] = qz - along * sz
+                    if texture >= 0:
+                        k = links[instance, 4] + face - links[instance, 5]
+                        u = b0 * uvs[k, 0, 0] + b1 * uvs[k, 1, 0] + b2 * uvs[k, 2, 0]
+                        v = b0 * uvs[k, 0, 1] + b1 * uvs[k, 1, 1] + b2 * uvs[k, 2, 1]
+                        full_w, full_h = textures[texture, 0, 1], textures[texture, 0, 2]
+                        long, short = 0.0, 1e300
+                        for j in range(2):
+                            fu = foot[j, 0] * ux + foot[j, 1] * uy + foot[j, 2] * uz
+                            fv = foot[j, 0] * vx + foot[j, 1] * vy + foot[j, 2] * vz
+                            c1 = (vv * fu - uv * fv) * spread
+                            c2 = (uu * fv - uv * fu) * spread
+                            du = c1 * (uvs[k, 1, 0] - uvs[k, 0, 0]) + c2 * (uvs[k, 2, 0] - uvs[k, 0, 0])
+                            dv = c1 * (uvs[k, 1, 1] - uvs[k, 0, 1]) + c2 * (uvs[k, 2, 1] - uvs[k, 0, 1])
+                            size = du * du * full_w * full_w + dv * dv * full_h * full_h
+                            long, short = max(long, size), min(short, size)
+                        # a slanted view may keep up to one level more than its longer side allows
+                        size = max(math.sqrt(long * short), 0.25 * long)
+                        level = min(0.5 * math.log2(size), textures.shape[1] - 2.0) if size > 1.0 else 0.0
+                        whole = np.int64(level)
+                        part = level - whole
+                        texel(texels, textures[texture, whole, 0], textures[texture, whole, 1],
+                              textures[texture, whole, 2], u, v, sample)  # fmt: skip
+                        if part > 0.0:
+                            texel(texels, textures[texture, whole + 1, 0], textures[texture, whole + 1, 1],
+                                  textures[texture, whole + 1, 2], u, v, sample_far)  # fmt: skip
+                            for j in range(4):
+                                sample[j] += part * (sample_far[j] - sample[j])
+                        red *= sample[0]
+                        green *= sample[1]
+                        blue *= sample[2]
+                        alpha *= sample[3]
+                    if look[8] > 0.0:
+                        share = checker_share(
+                            hx * look[9] / look[8],
+                            hy * look[10] / look[8],
+                            (abs(foot[0, 0]) + abs(foot[1, 0])) * look[9] / look[8],
+                            (abs(foot[0, 1]) + abs(foot[1, 1])) * look[10] / look[8],
+                        )
+                        red += share * (look[5] - red)
+                        green += share * (look[6] - green)
+                        blue += share * (look[7] - blue)
+                # light
+                level_r = level_g = level_b = ambient
+                shine = 0.0
+                if diffuse > 0.0 or gloss > 0.0:
+                    # normals turn with the transposed inverse, towards the eye
+                    nx = inverse[0, 0] * mx + inverse[1, 0] * my + inverse[2, 0] * mz
+                    ny = inverse[0, 1] * mx + inverse[1, 1] * my + inverse[2, 1] * mz
+                    nz = inverse[0, 2] * mx + inverse[1, 2] * my + inverse[2, 2] * mz
+                    scale = 1.0 / math.sqrt(nx * nx + ny * ny + nz * nz + 1e-300)
+                    ex = inverse[0, 0] * gx + inverse[1, 0] * gy + inverse[2, 0] * gz
+                    ey = inverse[0, 1] * gx + inverse[1, 1] * gy + inverse[2, 1] * gz
+                    ez = inverse[0, 2] * gx + inverse[1, 2] * gy + inverse[2, 2] * gz
+                    edge = 1.0 / math.sqrt(ex * ex + ey * ey + ez * ez + 1e-300)
+                    if ex * dx + ey * dy + ez * dz > 0.0:
+                        edge = -edge
+                    if (nx * ex + ny * ey + nz * ez) * edge < 0.0:
+                        scale = -scale
+                    nx, ny, nz = nx * scale, ny * scale, nz * scale
+                    ex, ey, ez = ex * edge, ey * edge, ez * edge
+                    facing = nx * lx + ny * ly + nz * lz
+                    sun = 0.0
+                    if facing > 0.0:
+                        sun = 1.0
+                        if shadow_size > 0:
+                            cosine = ex * lx + ey * ly + ez * lz
+                            # lift the point by the slope of its face across the tent's reach
+                            lift = shadow_texel * (0.3 + 2.2 * math.sqrt(max(1.0 - cosine * cosine, 0.0)))
+                            sun = sunlight(
+                                shadow, shadow_size, shadow_matrix, x + lift * ex, y + lift * ey, z + lift * ez
+                            )
+                    amount = diffuse * ((1.0 - sky) * sun * max(facing, 0.0) + sky * (0.5 + 0.5 * nz))
+                    level_r += amount * light[3]
+                    level_g += amount * light[4]
+                    level_b += amount * light[5]
+                    if sun > 0.0 and gloss * look[4] > 0.0:
+                        far = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)
+                        wx, wy, wz = lx - dx * far, ly - dy * far, lz - dz * far
+                        half = nx * wx + ny * wy + nz * wz
+                        if half > 0.0:
+                            half = half * half / (wx * wx + wy * wy + wz * wz)
+                            half *= half
+                            half *= half
+                            half *= half
+                            shine = half * half * gloss * look[4] * sun
+                red = red * level_r + shine * light[3]
+                green = green * level_g + shine * light[4]
+                blue = blue * level_b + shine * light[5]
+                if endless and depth > fade[0]:
+                    share = min((depth - fade[0]) / (fade[1] - fade[0]), 1.0)
+                    share = share * share * (3.0 - 2.0 * share)
+                    red += share * (behind[0] - red)
+                    green += share * (behind[1] - green)
+                    blue += share * (behind[2] - blue)
+                red, green, blue = min(red, 1.0), min(green, 1.0), min(blue, 1.0)
+            if final:
+                if code < 0:
+                    red, green, blue, alpha = behind[0], behind[1], behind[2], behind[3]
+                else:
+                    alpha = 1.0
+                if layered:
+                    rest = 1.0 - front[p, 3]
+                    alpha = front[p, 3] + rest * alpha
+                    red = front[p, 0] + rest * red
+                    green = front[p, 1] + rest * green
+                    blue = front[p, 2] + rest * blue
+                out[p, 0] = np.uint8(red * 255.0 + 0.5)
+                out[p, 1] = np.uint8(green * 255.0 + 0.5)
+                out[p, 2] = np.uint8(blue * 255.0 + 0.5)
+                out[p, 3] = np.uint8(min(alpha, 1.0) * 255.0 + 0.5)
+            else:
+                weight = (1.0 - front[p, 3]) * alpha
+                front[p, 0] += weight * red
+                front[p, 1] += weight * green
+                front[p, 2] += weight * blue
+                front[p, 3] += weight
+
+
+@njit(cache=True)
+def describe(seen, nearness, links, perspective, depth, segmentation):
+    """Depth in metres (inf for none) and owner ids (-1 for none) of what each pixel sees."""
+    for p in range(len(seen)):
+        if seen[p] < 0:
+            depth[p] = np.inf
+            segmentation[p, 0] = -1
+            segmentation[p, 1] = -1
+        else:
+            instance = seen[p] >> 32
+            depth[p] = np.float32(1.0) / nearness[p] if perspective else -nearness[p]
+            segmentation[p, 0] = links[instance, 0]
+            segmentation[p, 1] = links[instance, 1]
+
+
+@njit(cache=True)
+def lit_bounds(seen, nearness, width, height, stride, perspective, origins, directions, m):
+    """(2, 2) bounds of what is seen, every `stride` pixels, in the columns and rows of the map `m` (3, 4)."""
+    out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
+    for row in range(0, height, stride):
+        for column in range(0, width, stride):
+            p = row * width + column
+            if seen[p] < 0:
+                continue
+            px, py = column + 0.5, row + 0.5
+            depth = 1.0 / np.float64(nearness[p]) if perspective else -np.float64(nearness[p])
+            x = origins[0, 0] + origins[1, 0] * px + origins[2, 0] * py
+            y = origins[0, 1] + origins[1, 1] * px + origins[2, 1] * py
+            z = origins[0, 2] + origins[1, 2] * px + origins[2, 2] * py
+            x += depth * (directions[0, 0] + directions[1, 0] * px + directions[2, 0] * py)
+            y += depth * (directions[0, 1] + directions[1, 1] * px + directions[2, 1] * py)
+            z += depth * (directions[0, 2] + directions[1, 2] * px + directions[2, 2] * py)
+            for k in range(2):
+                at = m[k, 0] * x + m[k, 1] * y + m[k, 2] * z + m[k, 3]
+                out[0, k] = min(out[0, k], at)
+                out[1, k] = max(out[1, k], at)
+    return out

@@ -1,0 +1,91 @@
+"""The sun's own picture of the scene: how far its light gets, over the part of the world that is in view."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.cameras.kernels import raster, shade
+from roboyard.cameras.scene_arrays import SceneArrays
+
+Array = NDArray[np.float64]
+
+MARGIN = 4
+"""Texels around the part of the map that is used, for the filter's reach."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class ShadowMap:
+    """Nearness to the sun of what it meets first, texel by texel."""
+
+    nearness: NDArray[np.float32]
+    size: int
+    """Texels along each side; 0: nothing throws a shadow into view."""
+    matrix: Array
+    """(3, 4) from the world to column, row and depth (m)."""
+    texel: float
+    """Longer side of a texel; m"""
+
+
+NO_SHADOW = ShadowMap(
+    nearness=np.zeros(1, dtype=np.float32), size=0, matrix=np.zeros((3, 4)), texel=0.0
+)
+
+
+def cast(
+    arrays: SceneArrays, to_world: Array, sun: Array, seen: NDArray, nearness: NDArray,
+    width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: NDArray,
+) -> ShadowMap:  # fmt: skip
+    """Shadow map for what `seen` and `nearness` show; `sun` is the unit vector towards the sun."""
+    if not len(arrays.casters):
+        return NO_SHADOW
+    right = np.cross(sun, [0.0, 0.0, 1.0] if abs(sun[2]) < 0.99 else [0.0, 1.0, 0.0])
+    right /= np.linalg.norm(right)
+    matrix = np.zeros((3, 4))
+    matrix[:, :3] = right, np.cross(sun, right), -sun
+    casters = np.unique(arrays.casters[:, 0])
+    low, high = _bounds_of_boxes(matrix, to_world[casters], arrays.boxes[casters])
+    stride = 2 if width * height > 40000 else 1
+    visible = shade.lit_bounds(seen, nearness, width, height, stride, perspective, *rays, matrix)
+    low[:2] = np.maximum(low[:2], visible[0])
+    high[:2] = np.minimum(high[:2], visible[1])
+    if not (low[:2] <= high[:2]).all():
+        return NO_SHADOW
+    size = _map_size(max(width, height))
+    texels = np.array([_steady(extent) for extent in high[:2] - low[:2]]) / (size - 2 * MARGIN - 1)
+    # whole texels of a fixed grid, so that edges do not crawl when the fit moves a little
+    middle = np.floor(0.5 * (low[:2] + high[:2]) / texels)
+    matrix[:2] /= texels[:, None]
+    matrix[:2, 3] = 0.5 * size - middle
+    matrix[2, 3] = -0.5 * (low[2] + high[2])
+    screens = matrix[None, :, :3] @ to_world
+    screens[:, :, 3] += matrix[:, 3]
+    depth = np.full(size * size, -np.inf, dtype=np.float32)
+    unused = np.zeros(1, dtype=np.float32)
+    raster.draw_meshes(
+        arrays.casters, screens, arrays.boxes, arrays.vertices, arrays.faces, False, -np.inf, np.inf,
+        raster.DEPTH_ONLY, unused, depth, np.zeros(1, dtype=np.int64), size, size, scratch,
+    )  # fmt: skip
+    return ShadowMap(nearness=depth, size=size, matrix=matrix, texel=float(texels.max()))
+
+
+def _bounds_of_boxes(matrix: Array, to_world: Array, boxes: Array) -> tuple[Array, Array]:
+    """Lower and upper corner, in the light's axes, around all boxes."""
+    axes = matrix[:, :3] @ to_world
+    middle = boxes.mean(axis=1)
+    half = 0.5 * (boxes[:, 1] - boxes[:, 0])
+    centre = np.einsum("nij,nj->ni", axes[:, :, :3], middle) + axes[:, :, 3]
+    reach = np.einsum("nij,nj->ni", np.abs(axes[:, :, :3]), half)
+    return (centre - reach).min(axis=0), (centre + reach).max(axis=0)
+
+
+def _steady(extent: float) -> float:
+    """`extent` rounded up to a quarter of a power of two."""
+    return 2.0 ** (math.ceil(4.0 * math.log2(max(extent, 1e-3))) / 4.0)
+
+
+def _map_size(side: int) -> int:
+    return 512 if side <= 400 else (1024 if side <= 1000 else 2048)

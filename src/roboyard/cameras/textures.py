@@ -1,0 +1,55 @@
+"""Textures as one flat array, with halved copies so that distant ones do not shimmer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEVELS = 14
+"""Most copies of a texture, the full one included."""
+
+
+def halved(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The image at half size, each pixel the mean of four; an odd last row or column joins its neighbour."""
+    h, w = max(image.shape[0] // 2, 1), max(image.shape[1] // 2, 1)
+    rows = np.minimum(np.arange(2 * h), image.shape[0] - 1)
+    columns = np.minimum(np.arange(2 * w), image.shape[1] - 1)
+    even = image[np.ix_(rows, columns)].astype(np.uint16)
+    return ((even.reshape(h, 2, w, 2, 4).sum(axis=(1, 3), dtype=np.uint16) + 2) // 4).astype(np.uint8)
+
+
+def pack(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+    """Join textures: (texels, 4) and a table (textures, LEVELS, 3) of offset, width and height.
+
+    Levels past the last one (1 x 1) repeat it.
+    """
+    texels: list[NDArray[np.uint8]] = []
+    table = np.zeros((max(len(images), 1), LEVELS, 3), dtype=np.int32)
+    offset = 0
+    for index, image in enumerate(images):
+        level = image
+        for k in range(LEVELS):
+            if k and max(level.shape[:2]) == 1:
+                table[index, k] = table[index, k - 1]
+                continue
+            if k:
+                level = halved(level)
+            table[index, k] = offset, level.shape[1], level.shape[0]
+            texels.append(level.reshape(-1, 4))
+            offset += level.shape[0] * level.shape[1]
+    flat = np.concatenate(texels) if texels else np.zeros((1, 4), dtype=np.uint8)
+    return np.ascontiguousarray(flat), table
+
+
+def as_rgba(image: NDArray) -> NDArray[np.uint8]:
+    """(h, w, 4) uint8 of a (h, w), (h, w, 3) or (h, w, 4) uint8 picture."""
+    a = np.asarray(image, dtype=np.uint8)
+    if a.ndim == 2:
+        a = np.repeat(a[..., None], 3, axis=2)
+    if a.ndim != 3 or a.shape[2] not in (3, 4) or 0 in a.shape:
+        raise ValueError(f"a texture must have shape (h, w, 3) or (h, w, 4), got {a.shape}")
+    if a.shape[2] == 3:
+        a = np.concatenate([a, np.full((*a.shape[:2], 1), 255, dtype=np.uint8)], axis=2)
+    return a
