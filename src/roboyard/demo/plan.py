@@ -1,0 +1,217 @@
+"""What the demo will do with a robot, worked out before anything moves.
+
+Joints move in a few groups: those equally far from the base together, so that both arms of a robot do the
+same and the whole takes well under a minute of simulated time, however many joints there are. A robot that
+stands free moves each joint only as far as it keeps its balance and stays above the floor; one that is held
+or mounted goes through its whole range, on a stand high enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.demo.figure import Figure
+from roboyard.demo.stance import Stance, decide
+from roboyard.demo.sweep import Sweep, first_sweep
+from roboyard.poses import Array
+
+Flags = NDArray[np.bool_]
+
+MOST_GROUPS = 6
+SHORTEST, LONGEST = 1.5, 20.0
+"""s for one group."""
+SHORTEST_SHORT, LONGEST_SHORT = 0.6, 3.0
+"""s for one group of the short demo."""
+SAMPLES = 33
+CLEARANCE = 0.05
+"""m between a robot on a stand and the floor."""
+SINK = 0.01
+"""m that a standing robot's parts may come below its feet before they count as in the floor."""
+KEEP = 0.3
+"""Part of the balance margin that a sweep has to leave."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Group:
+    """Joints that move together."""
+
+    sweeps: tuple[Sweep, ...]
+    duration: float
+    """s"""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    stance: Stance
+    home: Mapping[str, float]
+    """Joint name to rad or m, for every driven joint."""
+    groups: tuple[Group, ...]
+    still: Mapping[str, str]
+    """Joints that are not moved, and why."""
+    stand: float
+    """Height of the stand below a held or mounted robot; 0: none; m."""
+    reach: Array
+    """(2, 3) box around everywhere its outline gets, in the root link's frame; m."""
+    size: Array
+    """(2, 3) box around its outline at home, in the root link's frame; m."""
+
+    @property
+    def duration(self) -> float:
+        """Of all groups; s."""
+        return sum(group.duration for group in self.groups)
+
+    @property
+    def sweeps(self) -> dict[str, Sweep]:
+        """Joint name to its sweep, in the order they move."""
+        return {sweep.joint: sweep for group in self.groups for sweep in group.sweeps}
+
+
+def make_plan(figure: Figure, *, short: bool = False) -> Plan:
+    """Decide how the robot stands, in which groups its joints move, and how far."""
+    stance = decide(figure)
+    shortest, longest = (SHORTEST_SHORT, LONGEST_SHORT) if short else (SHORTEST, LONGEST)
+    levels: dict[int, list[Sweep]] = {}
+    for joint in figure.joints:
+        sweep = first_sweep(joint, figure.home[joint.name])
+        if sweep.distance <= 0:
+            continue
+        if stance.kind == "standing":
+            sweep = _trimmed(figure, stance, sweep)
+        levels.setdefault(_level(figure, joint.name), []).append(_timed(sweep, longest))
+    count = min(len(levels), MOST_GROUPS)
+    merged: list[list[Sweep]] = [[] for _ in range(count)]
+    for k, level in enumerate(sorted(levels)):
+        merged[k * count // len(levels)] += levels[level]
+    groups = []
+    for sweeps in merged:
+        together = tuple(sweeps)
+        if stance.kind == "standing":
+            together = _balanced(figure, stance, together)
+        groups.append(Group(sweeps=together, duration=max(shortest, *(s.duration for s in together))))
+    size = _box(figure.points(figure.poses({})))
+    reach = np.stack([size[0], size[1]])
+    for group in groups:
+        box = _box(figure.points(_group_poses(figure, group.sweeps)))
+        reach = np.stack([np.minimum(reach[0], box[0]), np.maximum(reach[1], box[1])])
+    stand = 0.0
+    below = stance.lowest - reach[0, 2]
+    if stance.kind == "held" or (stance.kind == "mounted" and below > SINK):
+        stand = float(below + CLEARANCE)
+    return Plan(
+        stance=stance,
+        home=dict(figure.home),
+        groups=tuple(groups),
+        still=_still(figure, groups),
+        stand=stand,
+        reach=reach,
+        size=size,
+    )
+
+
+def _level(figure: Figure, name: str) -> int:
+    """Driven joints between the root and this joint."""
+    driven = {joint.name for joint in figure.joints}
+    joint = figure.description.joint_by_name[name]
+    level = 0
+    while (above := figure.description.parent_joint.get(joint.parent)) is not None:
+        level += above.name in driven
+        joint = above
+    return level
+
+
+def _timed(sweep: Sweep, longest: float) -> Sweep:
+    """The sweep, shortened where the joint is too slow for its range."""
+    if sweep.duration <= longest:
+        return sweep
+    return _shrunk(sweep, longest / sweep.duration, f"it is too slow for more in {longest:g} s")
+
+
+def _shrunk(sweep: Sweep, factor: float, reason: str) -> Sweep:
+    """The sweep with both ends drawn towards home."""
+    return replace(
+        sweep,
+        lower=sweep.home + factor * (sweep.lower - sweep.home),
+        upper=sweep.home + factor * (sweep.upper - sweep.home),
+        reasons=tuple(dict.fromkeys((*sweep.reasons, reason))),
+    )
+
+
+def _trimmed(figure: Figure, stance: Stance, sweep: Sweep) -> Sweep:
+    """The part of a sweep around home in which a free-standing robot neither tips nor hits the floor."""
+    values = np.unique(np.append(np.linspace(sweep.lower, sweep.upper, SAMPLES), sweep.home))
+    poses = figure.poses({sweep.joint: values})
+    keeps, clear = _safety(
+        figure, stance, poses, figure.moved_links(figure.description.joint_by_name[sweep.joint])
+    )
+    good = keeps & clear
+    at_home = int(np.searchsorted(values, sweep.home))
+    if good.all():
+        return sweep
+    first = last = at_home
+    while first > 0 and good[first - 1]:
+        first -= 1
+    while last < len(values) - 1 and good[last + 1]:
+        last += 1
+    reasons = [] if keeps.all() else ["more would tip it over"]
+    reasons += [] if clear.all() else ["more would hit the floor"]
+    return replace(
+        sweep, lower=float(values[first]), upper=float(values[last]), reasons=(*sweep.reasons, *reasons)
+    )
+
+
+def _safety(
+    figure: Figure, stance: Stance, poses: Mapping[str, Array], moved: Sequence[str]
+) -> tuple[Flags, Flags]:
+    """Where it keeps its balance, and where its moved parts (but its feet) stay above the floor."""
+    keeps = stance.margin_at(figure.centre_of_mass(poses)) >= KEEP * stance.margin
+    lifted = [name for name in moved if name not in stance.feet]
+    clear = figure.lowest(poses, lifted) >= stance.lowest - SINK
+    return np.broadcast_to(keeps, clear.shape), clear
+
+
+def _balanced(figure: Figure, stance: Stance, sweeps: tuple[Sweep, ...]) -> tuple[Sweep, ...]:
+    """The sweeps of one group, made smaller together until they keep the robot on its feet."""
+    every = list(figure.outlines)
+    for _ in range(20):
+        keeps, clear = _safety(figure, stance, _group_poses(figure, sweeps), every)
+        if (keeps & clear).all():
+            break
+        reason = "more would tip it over" if not keeps.all() else "more would hit the floor"
+        sweeps = tuple(_shrunk(sweep, 0.85, reason) for sweep in sweeps)
+    return sweeps
+
+
+def _group_poses(figure: Figure, sweeps: Sequence[Sweep]) -> dict[str, Array]:
+    phase = np.linspace(0.0, 1.0, 2 * SAMPLES + 1)
+    return figure.poses({sweep.joint: sweep.at(phase)[0] for sweep in sweeps})
+
+
+def _box(points: Array) -> Array:
+    if points.size == 0:
+        return np.zeros((2, 3))
+    flat = points.reshape(-1, 3)
+    return np.stack([flat.min(axis=0), flat.max(axis=0)])
+
+
+def _still(figure: Figure, groups: Sequence[Group]) -> dict[str, str]:
+    moved = {sweep.joint for group in groups for sweep in group.sweeps if sweep.distance > 0}
+    found = {}
+    for joint in figure.description.depth_first_joints:
+        if not joint.is_moving or joint.name in moved:
+            continue
+        if joint.mimic is not None:
+            found[joint.name] = f'follows "{joint.mimic.joint}"'
+        elif joint.name not in figure.home:
+            found[joint.name] = f"is {joint.type}; it has no drive and moves freely"
+        else:
+            limits = joint.position_limits()
+            found[joint.name] = (
+                f"its limits leave no room ({limits[0]:g} to {limits[1]:g})"
+                if limits is not None and limits[0] >= limits[1]
+                else "no part of its range is safe for a robot that stands free"
+            )
+    return found

@@ -1,0 +1,84 @@
+"""The world of the demo: a floor, the robot on it (or on a stand), and an obstacle beside it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.demo.figure import Figure
+from roboyard.demo.plan import Plan
+from roboyard.urdf.model import Cylinder, Link, Material, RobotDescription, Visual
+
+if TYPE_CHECKING:
+    from roboyard.sim import Body, World
+
+STAND_COLOUR = (0.45, 0.47, 0.5, 1.0)
+OBSTACLE_COLOUR = (0.93, 0.45, 0.16, 1.0)
+OBSTACLE_DENSITY = 150.0
+"""kg/m³: a crate."""
+MOST_DROP = 0.05
+"""m"""
+
+
+class Stage:
+    """World, robot and obstacle; `place` puts the robot in, and again when it has to be held up."""
+
+    def __init__(self, figure: Figure, plan: Plan) -> None:
+        from roboyard.sim import World
+
+        self.figure, self.plan = figure, plan
+        self.world: World = World()
+        self.world.add_plane(rgba=(0.86, 0.88, 0.9, 1.0), name="floor")
+        width, depth = np.ptp(plan.size[:, 0]), np.ptp(plan.size[:, 1])
+        height = float(np.ptp(plan.size[:, 2]))
+        self.edge = float(np.clip(0.2 * max(width, depth, height), 0.03, 0.3))
+        """Of the obstacle; m."""
+        beside = plan.size[0, 1] - 1.1 * self.edge
+        self.obstacle: Body = self.world.add_box(
+            (self.edge, self.edge, self.edge),
+            (float(plan.size[:, 0].mean()), float(beside), 0.5 * self.edge),
+            mass=OBSTACLE_DENSITY * self.edge**3,
+            rgba=OBSTACLE_COLOUR,
+            name="obstacle",
+        )
+        self.robot: Body = self.place(free=plan.stance.kind != "mounted")
+
+    def place(self, *, free: bool) -> Body:
+        """Put the robot into the world in its home posture, its drives holding it, a little above the floor
+        when it is free, else on its stand; a robot placed before is taken out.
+        """
+        plan = self.plan
+        if hasattr(self, "robot"):
+            self.world.remove(self.robot)
+        height = float(np.ptp(plan.size[:, 2]))
+        lift = min(MOST_DROP, 0.1 * height) if free else plan.stand
+        position = (0.0, 0.0, lift - plan.stance.lowest)
+        self.robot = self.world.add_urdf(
+            self.figure.description, position, fixed_base=not free, name=self.figure.description.name
+        )
+        if not free and plan.stand > 0:
+            self._add_stand(position[2])
+        self.robot.joint_positions = {
+            name: value
+            for name, value in self.figure.posture_with_followers().items()
+            if self.robot.joint(name).is_scalar
+        }
+        for name, value in plan.home.items():
+            self.robot.joint(name).drive_position(value)
+        return self.robot
+
+    def _add_stand(self, root_height: float) -> None:
+        """A column from the floor to the bottom of the robot's base; to look at, it touches nothing."""
+        points = self.figure.points(self.figure.poses({}), self.figure.base_links)
+        if points.size == 0:
+            return
+        top = root_height + float(points[:, 2].min())
+        if top <= 0.01:
+            return
+        spread = np.ptp(points[:, :2], axis=0)
+        radius = float(np.clip(0.25 * spread.min(), 0.01, 0.08))
+        centre = points[:, :2].mean(axis=0)
+        column = Visual(geometry=Cylinder(radius=radius, length=top), material=Material(rgba=STAND_COLOUR))
+        description = RobotDescription(name="stand", links=(Link(name="stand", visuals=(column,)),))
+        self.world.add_urdf(description, (*centre, 0.5 * top), fixed_base=True)

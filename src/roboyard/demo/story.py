@@ -1,0 +1,182 @@
+"""What happens: the robot drops and settles, then its joints go through their ranges, group by group."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+
+from roboyard.demo.plan import Group
+from roboyard.demo.stage import Stage
+from roboyard.poses import Array, rotate
+
+STEPS_PER_TICK = 4
+"""Time steps between two looks at the robot."""
+SETTLE_LIMIT, SETTLE_LIMIT_SHORT = 3.0, 1.5
+"""s"""
+REST = 0.2
+"""s for which it has to be still to count as settled."""
+STILL_JOINTS, STILL_BASE = 0.03, 0.01
+"""rad/s or m/s of every driven joint; m/s or rad/s of the base."""
+FALLEN = np.radians(30.0)
+"""Tilt of the base since the start that counts as a fall."""
+
+OnTick = Callable[[str, float], None]
+"""Called after each tick with the name of the act and the share of it that is over, 0 to 1."""
+
+
+@dataclass(kw_only=True, slots=True)
+class Record:
+    """Positions, velocities and targets of the driven joints over time."""
+
+    joints: tuple[str, ...]
+    times: list[float] = field(default_factory=list)
+    positions: list[Array] = field(default_factory=list)
+    velocities: list[Array] = field(default_factory=list)
+    targets: list[Array] = field(default_factory=list)
+
+
+@dataclass(kw_only=True, slots=True)
+class Story:
+    """What happened, in figures."""
+
+    record: Record
+    settle_time: float | None = None
+    """s until it was still; None: it never was."""
+    fell_when_dropped: bool = False
+    fell_when_moved: bool = False
+    simulated: float = 0.0
+    """s"""
+    stepping: float = 0.0
+    """s of wall clock inside `World.step`."""
+    steps: int = 0
+    moving_since: float = 0.0
+    """Simulated time at which the first group began; s."""
+    errors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Joint name to mean square root and largest distance from its target while it moved; rad or m."""
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds for each second of computing the physics."""
+        return self.simulated / self.stepping if self.stepping > 0 else 0.0
+
+
+class Teller:
+    """Tells the story on a stage, tick by tick."""
+
+    def __init__(self, stage: Stage, on_tick: OnTick, *, short: bool = False) -> None:
+        self.stage = stage
+        self.on_tick = on_tick
+        self.short = short
+        joints = tuple(stage.plan.home)
+        self.story = Story(record=Record(joints=joints))
+        self._targets = np.array([stage.plan.home[name] for name in joints])
+        self._column = {name: k for k, name in enumerate(joints)}
+        self._upright = self._up()
+
+    def tell(self) -> Story:
+        """Settle, hold up what cannot stand, move every joint."""
+        stage, plan = self.stage, self.stage.plan
+        self.settle()
+        if plan.stance.kind != "mounted":
+            self.story.fell_when_dropped = self._tilt() > FALLEN
+        if not stage.robot.is_fixed and (plan.stance.kind == "held" or self.story.fell_when_dropped):
+            stage.place(free=False)
+            self._upright = self._up()
+            self._wait(0.5)
+        return self.story
+
+    def settle(self) -> None:
+        """Wait until the robot is still; note when that was."""
+        limit = SETTLE_LIMIT_SHORT if self.short else SETTLE_LIMIT
+        since: float | None = None
+        world = self.stage.world
+        while world.time < limit:
+            self._tick("settling", world.time / limit)
+            if not self._is_still():
+                since = None
+            elif since is None:
+                since = world.time
+            elif world.time - since >= REST:
+                break
+        self.story.settle_time = since
+
+    def move(self) -> None:
+        """Send every group of joints through its sweep."""
+        world, plan = self.stage.world, self.stage.plan
+        self.story.moving_since = world.time
+        total, done = plan.duration, 0.0
+        for group in plan.groups:
+            self._move_group(group, done, total)
+            done += group.duration
+        self._wait(0.2)
+        self.story.errors = self._tracking()
+        self.story.fell_when_moved = not self.stage.robot.is_fixed and self._tilt() > FALLEN
+        self.story.simulated = world.time
+
+    # -------------------------------------------------------------------------------------------------- ticks
+
+    def _move_group(self, group: Group, done: float, total: float) -> None:
+        world = self.stage.world
+        start = world.time
+        handles = [(self.stage.robot.joint(sweep.joint), sweep) for sweep in group.sweeps]
+        ahead = STEPS_PER_TICK * world.timestep
+        while (passed := world.time - start) < group.duration:
+            phase = min((passed + ahead) / group.duration, 1.0)
+            for joint, sweep in handles:
+                target, slope = sweep.at(phase)
+                joint.drive_position(float(target), velocity=float(slope) / group.duration)
+                self._targets[self._column[sweep.joint]] = target
+            self._tick("moving", (done + passed) / total)
+        for joint, sweep in handles:
+            joint.drive_position(sweep.home)
+            self._targets[self._column[sweep.joint]] = sweep.home
+
+    def _wait(self, seconds: float) -> None:
+        until = self.stage.world.time + seconds
+        while self.stage.world.time < until:
+            self._tick("settling", 1.0)
+
+    def _tick(self, act: str, share: float) -> None:
+        world, robot, record = self.stage.world, self.stage.robot, self.story.record
+        began = perf_counter()
+        world.step(STEPS_PER_TICK)
+        self.story.stepping += perf_counter() - began
+        self.story.steps += STEPS_PER_TICK
+        record.times.append(world.time)
+        record.positions.append(np.array([robot.joint(name).position for name in record.joints]))
+        record.velocities.append(np.array([robot.joint(name).velocity for name in record.joints]))
+        record.targets.append(self._targets.copy())
+        self.on_tick(act, min(share, 1.0))
+
+    # --------------------------------------------------------------------------------------------- judgement
+
+    def _is_still(self) -> bool:
+        robot, record = self.stage.robot, self.story.record
+        if record.joints and np.abs(record.velocities[-1]).max() > STILL_JOINTS:
+            return False
+        linear, angular = robot.velocity
+        return bool(np.linalg.norm(linear) < STILL_BASE and np.linalg.norm(angular) < STILL_BASE)
+
+    def _up(self) -> Array:
+        """The base's own z axis in the world."""
+        return rotate(self.stage.robot.orientation, np.array([0.0, 0.0, 1.0]))
+
+    def _tilt(self) -> float:
+        return float(np.arccos(np.clip(self._up() @ self._upright, -1.0, 1.0)))
+
+    def _tracking(self) -> dict[str, tuple[float, float]]:
+        record = self.story.record
+        times = np.array(record.times)
+        distance = np.abs(np.array(record.positions) - np.array(record.targets))
+        found = {}
+        start = self.story.moving_since
+        for group in self.stage.plan.groups:
+            during = (times > start) & (times <= start + group.duration)
+            for sweep in group.sweeps:
+                off = distance[during, self._column[sweep.joint]]
+                found[sweep.joint] = (float(np.sqrt((off**2).mean())), float(off.max()))
+            start += group.duration
+        return found
