@@ -54,3 +54,152 @@ def add_bounce(restitution, geom, address, velocity, timestep, slow, aref):  # p
         if e > 0.0 and velocity[row] < -slow:
             wanted = -(1.0 + e) * velocity[row] / timestep
             aref[row] = max(aref[row], wanted)
+
+
+@njit(cache=True)
+def product_friction(sliding, spinning, rolling, geom, dim, address, friction, mu, R, D):  # pragma: no cover
+    """Replace each contact's friction by the product of its geoms' coefficients, regularisation included.
+
+    MuJoCo mixes by maximum when it makes the constraints; its elliptic cone keeps the ratio of the rows'
+    regularisers equal to the squared ratio of their coefficients, which this restores.
+    """
+    for i in range(geom.shape[0]):
+        a, b, row = geom[i, 0], geom[i, 1], address[i]
+        if a < 0 or b < 0 or row < 0 or dim[i] < 3:
+            continue
+        slide = max(sliding[a] * sliding[b], 1e-5)
+        mu[i] *= slide / friction[i, 0]
+        friction[i, 0] = friction[i, 1] = slide
+        if dim[i] > 3:
+            friction[i, 2] = max(spinning[a] * spinning[b], 1e-5)
+        if dim[i] > 4:
+            friction[i, 3] = friction[i, 4] = max(rolling[a] * rolling[b], 1e-5)
+        for k in range(3, dim[i]):
+            ratio = slide / friction[i, k - 1]
+            R[row + k] = R[row + 1] * ratio * ratio
+            D[row + k] = 1.0 / R[row + k]
+
+
+@njit(cache=True)
+def hard_contacts(  # pragma: no cover
+    restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref
+):
+    """Reference accelerations of rigid contacts, solved for the velocity after the step.
+
+    The normal velocity after the step is at least -dist / dt for a gap, -erp dist / dt for an overlap and
+    -e v for a bounce; sliding stops altogether, as far as friction can. `base` receives the normal rows'
+    references before the correction for sliding (see `correct_sliding`), whose first guess is made here.
+    """
+    for i in range(geom.shape[0]):
+        a, b, row = geom[i, 0], geom[i, 1], address[i]
+        if a < 0 or b < 0 or row < 0:
+            continue
+        v = velocity[row]
+        wanted = -dist[i] / timestep if dist[i] > 0.0 else -erp * dist[i] / timestep
+        e = restitution[a] * restitution[b]
+        if e > 0.0 and v < -slow and dist[i] + v * timestep < 0.0:
+            wanted = max(wanted, -e * v)
+        base[row] = aref[row] = (wanted - v) / timestep
+        if dim[i] > 1:
+            for k in range(1, dim[i]):
+                aref[row + k] = -velocity[row + k] / timestep
+            slip = np.sqrt(velocity[row + 1] ** 2 + velocity[row + 2] ** 2)
+            slip -= friction[i, 0] * max(wanted - v, 0.0)
+            if slip > 0.0:
+                aref[row] -= friction[i, 0] * slip / timestep
+
+
+@njit(cache=True)
+def correct_sliding(  # pragma: no cover
+    dim, address, friction, velocity, acceleration, force, timestep, base, aref
+):
+    """Undo the lift that a convex friction cone gives to sliding contacts; returns the largest change (m/s).
+
+    The solver asks for a_n - aref_n >= mu |a_t - aref_t|, so that a contact that slides at speed s after the
+    step would part at mu s. Lowering aref_n by mu s / dt (de Saxce's correction) takes that back. Solve again
+    while the change is large.
+    """
+    largest = 0.0
+    for i in range(address.shape[0]):
+        row = address[i]
+        if row < 0 or dim[i] < 3:
+            continue
+        slip = 0.0
+        if force[row] > 0.0:
+            x = velocity[row + 1] + timestep * acceleration[row + 1]
+            y = velocity[row + 2] + timestep * acceleration[row + 2]
+            slip = np.sqrt(x * x + y * y)
+        wanted = base[row] - friction[i, 0] * slip / timestep
+        change = abs(wanted - aref[row]) * timestep
+        if force[row] > 0.0 or wanted > aref[row]:
+            largest = max(largest, change)
+            aref[row] = wanted
+    return largest
+
+
+@njit(cache=True)
+def drive_motors(  # pragma: no cover
+    motors,
+    targets,
+    dof_joint,
+    joint_type,
+    joint_qpos,
+    joint_dof,
+    qpos,
+    qvel,
+    kind,
+    index,
+    first,
+    count,
+    timestep,
+    aref,
+):
+    """Reference accelerations of the rows that stand for motors: v' = kp (q* - q) / dt + v + kd (v* - v).
+
+    motors: (nv, 5) mode (0 none, 1 velocity, 2 position), kp, velocity target, kd, largest velocity.
+    targets: (nv, 4) position target; of a ball joint (w, x, y, z) at its first dof.
+    kind, index: type and dof of each constraint row; rows first ... first + count stand for dof friction.
+    """
+    for row in range(first, first + count):
+        if kind[row] != 1:
+            continue
+        dof = index[row]
+        mode = motors[dof, 0]
+        if mode == 0.0:
+            continue
+        v = qvel[dof]
+        wanted = v + motors[dof, 3] * (motors[dof, 2] - v)
+        if mode == 2.0:
+            joint = dof_joint[dof]
+            at = joint_qpos[joint]
+            if joint_type[joint] == 1:
+                start = joint_dof[joint]
+                tw, tx, ty, tz = targets[start, 0], targets[start, 1], targets[start, 2], targets[start, 3]
+                w, x, y, z = qpos[at], -qpos[at + 1], -qpos[at + 2], -qpos[at + 3]
+                ew = w * tw - x * tx - y * ty - z * tz
+                ex = w * tx + x * tw + y * tz - z * ty
+                ey = w * ty - x * tz + y * tw + z * tx
+                ez = w * tz + x * ty - y * tx + z * tw
+                if ew < 0.0:
+                    ew, ex, ey, ez = -ew, -ex, -ey, -ez
+                length = np.sqrt(ex * ex + ey * ey + ez * ez)
+                factor = 2.0 if length < 1e-9 else 2.0 * np.arctan2(length, ew) / length
+                k = dof - start
+                error = factor * (ex if k == 0 else ey if k == 1 else ez)
+            else:
+                error = targets[dof, 0] - qpos[at]
+            wanted += motors[dof, 1] * error / timestep
+        largest = motors[dof, 4]
+        if largest > 0.0:
+            wanted = min(max(wanted, -largest), largest)
+        aref[row] = (wanted - v) / timestep
+
+
+@njit(cache=True)
+def clamp(velocity, largest):  # pragma: no cover
+    """Bound every component in place."""
+    for i in range(velocity.shape[0]):
+        if velocity[i] > largest[i]:
+            velocity[i] = largest[i]
+        elif velocity[i] < -largest[i]:
+            velocity[i] = -largest[i]

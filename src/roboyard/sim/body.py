@@ -56,6 +56,10 @@ class Body:
         self.free_qpos = -1
         """Start of the free joint in qpos; -1 for a fixed base."""
         self.free_dof = -1
+        self.first_dof = -1
+        """First dof of the joints (after the base's own); -1 without joints."""
+        self.joint_dofs = sum(VELOCITY_SIZE[joint.type] for joint in self.joints)
+        """How many dofs the joints have together."""
         self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
         self._positions: slice | np.ndarray = slice(0, 0)
         self._velocities: slice | np.ndarray = slice(0, 0)
@@ -286,6 +290,8 @@ class Body:
         if self.built.free_joint is not None:
             joint = self.built.free_joint.id
             self.free_qpos, self.free_dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+        moving = self.dof_addresses[self.dof_addresses >= 0]
+        self.first_dof = int(moving.min()) if len(moving) else -1
         self._positions = _as_slice(self.qpos_addresses[self._scalar])
         self._velocities = _as_slice(self.dof_addresses[self._scalar])
 

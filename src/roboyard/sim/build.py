@@ -78,6 +78,10 @@ class BuildOptions:
     drives: bool = True
     joint_friction: bool = True
     joint_damping: bool = True
+    hard: bool = False
+    """Contacts and limits as rigid as can be, for worlds that solve them on the velocity level."""
+    margin: float = 0.0
+    """m: each shape's share of the gap from which a contact counts."""
     contype: int = 1
     conaffinity: int = -1
 
@@ -266,6 +270,9 @@ def _add_joint(
         kind = kinds.mjJNT_SLIDE if joint.type == "prismatic" else kinds.mjJNT_HINGE
         element = body.add_joint(name=name, type=kind, axis=joint.axis, **common)
         _set_limits(element, joint, options.scale)
+        if options.hard:
+            element.solref_limit = (1e-3, 1.0)
+            element.solimp_limit = RIGID
         record.joint_elements = (element,)
         built.dofs += 1
         if options.drives and joint.mimic is None:
@@ -334,6 +341,7 @@ def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:
 
 
 PID_ALL_INPUTS = 7
+RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 NO_EFFORT_LIMIT = 1e9
 """N m or N: force range where the file gives no effort, or zero effort (a common export error)."""
 
@@ -359,7 +367,7 @@ def _add_mimics(built: Built, spec: mujoco.MjSpec, description: RobotDescription
             name2=f"{prefix}{mimic.joint}",
             objtype=mujoco.mjtObj.mjOBJ_JOINT,
         )
-        data = np.zeros(11)
+        data = np.zeros(len(equality.data))
         data[:2] = mimic.offset, mimic.multiplier
         equality.data = data
         equality.solref = [0.005, 1.0]

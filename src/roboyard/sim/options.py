@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     import mujoco
 
+    from roboyard.sim.profile import Profile
+
 Solver = Literal["auto", "newton", "cg"]
 
 PILE_DOFS = 250
@@ -23,13 +25,22 @@ CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 """Nearly rigid: at rest a body sinks in by well under 0.1 mm."""
 
 
+HARD_SOLIMP = (0.999, 0.999, 0.001, 0.5, 2.0)
+
+
 def apply_options(
-    spec: mujoco.MjSpec, *, timestep: float, gravity: tuple[float, float, float], dofs: int, solver: Solver
+    spec: mujoco.MjSpec,
+    *,
+    timestep: float,
+    gravity: tuple[float, float, float],
+    dofs: int,
+    solver: Solver,
+    profile: Profile,
 ) -> None:
     """Write a world's options into its spec before it compiles.
 
-    The integrator is `implicitfast`, so that stiff drives and joint damping stay stable at large steps;
-    friction cones are elliptic (the true ones), with ten times more friction impedance than normal
+    The plain integrator is `implicitfast`, so that stiff drives and joint damping stay stable at large
+    steps; friction cones are elliptic (the true ones), with ten times more friction impedance than normal
     impedance, so that grasped things do not creep.
     """
     import mujoco
@@ -37,10 +48,15 @@ def apply_options(
     option = spec.option
     option.timestep = timestep
     option.gravity = gravity
-    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    flags = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    if profile.integrator == "euler":
+        option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+        flags |= int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
+    else:
+        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    option.impratio = 10.0
-    option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    option.impratio = profile.impratio
+    option.disableflags = flags
     chosen = chosen_solver(solver, dofs)
     if chosen == "cg":
         option.solver = mujoco.mjtSolver.mjSOL_CG

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
 
 from roboyard.errors import RoboyardError
@@ -12,8 +13,10 @@ if TYPE_CHECKING:
     from roboyard.sim.handles import Link
     from roboyard.sim.world import World
 
-SLOW = 0.05
-"""m/s: contacts that close more slowly than this do not bounce, so that things come to rest."""
+
+SLIDING_ITERATIONS = 4
+SLIDING_TOLERANCE = 1e-3
+"""m/s: normal velocity a sliding contact may be off by."""
 
 
 class Surfaces:
@@ -25,11 +28,13 @@ class Surfaces:
         self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
+        self._base = np.zeros(0)
+        self._acceleration = np.zeros(0)
 
     @property
     def is_active(self) -> bool:
         """Whether steps have to pass through here."""
-        return bool(self._restitution or self._damping)
+        return bool(self._restitution or self._damping) or self._world.profile.needs_halves
 
     def restitution(self, link: Link) -> float:
         """Coefficient of a link; 0 where none was set."""
@@ -90,17 +95,84 @@ class Surfaces:
                 data.subtree_com,
                 data.xfrc_applied,
             )
-        if self._restitution and data.ncon:
-            contact = data.contact
+        profile = self._world.profile
+        if not data.ncon:
+            return
+        contact = data.contact
+        if profile.product_friction:
+            _kernels.product_friction(
+                model.geom_friction[:, 0],
+                model.geom_friction[:, 1],
+                model.geom_friction[:, 2],
+                contact.geom,
+                contact.dim,
+                contact.efc_address,
+                contact.friction,
+                contact.mu,
+                data.efc_R,
+                data.efc_D,
+            )
+        if profile.hard_contacts:
+            _kernels.hard_contacts(
+                self._restitution_rows,
+                contact.geom,
+                contact.dim,
+                contact.efc_address,
+                contact.dist,
+                contact.friction,
+                data.efc_vel,
+                model.opt.timestep,
+                profile.erp,
+                profile.slow,
+                self._base_reference(data.nefc),
+                data.efc_aref,
+            )
+        elif self._restitution:
             _kernels.add_bounce(
                 self._restitution_rows,
                 contact.geom,
                 contact.efc_address,
                 data.efc_vel,
                 model.opt.timestep,
-                SLOW,
+                profile.slow,
                 data.efc_aref,
             )
+
+    def _base_reference(self, rows: int) -> np.ndarray:
+        if len(self._base) < rows:
+            self._base = np.zeros(2 * rows)
+            self._acceleration = np.zeros(2 * rows)
+        return self._base
+
+    def solve_hard_contacts(self, model: Any, data: Any) -> None:
+        """The second half of a step up to the accelerations, with sliding contacts corrected until they fit."""
+        mujoco.mj_fwdActuation(model, data)
+        mujoco.mj_fwdAcceleration(model, data)
+        mujoco.mj_fwdConstraint(model, data)
+        if not data.ncon:
+            return
+        from roboyard.sim import _kernels
+
+        contact = data.contact
+        rows = data.nefc
+        acceleration = self._acceleration[:rows]
+        for _ in range(SLIDING_ITERATIONS):
+            mujoco.mj_mulJacVec(model, data, acceleration, data.qacc)
+            change = _kernels.correct_sliding(
+                contact.dim,
+                contact.efc_address,
+                contact.friction,
+                data.efc_vel,
+                acceleration,
+                data.efc_force,
+                model.opt.timestep,
+                self._base,
+                data.efc_aref,
+            )
+            if change < SLIDING_TOLERANCE:
+                return
+            data.qacc_warmstart[:] = data.qacc
+            mujoco.mj_fwdConstraint(model, data)
 
     def _gather(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
         damping, restitution = np.zeros((model.nbody, 4)), np.zeros(model.ngeom)

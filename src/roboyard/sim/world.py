@@ -19,7 +19,9 @@ from roboyard.sim.body import Body
 from roboyard.sim.build import BuildOptions, Built, build, discard
 from roboyard.sim.drives import Drives
 from roboyard.sim.filters import CollisionFilters
+from roboyard.sim.motors import Motors
 from roboyard.sim.options import Solver, apply_options, chosen_solver
+from roboyard.sim.profile import PLAIN, Profile
 from roboyard.sim.surfaces import Surfaces
 from roboyard.sim.wrenches import Wrenches
 from roboyard.urdf.model import RobotDescription
@@ -50,6 +52,7 @@ class World:
         timestep: float = 1 / 240,
         solver: Solver = "auto",
         visual_geoms: bool = True,
+        profile: Profile = PLAIN,
     ) -> None:
         """Start an empty world.
 
@@ -59,6 +62,7 @@ class World:
             solver: "newton" (robots), "cg" (piles) or "auto" (by size, see `roboyard.sim.options`).
             visual_geoms: also give MuJoCo the visual shapes (group 2), for its own viewers and renderer;
                 Roboyard's cameras draw them in any case.
+            profile: the engine's rules; see `roboyard.sim.profile`.
         """
         if not timestep > 0:
             raise RoboyardError(f"a time step is positive; got {timestep}")
@@ -68,7 +72,9 @@ class World:
         self.spec.compiler.boundmass = 0.0
         self.assets = MeshAssets(self.spec)
         self.body_by_id: dict[int, Body] = {}
+        self.profile = profile
         self.drives = Drives(self)
+        self.motors = Motors(self)
         self.surfaces = Surfaces(self)
         self.wrenches = Wrenches(self)
         self.filters = CollisionFilters(self)
@@ -131,7 +137,12 @@ class World:
             return
         dofs = sum(body.built.dofs for body in self.body_by_id.values())
         apply_options(
-            self.spec, timestep=self._timestep, gravity=self._gravity, dofs=dofs, solver=self._solver
+            self.spec,
+            timestep=self._timestep,
+            gravity=self._gravity,
+            dofs=dofs,
+            solver=self._solver,
+            profile=self.profile,
         )
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
         self.spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, MEMORY_LEAST, MEMORY_MOST))
@@ -150,6 +161,7 @@ class World:
             body.refresh(self._model)
         self._geom_owners = None
         self.surfaces.invalidate()
+        self.motors.invalidate()
         self.looks.invalidate()
         self.mark_moved()
 
@@ -318,9 +330,11 @@ class World:
             fixed_base=fixed_base,
             scale=scale,
             visual_geoms=self.visual_geoms,
-            drives=drives,
+            drives=drives and self.profile.pid_drives,
             joint_damping=joint_damping,
-            joint_friction=joint_friction,
+            joint_friction=joint_friction and self.profile.joint_friction,
+            hard=self.profile.hard_contacts,
+            margin=self.profile.contact_margin,
             contype=contype,
             conaffinity=conaffinity,
         )
@@ -373,6 +387,7 @@ class World:
         built = body.built
         self.filters.forget(body)
         self.surfaces.forget(body.id)
+        self.motors.forget(body.id)
         self.looks.forget(body.id)
         discard(built, self.spec, self.assets)
         del self.body_by_id[body.id]
@@ -404,7 +419,7 @@ class World:
         """
         if self._stale:
             self.ensure_compiled()
-        if self.surfaces.is_active or self.wrenches.pending:
+        if self.surfaces.is_active or self.wrenches.pending or self.motors.is_active:
             for _ in range(n):
                 self._step_in_halves()
         else:
@@ -416,11 +431,20 @@ class World:
 
     def _step_in_halves(self) -> None:
         model, data = self._model, self._data
+        motors = self.motors.is_active
+        if motors:
+            self.motors.prepare(model)
         mujoco.mj_step1(model, data)
         if self.surfaces.is_active:
             self.surfaces.apply(model, data)
             self.wrenches.pending = True
-        mujoco.mj_step2(model, data)
+        if motors:
+            self.motors.apply(model, data)
+        if self.profile.hard_contacts:
+            self.surfaces.solve_hard_contacts(model, data)
+            mujoco.mj_Euler(model, data)
+        else:
+            mujoco.mj_step2(model, data)
         if self.wrenches.pending:
             self.wrenches.clear()
 

@@ -1,0 +1,199 @@
+"""Motors as constraints on the velocity after a step, with a bound on their force.
+
+A motor asks for v' = kp (q* - q) / dt + v + kd (v* - v) and gets it, together with all contacts and limits,
+as long as the force it takes stays within its bound. In MuJoCo such a row is a joint's dry friction with a
+reference velocity; the reference is written between the two halves of a step.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.errors import RoboyardError
+from roboyard.poses import Array, to_wxyz
+from roboyard.sim.handles import VELOCITY_SIZE
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.handles import Joint
+    from roboyard.sim.world import World
+
+MODE, KP, VELOCITY, KD, LARGEST = range(5)
+IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+
+
+class Motors:
+    """The motors of one world. A joint has at most one; while it acts, it takes the place of its dry friction."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._by_body: dict[int, tuple[Array, Array, Array]] = {}
+        self._motors = np.zeros((0, 5))
+        self._targets = np.zeros((0, 4))
+        self._bounds = np.zeros((0, 2))
+        self._bound_timestep = 0.0
+        self._gathered = False
+
+    @property
+    def is_active(self) -> bool:
+        return bool(self._by_body)
+
+    def set(
+        self,
+        joint: Joint,
+        *,
+        position: ArrayLike | None = None,
+        velocity: ArrayLike = 0.0,
+        kp: ArrayLike = 0.1,
+        kd: ArrayLike = 1.0,
+        max_force: ArrayLike = 0.0,
+        max_impulse: ArrayLike = 0.0,
+        max_velocity: float = 0.0,
+    ) -> None:
+        """Give a joint a motor, or another target.
+
+        Args:
+            position: target; rad or m, (4,) x, y, z, w for a spherical joint; None for a velocity motor.
+            velocity: target; rad/s or m/s, (3,) for a spherical joint.
+            kp: share of the position error closed in a step.
+            kd: share of the velocity error closed in a step.
+            max_force: N m or N.
+            max_impulse: N m s or N s in a step, in addition.
+            max_velocity: rad/s or m/s; 0 for none.
+        """
+        start, size = self._place(joint)
+        motors, targets, bounds = self._rows(joint.body)
+        rows = slice(start, start + size)
+        motors[rows, MODE] = 1.0 if position is None else 2.0
+        motors[rows, KP], motors[rows, KD] = kp, kd
+        motors[rows, VELOCITY], motors[rows, LARGEST] = velocity, max_velocity
+        bounds[rows, 0], bounds[rows, 1] = max_force, max_impulse
+        if position is not None:
+            if joint.type == "spherical":
+                targets[start] = to_wxyz(position)
+            else:
+                targets[rows, 0] = position
+        if not np.isfinite(motors[rows]).all() or not np.isfinite(targets[rows]).all():
+            raise RoboyardError(f"joint {joint.name!r}: a motor's target and gains are finite")
+        self._publish(joint.body, rows)
+
+    def clear(self, joint: Joint) -> None:
+        """Take a joint's motor away."""
+        start, size = self._place(joint)
+        motors, _, bounds = self._rows(joint.body)
+        rows = slice(start, start + size)
+        motors[rows] = 0.0
+        bounds[rows] = 0.0
+        self._publish(joint.body, rows)
+
+    def applied(self, joint: Joint) -> Array:
+        """(n,) N m or N the motor applied in the last step, one number for each degree of freedom."""
+        world = self._world
+        data = world.data
+        dofs = joint.dof_slice
+        out = np.zeros(dofs.stop - dofs.start)
+        for row in range(data.ne, data.ne + data.nf):
+            dof = data.efc_id[row] - dofs.start
+            if data.efc_type[row] == 1 and 0 <= dof < len(out):
+                out[dof] = data.efc_force[row]
+        return out
+
+    def forces(self) -> Array:
+        """(nv,) N m or N of all motors in the last step."""
+        data = self._world.data
+        out = np.zeros(self._world.model.nv)
+        rows = slice(data.ne, data.ne + data.nf)
+        of_dof = data.efc_type[rows] == 1
+        out[data.efc_id[rows][of_dof]] = data.efc_force[rows][of_dof]
+        return out
+
+    # -------------------------------------------------------------------------------------------- in a step
+
+    def prepare(self, model: Any) -> None:
+        """Before the first half: force bounds into MuJoCo's dry friction."""
+        if not self._gathered:
+            self._gather(model)
+        timestep = model.opt.timestep
+        if timestep != self._bound_timestep:
+            driven = self._motors[:, MODE] > 0
+            model.dof_frictionloss[driven] = (self._bounds @ (1.0, 1.0 / timestep))[driven]
+            self._bound_timestep = timestep
+
+    def apply(self, model: Any, data: Any) -> None:
+        """Between the halves: wanted accelerations into the motors' rows."""
+        if data.nf == 0:
+            return
+        from roboyard.sim import _kernels
+
+        _kernels.drive_motors(
+            self._motors,
+            self._targets,
+            model.dof_jntid,
+            model.jnt_type,
+            model.jnt_qposadr,
+            model.jnt_dofadr,
+            data.qpos,
+            data.qvel,
+            data.efc_type,
+            data.efc_id,
+            data.ne,
+            data.nf,
+            model.opt.timestep,
+            data.efc_aref,
+        )
+
+    # ----------------------------------------------------------------------------------------- book-keeping
+
+    def invalidate(self) -> None:
+        """MuJoCo's arrays are new."""
+        self._gathered = False
+
+    def forget(self, body_id: int) -> None:
+        self._by_body.pop(body_id, None)
+        self._gathered = False
+
+    def _place(self, joint: Joint) -> tuple[int, int]:
+        size = VELOCITY_SIZE[joint.type]
+        if size not in (1, 3) or joint.type == "planar":
+            raise RoboyardError(f"joint {joint.name!r} is {joint.type} and cannot have a motor")
+        return int(joint.dof_slice.start - joint.body.first_dof), size
+
+    def _rows(self, body: Body) -> tuple[Array, Array, Array]:
+        if body.id not in self._by_body:
+            count = body.joint_dofs
+            self._by_body[body.id] = (np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))
+            self._gathered = False
+        return self._by_body[body.id]
+
+    def _publish(self, body: Body, rows: slice) -> None:
+        """Bring a change into the gathered arrays without gathering all of them again."""
+        world = self._world
+        if not self._gathered or world.is_stale:
+            self._gathered = False
+            return
+        motors, targets, bounds = self._by_body[body.id]
+        first = body.first_dof
+        here = slice(first + rows.start, first + rows.stop)
+        self._motors[here], self._targets[here] = motors[rows], targets[rows]
+        if not np.array_equal(self._bounds[here], bounds[rows]):
+            self._bounds[here] = bounds[rows]
+            self._write_bounds(world.model, here)
+
+    def _write_bounds(self, model: Any, rows: slice) -> None:
+        timestep = model.opt.timestep
+        model.dof_frictionloss[rows] = self._bounds[rows] @ (1.0, 1.0 / timestep)
+
+    def _gather(self, model: Any) -> None:
+        nv = model.nv
+        self._motors, self._targets = np.zeros((nv, 5)), np.zeros((nv, 4))
+        self._bounds = np.zeros((nv, 2))
+        for body_id, (motors, targets, bounds) in self._by_body.items():
+            first = self._world.body_by_id[body_id].first_dof
+            here = slice(first, first + len(motors))
+            self._motors[here], self._targets[here], self._bounds[here] = motors, targets, bounds
+            model.dof_solimp[here] = IMPEDANCE
+        self._bound_timestep = 0.0
+        self._gathered = True
