@@ -1,0 +1,73 @@
+"""Open the files that a mesh file names: material libraries and images."""
+
+from __future__ import annotations
+
+import io
+import logging
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+MAX_PIXELS = 128 * 1024 * 1024
+MAX_SIDE = 4096
+"""Larger images are reduced to this."""
+_MESH_FOLDER = re.compile(
+    r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
+    re.IGNORECASE,
+)
+_IMAGES = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "PPM", "DDS")
+_log = logging.getLogger("roboyard.shapes")
+
+
+def find_companion(mesh_file: Path, name: str) -> Path | None:
+    """The file that a mesh names, if it lies in the mesh's own folders; else None, and the log says why.
+
+    The mesh's folders are its own and, as long as they are called as mesh folders are (`meshes/visual/`),
+    the one above. Symbolic links are resolved before the check.
+    """
+    text = unquote(name.strip().removeprefix("file://")).replace("\\", "/")
+    if not text or "\0" in text:
+        return None
+    root = mesh_file.absolute().parent
+    for _ in range(3):
+        if root.parent == root or not _MESH_FOLDER.fullmatch(root.name):
+            break
+        root = root.parent
+    # as written, and by its bare name: exporters leave the paths of the machine that they ran on
+    for candidate in (mesh_file.parent / text, mesh_file.parent / text.rpartition("/")[2]):
+        try:
+            if candidate.is_file() and candidate.resolve().is_relative_to(root.resolve()):
+                return candidate
+        except (OSError, ValueError):
+            continue
+    _log.warning("%s: %r was not found in the mesh's folders; left out", mesh_file.name, name)
+    return None
+
+
+def load_image(mesh_file: Path, name: str) -> NDArray[np.uint8] | None:
+    """(h, w, 4) RGBA pixels of an image that a mesh names; None, logged, where there is none to read."""
+    file = find_companion(mesh_file, name)
+    if file is None:
+        return None
+    return decode_image(file.read_bytes(), f"{mesh_file.name}: {file.name}")
+
+
+def decode_image(data: bytes, who: str) -> NDArray[np.uint8] | None:
+    """(h, w, 4) RGBA pixels of an image file's bytes; None, logged, where they are no image."""
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(data), formats=_IMAGES) as image:
+            if image.width * image.height > MAX_PIXELS:
+                _log.warning("%s: %d x %d pixels are too many; left out", who, image.width, image.height)
+                return None
+            image.draft("RGB", (MAX_SIDE, MAX_SIDE))
+            rgba = image.convert("RGBA")
+            rgba.thumbnail((MAX_SIDE, MAX_SIDE))
+            return np.asarray(rgba, dtype=np.uint8)
+    except Exception as error:  # Pillow raises many kinds for broken files
+        _log.warning("%s: not a readable image (%s); left out", who, error)
+        return None

@@ -1,0 +1,149 @@
+"""Load mesh files, each once.
+
+Formats: OBJ (with MTL), STL (ASCII and binary), DAE, glTF/GLB, PLY. Axes are taken as the file has them, also
+where it names another up axis, as robot tools do; a DAE's `<unit>` is applied. Files are untrusted: sizes are
+bounded, indices checked, XML read without DTD, and other files (materials, images) are opened only inside the
+mesh's own folders.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.errors import MeshError
+from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.shapes.parts import Part, combine
+
+MAX_FILE_BYTES = 512 * 1024 * 1024
+MAX_TRIANGLES = 20_000_000
+CACHE_BYTES = 1024 * 1024 * 1024
+"""Meshes kept in memory, the least recently used leave first."""
+
+_READERS = {
+    ".obj": "read_obj",
+    ".stl": "read_stl",
+    ".dae": "read_dae",
+    ".glb": "read_scene",
+    ".gltf": "read_scene",
+    ".ply": "read_scene",
+}
+MESH_SUFFIXES = tuple(_READERS)
+
+_cache: OrderedDict[tuple[str, int, int], TriangleMesh] = OrderedDict()
+_cache_lock = threading.Lock()
+
+
+def load_mesh(path: Path | str) -> TriangleMesh:
+    """The triangles of a mesh file, all its objects in one mesh, in the file's own frame; m.
+
+    Vertices are split where normals or texture coordinates differ, and those that no face uses are left out.
+    `colors` holds the material (or mean vertex) colour of each face where the file gives any; where a texture
+    covers a face its colour is the factor that the texture is multiplied with. Several textures are packed
+    into one. A file loaded before is not read again until its time or size changes.
+
+    Raises:
+        MeshError: the file is missing, unreadable, of an unknown format, holds no triangle, a vertex that is
+            not finite or an index beyond its vertices, or is beyond 512 MiB or 20 million triangles.
+    """
+    file = Path(path)
+    try:
+        state = file.stat()
+    except (OSError, ValueError):
+        raise MeshError("no such mesh file; check the path", file=file) from None
+    key = (str(file.absolute()), state.st_mtime_ns, state.st_size)
+    with _cache_lock:
+        if key in _cache:
+            _cache.move_to_end(key)
+            return _cache[key]
+    mesh = _read(file, state.st_size)
+    with _cache_lock:
+        _cache[key] = mesh
+        while len(_cache) > 1 and sum(map(_bytes, _cache.values())) > CACHE_BYTES:
+            _cache.popitem(last=False)
+    return mesh
+
+
+def scaled(mesh: TriangleMesh, scale: ArrayLike) -> TriangleMesh:
+    """The mesh with its axes multiplied by (3,) `scale`; mirrored faces are turned to face outside again.
+
+    Raises:
+        ValueError: a factor is zero or not finite.
+    """
+    factors = np.broadcast_to(np.asarray(scale, dtype=float), (3,))
+    if not np.all(np.isfinite(factors)) or not np.all(factors):
+        raise ValueError(
+            f"scale {tuple(factors.tolist())} flattens the mesh; give finite factors other than zero"
+        )
+    if np.all(factors == 1.0):
+        return mesh
+    mirrored = np.prod(np.sign(factors)) < 0
+    normals = None
+    if mesh.normals is not None:
+        turned = mesh.normals / factors
+        length = np.linalg.norm(turned, axis=1, keepdims=True)
+        normals = read_only(turned / np.where(length > 0, length, 1.0), np.float64)
+    return TriangleMesh(
+        vertices=read_only(mesh.vertices * factors, np.float64),
+        faces=read_only(mesh.faces[:, ::-1] if mirrored else mesh.faces, np.int32),
+        normals=normals,
+        uv=mesh.uv,
+        colors=mesh.colors,
+        texture=mesh.texture,
+    )
+
+
+def clear_cache() -> None:
+    """Forget all loaded meshes."""
+    with _cache_lock:
+        _cache.clear()
+
+
+def _bytes(mesh: TriangleMesh) -> int:
+    arrays = (mesh.vertices, mesh.faces, mesh.normals, mesh.uv, mesh.colors, mesh.texture)
+    return sum(array.nbytes for array in arrays if array is not None)
+
+
+def _read(file: Path, size: int) -> TriangleMesh:
+    name = _READERS.get(file.suffix.lower())
+    if file.is_dir():
+        raise MeshError("this is a folder, not a mesh file", file=file)
+    if name is None:
+        known = ", ".join(MESH_SUFFIXES)
+        raise MeshError(f"unknown mesh format {file.suffix!r}; convert it to one of {known}", file=file)
+    if size > MAX_FILE_BYTES:
+        raise MeshError(f"{size / 2**20:.0f} MiB is too large for a mesh (at most 512 MiB)", file=file)
+    reader: Callable[[bytes, Path], list[Part]] = getattr(import_module(f"roboyard.shapes.{name}"), name)
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise MeshError(f"cannot be read: {error.strerror}", file=file) from None
+    if not data.strip(b"\0 \t\r\n"):
+        raise MeshError("the file is empty; export the mesh again", file=file)
+    if data.startswith(b"version https://git-lfs"):
+        raise MeshError("this is a git-lfs pointer, not the mesh; fetch it with: git lfs pull", file=file)
+    try:
+        return _checked(combine(reader(data, file)), file)
+    except MeshError:
+        raise
+    except Exception as error:  # readers of third parties raise whatever a broken file leads them to
+        kind = file.suffix.lower().lstrip(".").upper()
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        raise MeshError(f"not a readable {kind} file ({reason}); export the mesh again", file=file) from error
+
+
+def _checked(mesh: TriangleMesh | None, file: Path) -> TriangleMesh:
+    if mesh is None or len(mesh.faces) == 0:
+        raise MeshError("the mesh has no triangles; export it again", file=file)
+    if len(mesh.faces) > MAX_TRIANGLES:
+        raise MeshError(f"{len(mesh.faces)} triangles are too many (at most {MAX_TRIANGLES})", file=file)
+    if not np.all(np.isfinite(mesh.vertices)):
+        count = int(np.sum(~np.isfinite(mesh.vertices).all(axis=1)))
+        raise MeshError(f"{count} vertices are not finite numbers; export the mesh again", file=file)
+    return mesh
