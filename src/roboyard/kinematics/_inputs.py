@@ -1,0 +1,89 @@
+"""What callers pass, checked and brought to the shapes that the kernels take."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.kinematics.chain import ChainArrays
+from roboyard.poses import Array
+
+UNREADABLE = " or its start holds a value that is not finite, or a quaternion has zero length"
+
+
+def read_targets(chain: ChainArrays, targets: ArrayLike) -> Array:
+    """(t, k) targets of one problem, k = 3 position, 7 with quaternion, 16 matrix; raises ValueError."""
+    return _flat(np.array(targets, dtype=float), (), len(chain.tips))
+
+
+def read_batch(chain: ChainArrays, targets: ArrayLike) -> Array:
+    """(b, t, k) targets of many problems; raises ValueError."""
+    array = np.array(targets, dtype=float)
+    return _flat(array, array.shape[:1], len(chain.tips))
+
+
+def _flat(array: Array, front: tuple[int, ...], t: int) -> Array:
+    shape = array.shape[len(front) :]
+    if shape == (t, 4, 4) or (t == 1 and shape == (4, 4)):
+        return array.reshape(*front, t, 16)
+    if shape in ((t, 3), (t, 7)) or (t == 1 and shape in ((3,), (7,))):
+        return array.reshape(*front, t, shape[-1])
+    axes = ("b, " if front else "") + ("" if t == 1 else f"{t}, ")
+    wanted = " or ".join(f"({axes}{size})" for size in ("3", "7", "4, 4"))
+    raise ValueError(f"targets have shape {array.shape}; give {wanted} for {t} tip{'s' if t > 1 else ''}")
+
+
+def read_starts(chain: ChainArrays, q0: ArrayLike | None, batch: int) -> Array:
+    """(1 or batch, n) start postures, the middle of the limits for None; raises ValueError."""
+    array = np.array(chain.middle if q0 is None else q0, dtype=float)
+    if array.ndim == 1:
+        array = array[None]
+    if array.ndim != 2 or array.shape[1] != chain.size or len(array) not in (1, batch):
+        raise ValueError(wrong_size(chain, "q0", array.shape if q0 is None else np.shape(q0)))
+    return array
+
+
+def joint_vector(chain: ChainArrays, values: ArrayLike, what: str) -> Array:
+    """(n,) copy of `values`, a scalar spread over all joints; raises ValueError naming `what`."""
+    array = np.array(values, dtype=float)
+    if array.ndim == 0:
+        array = np.full(chain.size, float(array))
+    if array.shape != (chain.size,):
+        raise ValueError(wrong_size(chain, what, array.shape))
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what} holds a value that is not finite")
+    return array
+
+
+def wrong_size(chain: ChainArrays, what: str, shape: tuple[int, ...]) -> str:
+    """Message for a joint vector of another length."""
+    names = ", ".join(chain.joint_names[:12]) + (", ..." if chain.size > 12 else "")
+    return f"{what} has shape {shape}; the chain has {chain.size} joints ({names})"
+
+
+def task_weights(t: int, width: int, position: ArrayLike, orientation: ArrayLike) -> Array:
+    """(t, 6) weights of x, y, z and of the turns about them; raises ValueError. Not to be written to."""
+    if isinstance(position, float) and isinstance(orientation, float):
+        return _scalar_weights(t, width, position, orientation)
+    return _task_weights(t, width, position, orientation)
+
+
+@lru_cache(maxsize=64)
+def _scalar_weights(t: int, width: int, position: float, orientation: float) -> Array:
+    return _task_weights(t, width, position, orientation)
+
+
+def _task_weights(t: int, width: int, position: ArrayLike, orientation: ArrayLike) -> Array:
+    weights = np.empty((t, 6))
+    try:
+        weights[:, :3] = position
+        weights[:, 3:] = 0.0 if width == 3 else orientation
+    except ValueError:
+        shapes = f"{np.shape(position)} and {np.shape(orientation)}"
+        message = f"position and orientation weights have shapes {shapes}; give scalars, (3,) or ({t}, 3)"
+        raise ValueError(message) from None
+    if not (weights.min() >= 0.0 and weights.max() < np.inf):
+        raise ValueError("weights must be finite and not negative")
+    return weights
