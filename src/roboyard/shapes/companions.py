@@ -6,10 +6,14 @@ import io
 import logging
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 MAX_PIXELS = 128 * 1024 * 1024
 MAX_SIDE = 4096
@@ -43,8 +47,16 @@ def find_companion(mesh_file: Path, name: str) -> Path | None:
                 return candidate
         except (OSError, ValueError):
             continue
-    _log.warning("%s: %r was not found in the mesh's folders; left out", mesh_file.name, name)
+    _log.info("%s: %r was not found in the mesh's folders; left out", mesh_file.name, name)
     return None
+
+
+def pixels(image: Image) -> NDArray[np.uint8]:
+    """(h, w, 4) RGBA of a Pillow image, reduced to at most 4096 pixels a side."""
+    image.draft("RGB", (MAX_SIDE, MAX_SIDE))
+    rgba = image.convert("RGBA")
+    rgba.thumbnail((MAX_SIDE, MAX_SIDE))
+    return np.asarray(rgba, dtype=np.uint8)
 
 
 def load_image(mesh_file: Path, name: str) -> NDArray[np.uint8] | None:
@@ -57,17 +69,14 @@ def load_image(mesh_file: Path, name: str) -> NDArray[np.uint8] | None:
 
 def decode_image(data: bytes, who: str) -> NDArray[np.uint8] | None:
     """(h, w, 4) RGBA pixels of an image file's bytes; None, logged, where they are no image."""
-    from PIL import Image
+    from PIL.Image import open as open_image
 
     try:
-        with Image.open(io.BytesIO(data), formats=_IMAGES) as image:
+        with open_image(io.BytesIO(data), formats=_IMAGES) as image:
             if image.width * image.height > MAX_PIXELS:
-                _log.warning("%s: %d x %d pixels are too many; left out", who, image.width, image.height)
+                _log.info("%s: %d x %d pixels are too many; left out", who, image.width, image.height)
                 return None
-            image.draft("RGB", (MAX_SIDE, MAX_SIDE))
-            rgba = image.convert("RGBA")
-            rgba.thumbnail((MAX_SIDE, MAX_SIDE))
-            return np.asarray(rgba, dtype=np.uint8)
+            return pixels(image)
     except Exception as error:  # Pillow raises many kinds for broken files
-        _log.warning("%s: not a readable image (%s); left out", who, error)
+        _log.info("%s: not a readable image (%s); left out", who, error)
         return None

@@ -139,14 +139,14 @@ def _positions(lines: Sequence[bytes]) -> tuple[Floats, Floats | None]:
 
 def _triangles(lines: _Lines) -> tuple[Indices, NDArray[np.int64]]:
     """(m, 3, 3) zero-based vertex, uv, normal of each corner (-1: not given), and (m,) their face lines."""
-    groups: dict[tuple[int, int], list[int]] = {}
+    groups: dict[tuple[int, int, bool], list[int]] = {}
     for number, line in enumerate(lines.faces):
         corners = len(line.split())
         if corners >= 3:
-            groups.setdefault((corners, line.count(b"/")), []).append(number)
+            groups.setdefault((corners, line.count(b"/"), b"//" in line), []).append(number)
     tables: list[Indices] = []
     owners: list[NDArray[np.int64]] = []
-    for (corners, _), numbers in groups.items():
+    for (corners, *_), numbers in groups.items():
         table = _corner_table([lines.faces[number] for number in numbers], corners)
         _resolve_indices(table, numbers, lines.counts)
         fan = np.array([(0, k, k + 1) for k in range(1, corners - 1)])

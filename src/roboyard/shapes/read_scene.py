@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
+import logging
 import re
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.shapes.companions import find_companion
+from roboyard.shapes.companions import find_companion, pixels
 from roboyard.shapes.parts import Part
 
 MAX_ITEMS = 100_000_000
@@ -27,8 +31,10 @@ def read_scene(data: bytes, file: Path) -> list[Part]:
     else:
         _check_gltf(data)
     resolver = cast(Any, _Resolver(file))
-    stream = io.BytesIO(data)
-    scene = trimesh.load_scene(stream, file_type=kind, resolver=resolver, process=False, maintain_order=True)
+    with _quiet():
+        scene = trimesh.load_scene(
+            io.BytesIO(data), file_type=kind, resolver=resolver, process=False, maintain_order=True
+        )
     parts: list[Part] = []
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph[node]
@@ -36,6 +42,20 @@ def read_scene(data: bytes, file: Path) -> list[Part]:
         if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):
             parts.append(_part(geometry, np.asarray(transform)))
     return parts
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """No warnings from the reader: what matters is raised."""
+    log = logging.getLogger("trimesh")
+    level = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log.setLevel(level)
 
 
 class _Resolver:
@@ -85,7 +105,7 @@ def _appearance(
         image = getattr(material, "image", None)
     if image is None or visual.uv is None:
         return (color if factor is not None else np.asarray(material.main_color, np.uint8)), None, None
-    return color, np.asarray(visual.uv, dtype=np.float64), np.asarray(image.convert("RGBA"), dtype=np.uint8)
+    return color, np.asarray(visual.uv, dtype=np.float64), pixels(image)
 
 
 def _check_ply(data: bytes) -> None:

@@ -21,6 +21,7 @@ from roboyard.poses import Array, pose_matrix
 from roboyard.shapes.mesh import TriangleMesh
 
 JointType = Literal["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"]
+TYPES_WITH_AXIS: tuple[JointType, ...] = ("revolute", "continuous", "prismatic", "planar")
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 RGBA = tuple[float, float, float, float]

@@ -7,14 +7,13 @@ import xml.etree.ElementTree as ET
 from difflib import get_close_matches
 from typing import cast, get_args
 
-from roboyard.urdf.model import Joint, JointType, Limit, Mimic, Vector3
+from roboyard.urdf.model import TYPES_WITH_AXIS, Joint, JointType, Limit, Mimic, Vector3
 from roboyard.urdf.numbers import read_number, read_vector
 from roboyard.urdf.problems import Problems
 from roboyard.urdf.reading import Context, children_of, read_pose, unread_attributes, unread_part
 
-_READ = ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic")
+_READ = ("origin", "parent", "child", "limit", "dynamics", "mimic")
 _TYPES: tuple[str, ...] = get_args(JointType)
-_WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 
 
 def read_joint(element: ET.Element, context: Context) -> Joint | None:
@@ -25,12 +24,13 @@ def read_joint(element: ET.Element, context: Context) -> Joint | None:
     if not name:
         problems.error(element, "joint", "a <joint> has no name; give it a unique name")
         return None
-    found, rest = children_of(element, _READ)
     kind = _read_type(element, who, problems)
+    with_axis = ("axis",) if kind in TYPES_WITH_AXIS else ()  # elsewhere it says nothing: kept unread
+    found, rest = children_of(element, (*_READ, *with_axis))
     parent = _read_end("parent", element, found, who, problems)
     child = _read_end("child", element, found, who, problems)
     origin = read_pose(found.get("origin"), who, problems)
-    axis = _read_axis(found.get("axis"), kind, who, problems)
+    axis = _read_axis(found.get("axis"), who, problems)
     limit = _read_limit(found.get("limit"), who, problems)
     mimic = _read_mimic(found.get("mimic"), who, problems)
     dynamics = found.get("dynamics")
@@ -96,9 +96,9 @@ def _read_end(
     return link
 
 
-def _read_axis(element: ET.Element | None, kind: str | None, who: str, problems: Problems) -> Vector3:
+def _read_axis(element: ET.Element | None, who: str, problems: Problems) -> Vector3:
     default = (1.0, 0.0, 0.0)
-    if element is None or kind not in _WITH_AXIS:
+    if element is None:
         return default
     axis = read_vector(element, "xyz", 3, who, problems)
     if axis is None:

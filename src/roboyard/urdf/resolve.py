@@ -79,13 +79,14 @@ class Resolver:
             problem = f"{scheme}:// is not fetched; download the file and name it by path or package://"
             return Resolved(path=None, problem=problem)
         seen: list[str] = []
-        refused: Path | None = None
+        refused = folder = None
         for spelling, spelling_note in _spellings(rest):
             for candidate in self._candidates(scheme, spelling):
                 lexical = Path(os.path.normpath(candidate.root / candidate.relative))
                 seen.append(str(lexical))
                 found, case_note = _find(lexical)
                 if found is None:
+                    folder = lexical if folder is None and lexical.is_dir() else folder
                     continue
                 if not self._is_allowed(found, candidate.root):
                     refused = refused or found
@@ -98,6 +99,8 @@ class Resolver:
                 f"move it there or pass its folder in search_paths"
             )
             return Resolved(path=None, problem=problem)
+        if folder is not None:
+            return Resolved(path=None, problem=f"{folder} is a folder; name a file")
         return Resolved(path=None, problem=self._not_found(scheme, rest, seen))
 
     def _not_found(self, scheme: str, rest: str, seen: Sequence[str]) -> str:
@@ -219,10 +222,11 @@ def _folders_above(base: Path) -> tuple[Path, ...]:
 
 
 def _package_root(base: Path) -> Path:
-    for folder in _folders_above(base):
+    above = _folders_above(base)
+    for folder in above:
         if (folder / "package.xml").is_file():
             return folder
-    return base.parent if base.name.lower() in _URDF_FOLDERS else base
+    return base.parent if base.name.lower() in _URDF_FOLDERS and base.parent in above else base
 
 
 def package_name(folder: Path) -> str | None:

@@ -10,10 +10,12 @@ from typing import assert_never
 
 import numpy as np
 
+from roboyard.errors import DescriptionError
 from roboyard.poses import matrix_from_quaternion, quaternion_from_rpy, rpy_from_matrix
 from roboyard.urdf.model import (
     CONTACT_TAGS,
     INERTIA_KEYS,
+    TYPES_WITH_AXIS,
     Attributes,
     Box,
     Capsule,
@@ -21,6 +23,7 @@ from roboyard.urdf.model import (
     Contact,
     Cylinder,
     Geometry,
+    Heightfield,
     Inertial,
     Joint,
     Limit,
@@ -40,7 +43,11 @@ def write_urdf(description: RobotDescription, path: Path | str) -> None:
     """Write the description to `path` as UTF-8 URDF.
 
     `load_urdf(path)` from the same folder gives equal data back: numbers are written with as many digits as
-    they need, file names as they were (`Mesh.uri`, `Material.texture_uri`), unread XML from `extra` and `attributes`.
+    they need, file names as they were (`Mesh.uri`, `Material.texture_uri`), unread XML from `extra` and
+    `attributes`.
+
+    Raises:
+        DescriptionError: the description holds a heightfield, or a mesh without a file name.
     """
     root = to_element(description)
     ET.indent(root)
@@ -159,8 +166,12 @@ def _geometry(geometry: Geometry) -> ET.Element:
         case Plane(normal=normal):
             return ET.Element("plane", normal=_text(normal))
         case Mesh(uri=uri, scale=scale):
+            if not uri:
+                raise DescriptionError("a mesh made in memory has no file name; save it and set Mesh.uri")
             factors = {} if scale == (1.0, 1.0, 1.0) else {"scale": _text(scale)}
             return ET.Element("mesh", {"filename": uri, **factors})
+        case Heightfield():
+            raise DescriptionError("URDF has no heightfields; write the terrain as a mesh")
         case _:
             assert_never(geometry)
 
@@ -179,7 +190,7 @@ def _joint(joint: Joint) -> ET.Element:
     element.extend(_origin(joint.origin))
     ET.SubElement(element, "parent", link=joint.parent)
     ET.SubElement(element, "child", link=joint.child)
-    if joint.type != "fixed":
+    if joint.type in TYPES_WITH_AXIS:
         ET.SubElement(element, "axis", xyz=_text(joint.axis))
     if joint.limit is not None:
         element.append(_limit(joint.limit))
