@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from roboyard.urdf.auditing import Audit, Finding, Severity, audit
 from roboyard.urdf.kinematics import chain, forward_kinematics
 from roboyard.urdf.model import (
     Box,
@@ -25,16 +26,29 @@ from roboyard.urdf.model import (
     Sphere,
     Visual,
 )
+from roboyard.urdf.preprocessing import (
+    copy_robot_to_models,
+    link_has_dedicated_collision,
+    override_joint_limits,
+    rewrite_mesh_paths,
+    sanitize_names,
+    set_joint_dynamics,
+    stage_meshes,
+    strip_mimic_joints,
+    urdf_audit,
+)
 from roboyard.urdf.read import load_urdf
 from roboyard.urdf.resolve import Resolved, Resolver
 from roboyard.urdf.write import to_element, write_urdf
 
 __all__ = [
+    "Audit",
     "Box",
     "Capsule",
     "Collision",
     "Contact",
     "Cylinder",
+    "Finding",
     "Geometry",
     "Inertial",
     "Joint",
@@ -49,12 +63,23 @@ __all__ = [
     "Resolved",
     "Resolver",
     "RobotDescription",
+    "Severity",
     "Source",
     "Sphere",
     "Visual",
+    "audit",
     "chain",
+    "copy_robot_to_models",
     "forward_kinematics",
+    "link_has_dedicated_collision",
     "load_urdf",
+    "override_joint_limits",
+    "rewrite_mesh_paths",
+    "sanitize_names",
+    "set_joint_dynamics",
+    "stage_meshes",
+    "strip_mimic_joints",
     "to_element",
+    "urdf_audit",
     "write_urdf",
 ]

@@ -1,0 +1,107 @@
+"""`roboyard audit`: what is wrong with a robot description."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from roboyard.urdf.auditing import Audit, Severity
+
+
+def audit(
+    file: Annotated[
+        Path, typer.Argument(help="A URDF, or an import configuration (YAML).", show_default=False)
+    ],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+    html: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with pictures here.", show_default=False)
+    ] = None,
+    package: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--package",
+            metavar="NAME=PATH",
+            help="Folder of a package:// name; may be given again.",
+            show_default=False,
+        ),
+    ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Show every finding, also where many are alike.")
+    ] = False,
+) -> None:
+    """Say what is wrong with a robot description, how to mend it, and what `roboyard repair` mends.
+
+    Exit code 0: usable as it is or after the mends it names; 1: not usable.
+    """
+    from roboyard.cli.packages import read_packages
+
+    packages = read_packages(package or [])
+    if file.suffix.lower() in (".yaml", ".yml"):
+        raise typer.Exit(_audit_configuration(file, packages))
+    from roboyard.urdf.auditing import audit as run_audit
+
+    result = run_audit(file, packages=packages)
+    if html is not None:
+        from roboyard.reports.audit_page import write_audit_page
+
+        write_audit_page(result, html, packages=packages)
+    if as_json:
+        import json
+
+        print(json.dumps(result.to_json(), indent=2, ensure_ascii=False))
+    elif sys.stdout.isatty():
+        _print_table(result, everything=everything)
+    else:
+        from roboyard.urdf.auditing.report import report_lines
+
+        print("\n".join(report_lines(result, everything=everything)))
+    raise typer.Exit(0 if result.is_usable else 1)
+
+
+def _print_table(result: Audit, *, everything: bool) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from roboyard.urdf.auditing.report import facts_line, shown_findings, summary
+
+    console = Console()
+    console.print(Text(summary(result), style="bold green" if result.is_usable else "bold red"))
+    if result.facts.links:
+        console.print(Text(facts_line(result), style="dim"))
+    if not result.findings:
+        return
+    table = Table(show_lines=False, expand=False)
+    table.add_column("line", justify="right", style="dim")
+    table.add_column("element", overflow="fold", max_width=32)
+    table.add_column("what is wrong", overflow="fold", ratio=3)
+    table.add_column("remedy", overflow="fold", ratio=2)
+    table.add_column("code", style="dim", overflow="fold", max_width=24)
+    severity: Severity | None = None
+    for finding, more in shown_findings(result, everything=everything):
+        if finding.severity != severity:
+            severity = finding.severity
+            style = ("bold red", "bold yellow", "bold blue")[severity]
+            table.add_section()
+            table.add_row("", Text(severity.label, style=style))
+        remedy = Text(finding.remedy)
+        if finding.mendable:
+            remedy.append(" (repair does it)", style="green")
+        line = "" if finding.line is None else str(finding.line)
+        table.add_row(line, Text(finding.element), Text(finding.message), remedy, finding.code)
+        if more > 0:
+            table.add_row("", "", Text(f"... and {more} more like this; --all shows them", style="dim"))
+    console.print(table)
+
+
+def _audit_configuration(file: Path, packages: dict[str, Path]) -> int:
+    """Report what is wrong with an import configuration; raises ConfigError, which `main` prints."""
+    from roboyard.importer.check import check_config
+
+    check_config(file, packages=packages)
+    print(f"{file.name}: sound")
+    return 0

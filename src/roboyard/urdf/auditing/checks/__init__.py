@@ -1,0 +1,17 @@
+"""All checks, one file a topic; importing this package fills `registry.CHECKS` in the order of the report."""
+
+from roboyard.urdf.auditing.checks import (  # noqa: I001
+    file as file,
+    xml as xml,
+    tree as tree,
+    joints as joints,
+    limits as limits,
+    mimics as mimics,
+    inertials as inertials,
+    geometries as geometries,
+    meshes as meshes,
+    collisions as collisions,
+    names as names,
+    materials as materials,
+    units as units,
+)

@@ -1,0 +1,417 @@
+"""Mesh files: are they there, can they be read, are they sound, are they in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from roboyard.poses import Array
+from roboyard.urdf.auditing.draft import Draft, DraftShape, MeshUse
+from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.urdf.auditing.registry import Fault, Faults, check
+from roboyard.urdf.xml import line_of
+
+MANY_TRIANGLES = 100_000
+UNITS = (
+    (1000.0, "millimetres"),
+    (100.0, "centimetres"),
+    (39.3701, "inches"),
+    (25.4, "inches in millimetres"),
+)
+
+
+def _by_uri(draft: Draft) -> Iterator[tuple[DraftShape, MeshUse, str]]:
+    """The first use of each URI, and words for the others."""
+    uses: dict[str, list[tuple[DraftShape, MeshUse]]] = {}
+    for shape, mesh in draft.mesh_shapes:
+        uses.setdefault(mesh.uri, []).append((shape, mesh))
+    for found in uses.values():
+        more = len(found) - 1
+        yield *found[0], (f" (and in {more} more place{'s' if more > 1 else ''})" if more else "")
+
+
+def _by_file(draft: Draft) -> Iterator[tuple[DraftShape, MeshUse, Path]]:
+    """The first use of each file found."""
+    seen: set[Path] = set()
+    for shape, mesh in draft.mesh_shapes:
+        path = mesh.found.path
+        if path is not None and path not in seen:
+            seen.add(path)
+            yield shape, mesh, path
+
+
+def _unreadable(draft: Draft, *words: str) -> Faults:
+    """Files that the loader refuses with one of the words."""
+    for shape, mesh, path in _by_file(draft):
+        if mesh.error is None:
+            continue
+        text = mesh.error.problems[0].removeprefix(f"{path.name}: ")
+        if any(word in text for word in words):
+            message, _, remedy = text.rpartition("; ")
+            yield Fault(
+                at=shape,
+                line=line_of(mesh.element),
+                message=f"mesh {path.name}: {message or text}",
+                remedy=remedy if message else None,
+            )
+
+
+@check(
+    "mesh-name-missing",
+    BLOCKS,
+    remedy='add filename="..."',
+    example="<mesh/>",
+)
+def mesh_name_missing(draft: Draft) -> Faults:
+    """A `<mesh>` names no file."""
+    for shape, mesh in draft.mesh_shapes:
+        if not mesh.uri.strip():
+            yield Fault(
+                at=shape, line=line_of(mesh.element), message=f"<mesh> in its {shape.kind} names no file"
+            )
+
+
+@check(
+    "mesh-missing",
+    BLOCKS,
+    remedy="add the file, or name its package's folder with --package name=path",
+    example='<mesh filename="meshes/gone.stl"/>',
+)
+def mesh_missing(draft: Draft) -> Faults:
+    """A mesh file is not found, in any folder that belongs to the robot or was given."""
+    for shape, mesh, more in _by_uri(draft):
+        problem = mesh.found.problem or ""
+        if mesh.found.path is None and mesh.uri.strip() and "lies outside" not in problem:
+            message, _, remedy = problem.rpartition("; ")
+            yield Fault(
+                at=shape,
+                line=line_of(mesh.element),
+                message=f"mesh {mesh.uri!r}: {message or problem}{more}",
+                remedy=remedy if message else None,
+            )
+
+
+@check(
+    "mesh-outside",
+    BLOCKS,
+    remedy="move it into the robot's folders, or name its folder with --package name=path",
+    example='<mesh filename="../../../etc/passwd"/>',
+)
+def mesh_outside(draft: Draft) -> Faults:
+    """A mesh file lies outside the robot's folders, links resolved; it is not opened."""
+    for shape, mesh, more in _by_uri(draft):
+        problem = mesh.found.problem or ""
+        if mesh.found.path is None and "lies outside" in problem:
+            message = f"mesh {mesh.uri!r} lies outside the robot's folders, so it is not opened{more}"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+@check(
+    "mesh-found-nearby",
+    UNTIDY,
+    remedy="write the reference as the file is called",
+    mendable=True,
+    example="(Arm.STL written where the disk has arm.stl)",
+)
+def mesh_found_nearby(draft: Draft) -> Faults:
+    """A mesh is not where the reference says, but found: other case, backslashes, another folder."""
+    for shape, mesh, more in _by_uri(draft):
+        if mesh.found.path is not None and mesh.found.note:
+            message = f"mesh {mesh.uri!r}: {mesh.found.note}{more}"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+@check(
+    "mesh-format",
+    BLOCKS,
+    remedy="convert it to one of .obj, .stl, .dae, .glb, .gltf, .ply",
+    example='<mesh filename="part.step"/>',
+)
+def mesh_format(draft: Draft) -> Faults:
+    """A mesh file is of a format that is not read."""
+    yield from _unreadable(draft, "unknown mesh format")
+
+
+@check(
+    "mesh-lfs",
+    BLOCKS,
+    remedy="fetch it with: git lfs pull",
+    example="(a git-lfs pointer named part.stl)",
+)
+def mesh_lfs(draft: Draft) -> Faults:
+    """A mesh file is a git-lfs pointer, not the mesh."""
+    yield from _unreadable(draft, "git-lfs pointer")
+
+
+@check("mesh-empty", BLOCKS, remedy="export the mesh again", example="(a file of no bytes, or no triangles)")
+def mesh_empty(draft: Draft) -> Faults:
+    """A mesh file holds no triangle."""
+    yield from _unreadable(draft, "the file is empty", "has no triangles")
+
+
+@check("mesh-not-finite", BLOCKS, remedy="export the mesh again", example="(a vertex at NaN)")
+def mesh_not_finite(draft: Draft) -> Faults:
+    """A mesh has vertices that are not finite numbers."""
+    yield from _unreadable(draft, "not finite")
+    for shape, mesh, path in _by_file(draft):
+        if mesh.facts is not None and not mesh.facts.is_finite:
+            message = f"mesh {path.name}: its vertices are beyond any size"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+_TOLD = ("unknown mesh format", "git-lfs pointer", "the file is empty", "has no triangles", "not finite")
+
+
+@check("mesh-unreadable", BLOCKS, remedy="export the mesh again", example="(a binary STL cut in half)")
+def mesh_unreadable(draft: Draft) -> Faults:
+    """A mesh file is broken, too large or may not be read."""
+    for shape, mesh, path in _by_file(draft):
+        if mesh.error is not None:
+            text = mesh.error.problems[0].removeprefix(f"{path.name}: ")
+            if not any(word in text for word in _TOLD):
+                message, _, remedy = text.rpartition("; ")
+                yield Fault(
+                    at=shape,
+                    line=line_of(mesh.element),
+                    message=f"mesh {path.name}: {message or text}",
+                    remedy=remedy if message else None,
+                )
+
+
+@check(
+    "mesh-scale-zero",
+    BLOCKS,
+    remedy="give factors other than zero",
+    example='<mesh scale="1 0 1" .../>',
+)
+def mesh_scale_zero(draft: Draft) -> Faults:
+    """A mesh's scale is zero along some axis."""
+    for shape, mesh in draft.mesh_shapes:
+        if not all(mesh.scale):
+            shown = " ".join(f"{factor:g}" for factor in mesh.scale)
+            yield Fault(
+                at=shape, line=line_of(mesh.element), message=f"mesh scale ({shown}) flattens the mesh"
+            )
+
+
+@check(
+    "mesh-scale-negative",
+    UNTIDY,
+    remedy="nothing to do in Roboyard; export the mesh mirrored where another program turns it inside out",
+    example='<mesh scale="1 -1 1" .../>',
+)
+def mesh_scale_negative(draft: Draft) -> Faults:
+    """A mesh is mirrored by a negative scale; some programs turn it inside out."""
+    for shape, mesh, more in _by_uri(draft):
+        if min(mesh.scale) < 0:
+            shown = " ".join(f"{factor:g}" for factor in mesh.scale)
+            message = f"mesh {mesh.uri!r} is mirrored by its scale ({shown}){more}"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+@check(
+    "mesh-huge",
+    BLOCKS,
+    remedy="give sizes in metres",
+    example='<mesh scale="1e9 1e9 1e9" .../>',
+)
+def mesh_huge(draft: Draft) -> Faults:
+    """A mesh is over 10 km large as scaled: its scale is wrong."""
+    for shape, mesh in draft.mesh_shapes:
+        if mesh.extents is not None and mesh.extents.max() > 1e4:
+            message = f"mesh {_file(mesh)} is {mesh.extents.max():.3g} m large as scaled"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+def _file(mesh: MeshUse) -> str:
+    return mesh.uri if mesh.found.path is None else mesh.found.path.name
+
+
+@check(
+    "mesh-units",
+    MISBEHAVES,
+    remedy='set its scale, as in scale="0.001 0.001 0.001" for millimetres, or export it in metres',
+    example="(a gripper of 90 m on an arm that reaches 0.6 m)",
+)
+def mesh_units(draft: Draft) -> Faults:
+    """A mesh is over 5 m large and over 20 times as large as the robot's reach: millimetres or inches."""
+    reach = draft.reach
+    if reach <= 0:
+        return
+    for shape, mesh in draft.mesh_shapes:
+        size = 0.0 if mesh.extents is None else float(mesh.extents.max())
+        if 5.0 < size <= 1e4 and size > 20.0 * reach:
+            guess = "millimetres" if size / 1000.0 > 0.02 * reach else "another unit"
+            message = (
+                f"mesh {_file(mesh)} is {size:.3g} m large as scaled, but the robot reaches {reach:.3g} m; "
+                f"its unit may be {guess}, or inches ({size / 1000:.3g} m or {size * 0.0254:.3g} m then)"
+            )
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+@check(
+    "mesh-tiny",
+    MISBEHAVES,
+    remedy="correct its scale; the file may be in metres already",
+    example='(a mesh in metres with scale="0.001 0.001 0.001")',
+)
+def mesh_tiny(draft: Draft) -> Faults:
+    """A mesh is under 1 mm large as scaled, on a robot over 200 times as large: scaled twice."""
+    for shape, mesh in draft.mesh_shapes:
+        size = None if mesh.extents is None else float(mesh.extents.max())
+        if size is not None and size < 1e-3 and draft.reach > 200.0 * size:
+            message = f"mesh {_file(mesh)} is {size * 1000:.3g} mm large as scaled"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+def unit_slip(shapes: list[DraftShape], others: list[DraftShape]) -> tuple[float, str] | None:
+    """(factor, unit) by which a link's one kind of shapes is larger than the other along every axis."""
+    ours, theirs = _extents(shapes), _extents(others)
+    if ours is None or theirs is None or theirs.min() < 1e-6:
+        return None
+    ratio = np.sort(ours) / np.sort(theirs)
+    for factor, unit in UNITS:
+        if (np.abs(ratio / factor - 1.0) < 0.1).all():
+            return factor, unit
+    return None
+
+
+def _extents(shapes: list[DraftShape]) -> Array | None:
+    """(3,) of the box round the shapes of one link, origins left aside."""
+    boxes = [shape.bounds for shape in shapes]
+    known = [box for box in boxes if box is not None]
+    if not known or len(known) < len(boxes):
+        return None
+    return np.max([box[1] - box[0] for box in known], axis=0)
+
+
+@check(
+    "mesh-units-differ",
+    MISBEHAVES,
+    remedy="divide its scale by the factor",
+    mendable=True,
+    example="(a collision mesh 1000 times as large as the visual one of the same link)",
+)
+def mesh_units_differ(draft: Draft) -> Faults:
+    """A link's collision shape is larger or smaller than its visual one by just 1000, 100, 39.37 or 25.4."""
+    for link in draft.links:
+        for big, small in ((link.collisions, link.visuals), (link.visuals, link.collisions)):
+            slip = unit_slip(big, small)
+            if slip is not None:
+                factor, unit = slip
+                what = f"its {big[0].kind} shapes are {factor:g} times as large as its {small[0].kind} ones"
+                sure = factor == 1000.0 and is_plainly_in_millimetres(big, small)
+                yield Fault(at=link, line=big[0].line, message=f"{what} ({unit})", mendable=sure)
+
+
+def is_plainly_in_millimetres(big: list[DraftShape], small: list[DraftShape]) -> bool:
+    """True where the larger shapes are meshes over 3 m and the smaller ones are not: no guess is left."""
+    return all(shape.mesh is not None for shape in big) and _size(big) > 3.0 > _size(small)
+
+
+def _size(shapes: list[DraftShape]) -> float:
+    extents = _extents(shapes)
+    return 0.0 if extents is None else float(extents.max())
+
+
+@check(
+    "mesh-flat",
+    MISBEHAVES,
+    remedy="give a solid shape for collision: a box, or a mesh with thickness",
+    example="(a collision mesh in one plane)",
+)
+def mesh_flat(draft: Draft) -> Faults:
+    """A collision mesh lies in a plane or on a line: nothing to collide with."""
+    for shape, mesh in draft.mesh_shapes:
+        if (
+            shape.kind == "collision"
+            and mesh.facts is not None
+            and mesh.facts.is_finite
+            and mesh.facts.is_flat
+        ):
+            message = f"collision mesh {_file(mesh)} is flat"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+@check(
+    "mesh-open",
+    UNTIDY,
+    remedy="close it; Roboyard takes its convex hull where a volume is needed",
+    example="(a collision mesh with a hole)",
+)
+def mesh_open(draft: Draft) -> Faults:
+    """A collision mesh is not a closed surface (holes, edges with one or three faces, mixed winding)."""
+    seen: set[Path] = set()
+    for shape, mesh in draft.mesh_shapes:
+        facts, path = mesh.facts, mesh.found.path
+        if shape.kind != "collision" or facts is None or path is None or path in seen:
+            continue
+        seen.add(path)
+        if facts.is_finite and not facts.is_flat and not facts.is_closed:
+            message = f"collision mesh {path.name} is not closed (non-manifold)"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+@check(
+    "mesh-companion-missing",
+    UNTIDY,
+    remedy="add the file beside the mesh",
+    example="(an OBJ whose mtllib names gone.mtl)",
+)
+def mesh_companion_missing(draft: Draft) -> Faults:
+    """A material library or image that a mesh file names is not there; its colours are left out."""
+    for shape, mesh, path in _by_file(draft):
+        for note in () if mesh.facts is None else mesh.facts.notes[:4]:
+            message = note.removeprefix(f"{path.name}: ").rpartition("; ")[0]
+            yield Fault(at=shape, line=line_of(mesh.element), message=f"mesh {path.name}: {message}")
+
+
+@check(
+    "mesh-heavy",
+    UNTIDY,
+    remedy="reduce it; a collision shape needs a few hundred triangles",
+    example="(a mesh of 400,000 triangles)",
+)
+def mesh_heavy(draft: Draft) -> Faults:
+    """A mesh has over 100,000 triangles."""
+    for shape, mesh, path in _by_file(draft):
+        if mesh.facts is not None and mesh.facts.triangles > MANY_TRIANGLES:
+            message = f"mesh {path.name} has {mesh.facts.triangles} triangles"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+@check(
+    "mesh-reference",
+    UNTIDY,
+    remedy="repair stages the meshes beside the URDF and refers to them by relative path",
+    mendable=True,
+    example='<mesh filename="package://arm_description/meshes/base.stl"/>',
+)
+def mesh_reference(draft: Draft) -> Faults:
+    """Meshes are named by package://, file:// or an absolute path: they break when the robot is moved."""
+    uses = [(s, m) for s, m in draft.mesh_shapes if "://" in m.uri or m.uri.strip().startswith("/")]
+    if uses:
+        shape, mesh = uses[0]
+        message = f"{len(uses)} meshes are not named by a relative path (first: {mesh.uri!r})"
+        yield Fault(at=shape, line=line_of(mesh.element), message=message, links=())
+
+
+@check(
+    "mesh-file-name",
+    UNTIDY,
+    remedy="repair stages it under a plain name",
+    mendable=True,
+    example='<mesh filename="meshes/left arm (1).stl"/>',
+)
+def mesh_file_name(draft: Draft) -> Faults:
+    """A mesh's file name holds blanks, parentheses or characters beyond ASCII, which break USD paths."""
+    for shape, mesh, more in _by_uri(draft):
+        name = mesh.uri.replace("\\", "/").rpartition("/")[2]
+        odd = sorted({c for c in name if not c.isascii() or not (c.isalnum() or c in "._-+")})
+        if odd:
+            shown = " ".join(repr(character) for character in odd[:6])
+            yield Fault(
+                at=shape, line=line_of(mesh.element), message=f"mesh name {name!r} holds {shown}{more}"
+            )

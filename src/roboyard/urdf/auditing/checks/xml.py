@@ -1,0 +1,216 @@
+"""Elements, attributes and numbers as such."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+
+from roboyard.urdf.auditing.draft import Draft, Place
+from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.urdf.auditing.registry import Fault, Faults, check
+from roboyard.urdf.xml import line_of
+
+_POSE = ("xyz", "rpy", "quat_xyzw")
+ATTRIBUTES: dict[str, tuple[str, ...]] = {
+    "robot": ("name", "version"),
+    "link": ("name",),
+    "joint": ("name", "type"),
+    "inertial": (),
+    "visual": ("name",),
+    "collision": ("name", "concave"),
+    "geometry": (),
+    "origin": _POSE,
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "plane": ("normal",),
+    "mesh": ("filename", "scale"),
+    "material": ("name",),
+    "color": ("rgba",),
+    "texture": ("filename",),
+    "parent": ("link",),
+    "child": ("link",),
+    "axis": ("xyz",),
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "dynamics": ("damping", "friction"),
+    "mimic": ("joint", "multiplier", "offset"),
+}
+"""Attributes that Roboyard reads, by element."""
+
+CHILDREN: dict[str, tuple[str, ...]] = {
+    "robot": ("link", "joint", "material"),
+    "link": ("inertial", "visual", "collision", "contact"),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    "inertial": ("origin", "mass", "inertia"),
+    "visual": ("origin", "geometry", "material"),
+    "collision": ("origin", "geometry"),
+    "geometry": ("box", "sphere", "cylinder", "capsule", "plane", "mesh"),
+    "material": ("color", "texture"),
+}
+"""Children that Roboyard reads, by element."""
+
+_SINGLE = {tag for tags in CHILDREN.values() for tag in tags}
+_SINGLE -= {"link", "joint", "visual", "collision", *CHILDREN["geometry"]}
+
+
+def _read_elements(draft: Draft) -> Iterator[tuple[ET.Element, Place]]:
+    """Every element that Roboyard reads, with the link, joint or robot it belongs to."""
+    robot = Place(who="robot", line=line_of(draft.root))
+    stack: list[tuple[ET.Element, Place]] = [(draft.root, robot)]
+    while stack:
+        element, owner = stack.pop()
+        yield element, owner
+        known = CHILDREN.get(element.tag, ())
+        for child in reversed(element):
+            if child.tag in known:
+                at = owner
+                if element is draft.root:
+                    name = child.get("name") or ""
+                    links = (name,) if child.tag == "link" else ()
+                    at = Place(who=f'{child.tag} "{name}"', line=line_of(child), link_names=links)
+                stack.append((child, at))
+
+
+@check(
+    "number-not-finite",
+    BLOCKS,
+    remedy="give a finite number",
+    example='<origin xyz="0 nan 0"/>',
+)
+def number_not_finite(draft: Draft) -> Faults:
+    """A number is NaN or infinite, or too large for one."""
+    for fault in draft.number_faults:
+        if fault.fatal and "is not finite" in fault.message:
+            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
+
+
+@check(
+    "xacro-left",
+    BLOCKS,
+    remedy="expand it first: xacro FILE.xacro > FILE.urdf",
+    example='<origin xyz="0 0 ${height}"/>',
+)
+def xacro_left(draft: Draft) -> Faults:
+    """The file is an unexpanded xacro, or part of it is."""
+    for fault in draft.number_faults:
+        if fault.fatal and "xacro" in fault.message:
+            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
+    for element in draft.root.iter():
+        tag = str(element.tag)
+        if tag.startswith("xacro:") or (tag.startswith("{") and "xacro" in tag.partition("}")[0]):
+            yield Fault(at=Place(who="robot", line=line_of(element)), message=f"<{tag[:60]}> is xacro")
+            return
+
+
+@check(
+    "number-wrong",
+    BLOCKS,
+    remedy="give as many numbers as the attribute takes",
+    example='<origin xyz="0 0.1"/>',
+)
+def number_wrong(draft: Draft) -> Faults:
+    """A number cannot be read as one, or some of a vector's are missing."""
+    for fault in draft.number_faults:
+        if fault.fatal and "is not finite" not in fault.message and "xacro" not in fault.message:
+            message, _, remedy = fault.message.rpartition("; ")
+            yield Fault(at=fault.at, message=message or fault.message, remedy=remedy if message else None)
+
+
+@check(
+    "number-sloppy",
+    UNTIDY,
+    remedy="write plain numbers with blanks between them",
+    mendable=True,
+    example='<origin xyz="0.1, 0, 0.2"/>',
+)
+def number_sloppy(draft: Draft) -> Faults:
+    """A number is written so that only lenient readers take it: commas, a stray dot, one number too many."""
+    for fault in draft.number_faults:
+        if not fault.fatal:
+            yield Fault(at=fault.at, message=fault.message)
+
+
+@check(
+    "robot-name-missing",
+    UNTIDY,
+    remedy='add name="..." to <robot>',
+    mendable=True,
+    example="<robot>",
+)
+def robot_name_missing(draft: Draft) -> Faults:
+    """`<robot>` has no name."""
+    if not draft.name:
+        yield Fault(at=Place(who="robot", line=line_of(draft.root)), message="<robot> has no name")
+
+
+@check(
+    "element-repeated",
+    MISBEHAVES,
+    remedy="keep one of them",
+    example='<joint ...><origin xyz="0 0 1"/><origin xyz="0 0 2"/>',
+)
+def element_repeated(draft: Draft) -> Faults:
+    """An element that counts once stands twice; only the first one is read."""
+    for element, owner in _read_elements(draft):
+        seen: set[str] = set()
+        if element.tag == "geometry":
+            shapes = [child.tag for child in element if child.tag in CHILDREN["geometry"]]
+            if len(shapes) > 1:
+                yield Fault(
+                    at=owner,
+                    line=line_of(element),
+                    message=f"<geometry> holds {len(shapes)} shapes; only the first, <{shapes[0]}>, is read",
+                )
+        if element is draft.root:
+            continue
+        for child in element:
+            if child.tag in seen and child.tag in _SINGLE:
+                message = f"<{element.tag}> holds a second <{child.tag}>; only the first is read"
+                yield Fault(at=owner, line=line_of(child), message=message)
+            if child.tag in CHILDREN.get(element.tag, ()):
+                seen.add(child.tag)
+
+
+@check(
+    "element-unread",
+    UNTIDY,
+    remedy="nothing to do where another program reads it",
+    example="<transmission>...</transmission>",
+)
+def element_unread(draft: Draft) -> Faults:
+    """An element that Roboyard does not read; it is kept and written back as it was."""
+    counts: dict[tuple[str, str], list[Place]] = {}
+    for element, owner in _read_elements(draft):
+        if element.tag == "contact" or element.tag not in CHILDREN:
+            continue
+        for child in element:
+            if isinstance(child.tag, str) and child.tag not in CHILDREN[element.tag]:
+                place = Place(who=owner.who, line=line_of(child), link_names=owner.link_names)
+                counts.setdefault((element.tag, child.tag), []).append(place)
+    for (parent, tag), places in counts.items():
+        many = f" ({len(places)} of them)" if len(places) > 1 else ""
+        message = f"<{tag[:60]}> in <{parent}> is kept but not used{many}"
+        yield Fault(at=places[0], message=message)
+
+
+@check(
+    "attribute-unread",
+    UNTIDY,
+    remedy="check the spelling; nothing to do where another program reads it",
+    example='<limit lowr="-1" upper="1"/>',
+)
+def attribute_unread(draft: Draft) -> Faults:
+    """An attribute that Roboyard does not read, misspelt perhaps; it is kept."""
+    counts: dict[tuple[str, str], list[Place]] = {}
+    for element, owner in _read_elements(draft):
+        for key in element.attrib:
+            known = ATTRIBUTES.get(element.tag)
+            if known is not None and key not in known and not key.startswith("xmlns") and ":" not in key:
+                place = Place(who=owner.who, line=line_of(element), link_names=owner.link_names)
+                counts.setdefault((element.tag, key), []).append(place)
+    for (tag, key), places in counts.items():
+        many = f" ({len(places)} of them)" if len(places) > 1 else ""
+        yield Fault(at=places[0], message=f"<{tag} {key[:60]}> is kept but not used{many}")
