@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.demo.figure import Figure
+from roboyard.demo.figure import Figure, extreme_points
 from roboyard.demo.stance import Stance, decide
 from roboyard.demo.sweep import Sweep, first_sweep
 from roboyard.poses import Array
@@ -55,7 +55,7 @@ class Plan:
     stand: float
     """Height of the stand below a held or mounted robot; 0: none; m."""
     reach: Array
-    """(2, 3) box around everywhere its outline gets, in the root link's frame; m."""
+    """(k, 3) outermost points that its outline reaches, in the root link's frame; m."""
     size: Array
     """(2, 3) box around its outline at home, in the root link's frame; m."""
 
@@ -92,13 +92,11 @@ def make_plan(figure: Figure, *, short: bool = False) -> Plan:
         if stance.kind == "standing":
             together = _balanced(figure, stance, together)
         groups.append(Group(sweeps=together, duration=max(shortest, *(s.duration for s in together))))
-    size = _box(figure.points(figure.poses({})))
-    reach = np.stack([size[0], size[1]])
-    for group in groups:
-        box = _box(figure.points(_group_poses(figure, group.sweeps)))
-        reach = np.stack([np.minimum(reach[0], box[0]), np.maximum(reach[1], box[1])])
+    rest = figure.points(figure.poses({}))
+    places = [rest, *(figure.points(_group_poses(figure, group.sweeps)).reshape(-1, 3) for group in groups)]
+    reach = extreme_points(np.concatenate([extreme_points(place) for place in places]))
     stand = 0.0
-    below = stance.lowest - reach[0, 2]
+    below = stance.lowest - float(reach[:, 2].min(initial=stance.lowest))
     if stance.kind == "held" or (stance.kind == "mounted" and below > SINK):
         stand = float(below + CLEARANCE)
     return Plan(
@@ -108,7 +106,7 @@ def make_plan(figure: Figure, *, short: bool = False) -> Plan:
         still=_still(figure, groups),
         stand=stand,
         reach=reach,
-        size=size,
+        size=_box(rest),
     )
 
 
@@ -193,8 +191,7 @@ def _group_poses(figure: Figure, sweeps: Sequence[Sweep]) -> dict[str, Array]:
 def _box(points: Array) -> Array:
     if points.size == 0:
         return np.zeros((2, 3))
-    flat = points.reshape(-1, 3)
-    return np.stack([flat.min(axis=0), flat.max(axis=0)])
+    return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def _still(figure: Figure, groups: Sequence[Group]) -> dict[str, str]:

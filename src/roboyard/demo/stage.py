@@ -8,6 +8,7 @@ import numpy as np
 
 from roboyard.demo.figure import Figure
 from roboyard.demo.plan import Plan
+from roboyard.poses import Array, rotate
 from roboyard.urdf.model import Cylinder, Link, Material, RobotDescription, Visual
 
 if TYPE_CHECKING:
@@ -67,6 +68,14 @@ class Stage:
         for name, value in plan.home.items():
             self.robot.joint(name).drive_position(value)
         return self.robot
+
+    def robot_points(self) -> Array:
+        """(k, 3) outline points of the robot in the world, as it is now; its base where it has no shapes."""
+        placed = [self.robot.position[None]]
+        for name, outline in self.figure.outlines.items():
+            position, quaternion = self.robot.link(name).pose
+            placed.append(rotate(quaternion, outline) + position)
+        return np.concatenate(placed if len(placed) == 1 else placed[1:])
 
     def _add_stand(self, root_height: float) -> None:
         """A column from the floor to the bottom of the robot's base; to look at, it touches nothing."""

@@ -74,6 +74,8 @@ class Teller:
         self.story = Story(record=Record(joints=joints))
         self._targets = np.array([stage.plan.home[name] for name in joints])
         self._column = {name: k for k, name in enumerate(joints)}
+        rows = {name: k for k, name in enumerate(stage.robot.joint_names)}
+        self._rows = np.array([rows[name] for name in joints], dtype=np.intp)
         self._upright = self._up()
 
     def tell(self) -> Story:
@@ -81,7 +83,7 @@ class Teller:
         stage, plan = self.stage, self.stage.plan
         self.settle()
         if plan.stance.kind != "mounted":
-            self.story.fell_when_dropped = self._tilt() > FALLEN
+            self.story.fell_when_dropped = self._has_fallen()
         if not stage.robot.is_fixed and (plan.stance.kind == "held" or self.story.fell_when_dropped):
             stage.place(free=False)
             self._upright = self._up()
@@ -113,7 +115,7 @@ class Teller:
             done += group.duration
         self._wait(0.2)
         self.story.errors = self._tracking()
-        self.story.fell_when_moved = not self.stage.robot.is_fixed and self._tilt() > FALLEN
+        self.story.fell_when_moved = not self.stage.robot.is_fixed and self._has_fallen()
         self.story.simulated = world.time
 
     # -------------------------------------------------------------------------------------------------- ticks
@@ -124,11 +126,11 @@ class Teller:
         handles = [(self.stage.robot.joint(sweep.joint), sweep) for sweep in group.sweeps]
         ahead = STEPS_PER_TICK * world.timestep
         while (passed := world.time - start) < group.duration:
-            phase = min((passed + ahead) / group.duration, 1.0)
+            middle, end = (np.minimum((passed + part * ahead) / group.duration, 1.0) for part in (0.5, 1.0))
             for joint, sweep in handles:
-                target, slope = sweep.at(phase)
+                target, slope = sweep.at(middle)
                 joint.drive_position(float(target), velocity=float(slope) / group.duration)
-                self._targets[self._column[sweep.joint]] = target
+                self._targets[self._column[sweep.joint]] = sweep.at(end)[0]
             self._tick("moving", (done + passed) / total)
         for joint, sweep in handles:
             joint.drive_position(sweep.home)
@@ -146,8 +148,8 @@ class Teller:
         self.story.stepping += perf_counter() - began
         self.story.steps += STEPS_PER_TICK
         record.times.append(world.time)
-        record.positions.append(np.array([robot.joint(name).position for name in record.joints]))
-        record.velocities.append(np.array([robot.joint(name).velocity for name in record.joints]))
+        record.positions.append(robot.joint_positions[self._rows])
+        record.velocities.append(robot.joint_velocities[self._rows])
         record.targets.append(self._targets.copy())
         self.on_tick(act, min(share, 1.0))
 
@@ -164,8 +166,8 @@ class Teller:
         """The base's own z axis in the world."""
         return rotate(self.stage.robot.orientation, np.array([0.0, 0.0, 1.0]))
 
-    def _tilt(self) -> float:
-        return float(np.arccos(np.clip(self._up() @ self._upright, -1.0, 1.0)))
+    def _has_fallen(self) -> bool:
+        return bool(np.arccos(np.clip(self._up() @ self._upright, -1.0, 1.0)) > FALLEN)
 
     def _tracking(self) -> dict[str, tuple[float, float]]:
         record = self.story.record

@@ -1,0 +1,160 @@
+"""The demo from one end to the other: read, settle, move, draw, write."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from roboyard.demo.output import check_target, whole_folder
+
+Report = Callable[[str, float], None]
+"""Called with the name of the act and the share of it that is over, 0 to 1."""
+
+STILL_SIZE, STILL_SIZE_SHORT = (960, 720), (480, 360)
+FILM_SIZE, FILM_SIZE_SHORT = (480, 360), (240, 180)
+"""pixels"""
+FRAMES, FRAMES_SHORT = 140, 24
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DemoResult:
+    """Where the files are, and what summary.json says."""
+
+    folder: Path
+    summary: Mapping[str, Any]
+
+
+def run_demo(
+    urdf: Path | None = None,
+    *,
+    out: Path = Path("demo"),
+    packages: Mapping[str, Path] | None = None,
+    overwrite: bool = False,
+    short: bool = False,
+    report: Report | None = None,
+) -> DemoResult:
+    """Read a robot, drop it on a floor beside an obstacle, move every joint, and write what was seen.
+
+    Args:
+        urdf: the robot; the bundled r1 by default.
+        out: folder for robot.gif, four views, joints.png and summary.json; made whole or not at all.
+        packages: ROS package name to folder, for `package://`.
+        overwrite: write also into a folder that holds other things (which stay).
+        short: smaller pictures and quicker sweeps, for a test of the installation.
+        report: told how far the demo is.
+
+    Raises:
+        DescriptionError: the robot cannot be read.
+        ConfigError: `out` holds something else.
+    """
+    check_target(out, overwrite=overwrite)
+    tell = report or (lambda act, share: None)
+    began = perf_counter()
+    with _heard() as remarks:
+        summary = _perform(urdf, out, packages, short, tell, began, remarks)
+    return DemoResult(folder=out, summary=summary)
+
+
+def _perform(
+    urdf: Path | None,
+    out: Path,
+    packages: Mapping[str, Path] | None,
+    short: bool,
+    tell: Report,
+    began: float,
+    remarks: list[str],
+) -> dict[str, Any]:
+    tell("reading", 0.0)
+    from roboyard.assets import asset_path
+    from roboyard.demo.figure import Figure
+    from roboyard.demo.pictures import FPS, Film, still_views
+    from roboyard.demo.plan import make_plan
+    from roboyard.demo.plots import plot_joints
+    from roboyard.demo.stage import Stage
+    from roboyard.demo.story import Teller
+    from roboyard.demo.summary import summarize, where_things_are
+    from roboyard.urdf import load_urdf
+
+    file = asset_path("r1") if urdf is None else urdf
+    description = load_urdf(file, packages=packages)
+    figure = Figure(description)
+    tell("reading", 0.5)
+    plan = make_plan(figure, short=short)
+    stage = Stage(figure, plan)
+    stage.world.ensure_compiled()
+    remarks[:0] = [*description.notes, *stage.robot.notes]
+
+    width, height = FILM_SIZE_SHORT if short else FILM_SIZE
+    film = Film(
+        stage,
+        width=width,
+        height=height,
+        frames=FRAMES_SHORT if short else FRAMES,
+        seconds=plan.duration + 1.5,
+    )
+
+    def on_tick(act: str, share: float) -> None:
+        film.tick()
+        tell(act, share)
+
+    teller = Teller(stage, on_tick, short=short)
+    tell("settling", 0.0)
+    teller.tell()
+    tell("views", 0.0)
+    stills = still_views(stage, *(STILL_SIZE_SHORT if short else STILL_SIZE))
+    places = where_things_are(stage)
+    teller.move()
+    story = teller.story
+
+    tell("writing", 0.0)
+    from roboyard.cameras import save_gif, save_png
+
+    with whole_folder(out) as folder:
+        save_gif(folder / "robot.gif", film.frames, fps=FPS)
+        tell("writing", 0.5)
+        for name, image in stills.items():
+            save_png(folder / f"{name}.png", image)
+        tell("writing", 0.7)
+        plot_joints(folder / "joints.png", story.record, plan, description)
+        files = ["robot.gif", *(f"{name}.png" for name in stills), "joints.png", "summary.json"]
+        summary = summarize(
+            stage,
+            story,
+            source=str(file) if urdf is not None else "bundled r1",
+            findings=list(dict.fromkeys(remarks)),
+            repairs=[],
+            places=places,
+            film={"frames": len(film.frames), "speed": film.speed},
+            wall_time=perf_counter() - began,
+            files=files,
+        )
+        text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
+        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    tell("writing", 1.0)
+    return summary
+
+
+@contextmanager
+def _heard() -> Iterator[list[str]]:
+    """Collect what Roboyard's modules log as warnings, instead of printing it amid the progress."""
+
+    class Ear(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            heard.append(record.getMessage())
+
+    heard: list[str] = []
+    logger, ear = logging.getLogger("roboyard"), Ear(logging.WARNING)
+    spread = logger.propagate
+    logger.addHandler(ear)
+    logger.propagate = False
+    try:
+        yield heard
+    finally:
+        logger.removeHandler(ear)
+        logger.propagate = spread
