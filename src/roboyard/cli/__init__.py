@@ -17,7 +17,7 @@ import typer
 
 from roboyard.errors import RoboyardError
 
-COMMANDS = ("demo", "audit", "repair", "version")
+COMMANDS = ("demo", "audit", "repair", "run", "serve", "version")
 """In the order of the help text; `name` is the function `name` of the module `roboyard.cli.name`."""
 
 _DEBUG_VARIABLE = "ROBOYARD_DEBUG"
@@ -70,9 +70,9 @@ def _run(words: list[str]) -> int:
     app.callback()(_options)
     named = words[0] if words else ""
     for name in (named,) if named in COMMANDS else COMMANDS:
-        module = f"{__name__}.{name}"
-        if find_spec(module) is not None:
-            app.command(name)(getattr(import_module(module), name))
+        if find_spec(f"{__name__}.{name}") is not None:
+            module = import_module(f"{__name__}.{name}")
+            app.command(name, context_settings=getattr(module, "CONTEXT_SETTINGS", None))(getattr(module, name))
     try:
         typer.main.get_command(app)(words, prog_name="roboyard")
     except SystemExit as leave:

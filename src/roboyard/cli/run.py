@@ -1,0 +1,25 @@
+"""`roboyard run`: a script written for PyBullet, as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+CONTEXT_SETTINGS = {"allow_interspersed_args": False, "ignore_unknown_options": True}
+"""What follows the script is the script's."""
+
+
+def run(
+    script: Annotated[Path, typer.Argument(help="Python file that imports pybullet.", show_default=False)],
+    arguments: Annotated[
+        list[str] | None, typer.Argument(help="Passed to the script.", metavar="[ARGS]...")
+    ] = None,
+) -> None:
+    """Run an unmodified PyBullet script on Roboyard; the exit code is the script's."""
+    if not script.exists():
+        raise typer.BadParameter(f"there is no file {str(script)!r}", param_hint="SCRIPT")
+    from roboyard.pybullet.running import run_script
+
+    raise typer.Exit(run_script(script, arguments or ()))

@@ -1,0 +1,60 @@
+"""All public functions by name, made from the table of commands and the free functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from roboyard.pybullet import camera_matrices, clients, rotations, transforms
+from roboyard.pybullet.calling import builtin, public
+from roboyard.pybullet.commands import COMMANDS
+
+_TOPICS = (
+    "debug",
+    "logs",
+    "parameters",
+    "search",
+    "unavailable",
+    "user_data",
+    "visualizer",
+)
+
+FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
+    clients.connect,
+    clients.disconnect,
+    clients.getAPIVersion,
+    clients.getConnectionInfo,
+    clients.isConnected,
+    clients.isNumpyEnabled,
+    camera_matrices.computeProjectionMatrix,
+    camera_matrices.computeProjectionMatrixFOV,
+    camera_matrices.computeViewMatrix,
+    camera_matrices.computeViewMatrixFromYawPitchRoll,
+    rotations.getEulerFromQuaternion,
+    rotations.getMatrixFromQuaternion,
+    rotations.getQuaternionFromEuler,
+    transforms.calculateVelocityQuaternion,
+    transforms.getAxisAngleFromQuaternion,
+    transforms.getAxisDifferenceQuaternion,
+    transforms.getDifferenceQuaternion,
+    transforms.getQuaternionFromAxisAngle,
+    transforms.getQuaternionSlerp,
+    transforms.invertTransform,
+    transforms.multiplyTransforms,
+    transforms.rotateVector,
+)
+"""Functions that need no world: they take `physicsClientId` themselves."""
+
+
+def public_functions() -> dict[str, Callable[..., Any]]:
+    """Name to built-in for every function of the interface."""
+    for topic in _TOPICS:
+        import_module(f"roboyard.pybullet.{topic}")
+    clients.install_commands()
+    found: dict[str, Any] = {function.__name__: function for function in FREE_FUNCTIONS}
+    for name, entry in COMMANDS.items():
+        if entry.is_public:
+            found[name] = public(entry.function, clients.CLIENTS, entry.aliases, __name__)
+            globals()[name] = found[name]
+    return {name: builtin(found[name]) for name in sorted(found)}

@@ -1,0 +1,186 @@
+"""Log files: what is recorded after each step, from startStateLogging to stopStateLogging."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Protocol
+
+from roboyard.pybullet import constants as c
+from roboyard.pybullet.arguments import text, whole
+from roboyard.pybullet.commands import command
+from roboyard.pybullet.errors import unavailable
+from roboyard.pybullet.ids import Counter
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.clients import Client
+
+
+class Recorder(Protocol):
+    """One log file that is being written."""
+
+    def record(self, client: Client) -> None:
+        """Write what one step left behind."""
+        ...
+
+    def close(self) -> None:
+        """Finish the file."""
+        ...
+
+
+class Logs:
+    """Recorders by id, counted from 0."""
+
+    def __init__(self) -> None:
+        self._ids = Counter()
+        self._recorders: dict[int, Recorder] = {}
+        self.timings: ProfileTimings | None = None
+
+    def start(self, recorder: Recorder) -> int:
+        number = self._ids.take()
+        self._recorders[number] = recorder
+        return number
+
+    def stop(self, number: int) -> None:
+        recorder = self._recorders.pop(number, None)
+        if recorder is not None:
+            recorder.close()
+            if recorder is self.timings:
+                self.timings = None
+
+    def stop_all(self) -> None:
+        for number in list(self._recorders):
+            self.stop(number)
+
+    def after_step(self, client: Client) -> None:
+        """Let every recorder write; stepSimulation calls this."""
+        for recorder in self._recorders.values():
+            recorder.record(client)
+
+    def __bool__(self) -> bool:
+        return bool(self._recorders)
+
+
+class ProfileTimings:
+    """Spans between submitProfileTiming calls and from step to step, as a trace for chrome://tracing."""
+
+    def __init__(self, file_name: str) -> None:
+        self._path = Path(f"{file_name}_0.json")
+        self._origin = perf_counter()
+        self._events: list[dict[str, object]] = []
+        self._open: list[tuple[str, float]] = []
+        self._last_step = self._origin
+
+    def push(self, name: str) -> None:
+        self._open.append((name, perf_counter()))
+
+    def pop(self) -> None:
+        if self._open:
+            name, start = self._open.pop()
+            self._add(name, start, perf_counter())
+
+    def record(self, client: Client) -> None:
+        now = perf_counter()
+        self._add("stepSimulation", self._last_step, now)
+        self._last_step = now
+
+    def close(self) -> None:
+        while self._open:
+            self.pop()
+        trace = {"traceEvents": self._events, "displayTimeUnit": "ns"}
+        self._path.write_text(json.dumps(trace), encoding="utf-8")
+
+    def _add(self, name: str, start: float, end: float) -> None:
+        micro = 1e6
+        self._events.append(
+            {
+                "cat": "timing",
+                "pid": 1,
+                "tid": 0,
+                "name": name,
+                "ph": "X",
+                "ts": (start - self._origin) * micro,
+                "dur": (end - start) * micro,
+            }
+        )
+
+
+@command()
+def startStateLogging(
+    client: Client,
+    loggingType: int,
+    fileName: str,
+    objectUniqueIds: Sequence[int] = (),
+    maxLogDof: int = -1,
+    bodyUniqueIdA: int = -1,
+    bodyUniqueIdB: int = -1,
+    linkIndexA: int = -2,
+    linkIndexB: int = -2,
+    deviceTypeFilter: int = -1,
+    logFlags: int = -1,
+) -> int | None:
+    """Start a log file and give its id.
+
+    Args:
+        loggingType: STATE_LOGGING_GENERIC_ROBOT, _CONTACT_POINTS, _VIDEO_MP4, _PROFILE_TIMINGS, ...
+        fileName: what to write.
+        objectUniqueIds: bodies to log; none given: all.
+        maxLogDof: most joints of a body in a generic robot's record; the default is 12.
+        bodyUniqueIdA: contacts: only those of this body.
+        bodyUniqueIdB: contacts: only those with this body too.
+        linkIndexA: contacts: only those of this link.
+        linkIndexB: contacts: only those with this link.
+        deviceTypeFilter: of VR devices, of which there are none.
+        logFlags: STATE_LOG_JOINT_TORQUES and its parts.
+    """
+    name = text(fileName)
+    kind = whole(loggingType)
+    if kind == c.STATE_LOGGING_PROFILE_TIMINGS:
+        if client.logs.timings is not None:
+            return None
+        client.logs.timings = ProfileTimings(name)
+        return client.logs.start(client.logs.timings)
+    if kind in _NOT_HERE:
+        raise unavailable(f"startStateLogging({kind})", _NOT_HERE[kind])
+    from roboyard.pybullet import state_logs
+
+    recorder = state_logs.open_recorder(
+        client,
+        kind,
+        name,
+        bodies=[whole(body) for body in objectUniqueIds],
+        max_joints=whole(maxLogDof),
+        body_a=whole(bodyUniqueIdA),
+        body_b=whole(bodyUniqueIdB),
+        link_a=whole(linkIndexA),
+        link_b=whole(linkIndexB),
+        flags=whole(logFlags),
+    )
+    return None if recorder is None else client.logs.start(recorder)
+
+
+_NOT_HERE = {
+    c.STATE_LOGGING_VR_CONTROLLERS: "there are no virtual reality devices",
+    c.STATE_REPLAY_ALL_COMMANDS: "Bullet's command files hold its internal structures",
+    c.STATE_LOGGING_ALL_COMMANDS: "Bullet's command files hold its internal structures",
+}
+
+
+@command()
+def stopStateLogging(client: Client, loggingId: int) -> None:
+    """Finish a log file."""
+    client.logs.stop(whole(loggingId))
+
+
+@command()
+def submitProfileTiming(client: Client, eventName: str | None = None) -> None:
+    """Open a span of this name in the timings log; without a name close the one opened last."""
+    timings = client.logs.timings
+    if timings is None:
+        return
+    if eventName is None:
+        timings.pop()
+    else:
+        timings.push(text(eventName))

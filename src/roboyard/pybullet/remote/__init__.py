@@ -1,0 +1,1 @@
+"""A world in another process: the wire format, the server behind `roboyard serve`, and its clients."""

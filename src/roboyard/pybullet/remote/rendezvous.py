@@ -1,0 +1,43 @@
+"""How connect(SHARED_MEMORY, key) finds a server on this machine: a small file for each key."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+
+def _file(key: int) -> Path:
+    return user_cache_path("roboyard") / "servers" / f"{key}.json"
+
+
+@contextmanager
+def announced(key: int, host: str, port: int) -> Iterator[None]:
+    """Leave the address under the key for the duration; the newest server has the key."""
+    path = _file(key)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    address = {"host": host, "port": port, "process": os.getpid()}
+    path.write_text(json.dumps(address), encoding="utf-8")
+    try:
+        yield
+    finally:
+        if _read(path) == address:
+            path.unlink(missing_ok=True)
+
+
+def find(key: int) -> tuple[str, int] | None:
+    """Host and port that a server left under the key, or None."""
+    match _read(_file(key)):
+        case {"host": str(host), "port": int(port)}:
+            return host, port
+    return None
+
+
+def _read(path: Path) -> object:
+    with suppress(OSError, ValueError):
+        return json.loads(path.read_text(encoding="utf-8"))
+    return None

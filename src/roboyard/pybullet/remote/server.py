@@ -1,0 +1,110 @@
+"""The server behind `roboyard serve`: one world, any number of clients over TCP and UDP."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from contextlib import suppress
+
+import roboyard.pybullet  # noqa: F401 - fills the table of commands
+from roboyard.errors import RoboyardError
+from roboyard.pybullet.remote import rendezvous, wire
+from roboyard.pybullet.remote.datagrams import DatagramServer
+from roboyard.pybullet.remote.dispatch import Dispatcher
+
+MAX_CONNECTIONS = 64
+
+
+class Server:
+    """Listens on one port for TCP and UDP. Commands run one after another, whoever sends them."""
+
+    def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
+        self.host = host
+        self.port = port
+        """The port listened at, once started; 0 before means any free one."""
+        self.dispatcher = Dispatcher()
+        self._talks: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
+        self._listener: asyncio.Server | None = None
+        self._datagrams: asyncio.DatagramTransport | None = None
+
+    async def start(self) -> None:
+        """Open the port.
+
+        Raises:
+            RoboyardError: it cannot be opened.
+        """
+        try:
+            self._listener = await asyncio.start_server(self._serve, self.host, self.port)
+            self.port = self._listener.sockets[0].getsockname()[1]
+            loop = asyncio.get_running_loop()
+            self._datagrams, _ = await loop.create_datagram_endpoint(
+                lambda: DatagramServer(self.dispatcher), (self.host, self.port)
+            )
+        except OSError as problem:
+            await self.stop()
+            raise RoboyardError(
+                f"cannot listen at {self.host}:{self.port}: {problem.strerror or problem}; try another --port"
+            ) from None
+
+    async def stop(self) -> None:
+        """Close the port, finish log files."""
+        if self._datagrams is not None:
+            self._datagrams.close()
+        if self._listener is not None:
+            self._listener.close()
+        for writer in self._talks.values():
+            writer.close()
+        if self._talks:
+            await asyncio.wait(set(self._talks), timeout=1.0)
+        self.dispatcher.client.close()
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Talk to one client until it leaves or sends something that is not the protocol."""
+        task = asyncio.current_task()
+        assert task is not None
+        self._talks[task] = writer
+        try:
+            if len(self._talks) > MAX_CONNECTIONS:
+                raise wire.WireError(f"already {MAX_CONNECTIONS} clients")
+            wire.check_hello(wire.decode(await _read_body(reader)))
+            writer.write(wire.frame(wire.HELLO))
+            while True:
+                body = self.dispatcher.answer(wire.decode(await _read_body(reader)))
+                writer.write(wire.PREFIX.pack(len(body)))
+                writer.write(body)
+                await writer.drain()
+        except wire.WireError as problem:
+            print(f"roboyard serve: a client was refused: {problem}", file=sys.stderr)
+            with suppress(ConnectionError):
+                writer.write(wire.frame([-1, "error", f"refused: {problem}", []]))
+                await writer.drain()
+        except (ConnectionError, asyncio.IncompleteReadError):
+            pass  # the client left
+        finally:
+            del self._talks[task]
+            writer.close()
+
+
+async def _read_body(reader: asyncio.StreamReader) -> bytes:
+    return await reader.readexactly(wire.body_length(await reader.readexactly(wire.PREFIX.size)))
+
+
+def serve_forever(*, host: str, port: int, key: int) -> None:
+    """Serve until interrupted or terminated; prints the address once it is open."""
+    with suppress(KeyboardInterrupt):
+        asyncio.run(_serve_until_signal(host, port, key))
+
+
+async def _serve_until_signal(host: str, port: int, key: int) -> None:
+    server = Server(host, port)
+    await server.start()
+    leave = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for name in ("SIGINT", "SIGTERM"):
+        with suppress(NotImplementedError, ValueError):  # Windows, or not the main thread
+            loop.add_signal_handler(getattr(signal, name), leave.set)
+    with rendezvous.announced(key, server.host, server.port):
+        print(f"roboyard serve: connect(TCP, {server.host!r}, {server.port}), key {key}", flush=True)
+        await leave.wait()
+    await server.stop()

@@ -1,0 +1,125 @@
+"""What goes over the wire: MessagePack in length-prefixed frames, arrays as raw buffers.
+
+    frame     4 bytes, big endian: length of the body; then the body
+    hello     ["roboyard", protocol version], first frame of either side
+    request   [number, command name, [arguments...]]
+    answer    [number, "ok", result] or [number, "error" or "type", message, [notes...]]
+
+Arrays are extension 1: [dtype, shape, bytes]. Nothing that is read can name a type or run code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import prod
+from struct import Struct
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from roboyard.errors import RoboyardError
+
+VERSION = 1
+MAX_BODY = 256 * 1024 * 1024
+"""Bytes of the largest body that is read."""
+HELLO = ["roboyard", VERSION]
+PREFIX = Struct(">I")
+_ARRAY = 1
+_PLAIN_KINDS = "biuf"
+
+
+class WireError(RoboyardError):
+    """The other side sent something that is no message of this protocol."""
+
+
+def encode(message: object) -> bytes:
+    """Body of a message.
+
+    Raises:
+        TypeError: it holds something that cannot be sent.
+    """
+    try:
+        return _ENCODER.encode(message)
+    except (OverflowError, ValueError, RecursionError) as problem:
+        raise TypeError(f"cannot be sent to a server: {problem}") from None
+
+
+def frame(message: object) -> bytes:
+    """A message ready to send, with its length in front."""
+    body = encode(message)
+    return PREFIX.pack(len(body)) + body
+
+
+def decode(body: bytes | bytearray | memoryview) -> Any:
+    """The message in a body.
+
+    Raises:
+        WireError: there is none.
+    """
+    try:
+        return _DECODER.decode(body)
+    except (msgspec.MsgspecError, ValueError, TypeError, RecursionError) as problem:
+        raise WireError(f"not a message: {problem}") from None
+
+
+def body_length(prefix: bytes) -> int:
+    """Length that a frame announces.
+
+    Raises:
+        WireError: it is too long.
+    """
+    (length,) = PREFIX.unpack(prefix)
+    if length > MAX_BODY:
+        raise WireError(f"a frame of {length} bytes; the longest is {MAX_BODY}")
+    return length
+
+
+def check_hello(message: object) -> None:
+    """Raise WireError for the first message of something that is not the other side of this protocol."""
+    if message != HELLO:
+        raise WireError(f"expected {HELLO}, got {str(message)[:60]!r}; both sides need the same Roboyard")
+
+
+def tupled(value: Any) -> Any:
+    """`value` with every list as a tuple, as the functions of the interface return them."""
+    if isinstance(value, list):
+        return tuple(tupled(item) for item in value)
+    if isinstance(value, Mapping):
+        return {key: tupled(item) for key, item in value.items()}
+    return value
+
+
+def _to_wire(value: object) -> object:
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind not in _PLAIN_KINDS:
+            raise TypeError(f"arrays of {value.dtype} cannot be sent to a server")
+        array = np.ascontiguousarray(value)
+        return msgspec.msgpack.Ext(
+            _ARRAY,
+            msgspec.msgpack.encode([array.dtype.str, value.shape, array.reshape(-1).view(np.uint8).data]),
+        )
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Iterable):
+        return list(value)
+    raise TypeError(f"a {type(value).__name__} cannot be sent to a server")
+
+
+def _from_wire(code: int, data: memoryview) -> object:
+    if code != _ARRAY:
+        raise ValueError(f"unknown extension {code}")
+    name, shape, raw = _ARRAY_DECODER.decode(data)
+    dtype = np.dtype(name)
+    if (
+        dtype.kind not in _PLAIN_KINDS
+        or min(shape, default=0) < 0
+        or prod(shape) * dtype.itemsize != len(raw)
+    ):
+        raise ValueError("an array whose shape and bytes differ")
+    return np.frombuffer(bytearray(raw), dtype=dtype).reshape(shape)
+
+
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=_to_wire)
+_DECODER = msgspec.msgpack.Decoder(ext_hook=_from_wire)
+_ARRAY_DECODER = msgspec.msgpack.Decoder(tuple[str, list[int], bytes])
