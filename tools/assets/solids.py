@@ -73,6 +73,11 @@ def loft(sections: Sequence[tuple[float, ...]], steps: int = 4, fillet: float = 
     return skin(rings)
 
 
+def disc(z: float, radius: float) -> tuple[float, ...]:
+    """A round section about the axis, for `loft`."""
+    return (z, 0.0, 0.0, radius, radius, radius)
+
+
 def _inset(row: Array, inset: float, z: float) -> Array:
     _, x, y, half_x, half_y, radius = row
     least = 1e-4
