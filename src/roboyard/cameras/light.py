@@ -17,7 +17,7 @@ class Light:
     every colour exactly as it was given.
     """
 
-    direction: tuple[float, float, float] = (0.45, -0.55, 1.0)
+    direction: tuple[float, float, float] = (-0.35, -0.75, 1.1)
     """From the scene towards the sun; any length above zero."""
     color: RGB = (1.0, 1.0, 1.0)
     """Of the sun and the sky; 0 to 1"""

@@ -100,7 +100,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
                 images[id(image)] = len(pictures)
                 pictures.append(textures.as_rgba(image))
             texture = images[id(image)]
-            see_through |= bool(pictures[texture][..., 3].min() < 255)
+            see_through |= textures.lets_light_through(pictures[texture], arrays.uv)
         colored = shape.use_mesh_colors and arrays.colors is not None
         looks[i, :4] = shape.rgba
         looks[i, 4] = shape.specular

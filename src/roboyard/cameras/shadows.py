@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 MARGIN = 4
 """Texels around the part of the map that is used, for the filter's reach."""
+SIZES = (128, 192, 256, 384, 512, 768, 1024, 1536, 2048)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -37,7 +38,7 @@ NO_SHADOW = ShadowMap(
 
 def cast(
     arrays: SceneArrays, to_world: Array, sun: Array, seen: NDArray, nearness: NDArray,
-    width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: NDArray,
+    width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: tuple[NDArray, NDArray],
 ) -> ShadowMap:  # fmt: skip
     """Shadow map for what `seen` and `nearness` show; `sun` is the unit vector towards the sun."""
     if not len(arrays.casters):
@@ -49,13 +50,18 @@ def cast(
     casters = np.unique(arrays.casters[:, 0])
     low, high = _bounds_of_boxes(matrix, to_world[casters], arrays.boxes[casters])
     stride = 2 if width * height > 40000 else 1
-    visible = shade.lit_bounds(seen, nearness, width, height, stride, perspective, *rays, matrix)
-    low[:2] = np.maximum(low[:2], visible[0])
-    high[:2] = np.minimum(high[:2], visible[1])
-    if not (low[:2] <= high[:2]).all():
+    visible, count, total = shade.lit_bounds(
+        seen, nearness, width, height, stride, perspective, *rays, matrix, low[:2], high[:2]
+    )
+    if not count:
         return NO_SHADOW
-    size = _map_size(max(width, height))
-    texels = np.array([_steady(extent) for extent in high[:2] - low[:2]]) / (size - 2 * MARGIN - 1)
+    low[:2], high[:2] = visible
+    extent = np.array([_steady(side) for side in high[:2] - low[:2]])
+    # texels about as large as the pixels that show them
+    origins, directions = rays
+    pixel = np.linalg.norm(origins[1] + total / count * directions[1])
+    size = _map_size(float(extent.max() / pixel))
+    texels = extent / (size - 2 * MARGIN - 1)
     # whole texels of a fixed grid, so that edges do not crawl when the fit moves a little
     middle = np.floor(0.5 * (low[:2] + high[:2]) / texels)
     matrix[:2] /= texels[:, None]
@@ -67,7 +73,7 @@ def cast(
     unused = np.zeros(1, dtype=np.float32)
     raster.draw_meshes(
         arrays.casters, screens, arrays.boxes, arrays.vertices, arrays.faces, False, -np.inf, np.inf,
-        raster.DEPTH_ONLY, unused, depth, np.zeros(1, dtype=np.int64), size, size, scratch,
+        raster.DEPTH_ONLY, unused, depth, np.zeros(1, dtype=np.int64), size, size, *scratch,
     )  # fmt: skip
     return ShadowMap(nearness=depth, size=size, matrix=matrix, texel=float(texels.max()))
 
@@ -87,5 +93,6 @@ def _steady(extent: float) -> float:
     return 2.0 ** (math.ceil(4.0 * math.log2(max(extent, 1e-3))) / 4.0)
 
 
-def _map_size(side: int) -> int:
-    return 512 if side <= 400 else (1024 if side <= 1000 else 2048)
+def _map_size(wanted: float) -> int:
+    """Texels along a side: at least `wanted`, in steps, so that the grid seldom changes from frame to frame."""
+    return next((size for size in SIZES if size - 2 * MARGIN > wanted), SIZES[-1])

@@ -51,7 +51,8 @@ class _Frame:
         else:
             self.directions[0] = inverse[:, 2]
             self.origins[1:] = inverse[:, 0], inverse[:, 1]
-        self.scratch = _buffer("scratch", (3, max(arrays.most_vertices, 1)), np.float32)
+        most = max(arrays.most_vertices, 1)
+        self.scratch = _buffer("screen", (most, 3), np.float32), _buffer("cell", (most,), np.int64)
         self.nothing = np.zeros(1, dtype=np.float32)
 
     def visibility(self, name: str) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
@@ -89,7 +90,7 @@ class _Frame:
             won += raster.draw_meshes(
                 draws, self.screens, self.arrays.boxes, self.arrays.vertices, self.arrays.faces,
                 self.perspective, self.near, self.far, mode, limit, nearness, seen,
-                self.width, self.height, self.scratch,
+                self.width, self.height, *self.scratch,
             )  # fmt: skip
         for instance in planes:
             slopes = self._plane_slopes(int(instance))

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def draw_lines(start, end, rgb, thickness, matrix, perspective, near, width, height, nearness, out):
     """Blend segments into uint8 (pixels, 4) `out`; `thickness` in pixels, ends round, edges smooth.
 
@@ -52,14 +52,14 @@ def draw_lines(start, end, rgb, thickness, matrix, perspective, near, width, hei
         along_size, across_size = (height, width) if steep else (width, height)
         slope = across_d / along_d if along_d != 0.0 else 0.0
         spread = reach * math.sqrt(1.0 + slope * slope)
-        first = max(math.floor(min(along_0, along_0 + along_d) - reach), 0.0)
-        last = min(math.ceil(max(along_0, along_0 + along_d) + reach), along_size - 1.0)
+        first = max(np.floor(min(along_0, along_0 + along_d) - reach), 0.0)
+        last = min(np.ceil(max(along_0, along_0 + along_d) + reach), along_size - 1.0)
         if not first <= last:
             continue
         for a in range(np.int64(first), np.int64(last) + 1):
             middle = across_0 + slope * (a + 0.5 - along_0)
-            low = max(math.floor(middle - spread), 0.0)
-            high = min(math.ceil(middle + spread), across_size - 1.0)
+            low = max(np.floor(middle - spread), 0.0)
+            high = min(np.ceil(middle + spread), across_size - 1.0)
             if not low <= high:
                 continue
             for b in range(np.int64(low), np.int64(high) + 1):

@@ -14,27 +14,28 @@ import math
 import numpy as np
 from numba import njit
 
-BEHIND = 1e30
-"""Column of a vertex in front of the near plane."""
+BEHIND = np.int64(-(2**62) - 12345)
+"""Cell of a vertex in front of the near plane."""
 SNAP = 1024.0
 PLANE = 0x7FFFFFFF
 """Triangle number of an endless plane."""
+NARROW = 12
 DEPTH_ONLY, RECORD, PEEL = 0, 1, 2
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fill_triangle(
-    x0, y0, q0, x1, y1, q1, x2, y2, q2, cull, code, mode, limit, nearness, seen, width, height
+    x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, height
 ):
     """Draw one snapped screen triangle; returns the number of pixels it won."""
-    first_x = max(math.ceil(min(x0, x1, x2) - 0.5), 0.0)
-    last_x = min(math.floor(max(x0, x1, x2) - 0.5), width - 1.0)
-    first_y = max(math.ceil(min(y0, y1, y2) - 0.5), 0.0)
-    last_y = min(math.floor(max(y0, y1, y2) - 0.5), height - 1.0)
+    first_x = max(np.ceil(min(x0, x1, x2) - 0.5), 0.0)
+    last_x = min(np.floor(max(x0, x1, x2) - 0.5), width - 1.0)
+    first_y = max(np.ceil(min(y0, y1, y2) - 0.5), 0.0)
+    last_y = min(np.floor(max(y0, y1, y2) - 0.5), height - 1.0)
     if first_x > last_x or first_y > last_y:
         return 0
     area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-    if area == 0.0 or (cull and area > 0.0):  # rows run downward: fronts have negative area
+    if area == 0.0:
         return 0
     if area < 0.0:
         x1, x2, y1, y2, q1, q2 = x2, x1, y2, y1, q2, q1
@@ -58,37 +59,55 @@ def fill_triangle(
         e2 -= tie
     q_row = q0 + q_dx * (px - x0) + q_dy * (py - y0)
     won = 0
-    left, right = np.int64(first_x), np.int64(last_x)
-    wide = right - left
-    for row in range(np.int64(first_y), np.int64(last_y) + 1):
-        lo, hi = 0.0, float(wide)
-        if a0 > 0.0:
-            lo = max(lo, math.ceil(-e0 / a0))
-        elif a0 < 0.0:
-            hi = min(hi, math.floor(-e0 / a0))
-        elif e0 < 0.0:
-            hi = -1.0
-        if a1 > 0.0:
-            lo = max(lo, math.ceil(-e1 / a1))
-        elif a1 < 0.0:
-            hi = min(hi, math.floor(-e1 / a1))
-        elif e1 < 0.0:
-            hi = -1.0
-        if a2 > 0.0:
-            lo = max(lo, math.ceil(-e2 / a2))
-        elif a2 < 0.0:
-            hi = min(hi, math.floor(-e2 / a2))
-        elif e2 < 0.0:
-            hi = -1.0
+    left, top, bottom = np.int64(first_x), np.int64(first_y), np.int64(last_y)
+    wide = np.int64(last_x) - left
+    for row in range(top, bottom + 1):
         start = row * width + left
-        for k in range(np.int64(lo), np.int64(hi) + 1):
-            q = np.float32(q_row + q_dx * k)
-            p = np.uint64(start + k)
-            if q > nearness[p] and (mode != PEEL or q < limit[p]):
-                nearness[p] = q
-                if mode != DEPTH_ONLY:
-                    seen[p] = code
-                won += 1
+        if wide <= NARROW:
+            f0, f1, f2, q_here = e0, e1, e2, q_row
+            for k in range(wide + 1):
+                if f0 >= 0.0 and f1 >= 0.0 and f2 >= 0.0:
+                    q = np.float32(q_here)
+                    p = np.uint64(start + k)
+                    if q > nearness[p] and (mode != PEEL or q < limit[p]):
+                        nearness[p] = q
+                        if mode != DEPTH_ONLY:
+                            seen[p] = code
+                        won += 1
+                f0 += a0
+                f1 += a1
+                f2 += a2
+                q_here += q_dx
+        else:
+            # where the row enters and leaves the triangle; the quotients are exact enough because no edge
+            # function comes nearer to zero than half a step without being zero
+            lo, hi = 0.0, float(wide)
+            if a0 > 0.0:
+                lo = max(lo, np.ceil(-e0 / a0))
+            elif a0 < 0.0:
+                hi = min(hi, np.floor(-e0 / a0))
+            elif e0 < 0.0:
+                hi = -1.0
+            if a1 > 0.0:
+                lo = max(lo, np.ceil(-e1 / a1))
+            elif a1 < 0.0:
+                hi = min(hi, np.floor(-e1 / a1))
+            elif e1 < 0.0:
+                hi = -1.0
+            if a2 > 0.0:
+                lo = max(lo, np.ceil(-e2 / a2))
+            elif a2 < 0.0:
+                hi = min(hi, np.floor(-e2 / a2))
+            elif e2 < 0.0:
+                hi = -1.0
+            for k in range(np.int64(lo), np.int64(hi) + 1):
+                q = np.float32(q_row + q_dx * k)
+                p = np.uint64(start + k)
+                if q > nearness[p] and (mode != PEEL or q < limit[p]):
+                    nearness[p] = q
+                    if mode != DEPTH_ONLY:
+                        seen[p] = code
+                    won += 1
         e0 += b0
         e1 += b1
         e2 += b2
@@ -96,7 +115,7 @@ def fill_triangle(
     return won
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
     """Whether any part of a box may land on the picture."""
     left, right, above, below, close, beyond = 0, 0, 0, 0, 0, 0
@@ -117,15 +136,16 @@ def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
     return max(left, right, above, below, close, beyond) < 8
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def draw_meshes(
-    draws, matrices, boxes, vertices, faces, perspective, near, far, mode, limit, nearness, seen, width, height, scratch
+    draws, matrices, boxes, vertices, faces, perspective, near, far, mode, limit, nearness, seen, width, height, screen, cell
 ):
     """Draw ranges of triangles into `nearness` and `seen`; returns the number of pixels won.
 
     draws (n, 6) int32: instance, first and last + 1 vertex, first and last + 1 face, side to cull (0, 1, -1).
     matrices (instances, 3, 4): local point to (column · d, row · d, d), or (column, row, d) when parallel.
-    seen (pixels,) int64: instance << 32 | face. scratch (3, most vertices of a mesh) float32.
+    seen (pixels,) int64: instance << 32 | face. screen (most vertices of a mesh, 3) float32 and cell
+    (most vertices of a mesh,) int64 are scratch.
     mode: RECORD; PEEL, only what is farther than `limit`; DEPTH_ONLY, without writing `seen`.
     """
     won = 0
@@ -152,25 +172,31 @@ def draw_meshes(
                     q = 1.0 / depth
                     column *= q
                     row *= q
-                column = math.floor(column * SNAP + 0.5) / SNAP
-                scratch[0, i] = column if depth >= near else BEHIND
-                scratch[1, i] = math.floor(row * SNAP + 0.5) / SNAP
-                scratch[2, i] = q
+                column = np.floor(column * SNAP + 0.5) / SNAP
+                row = np.floor(row * SNAP + 0.5) / SNAP
+                screen[i, 0], screen[i, 1], screen[i, 2] = column, row, q
+                right = np.int64(min(max(np.ceil(column - 0.5), -1e9), 1e9))
+                below = np.int64(min(max(np.ceil(row - 0.5), -1e9), 1e9))
+                cell[i] = ((right << 32) ^ (below & 0xFFFFFFFF)) if depth >= near else BEHIND
         code_base = np.int64(instance) << 32
         for face in range(draws[draw, 3], draws[draw, 4]):
             i0, i1, i2 = faces[face, 0], faces[face, 1], faces[face, 2]
-            x0, x1, x2 = scratch[0, i0], scratch[0, i1], scratch[0, i2]
-            if max(x0, x1, x2) < BEHIND:
-                # most triangles of a detailed mesh hold no pixel centre: leave before any arithmetic
-                if math.floor(max(x0, x1, x2) - 0.5) < math.ceil(min(x0, x1, x2) - 0.5):
-                    continue
+            c0, c1, c2 = cell[i0], cell[i1], cell[i2]
+            # most triangles of a detailed mesh hold no pixel centre: all corners between the same columns or rows
+            apart = (c0 ^ c1) | (c0 ^ c2)
+            if (apart >> 32) == 0 or (apart & 0xFFFFFFFF) == 0:
+                continue
+            if c0 != BEHIND and c1 != BEHIND and c2 != BEHIND:
+                x0, y0 = float(screen[i0, 0]), float(screen[i0, 1])
+                x1, y1 = float(screen[i1, 0]), float(screen[i1, 1])
+                x2, y2 = float(screen[i2, 0]), float(screen[i2, 1])
+                if cull * ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)) > 0.0:
+                    continue  # rows run downward: fronts have negative area
                 won += fill_triangle(
-                    float(x0), float(scratch[1, i0]), float(scratch[2, i0]),
-                    float(x1), float(scratch[1, i1]), float(scratch[2, i1]),
-                    float(x2), float(scratch[1, i2]), float(scratch[2, i2]),
-                    cull, code_base | face, mode, limit, nearness, seen, width, height,
+                    x0, y0, float(screen[i0, 2]), x1, y1, float(screen[i1, 2]), x2, y2, float(screen[i2, 2]),
+                    code_base | face, mode, limit, nearness, seen, width, height,
                 )  # fmt: skip
-            elif min(x0, x1, x2) < BEHIND:
+            else:
                 won += fill_clipped(
                     m, vertices, first + i0, first + i1, first + i2, perspective, near,
                     cull, code_base | face, mode, limit, nearness, seen, width, height,
@@ -178,7 +204,7 @@ def draw_meshes(
     return won
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fill_clipped(
     m, vertices, i0, i1, i2, perspective, near, cull, code, mode, limit, nearness, seen, width, height
 ):
@@ -209,21 +235,25 @@ def fill_clipped(
         depth = point[k, 2]
         q = 1.0 / depth if perspective else -depth
         one = q if perspective else 1.0
-        point[k, 0] = math.floor(point[k, 0] * one * SNAP + 0.5) / SNAP
-        point[k, 1] = math.floor(point[k, 1] * one * SNAP + 0.5) / SNAP
+        point[k, 0] = np.floor(point[k, 0] * one * SNAP + 0.5) / SNAP
+        point[k, 1] = np.floor(point[k, 1] * one * SNAP + 0.5) / SNAP
         point[k, 2] = q
     won = 0
     for k in range(1, count - 1):
+        ax, ay = point[k, 0] - point[0, 0], point[k, 1] - point[0, 1]
+        bx, by = point[k + 1, 0] - point[0, 0], point[k + 1, 1] - point[0, 1]
+        if cull * (ax * by - bx * ay) > 0.0:
+            continue
         won += fill_triangle(
             point[0, 0], point[0, 1], point[0, 2],
             point[k, 0], point[k, 1], point[k, 2],
             point[k + 1, 0], point[k + 1, 1], point[k + 1, 2],
-            cull, code, mode, limit, nearness, seen, width, height,
+            code, mode, limit, nearness, seen, width, height,
         )  # fmt: skip
     return won
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def draw_plane(q_column, q_row, q_zero, q_most, code, mode, limit, nearness, seen, width, height):
     """Draw an endless plane whose nearness is affine in the pixel; returns the number of pixels won."""
     won = 0

@@ -9,13 +9,16 @@ from numba import njit
 
 from roboyard.cameras.kernels.raster import PLANE
 
+# rounding may differ by a last bit, but infinities and NaN keep their meaning
+FAST = {"contract", "arcp", "nsz", "reassoc", "afn"}
 
-@njit(cache=True)
+
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def texel(texels, offset, width, height, u, v, out):
     """Bilinear sample of one level, repeating, v up; adds nothing, writes (4,) 0 to 1 into `out`."""
     x = u * width - 0.5
     y = (1.0 - v) * height - 0.5
-    x_floor, y_floor = math.floor(x), math.floor(y)
+    x_floor, y_floor = np.floor(x), np.floor(y)
     fx, fy = x - x_floor, y - y_floor
     x0, y0 = np.int64(x_floor) % width, np.int64(y_floor) % height
     x1, y1 = (x0 + 1) % width, (y0 + 1) % height
@@ -26,7 +29,7 @@ def texel(texels, offset, width, height, u, v, out):
         out[k] = (top * (1.0 - fy) + bottom * fy) * (1.0 / 255.0)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def checker_share(x, y, wide_x, wide_y):
     """Share of the second colour in a footprint of the given width around (x, y), in squares.
 
@@ -36,13 +39,13 @@ def checker_share(x, y, wide_x, wide_y):
     wide_x, wide_y = max(wide_x, 1e-4), max(wide_y, 1e-4)
     # integral of the square wave that is +1 on even squares and -1 on odd ones is a triangle wave
     a, b = 0.5 * (x - 0.5 * wide_x), 0.5 * (x + 0.5 * wide_x)
-    wave_x = 2.0 * (abs(a - math.floor(a) - 0.5) - abs(b - math.floor(b) - 0.5)) / wide_x
+    wave_x = 2.0 * (abs(a - np.floor(a) - 0.5) - abs(b - np.floor(b) - 0.5)) / wide_x
     a, b = 0.5 * (y - 0.5 * wide_y), 0.5 * (y + 0.5 * wide_y)
-    wave_y = 2.0 * (abs(a - math.floor(a) - 0.5) - abs(b - math.floor(b) - 0.5)) / wide_y
+    wave_y = 2.0 * (abs(a - np.floor(a) - 0.5) - abs(b - np.floor(b) - 0.5)) / wide_y
     return 0.5 - 0.5 * wave_x * wave_y
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def sunlight(shadow, size, m, x, y, z):
     """Share of the sun that reaches a point: a 3 by 3 texel tent over the shadow map; 1 outside it."""
     column = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3] - 0.5
@@ -68,14 +71,14 @@ def sunlight(shadow, size, m, x, y, z):
     return total / 9.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def backdrop_color(backdrop, row, height, out):
     share = (row + 0.5) / height
     for k in range(4):
         out[k] = backdrop[0, k] * (1.0 - share) + backdrop[1, k] * share
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def shade(
     seen, nearness, width, height, perspective, origins, directions, to_world, to_local, looks, links,
     faces, vertices, normals, uvs, colors, texels, textures, light, shadow, shadow_size, shadow_matrix,
@@ -91,11 +94,27 @@ def shade(
     sample = np.empty(4)
     sample_far = np.empty(4)
     behind = np.empty(4)
+    plain = np.empty(4, dtype=np.uint8)
+    foot = np.empty((2, 3))
     lx, ly, lz = light[0], light[1], light[2]
     ambient, diffuse, gloss, sky = light[6], light[7], light[8], light[9]
+    lit = diffuse > 0.0 or gloss > 0.0
     ox, oy, oz = origins[0, 0], origins[0, 1], origins[0, 2]
+    last, last_instance = np.int64(-1), np.int64(-1)
+    instance, face, endless = np.int64(0), np.int64(0), False
+    h00 = h01 = h02 = h10 = h11 = h12 = h20 = h21 = h22 = 0.0
+    wx = wy = wz = 0.0
+    ax = ay = az = ux = uy = uz = vx = vy = vz = 0.0
+    gx = gy = gz = uu = uv = vv = spread = 0.0
+    ex = ey = ez = face_lift = 0.0
+    mx = my = mz = b0 = b1 = b2 = 0.0
+    texture, first_color, first_uv, first_face, first_vertex = -1, -1, -1, 0, 0
+    base_r = base_g = base_b = base_a = shininess = 0.0
+    square, per_x, per_y = 0.0, 0.0, 0.0
     for row in range(height):
         backdrop_color(backdrop, row, height, behind)
+        for k in range(4):
+            plain[k] = np.uint8(behind[k] * 255.0 + 0.5)
         py = row + 0.5
         for column in range(width):
             p = row * width + column
@@ -104,12 +123,55 @@ def shade(
             if code < 0:
                 if not final:
                     continue
+                if not layered:
+                    for k in range(4):
+                        out[p, k] = plain[k]
+                    continue
             else:
-                instance = np.int64(code >> 32)
-                face = np.int64(code & 0x7FFFFFFF)
-                endless = face == PLANE
-                if endless:
-                    face = np.int64(links[instance, 5])
+                if code != last:
+                    # neighbours often share the face: what depends on it alone is worked out once
+                    last = code
+                    instance = np.int64(code >> 32)
+                    if instance != last_instance:
+                        last_instance = instance
+                        h00, h01, h02 = to_local[instance, 0, 0], to_local[instance, 0, 1], to_local[instance, 0, 2]
+                        h10, h11, h12 = to_local[instance, 1, 0], to_local[instance, 1, 1], to_local[instance, 1, 2]
+                        h20, h21, h22 = to_local[instance, 2, 0], to_local[instance, 2, 1], to_local[instance, 2, 2]
+                        wx, wy, wz = to_world[instance, 0, 3], to_world[instance, 1, 3], to_world[instance, 2, 3]
+                        base_r, base_g = np.float64(looks[instance, 0]), np.float64(looks[instance, 1])
+                        base_b, base_a = np.float64(looks[instance, 2]), np.float64(looks[instance, 3])
+                        shininess = gloss * looks[instance, 4]
+                        square = np.float64(looks[instance, 8])
+                        if square > 0.0:
+                            per_x, per_y = looks[instance, 9] / square, looks[instance, 10] / square
+                        texture, first_color = links[instance, 2], links[instance, 3]
+                        first_uv, first_face = links[instance, 4], links[instance, 5]
+                        first_vertex = links[instance, 6]
+                    face = np.int64(code & 0x7FFFFFFF)
+                    endless = face == PLANE
+                    if endless:
+                        face = np.int64(first_face)
+                    i0 = first_vertex + faces[face, 0]
+                    i1 = first_vertex + faces[face, 1]
+                    i2 = first_vertex + faces[face, 2]
+                    ax, ay, az = np.float64(vertices[i0, 0]), np.float64(vertices[i0, 1]), np.float64(vertices[i0, 2])
+                    ux, uy, uz = vertices[i1, 0] - ax, vertices[i1, 1] - ay, vertices[i1, 2] - az
+                    vx, vy, vz = vertices[i2, 0] - ax, vertices[i2, 1] - ay, vertices[i2, 2] - az
+                    gx, gy, gz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                    uu = ux * ux + uy * uy + uz * uz
+                    uv = ux * vx + uy * vy + uz * vz
+                    vv = vx * vx + vy * vy + vz * vz
+                    spread = uu * vv - uv * uv
+                    spread = 1.0 / spread if spread > 0.0 else 0.0
+                    # normals turn with the transposed inverse
+                    ex = h00 * gx + h10 * gy + h20 * gz
+                    ey = h01 * gx + h11 * gy + h21 * gz
+                    ez = h02 * gx + h12 * gy + h22 * gz
+                    scale = 1.0 / math.sqrt(ex * ex + ey * ey + ez * ez + 1e-300)
+                    ex, ey, ez = ex * scale, ey * scale, ez * scale
+                    cosine = ex * lx + ey * ly + ez * lz
+                    # lift a point by the slope of its face across the shadow filter's reach
+                    face_lift = shadow_texel * (0.3 + 2.2 * math.sqrt(max(1.0 - cosine * cosine, 0.0)))
                 px = column + 0.5
                 depth = 1.0 / np.float64(nearness[p]) if perspective else -np.float64(nearness[p])
                 dx = directions[0, 0] + directions[1, 0] * px + directions[2, 0] * py
@@ -120,74 +182,49 @@ def shade(
                     oy = origins[0, 1] + origins[1, 1] * px + origins[2, 1] * py
                     oz = origins[0, 2] + origins[1, 2] * px + origins[2, 2] * py
                 x, y, z = ox + depth * dx, oy + depth * dy, oz + depth * dz
-                inverse = to_local[instance]
-                place = to_world[instance]
-                tx, ty, tz = x - place[0, 3], y - place[1, 3], z - place[2, 3]
-                # the point in mesh coordinates, and the face there
-                hx = inverse[0, 0] * tx + inverse[0, 1] * ty + inverse[0, 2] * tz
-                hy = inverse[1, 0] * tx + inverse[1, 1] * ty + inverse[1, 2] * tz
-                hz = inverse[2, 0] * tx + inverse[2, 1] * ty + inverse[2, 2] * tz
-                base = np.int64(links[instance, 6])
-                i0 = base + faces[face, 0]
-                i1 = base + faces[face, 1]
-                i2 = base + faces[face, 2]
-                ax, ay, az = np.float64(vertices[i0, 0]), np.float64(vertices[i0, 1]), np.float64(vertices[i0, 2])
-                ux, uy, uz = vertices[i1, 0] - ax, vertices[i1, 1] - ay, vertices[i1, 2] - az
-                vx, vy, vz = vertices[i2, 0] - ax, vertices[i2, 1] - ay, vertices[i2, 2] - az
-                gx, gy, gz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-                uu = ux * ux + uy * uy + uz * uz
-                uv = ux * vx + uy * vy + uz * vz
-                vv = vx * vx + vy * vy + vz * vz
-                spread = uu * vv - uv * uv
-                spread = 1.0 / spread if spread > 0.0 else 0.0
-                rx, ry, rz = hx - ax, hy - ay, hz - az
-                ru = rx * ux + ry * uy + rz * uz
-                rv = rx * vx + ry * vy + rz * vz
-                b1 = (vv * ru - uv * rv) * spread
-                b2 = (uu * rv - uv * ru) * spread
-                if not endless:
-                    b1 = min(max(b1, 0.0), 1.0)
-                    b2 = min(max(b2, 0.0), 1.0 - b1)
+                # the point in mesh coordinates
+                tx, ty, tz = x - wx, y - wy, z - wz
+                hx = h00 * tx + h01 * ty + h02 * tz
+                hy = h10 * tx + h11 * ty + h12 * tz
+                if not endless or texture >= 0:
+                    hz = h20 * tx + h21 * ty + h22 * tz
+                    rx, ry, rz = hx - ax, hy - ay, hz - az
+                    ru = rx * ux + ry * uy + rz * uz
+                    rv = rx * vx + ry * vy + rz * vz
+                    b1 = (vv * ru - uv * rv) * spread
+                    b2 = (uu * rv - uv * ru) * spread
+                    if not endless:
+                        b1 = min(max(b1, 0.0), 1.0)
+                        b2 = min(max(b2, 0.0), 1.0 - b1)
                     b0 = 1.0 - b1 - b2
-                    mx = b0 * normals[face, 0, 0] + b1 * normals[face, 1, 0] + b2 * normals[face, 2, 0]
-                    my = b0 * normals[face, 0, 1] + b1 * normals[face, 1, 1] + b2 * normals[face, 2, 1]
-                    mz = b0 * normals[face, 0, 2] + b1 * normals[face, 1, 2] + b2 * normals[face, 2, 2]
-                else:
-                    b0 = 1.0 - b1 - b2
-                    mx, my, mz = gx, gy, gz
                 # colour
-                look = looks[instance]
-                red, green, blue, alpha = (
-                    np.float64(look[0]), np.float64(look[1]), np.float64(look[2]), np.float64(look[3])
-                )  # fmt: skip
-                texture = links[instance, 2]
-                if links[instance, 3] >= 0:
-                    k = links[instance, 3] + face - links[instance, 5]
+                red, green, blue, alpha = base_r, base_g, base_b, base_a
+                if first_color >= 0:
+                    k = first_color + face - first_face
                     red *= colors[k, 0] / 255.0
                     green *= colors[k, 1] / 255.0
                     blue *= colors[k, 2] / 255.0
                     alpha *= colors[k, 3] / 255.0
-                if texture >= 0 or look[8] > 0.0:
+                if texture >= 0 or square > 0.0:
                     # how far the point moves on the face's plane from one pixel to the next
-                    sx = inverse[0, 0] * dx + inverse[0, 1] * dy + inverse[0, 2] * dz
-                    sy = inverse[1, 0] * dx + inverse[1, 1] * dy + inverse[1, 2] * dz
-                    sz = inverse[2, 0] * dx + inverse[2, 1] * dy + inverse[2, 2] * dz
+                    sx = h00 * dx + h01 * dy + h02 * dz
+                    sy = h10 * dx + h11 * dy + h12 * dz
+                    sz = h20 * dx + h21 * dy + h22 * dz
                     slant = gx * sx + gy * sy + gz * sz
                     slant = 1.0 / slant if abs(slant) > 1e-300 else 0.0
-                    foot = np.empty((2, 3))
                     for k in range(2):
-                        wx = origins[k + 1, 0] + depth * directions[k + 1, 0]
-                        wy = origins[k + 1, 1] + depth * directions[k + 1, 1]
-                        wz = origins[k + 1, 2] + depth * directions[k + 1, 2]
-                        qx = inverse[0, 0] * wx + inverse[0, 1] * wy + inverse[0, 2] * wz
-                        qy = inverse[1, 0] * wx + inverse[1, 1] * wy + inverse[1, 2] * wz
-                        qz = inverse[2, 0] * wx + inverse[2, 1] * wy + inverse[2, 2] * wz
+                        cx = origins[k + 1, 0] + depth * directions[k + 1, 0]
+                        cy = origins[k + 1, 1] + depth * directions[k + 1, 1]
+                        cz = origins[k + 1, 2] + depth * directions[k + 1, 2]
+                        qx = h00 * cx + h01 * cy + h02 * cz
+                        qy = h10 * cx + h11 * cy + h12 * cz
+                        qz = h20 * cx + h21 * cy + h22 * cz
                         along = (gx * qx + gy * qy + gz * qz) * slant
                         foot[k, 0] = qx - along * sx
                         foot[k, 1] = qy - along * sy
                         foot[k, 2] = qz - along * sz
                     if texture >= 0:
-                        k = links[instance, 4] + face - links[instance, 5]
+                        k = first_uv + face - first_face
                         u = b0 * uvs[k, 0, 0] + b1 * uvs[k, 1, 0] + b2 * uvs[k, 2, 0]
                         v = b0 * uvs[k, 0, 1] + b1 * uvs[k, 1, 1] + b2 * uvs[k, 2, 1]
                         full_w, full_h = textures[texture, 0, 1], textures[texture, 0, 2]
@@ -217,43 +254,37 @@ def shade(
                         green *= sample[1]
                         blue *= sample[2]
                         alpha *= sample[3]
-                    if look[8] > 0.0:
+                    if square > 0.0:
                         share = checker_share(
-                            hx * look[9] / look[8],
-                            hy * look[10] / look[8],
-                            (abs(foot[0, 0]) + abs(foot[1, 0])) * look[9] / look[8],
-                            (abs(foot[0, 1]) + abs(foot[1, 1])) * look[10] / look[8],
+                            hx * per_x,
+                            hy * per_y,
+                            (abs(foot[0, 0]) + abs(foot[1, 0])) * per_x,
+                            (abs(foot[0, 1]) + abs(foot[1, 1])) * per_y,
                         )
-                        red += share * (look[5] - red)
-                        green += share * (look[6] - green)
-                        blue += share * (look[7] - blue)
+                        red += share * (looks[instance, 5] - red)
+                        green += share * (looks[instance, 6] - green)
+                        blue += share * (looks[instance, 7] - blue)
                 # light
                 level_r = level_g = level_b = ambient
                 shine = 0.0
-                if diffuse > 0.0 or gloss > 0.0:
-                    # normals turn with the transposed inverse, towards the eye
-                    nx = inverse[0, 0] * mx + inverse[1, 0] * my + inverse[2, 0] * mz
-                    ny = inverse[0, 1] * mx + inverse[1, 1] * my + inverse[2, 1] * mz
-                    nz = inverse[0, 2] * mx + inverse[1, 2] * my + inverse[2, 2] * mz
-                    scale = 1.0 / math.sqrt(nx * nx + ny * ny + nz * nz + 1e-300)
-                    ex = inverse[0, 0] * gx + inverse[1, 0] * gy + inverse[2, 0] * gz
-                    ey = inverse[0, 1] * gx + inverse[1, 1] * gy + inverse[2, 1] * gz
-                    ez = inverse[0, 2] * gx + inverse[1, 2] * gy + inverse[2, 2] * gz
-                    edge = 1.0 / math.sqrt(ex * ex + ey * ey + ez * ez + 1e-300)
-                    if ex * dx + ey * dy + ez * dz > 0.0:
-                        edge = -edge
-                    if (nx * ex + ny * ey + nz * ez) * edge < 0.0:
-                        scale = -scale
-                    nx, ny, nz = nx * scale, ny * scale, nz * scale
-                    ex, ey, ez = ex * edge, ey * edge, ez * edge
+                if lit:
+                    side = -1.0 if ex * dx + ey * dy + ez * dz > 0.0 else 1.0
+                    nx, ny, nz = side * ex, side * ey, side * ez
+                    if not endless:
+                        mx = b0 * normals[face, 0, 0] + b1 * normals[face, 1, 0] + b2 * normals[face, 2, 0]
+                        my = b0 * normals[face, 0, 1] + b1 * normals[face, 1, 1] + b2 * normals[face, 2, 1]
+                        mz = b0 * normals[face, 0, 2] + b1 * normals[face, 1, 2] + b2 * normals[face, 2, 2]
+                        nx = h00 * mx + h10 * my + h20 * mz
+                        ny = h01 * mx + h11 * my + h21 * mz
+                        nz = h02 * mx + h12 * my + h22 * mz
+                        scale = side / math.sqrt(nx * nx + ny * ny + nz * nz + 1e-300)
+                        nx, ny, nz = nx * scale, ny * scale, nz * scale
                     facing = nx * lx + ny * ly + nz * lz
                     sun = 0.0
                     if facing > 0.0:
                         sun = 1.0
                         if shadow_size > 0:
-                            cosine = ex * lx + ey * ly + ez * lz
-                            # lift the point by the slope of its face across the tent's reach
-                            lift = shadow_texel * (0.3 + 2.2 * math.sqrt(max(1.0 - cosine * cosine, 0.0)))
+                            lift = side * face_lift
                             sun = sunlight(
                                 shadow, shadow_size, shadow_matrix, x + lift * ex, y + lift * ey, z + lift * ez
                             )
@@ -261,16 +292,16 @@ def shade(
                     level_r += amount * light[3]
                     level_g += amount * light[4]
                     level_b += amount * light[5]
-                    if sun > 0.0 and gloss * look[4] > 0.0:
+                    if sun > 0.0 and shininess > 0.0:
                         far = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)
-                        wx, wy, wz = lx - dx * far, ly - dy * far, lz - dz * far
-                        half = nx * wx + ny * wy + nz * wz
+                        cx, cy, cz = lx - dx * far, ly - dy * far, lz - dz * far
+                        half = nx * cx + ny * cy + nz * cz
                         if half > 0.0:
-                            half = half * half / (wx * wx + wy * wy + wz * wz)
+                            half = half * half / (cx * cx + cy * cy + cz * cz)
                             half *= half
                             half *= half
                             half *= half
-                            shine = half * half * gloss * look[4] * sun
+                            shine = half * half * shininess * sun
                 red = red * level_r + shine * light[3]
                 green = green * level_g + shine * light[4]
                 blue = blue * level_b + shine * light[5]
@@ -304,7 +335,7 @@ def shade(
                 front[p, 3] += weight
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", fastmath=FAST)
 def describe(seen, nearness, links, perspective, depth, segmentation):
     """Depth in metres (inf for none) and owner ids (-1 for none) of what each pixel sees."""
     for p in range(len(seen)):
@@ -319,10 +350,15 @@ def describe(seen, nearness, links, perspective, depth, segmentation):
             segmentation[p, 1] = links[instance, 1]
 
 
-@njit(cache=True)
-def lit_bounds(seen, nearness, width, height, stride, perspective, origins, directions, m):
-    """(2, 2) bounds of what is seen, every `stride` pixels, in the columns and rows of the map `m` (3, 4)."""
+@njit(cache=True, error_model="numpy", fastmath=FAST)
+def lit_bounds(seen, nearness, width, height, stride, perspective, origins, directions, m, low, high):
+    """What is seen where shadows may fall: in the axes `m` (3, 4), between `low` and `high` (2,).
+
+    Looks at every `stride`-th pixel. Returns lower and upper bounds (2, 2), how many points there were and the
+    sum of their depths.
+    """
     out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
+    count, total = 0, 0.0
     for row in range(0, height, stride):
         for column in range(0, width, stride):
             p = row * width + column
@@ -336,8 +372,11 @@ def lit_bounds(seen, nearness, width, height, stride, perspective, origins, dire
             x += depth * (directions[0, 0] + directions[1, 0] * px + directions[2, 0] * py)
             y += depth * (directions[0, 1] + directions[1, 1] * px + directions[2, 1] * py)
             z += depth * (directions[0, 2] + directions[1, 2] * px + directions[2, 2] * py)
-            for k in range(2):
-                at = m[k, 0] * x + m[k, 1] * y + m[k, 2] * z + m[k, 3]
-                out[0, k] = min(out[0, k], at)
-                out[1, k] = max(out[1, k], at)
-    return out
+            u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
+            v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
+            if u >= low[0] and u <= high[0] and v >= low[1] and v <= high[1]:
+                out[0, 0], out[1, 0] = min(out[0, 0], u), max(out[1, 0], u)
+                out[0, 1], out[1, 1] = min(out[0, 1], v), max(out[1, 1], v)
+                count += 1
+                total += depth
+    return out, count, total
