@@ -163,12 +163,14 @@ def triangles_of(geometry: Geometry, scale: float) -> tuple[TriangleMesh, tuple[
         case Box(size=(x, y, z)):
             return primitives.box(), (x * scale, y * scale, z * scale)
         case Sphere(radius=radius):
-            return primitives.sphere(), (2 * radius * scale,) * 3
+            d = 2 * radius * scale
+            return primitives.sphere(), (d, d, d)
         case Cylinder(radius=radius, length=length):
             return primitives.cylinder(), (2 * radius * scale, 2 * radius * scale, length * scale)
         case Capsule(radius=radius, length=length):
             if length < 1e-6:
-                return primitives.sphere(), (2 * radius * scale,) * 3
+                d = 2 * radius * scale
+                return primitives.sphere(), (d, d, d)
             return primitives.capsule(radius * scale, length * scale), one
         case Plane():
             return primitives.plane(PLANE_HALF_SIZE, PLANE_HALF_SIZE), one

@@ -68,8 +68,7 @@ def convex_hull(mesh: TriangleMesh) -> tuple[Array, np.ndarray]:
 def _hull(points: Array) -> tuple[Array, np.ndarray]:
     from scipy.spatial import ConvexHull
 
-    points = np.unique(points.astype(np.float32), axis=0).astype(float)
-    points = _thickened(points)
+    points = _thickened(points.astype(np.float32).astype(float))
     hull = ConvexHull(points, qhull_options="Qt")
     order = np.unique(hull.simplices)
     index = np.full(len(points), -1)
@@ -85,9 +84,9 @@ def _hull(points: Array) -> tuple[Array, np.ndarray]:
 def _thickened(points: Array) -> Array:
     """The points, with a copy shifted along every direction in which they have no extent."""
     centre = points.mean(axis=0)
-    _, spread, directions = np.linalg.svd(points - centre, full_matrices=True)
-    spread = np.concatenate([spread, np.zeros(3 - len(spread))])
-    extent = np.abs((points - centre) @ directions.T).max(axis=0)
+    _, axes = np.linalg.eigh((points - centre).T @ (points - centre))
+    directions = axes.T
+    extent = np.abs((points - centre) @ axes).max(axis=0)
     size = max(extent.max(), 1e-6)
     for k in range(3):
         if extent[k] < max(1e-5 * size, 1e-9):

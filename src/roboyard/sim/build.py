@@ -200,13 +200,21 @@ def _all_masses(description: RobotDescription, options: BuildOptions) -> dict[st
     total = sum(weight.values()) or 1.0
     for name in moving:
         if weight[name] < 1e-12 * total:
-            masses[name] = _trace(total * MASSLESS_FRACTION, options.scale)
+            masses[name] = _trace(total * MASSLESS_FRACTION, _reach(description) * options.scale)
     return masses
 
 
-def _trace(mass: float, scale: float) -> MassProperties:
-    """A small ball of 2 cm, light enough to change nothing."""
-    moment = max(0.4 * mass * (0.02 * scale) ** 2, MIN_INERTIA)
+def _reach(description: RobotDescription) -> float:
+    """Longest way from the root to a joint, at least 1 cm; m."""
+    distance = {description.root.name: 0.0}
+    for joint in description.depth_first_joints:
+        distance[joint.child] = distance[joint.parent] + float(np.linalg.norm(joint.origin.position))
+    return max(0.01, *distance.values())
+
+
+def _trace(mass: float, reach: float) -> MassProperties:
+    """A millionth of the robot: light enough to change nothing, heavy enough where joint axes line up."""
+    moment = max(mass * reach**2, MIN_INERTIA)
     return MassProperties(
         mass=mass,
         position=np.zeros(3),

@@ -164,7 +164,7 @@ def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
             return None
         mesh = load_mesh(geometry.path)
     factors = tuple(component * scale for component in geometry.scale)
-    return mesh if factors == (1.0, 1.0, 1.0) else scaled(mesh, factors)  # type: ignore[arg-type]
+    return mesh if factors == (1.0, 1.0, 1.0) else scaled(mesh, factors)
 
 
 def add_heightfield_asset(

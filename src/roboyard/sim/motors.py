@@ -26,7 +26,7 @@ IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 
 
 class Motors:
-    """The motors of one world. A joint has at most one; while it acts, it takes the place of its dry friction."""
+    """The motors of one world: at most one a joint, in place of the joint's dry friction while it acts."""
 
     def __init__(self, world: World) -> None:
         self._world = world

@@ -167,7 +167,7 @@ def add_mesh(
     if mass > 0:
         inertial = Inertial(
             mass=mass,
-            origin=Pose(position=tuple(centre)),  # type: ignore[arg-type]
+            origin=Pose(position=tuple(centre)),
             inertia=(tensor[0, 0], tensor[0, 1], tensor[0, 2], tensor[1, 1], tensor[1, 2], tensor[2, 2]),
         )
     return _add_link(self, geometry, inertial, mass, position, orientation, rgba, friction, name)
