@@ -50,7 +50,7 @@ def _checker() -> bytes:
     pixels = ((row[:, None] // half + row[None, :] // half) % 2).astype(np.uint8)
     line = (row % half == 0) | (row % half == half - 1)
     pixels[line[:, None] | line[None, :]] = 2
-    return png(pixels, [(236, 239, 242), (118, 143, 168), (205, 212, 219)])
+    return png(pixels, [(212, 217, 222), (112, 137, 162), (184, 191, 199)])
 
 
 def _ground(half: float) -> Mesh:

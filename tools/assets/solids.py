@@ -97,7 +97,7 @@ def lathe(profile: Sequence[tuple[float, float]], segments: int = 32) -> Mesh:
     """Solid of revolution about z through `(radius, z)`, z rising on the outside; ends close on the axis."""
     angle = np.arange(segments) * (2 * pi / segments)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    rings = [np.column_stack([circle * max(r, 1e-6), np.full(segments, z)]) for r, z in profile]
+    rings = [np.column_stack([circle * r, np.full(segments, z)]) for r, z in profile]
     return skin(rings)
 
 
@@ -168,14 +168,14 @@ def tube(points: Sequence[Point], radius: float, sides: int = 10, caps: int = 2)
 
     for i in range(caps):
         t = i / caps * pi / 2
-        add(path[0] - tangents[0] * radius * cos(t), tangents[0], max(radius * sin(t), 1e-5))
+        add(path[0] - tangents[0] * radius * cos(t), tangents[0], radius * sin(t))
     for i, (center, tangent) in enumerate(zip(path, tangents, strict=True)):
         stretch = 1.0 if i in (0, len(path) - 1) else 1.0 / max(tangent @ steps[i - 1], 0.5)
         side = side - tangent * (side @ tangent)
         add(center, tangent, radius * (0.5 + 0.5 * stretch))
     for i in range(caps):
         t = (1 - (i + 1) / caps) * pi / 2
-        add(path[-1] + tangents[-1] * radius * cos(t), tangents[-1], max(radius * sin(t), 1e-5))
+        add(path[-1] + tangents[-1] * radius * cos(t), tangents[-1], radius * sin(t))
     return skin(rings)
 
 
