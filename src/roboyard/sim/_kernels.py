@@ -40,11 +40,12 @@ def add_damping(damping, mass, inertia, rootid, cvel, xipos, ximat, subtree_com,
 
 
 @njit(cache=True)
-def add_bounce(restitution, geom, address, velocity, timestep, slow, aref):  # pragma: no cover
+def add_bounce(restitution, geom, address, velocity, impedance, timestep, slow, aref):  # pragma: no cover
     """Raise the reference acceleration of closing contacts so that they part at e times their speed.
 
     restitution: (ngeom,); a pair's coefficient is the product. geom: (ncon, 2). address: (ncon,) row of the
-    contact's normal in the constraint arrays, -1 for none. slow: m/s below which nothing bounces.
+    contact's normal in the constraint arrays, -1 for none. impedance: (nefc, 4), third column the share of a
+    reference acceleration that a soft contact reaches. slow: m/s below which nothing bounces.
     """
     for i in range(geom.shape[0]):
         a, b, row = geom[i, 0], geom[i, 1], address[i]
@@ -52,7 +53,7 @@ def add_bounce(restitution, geom, address, velocity, timestep, slow, aref):  # p
             continue
         e = restitution[a] * restitution[b]
         if e > 0.0 and velocity[row] < -slow:
-            wanted = -(1.0 + e) * velocity[row] / timestep
+            wanted = -(1.0 + e) * velocity[row] / (timestep * impedance[row, 2])
             aref[row] = max(aref[row], wanted)
 
 

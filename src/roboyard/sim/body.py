@@ -204,6 +204,8 @@ class Body:
         wxyz = None if orientation is None else to_wxyz(normalized(orientation))
         if xyz is not None and not np.isfinite(xyz).all():
             raise RoboyardError(f"body {self.name!r}: position {xyz} is not finite")
+        if self.built.is_ground:
+            raise RoboyardError(f"body {self.name!r} is the fixed part of an MJCF file and cannot be moved")
         floating_and_live = self.free_qpos >= 0 and self.mujoco_ids[0] > 0
         if floating_and_live:
             world.ensure_compiled()

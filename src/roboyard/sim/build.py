@@ -25,6 +25,7 @@ import numpy as np
 from roboyard.poses import Array, to_wxyz
 from roboyard.sim.geoms import add_collision, add_visual
 from roboyard.sim.inertials import MIN_INERTIA, MassProperties, mass_properties
+from roboyard.sim.options import CONTACT_SOLIMP, CONTACT_SOLREF
 from roboyard.urdf.model import Joint, Link, RobotDescription
 
 if TYPE_CHECKING:
@@ -51,6 +52,8 @@ class BuiltLink:
     link: Link | None
     joint: Joint | None = None
     joint_elements: tuple[Any, ...] = ()
+    joint_name: str = ""
+    """For links without a description (MJCF)."""
     actuator: Any = None
     geoms: list[Any] = field(default_factory=list)
     """Collision geoms."""
@@ -65,6 +68,8 @@ class Built:
 
     links: list[BuiltLink]
     free_joint: Any = None
+    is_ground: bool = False
+    """The shapes belong to MuJoCo's own world body (fixed shapes of an MJCF file)."""
     equalities: list[Any] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     dofs: int = 0
@@ -120,7 +125,10 @@ def discard(built: Built, spec: mujoco.MjSpec, assets: MeshAssets) -> None:
         if record.actuator is not None:
             spec.delete(record.actuator)
         terrains += [g.hfieldname for g in (*record.geoms, *record.visuals) if g.hfieldname]
-    if built.links:
+    if built.is_ground:
+        for geom in built.links[0].geoms:
+            spec.delete(geom)
+    elif built.links:
         spec.delete(built.links[0].element)
     for name in terrains:
         spec.delete(spec.hfield(name))
@@ -278,9 +286,8 @@ def _add_joint(
         kind = kinds.mjJNT_SLIDE if joint.type == "prismatic" else kinds.mjJNT_HINGE
         element = body.add_joint(name=name, type=kind, axis=joint.axis, **common)
         _set_limits(element, joint, options.scale)
-        if options.hard:
-            element.solref_limit = (1e-3, 1.0)
-            element.solimp_limit = RIGID
+        element.solref_limit = (1e-3, 1.0) if options.hard else CONTACT_SOLREF
+        element.solimp_limit = RIGID if options.hard else CONTACT_SOLIMP
         record.joint_elements = (element,)
         built.dofs += 1
         if options.drives and joint.mimic is None:

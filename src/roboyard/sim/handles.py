@@ -176,7 +176,7 @@ class Joint:
         self.index = index
         """Place in `body.joints`: depth first; the child link's index is one more."""
         assert built.joint is not None or built.joint_elements or kind == "fixed"
-        self.name = built.joint.name if built.joint is not None else built.name
+        self.name = built.joint.name if built.joint is not None else built.joint_name or built.name
         self.type = kind
         self.limit = limit
         """As in the file."""

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from roboyard.cameras.scene import RenderShape
 from roboyard.errors import DescriptionError
-from roboyard.poses import matrix_from_quaternion
 from roboyard.sim.build import Built, BuiltLink
 from roboyard.urdf.model import Pose
 
@@ -38,6 +37,7 @@ def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) 
     path = None if "<mujoco" in text else Path(text)
     try:
         child = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
+        child.copy().compile()
     except (ValueError, OSError) as error:
         message = " ".join(str(error).split())
         raise DescriptionError(f"MuJoCo cannot read it: {message}", file=path) from error
@@ -53,11 +53,11 @@ def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) 
         *child.worldbody.cameras,
         *child.worldbody.lights,
     ]
-    holder = world.spec.worldbody.add_body(name=f"{name}/world", pos=np.asarray(position, dtype=float))
-    frame = holder.add_frame()
-    world.spec.attach(child, prefix=f"{name}/", frame=frame)
-    fixed = Built(links=[BuiltLink(name="world", parent=-1, element=holder, link=None)])
-    fixed.links[0].geoms = list(holder.geoms)
+    ground = world.spec.worldbody
+    before = len(ground.geoms)
+    world.spec.attach(child, prefix=f"{name}/", frame=ground.add_frame(pos=np.asarray(position, dtype=float)))
+    fixed = Built(links=[BuiltLink(name="world", parent=-1, element=ground, link=None)], is_ground=True)
+    fixed.links[0].geoms = list(ground.geoms)[before:]
     bodies: list[Body] = []
     if loose or not tops:
         bodies.append(world.register(f"{name}", fixed, None, fixed_base=True))
@@ -77,21 +77,39 @@ def _name_everything(spec: Any) -> None:
 
 
 def _collect(top: Any, prefix: str) -> Built:
-    """Walk an attached tree depth first into link records; a body with several joints has them all."""
+    """Walk an attached tree depth first into link records.
+
+    A body with several joints becomes a chain of links in one place, a joint each; a jointed body at the top
+    gets a base that stays.
+    """
     built = Built(links=[])
     stack = [(top, -1)]
     while stack:
         element, parent = stack.pop()
         joints = list(element.joints)
-        record = BuiltLink(name=element.name.removeprefix(prefix), parent=parent, element=element, link=None)
-        if parent == -1 and joints and joints[0].type == mujoco.mjtJoint.mjJNT_FREE:
-            built.free_joint = joints[0]
+        name = element.name.removeprefix(prefix)
+        if joints and joints[0].type == mujoco.mjtJoint.mjJNT_FREE:
+            built.free_joint = joints.pop(0)
             built.dofs += 6
-        elif len(joints) == 1:
-            record.joint_elements = (joints[0],)
-            built.dofs += 3 if joints[0].type == mujoco.mjtJoint.mjJNT_BALL else 1
-        else:
-            built.dofs += len(joints)
+        elif parent == -1 and joints:
+            built.links.append(BuiltLink(name=f"{name}/base", parent=-1, element=element, link=None))
+            parent = 0
+        for joint in joints[:-1]:
+            between = BuiltLink(
+                name=f"{name}/{joint.name.removeprefix(prefix)}",
+                parent=parent,
+                element=element,
+                link=None,
+                joint_elements=(joint,),
+                joint_name=joint.name.removeprefix(prefix),
+            )
+            parent = len(built.links)
+            built.links.append(between)
+        record = BuiltLink(name=name, parent=parent, element=element, link=None)
+        if joints:
+            record.joint_elements = (joints[-1],)
+            record.joint_name = joints[-1].name.removeprefix(prefix)
+        built.dofs += sum(3 if joint.type == mujoco.mjtJoint.mjJNT_BALL else 1 for joint in joints)
         record.geoms = [g for g in element.geoms if g.contype or g.conaffinity]
         record.visuals = [g for g in element.geoms if not (g.contype or g.conaffinity)]
         index = len(built.links)
@@ -107,6 +125,8 @@ def looks_of_model(body: Body) -> dict[int, list[Look]]:
     found: dict[int, list[Look]] = {}
     for index, row in enumerate(body.mujoco_ids):
         geoms = np.flatnonzero(model.geom_bodyid == row)
+        if body.built.is_ground:
+            geoms = np.array([geom.id for geom in body.built.links[0].geoms], dtype=int)
         if (model.geom_group[geoms] < 3).any():
             geoms = geoms[model.geom_group[geoms] < 3]
         for geom in geoms:
@@ -192,6 +212,3 @@ def _look(model: Any, geom: int, owner: tuple[int, int]) -> Look | None:
         owner,
     )
     return None if shape is None else Look(geometry=geometry, shape=shape)
-
-
-__all__ = ["add_mjcf", "looks_of_model", "matrix_from_quaternion"]

@@ -133,6 +133,7 @@ class Surfaces:
                 contact.geom,
                 contact.efc_address,
                 data.efc_vel,
+                data.efc_KBIP,
                 model.opt.timestep,
                 profile.slow,
                 data.efc_aref,

@@ -201,6 +201,9 @@ class World:
                 by_row[body.mujoco_ids, 0] = body.id
                 by_row[body.mujoco_ids, 1] = np.arange(len(body.links))
             self._geom_owners = by_row[self._model.geom_bodyid]
+            for body in self.body_by_id.values():
+                if body.built.is_ground:
+                    self._geom_owners[[geom.id for geom in body.built.links[0].geoms]] = (body.id, 0)
         return self._geom_owners
 
     # --------------------------------------------------------------------------------------------- settings

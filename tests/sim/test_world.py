@@ -1,0 +1,192 @@
+"""Bodies come, fall, rest, go; nothing else is disturbed."""
+
+import numpy as np
+import pytest
+from sim_robots import arm, pendulum
+
+from roboyard.errors import ModelError, RoboyardError, StaleHandleError
+from roboyard.sim import World
+
+
+def test_free_fall_follows_semi_implicit_euler():
+    world = World(timestep=0.01, gravity=(0, 0, -10))
+    ball = world.add_sphere(0.1, (0, 0, 100))
+    world.step(50)
+    n = 50
+    assert ball.position[2] == pytest.approx(100 - 10 * 0.01**2 * n * (n + 1) / 2, abs=1e-9)
+    assert ball.velocity[0][2] == pytest.approx(-5.0)
+    assert world.time == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("solver", ["newton", "cg"])
+def test_things_rest_where_they_touch_the_floor(solver):
+    world = World(solver=solver)
+    floor = world.add_plane()
+    things = {
+        0.1: world.add_box((0.2, 0.2, 0.2), (0, 0, 0.15)),
+        0.12: world.add_sphere(0.12, (1, 0, 0.2)),
+        0.15: world.add_cylinder(0.1, 0.3, (2, 0, 0.2)),
+        0.25: world.add_capsule(0.1, 0.3, (3, 0, 0.3)),
+    }
+    world.step(480)
+    for height, thing in things.items():
+        assert thing.position[2] == pytest.approx(height, abs=1e-4)
+        assert np.linalg.norm(thing.velocity[0]) < 1e-3
+        weight = sum(contact.normal_force for contact in world.contacts(thing, floor))
+        assert weight == pytest.approx(9.81, rel=1e-3)
+
+
+def test_contacts_name_both_sides_and_point_from_a_to_b():
+    world = World()
+    floor, box = world.add_plane(), world.add_box((0.2, 0.2, 0.2), (0, 0, 0.1))
+    world.step(200)
+    contacts = world.contacts(box)
+    assert len(contacts) == 4
+    for contact in contacts:
+        assert contact.body_a is box and contact.body_b is floor
+        np.testing.assert_allclose(contact.normal, [0, 0, -1], atol=1e-6)
+        assert contact.distance < 0
+    np.testing.assert_allclose(world.contacts(floor)[0].normal, [0, 0, 1], atol=1e-6)
+
+
+def test_adding_and_removing_keeps_the_state_of_all_that_stays():
+    world = World()
+    first = world.add_sphere(0.1, (0, 0, 10))
+    second = world.add_sphere(0.1, (1, 0, 10))
+    swing = world.add_urdf(pendulum(), (5, 0, 3), fixed_base=True)
+    swing.joint("hinge").position = 0.7
+    first.set_velocity((1, 2, 3), (0.1, 0.2, 0.3))
+    world.step(7)
+    before = (first.pose, first.velocity, swing.joint_positions, swing.joint_velocities, world.time)
+    world.remove(second)
+    third = world.add_box((0.1, 0.1, 0.1), (2, 0, 10))
+    after = (first.pose, first.velocity, swing.joint_positions, swing.joint_velocities, world.time)
+    for a, b in zip(before[:4], after[:4], strict=True):
+        np.testing.assert_array_equal(np.hstack(a), np.hstack(b))
+    assert before[4] == after[4]
+    assert world.bodies == (first, swing, third)
+    with pytest.raises(StaleHandleError, match="removed"):
+        _ = second.pose
+    with pytest.raises(StaleHandleError, match="not in this world"):
+        world.remove(second)
+
+
+def test_saved_states_come_back_bit_for_bit():
+    world = World()
+    world.add_plane()
+    box = world.add_box((0.2, 0.2, 0.2), (0, 0, 0.5), (0.1, 0.2, 0.3, 0.9))
+    swing = world.add_urdf(arm(), (3, 0, 3), fixed_base=True)
+    swing.joint("elbow").drive_position(0.5)
+    world.step(40)
+    saved = world.save_state()
+
+    def run():
+        world.step(200)
+        return np.hstack([*box.pose, swing.joint_positions, world.time])
+
+    first = run()
+    world.restore_state(saved)
+    np.testing.assert_array_equal(run(), first)
+
+
+def test_restoring_into_another_set_of_bodies_is_refused():
+    world = World()
+    ball = world.add_sphere(0.1, (0, 0, 1))
+    saved = world.save_state()
+    world.remove(ball)
+    world.add_sphere(0.1, (0, 0, 1))
+    with pytest.raises(ModelError, match="other bodies"):
+        world.restore_state(saved)
+
+
+def test_two_equal_worlds_run_alike():
+    def run():
+        world = World()
+        world.add_plane()
+        boxes = [
+            world.add_box((0.2, 0.2, 0.2), (0.03 * k, 0, 0.2 + 0.25 * k), (0, 0, 0.1 * k, 1))
+            for k in range(6)
+        ]
+        world.step(240)
+        return np.stack([box.position for box in boxes])
+
+    np.testing.assert_array_equal(run(), run())
+
+
+def test_worlds_are_independent():
+    one, two = World(), World(gravity=(0, 0, 0))
+    a, b = one.add_sphere(0.1, (0, 0, 5)), two.add_sphere(0.1, (0, 0, 5))
+    one.step(100)
+    two.step(1)
+    assert a.position[2] < 4.5 and b.position[2] == 5.0
+
+
+def test_static_bodies_move_when_told_and_stay_after_a_recompile():
+    world = World()
+    table = world.add_box((1, 1, 0.1), (0, 0, 0.5), mass=0)
+    world.step()
+    table.set_pose((0, 0, 0.8))
+    assert world.ray((0, 0, 2), (0, 0, 0)).position[2] == pytest.approx(0.85)
+    world.add_sphere(0.1, (5, 0, 1))
+    assert table.position[2] == pytest.approx(0.8)
+    assert world.ray((0, 0, 2), (0, 0, 0)).position[2] == pytest.approx(0.85)
+
+
+def test_unknown_names_list_the_known():
+    world = World()
+    robot = world.add_urdf(arm())
+    with pytest.raises(RoboyardError, match="no joint named 'elbo'; did you mean 'elbow'"):
+        robot.joint("elbo")
+    with pytest.raises(RoboyardError, match="no link named 'x'"):
+        robot.link("x")
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda w: w.add_box((1, 0, 1)), "positive"),
+        (lambda w: w.add_sphere(0.1, mass=float("nan")), "mass"),
+        (lambda w: w.add_heightfield(np.zeros(4), (1, 1)), "2 by 2"),
+        (lambda w: w.add_plane((0, 0, 0)), "normal"),
+        (lambda w: setattr(w, "timestep", 0), "positive"),
+        (lambda w: setattr(w, "gravity", (0, 0)), "three"),
+        (lambda w: w.add_urdf(arm(), scale=0), "scale"),
+    ],
+)
+def test_impossible_arguments_say_what_is_expected(call, message):
+    with pytest.raises(RoboyardError, match=message):
+        call(World())
+
+
+def test_an_explosion_names_the_body():
+    world = World()
+    ball = world.add_sphere(0.1, (0, 0, 1), name="runaway")
+    ball.set_velocity((float("nan"), 0, 0))
+    with pytest.raises(ModelError, match="runaway"):
+        world.step()
+
+
+def test_a_failed_build_leaves_no_trace(tmp_path):
+    from roboyard.urdf.model import Collision, Link, Mesh, RobotDescription
+
+    world = World()
+    ball = world.add_sphere(0.1, (0, 0, 5))
+    broken = tmp_path / "broken.stl"
+    broken.write_bytes(b"solid nothing")
+    link = Link(name="base", collisions=(Collision(geometry=Mesh(uri="broken.stl", path=broken)),))
+    with pytest.raises(RoboyardError):
+        world.add_urdf(RobotDescription(name="bad", links=(link,)))
+    world.step(10)
+    assert world.bodies == (ball,) and world.model.nbody == 2
+
+
+def test_many_cycles_leave_no_meshes_behind():
+    from roboyard.shapes import primitives
+
+    world = World()
+    for _ in range(5):
+        body = world.add_mesh(primitives.capsule(0.1, 0.3), (0, 0, 1))
+        world.step()
+        world.remove(body)
+    world.step()
+    assert world.model.nmesh == 0 and world.model.nbody == 1
