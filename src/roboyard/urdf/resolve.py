@@ -5,7 +5,7 @@ resolved before the check:
 
 - the description's own tree: its package (the nearest folder above with a `package.xml`, at most 8 levels
   up), else its folder, or the parent of its folder where that is called as ROS packages call it (`urdf/`,
-  `robots/`, ...); and folders called as mesh folders are (`../meshes`, `../visuals`, ...) one level up;
+  `robots/`, ...); and folders called as mesh folders are, one or two levels up (`../meshes`, ...);
 - for `package://NAME/...`: a folder called NAME that is, or stands beside, one of the 8 folders above the
   description (never a file system's root or a user's home);
 - what the caller gives: `packages`, `search_paths`; what the environment gives: `ROS_PACKAGE_PATH`,
@@ -86,7 +86,7 @@ class Resolver:
                 seen.append(str(lexical))
                 found, case_note = _find(lexical)
                 if found is None:
-                    folder = lexical if folder is None and lexical.is_dir() else folder
+                    folder = lexical if folder is None and _is_folder(lexical) else folder
                     continue
                 if not self._is_allowed(found, candidate.root):
                     refused = refused or found
@@ -202,13 +202,15 @@ class Resolver:
         real = found.resolve()
         if any(real.is_relative_to(folder.resolve()) for folder in (root, *self._trusted)):
             return True
-        if self.base is None or self.base.parent == self.base:
-            return False
-        beside = self.base.parent.resolve()
-        if not real.is_relative_to(beside):
-            return False
-        first = real.relative_to(beside).parts
-        return len(first) > 1 and _MESH_FOLDERS.fullmatch(first[0]) is not None
+        return any(_is_in_mesh_folder(real, folder.resolve()) for folder in self._above[1:3])
+
+
+def _is_in_mesh_folder(file: Path, folder: Path) -> bool:
+    """True where `file` lies in a folder beneath `folder` that is called as mesh folders are."""
+    if not file.is_relative_to(folder):
+        return False
+    parts = file.relative_to(folder).parts
+    return len(parts) > 1 and _MESH_FOLDERS.fullmatch(parts[0]) is not None
 
 
 def _folders_above(base: Path) -> tuple[Path, ...]:
@@ -250,6 +252,13 @@ def _spellings(rest: str) -> Iterator[tuple[str, str | None]]:
         yield decoded, None
     if "\\" in rest:
         yield rest.replace("\\", "/"), 'backslashes in the file name read as "/"'
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
 
 
 def _find(path: Path) -> tuple[Path | None, str | None]:

@@ -58,10 +58,10 @@ def write_urdf(description: RobotDescription, path: Path | str) -> None:
 def to_element(description: RobotDescription) -> ET.Element:
     """The description as a `<robot>` element: materials, then links, joints and the rest, in file order."""
     root = _element("robot", {"name": description.name}, description.attributes)
-    root.extend(_material(material) for material in description.materials)
-    root.extend(_link(link) for link in description.links)
-    root.extend(_joint(joint) for joint in description.joints)
-    root.extend(copy.deepcopy(element) for element in description.extra)
+    root.extend([_material(material) for material in description.materials])
+    root.extend([_link(link) for link in description.links])
+    root.extend([_joint(joint) for joint in description.joints])
+    root.extend([copy.deepcopy(element) for element in description.extra])
     return root
 
 
@@ -107,8 +107,8 @@ def _link(link: Link) -> ET.Element:
     element = _element("link", {"name": link.name}, link.attributes)
     if link.inertial is not None:
         element.append(_inertial(link.inertial))
-    element.extend(_visual(visual) for visual in link.visuals)
-    element.extend(_collision(collision) for collision in link.collisions)
+    element.extend([_visual(visual) for visual in link.visuals])
+    element.extend([_collision(collision) for collision in link.collisions])
     if link.contact is not None:
         element.append(_contact(link.contact))
     return _merge(element, link.extra)

@@ -1,0 +1,198 @@
+"""Finding mesh files, and refusing those that are none of the robot's business."""
+
+from pathlib import Path
+
+import pytest
+
+from roboyard.urdf.resolve import Resolver, package_name
+
+
+def touch(file: Path) -> Path:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text("solid")
+    return file
+
+
+def resolver(base: Path, **options) -> Resolver:
+    return Resolver(base=base, environment={}, **options)
+
+
+def test_relative_to_the_description(tmp_path):
+    mesh = touch(tmp_path / "robot" / "meshes" / "a (1).stl")
+    found = resolver(tmp_path / "robot").resolve("meshes/a (1).stl")
+    assert found.path == mesh
+    assert found.note is None
+
+
+def test_mesh_folder_beside_the_description(tmp_path):
+    mesh = touch(tmp_path / "xx" / "meshes" / "a.stl")
+    (tmp_path / "xx" / "any").mkdir()
+    assert resolver(tmp_path / "xx" / "any").resolve("../meshes/a.stl").path == mesh
+
+
+def test_package_is_a_folder_above_of_that_name(tmp_path):
+    mesh = touch(tmp_path / "arm_description" / "meshes" / "a.stl")
+    base = tmp_path / "arm_description" / "urdf" / "v2"
+    base.mkdir(parents=True)
+    assert resolver(base).resolve("package://arm_description/meshes/a.stl").path == mesh
+
+
+def test_package_is_a_sibling_of_a_folder_above(tmp_path):
+    mesh = touch(tmp_path / "src" / "hand_description" / "meshes" / "a.stl")
+    base = tmp_path / "src" / "arm_description" / "urdf"
+    base.mkdir(parents=True)
+    assert resolver(base).resolve("package://hand_description/meshes/a.stl").path == mesh
+
+
+def test_package_is_named_by_its_package_xml(tmp_path):
+    mesh = touch(tmp_path / "unpacked-main" / "meshes" / "a.stl")
+    (tmp_path / "unpacked-main" / "package.xml").write_text(
+        "<package><name> arm_description </name></package>"
+    )
+    base = tmp_path / "unpacked-main" / "urdf"
+    base.mkdir()
+    found = resolver(base).resolve("package://arm_description/meshes/a.stl")
+    assert found.path == mesh
+    assert found.note is None
+    assert package_name(tmp_path / "unpacked-main") == "arm_description"
+
+
+def test_renamed_package_is_found_and_noted(tmp_path):
+    mesh = touch(tmp_path / "renamed" / "meshes" / "a.stl")
+    base = tmp_path / "renamed" / "urdf"
+    base.mkdir()
+    found = resolver(base).resolve("package://arm_description/meshes/a.stl")
+    assert found.path == mesh
+    assert "package 'arm_description' was not found; its files were found in renamed/" in found.note
+
+
+@pytest.mark.parametrize("scheme", ["package", "model"])
+def test_packages_and_search_paths_of_the_caller(tmp_path, scheme):
+    mesh = touch(tmp_path / "store" / "arm" / "a.stl")
+    base = tmp_path / "elsewhere" / "deep"
+    base.mkdir(parents=True)
+    uri = f"{scheme}://arm/a.stl"
+    assert resolver(base).resolve(uri).path is None
+    assert resolver(base, packages={"arm": tmp_path / "store" / "arm"}).resolve(uri).path == mesh
+    assert resolver(base, search_paths=[tmp_path / "store"]).resolve(uri).path == mesh
+    assert resolver(base, search_paths=[tmp_path / "store" / "arm"]).resolve(uri).path == mesh
+    assert resolver(base, search_paths=[tmp_path / "store" / "arm"]).resolve("a.stl").path == mesh
+
+
+@pytest.mark.parametrize(
+    ("variable", "folder"),
+    [("ROS_PACKAGE_PATH", "ws/src"), ("GAZEBO_MODEL_PATH", "ws/src"), ("AMENT_PREFIX_PATH", "ws/src/..")],
+)
+def test_search_paths_of_the_environment(tmp_path, variable, folder):
+    mesh = touch(tmp_path / "ws" / "src" / "arm" / "a.stl")
+    share = touch(tmp_path / "ws" / "share" / "arm" / "a.stl")
+    base = tmp_path / "elsewhere"
+    base.mkdir()
+    environment = {variable: f"/nowhere:{tmp_path / folder}"}
+    found = Resolver(base=base, environment=environment).resolve("package://arm/a.stl")
+    assert found.path == (share if variable.startswith("AMENT") else mesh)
+
+
+def test_file_uri_and_absolute_path_inside_the_package(tmp_path):
+    mesh = touch(tmp_path / "pkg" / "my meshes" / "a.stl")
+    (tmp_path / "pkg" / "package.xml").write_text("<package/>")
+    base = tmp_path / "pkg" / "urdf"
+    base.mkdir()
+    for uri in (f"file://{mesh}", mesh.as_uri(), str(mesh), f"file://localhost{mesh}"):
+        assert resolver(base).resolve(uri).path == mesh, uri
+
+
+def test_percent_codes_and_backslashes(tmp_path):
+    mesh = touch(tmp_path / "arm" / "meshes" / "my part.stl")
+    assert resolver(tmp_path / "arm").resolve("package://arm/meshes/my%20part.stl").path == mesh
+    found = resolver(tmp_path / "arm").resolve("meshes\\my part.stl")
+    assert found.path == mesh
+    assert found.note == 'backslashes in the file name read as "/"'
+
+
+def test_case_is_forgiven_with_a_note(tmp_path):
+    mesh = touch(tmp_path / "arm" / "Meshes" / "Part.STL")
+    found = resolver(tmp_path / "arm").resolve("meshes/part.stl")
+    assert found.path == mesh
+    assert found.note == "found as 'Part.STL', which differs in upper and lower case"
+
+
+def test_two_files_that_differ_in_case_alone_are_not_guessed(tmp_path):
+    touch(tmp_path / "Part.stl")
+    touch(tmp_path / "PART.stl")
+    assert resolver(tmp_path).resolve("part.stl").path is None
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "../../secret.stl",
+        "../outside/secret.stl",
+        "package://arm/../../outside/secret.stl",
+        "package://outside/../outside/../../secret.stl",
+        "package://../outside/secret.stl",
+        "file:///etc/hostname",
+        "/etc/hostname",
+        "meshes/../../outside/secret.stl",
+        "meshes/link.stl",
+        "meshes/folder_link/secret.stl",
+        "package://linked_package/secret.stl",
+        "..%2Foutside%2Fsecret.stl",
+        "..\\outside\\secret.stl",
+    ],
+)
+def test_nothing_outside_is_opened(tmp_path, uri):
+    touch(tmp_path / "secret.stl")
+    outside = touch(tmp_path / "outside" / "secret.stl")
+    base = tmp_path / "in" / "arm"
+    (base / "meshes").mkdir(parents=True)
+    (base / "meshes" / "link.stl").symlink_to(outside)
+    (base / "meshes" / "folder_link").symlink_to(outside.parent)
+    (base / "linked_package").symlink_to(outside.parent)
+    found = resolver(base).resolve(uri)
+    assert found.path is None
+    assert "search_paths" in found.problem or "packages=" in found.problem
+
+
+def test_outside_is_named_with_the_remedy(tmp_path):
+    touch(tmp_path / "outside" / "a.stl")
+    base = tmp_path / "arm"
+    base.mkdir()
+    found = resolver(base).resolve("../outside/a.stl")
+    assert "lies outside the robot's folders" in found.problem
+    allowed = resolver(base, search_paths=[tmp_path / "outside"])
+    assert allowed.resolve("../outside/a.stl").path == tmp_path / "outside" / "a.stl"
+
+
+def test_not_found_names_the_package_and_the_places(tmp_path):
+    problem = resolver(tmp_path).resolve("package://arm/a.stl").problem
+    assert problem.startswith("no such file (looked in ")
+    assert "pass packages={'arm': folder}" in problem
+
+
+def test_folders_and_blank_names(tmp_path):
+    (tmp_path / "part.stl").mkdir()
+    assert resolver(tmp_path).resolve("part.stl").problem.endswith("part.stl is a folder; name a file")
+    assert resolver(tmp_path).resolve("  ").problem == "the file name is blank; name a file"
+    assert resolver(tmp_path).resolve("a\0b").path is None
+    assert resolver(tmp_path).resolve("x" * 5000).path is None
+    assert resolver(tmp_path).resolve(f"package://{'x' * 5000}/a.stl").path is None
+
+
+def test_description_reached_through_a_link_may_use_its_own_package(tmp_path):
+    mesh = touch(tmp_path / "store" / "arm" / "meshes" / "a.stl")
+    real = tmp_path / "store" / "arm" / "urdf"
+    real.mkdir()
+    shown = tmp_path / "env" / "arm" / "urdf"
+    (tmp_path / "env" / "arm" / "meshes").mkdir(parents=True)
+    (tmp_path / "env" / "arm" / "meshes" / "a.stl").symlink_to(mesh)
+    assert Resolver(base=shown, environment={}).resolve("../meshes/a.stl").path is None
+    found = Resolver(base=shown, real_base=real, environment={}).resolve("../meshes/a.stl")
+    assert found.path.samefile(mesh)
+
+
+def test_a_description_in_memory_uses_the_callers_roots_alone(tmp_path, monkeypatch):
+    mesh = touch(tmp_path / "a.stl")
+    monkeypatch.chdir(tmp_path)
+    assert Resolver(environment={}).resolve("a.stl").path is None
+    assert Resolver(environment={}, search_paths=[tmp_path]).resolve("a.stl").path == mesh
