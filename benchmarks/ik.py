@@ -2,11 +2,11 @@
 
     python benchmarks/ik.py [--poses 200] [--seed 0]
 
-The arm is PyBullet's panda where `pybullet` is installed, else one built here. Every pose is reachable (the tool's
-pose at random joint positions inside the limits) and every solver starts at home, with random restarts, until
-1e-4 m and 1e-3 rad hold inside the limits. Solvers take turns, ten poses each, so that load on the machine meets
-all alike; each answer is checked by one forward pass. PyBullet answers one call without limits: its loop
-applies the answer, clips it and calls again.
+The arm is PyBullet's panda where `pybullet` is installed, else one built here. Every pose is reachable (the
+tool's pose at random joint positions inside the limits) and every solver starts at home, with random
+restarts, until 1e-4 m and 1e-3 rad hold inside the limits. Solvers take turns, ten poses each, so that load
+on the machine meets all alike; each answer is checked by one forward pass. PyBullet answers one call without
+limits: its loop applies the answer, clips it and calls again.
 """
 
 from __future__ import annotations
@@ -66,7 +66,9 @@ def own_arm() -> tuple[RobotDescription, str, list[float]]:
         links.append(Link(name=f"link{i + 1}"))
         turn = roll
     joints.append(
-        Joint(name="flange", type="fixed", parent="link7", child="tool", origin=Pose(position=(0.0, 0.0, 0.1)))
+        Joint(
+            name="flange", type="fixed", parent="link7", child="tool", origin=Pose(position=(0.0, 0.0, 0.1))
+        )
     )
     robot = RobotDescription(name="arm", links=(*links, Link(name="tool")), joints=tuple(joints))
     return robot, "tool", [0.0, -0.6, 0.0, -1.8, 0.0, 1.5, 0.7]
@@ -221,8 +223,8 @@ def main() -> None:
         report(name, seconds[name], solved[name], 0.0 if name == "roboyard" else reference)
 
     once = [solve_ik(chain, target, home, restarts=0) for target in targets]
-    spent = [answer.iterations for answer in once]
-    print(f"from home alone: {sum(a.converged for a in once)}/{len(once)}, {statistics.median(spent)} iterations")
+    spent, reached = statistics.median(answer.iterations for answer in once), sum(a.converged for a in once)
+    print(f"from home alone: {reached}/{len(once)}, {spent} iterations")
     _, many = sample_reachable(chain, 1000, given.seed + 1)
     start = time.perf_counter()
     answer = solve_ik_batch(chain, many, home)

@@ -79,11 +79,13 @@ def _task_weights(t: int, width: int, position: ArrayLike, orientation: ArrayLik
     weights = np.empty((t, 6))
     try:
         weights[:, :3] = position
-        weights[:, 3:] = 0.0 if width == 3 else orientation
+        weights[:, 3:] = orientation
     except ValueError:
         shapes = f"{np.shape(position)} and {np.shape(orientation)}"
         message = f"position and orientation weights have shapes {shapes}; give scalars, (3,) or ({t}, 3)"
         raise ValueError(message) from None
+    if width == 3:
+        weights[:, 3:] = 0.0
     if not (weights.min() >= 0.0 and weights.max() < np.inf):
         raise ValueError("weights must be finite and not negative")
     return weights

@@ -1,9 +1,9 @@
 """Forward kinematics, Jacobians and task errors as numba kernels; imported on first use only.
 
 Layouts (see `ChainArrays.nodes`): `whole` (m, 3) parent, kind (1 prismatic), q index; `real` (m, 14)
-position, rotation by rows, multiplier, offset. A frame is 12 floats: position, then rotation by rows. A target
-is 3 floats (position), 7 (position, quaternion) or 16 (homogeneous matrix by rows). The Jacobian is kept
-transposed, so that what one joint does lies together in memory.
+position, rotation by rows, multiplier, offset. A frame is 12 floats: position, then rotation by rows. A
+target is 3 floats (position), 7 (position, quaternion) or 16 (homogeneous matrix by rows). The Jacobian is
+kept transposed, so that what one joint does lies together in memory.
 """
 
 from __future__ import annotations

@@ -53,36 +53,59 @@ def solve_free(hessian, damping, right, free, count, factor, step):
 
 @kernel
 def bounded_step(hessian, damping, gradient, low, high, free, right, factor, step):
-    """Step of min ½ dᵀ(H + D)d - gᵀd that stays within low..high.
+    """Step of min ½ dᵀ(H + D)d - gᵀd within low..high, by block principal pivoting.
 
-    Entries that would pass a bound are put on it, leave the system and move to its right side; then the rest
-    is solved again, until none passes. Each entry leaves at most once.
+    Entries beyond a bound are put on it, entries on a bound that are pulled inwards are let go, and the free
+    rest is solved again, until nothing changes. Exchanging all at once may go round in a circle, so that
+    later rounds exchange one entry alone (Júdice and Pires, Computers & Operations Research 21(5), 1994).
+
+    `free` (2n,) is work space: the free entries, then 0 free, 1 fixed, +2 to be exchanged for each entry.
     """
     n = gradient.shape[0]
-    count = 0
     for i in range(n):
-        right[i] = gradient[i]
-    for i in range(n):
-        if (low[i] >= 0.0 and gradient[i] < 0.0) or (high[i] <= 0.0 and gradient[i] > 0.0):
-            step[i] = min(max(0.0, low[i]), high[i])  # on the bound or beyond it, and pushed outwards
-            if step[i] != 0.0:
-                for j in range(n):
-                    right[j] -= hessian[j, i] * step[i]
-        else:
-            free[count] = i
-            count += 1
-    while count > 0:
+        outwards = (low[i] >= 0.0 and gradient[i] < 0.0) or (high[i] <= 0.0 and gradient[i] > 0.0)
+        free[n + i] = 1 if outwards else 0
+        step[i] = min(max(0.0, low[i]), high[i])
+    for sweep in range(6 + 4 * n):
+        count = 0
+        for i in range(n):
+            right[i] = gradient[i]
+            if free[n + i] == 0:
+                free[count] = i
+                count += 1
+        for j in range(n):
+            if free[n + j] == 1 and step[j] != 0.0:
+                for i in range(n):
+                    right[i] -= hessian[i, j] * step[j]
         solve_free(hessian, damping, right, free, count, factor, step)
-        kept = 0
-        for a in range(count):
-            i = free[a]
-            if step[i] < low[i] or step[i] > high[i]:
-                step[i] = min(max(step[i], low[i]), high[i])
-                for j in range(n):
-                    right[j] -= hessian[j, i] * step[i]
-            else:
-                free[kept] = i
-                kept += 1
-        if kept == count:
+        last = mark_wrong(hessian, damping, right, low, high, free, count, step)
+        if last < 0:
             return
-        count = kept
+        for i in range(n):
+            if free[n + i] >= 2:
+                free[n + i] -= 2
+                if sweep < 6 or i == last:
+                    free[n + i] = 1 - free[n + i]
+                    step[i] = min(max(step[i], low[i]), high[i])
+    for i in range(n):
+        step[i] = min(max(step[i], low[i]), high[i])
+
+
+@kernel
+def mark_wrong(hessian, damping, right, low, high, free, count, step):
+    """Mark free entries beyond a bound and fixed ones that are pulled inwards; the last such entry, or -1."""
+    n, last = step.shape[0], -1
+    for i in range(n):
+        if free[n + i] == 0:
+            wrong = step[i] < low[i] or step[i] > high[i]
+        elif low[i] < high[i]:
+            pull = right[i] - damping[i] * step[i]
+            for b in range(count):
+                pull -= hessian[i, free[b]] * step[free[b]]
+            wrong = (pull > 1e-12 and step[i] <= low[i]) or (pull < -1e-12 and step[i] >= high[i])
+        else:
+            wrong = False
+        if wrong:
+            free[n + i] += 2
+            last = i
+    return last

@@ -122,7 +122,8 @@ def descend(whole, real, node, local, ranges, target, weights,
 
 @kernel
 def solve(whole, real, node, local, ranges, targets, weights, q0, warm,
-          tolerance_position, tolerance_orientation, iterations, restarts, candidates, seed, out):  # fmt: skip
+          tolerance_position, tolerance_orientation, iterations, restarts, candidates, seed,
+          out):  # fmt: skip
     """Answer many problems (b, t, k) with t tips each.
 
     q0 has one row for all problems, or one each; with `warm` a solved problem's answer starts the next one.
@@ -183,7 +184,7 @@ def work_space(m, n, t):
     return (
         np.empty((m, 12)), np.empty((t, 12)), np.empty((t, 12)), np.zeros((t, 6)), np.zeros((t, 2)),
         np.empty((n, 6 * t)), np.empty(6 * t), np.empty((n, n)), np.empty((n, n)), np.empty((6, n)),
-        np.empty(n, dtype=np.int64),
+        np.empty(2 * n, dtype=np.int64),
     )  # fmt: skip
 
 

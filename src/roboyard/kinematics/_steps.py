@@ -30,7 +30,7 @@ def bounded_motion(jac, rhs, damping_square, low, high, pull, out):
     n = out.shape[0]
     hessian, factor = np.empty((n, n)), np.empty((n, n))
     gradient, damping, right, slide = np.empty(n), np.empty(n), np.empty(n), np.zeros(n)
-    free = np.arange(n)
+    free = np.arange(2 * n)
     normal_equations(jac, rhs, hessian, gradient)
     pulls = False
     for i in range(n):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache
 from typing import Any, Literal
@@ -44,7 +45,7 @@ def forward_kinematics(chain: ChainArrays, q: ArrayLike, links: str | Sequence[s
     node, local = _frames(chain, links)
     whole, real = chain.nodes
     front = qs.shape[:-1]
-    qs = qs.reshape(-1, chain.size)
+    qs = qs.reshape(math.prod(front), chain.size)
     packed = np.empty((len(qs), len(node), 12))
     _kernels().forward_batch(whole, real, node, local, qs, np.empty((len(whole), 12)), packed)
     out = np.zeros((*packed.shape[:2], 4, 4))

@@ -135,8 +135,8 @@ def differential_velocity(
     whole, real = chain.nodes
     velocity = np.empty(chain.size)
     _kernels().step_with_twists(
-        whole, real, node, local, wanted.reshape(-1, 6), weights, values, float(damping) ** 2, low, high, pull,
-        velocity,
+        whole, real, node, local, wanted.reshape(-1, 6), weights, values, float(damping) ** 2, low, high,
+        pull, velocity,
     )  # fmt: skip
     return velocity
 
@@ -156,11 +156,11 @@ def damped_step_ik(
 ) -> Array:
     """Joint positions after a fixed number of plain damped steps: what PyBullet's inverse kinematics answers.
 
-    Every step from q0 solves (JᵀJ + D) d = Jᵀ e, where D is 0.5 or the joint damping given, and is scaled so that
-    no joint moves by more than 45 degrees. Neither the joint limits nor whether the target was reached play a
-    part: use `solve_ik` for an answer that holds. With all four null-space arguments D is 0.36, and a weak pull
-    towards `rest` and a strong one back inside `lower`..`upper` are projected on the null space of the damped
-    pseudo-inverse.
+    Every step from q0 solves (JᵀJ + D) d = Jᵀ e, where D is 0.5 or the joint damping given, and is scaled so
+    that no joint moves by more than 45 degrees. Neither the joint limits nor whether the target was reached
+    play a part: use `solve_ik` for an answer that holds. With all four null-space arguments D is 0.36, and a
+    weak pull towards `rest` and a strong one back inside `lower`..`upper` are projected on the null space of
+    the damped pseudo-inverse.
 
     Args:
         chain: joints, whole or in part; the answer has one value for each.
