@@ -46,7 +46,8 @@ def test_misses_end_at_the_end():
 
 
 MJCF = """<mujoco model="cart"><worldbody><geom type="plane" size="5 5 .1"/>
-<body name="cart" pos="0 0 .5"><joint name="rail" type="slide" axis="1 0 0"/><geom type="box" size=".1 .1 .1"/>
+<body name="cart" pos="0 0 .5"><joint name="rail" type="slide" axis="1 0 0"/>
+<geom type="box" size=".1 .1 .1"/>
 <body name="pole"><joint name="pivot" axis="0 1 0" range="-90 90"/>
 <geom type="capsule" fromto="0 0 0 0 0 .5" size=".02"/></body></body>
 <body name="ball" pos="2 0 1"><freejoint/><geom size=".1"/></body></worldbody>
@@ -78,7 +79,8 @@ def test_a_broken_mjcf_names_the_file(tmp_path):
 
 def test_a_body_of_several_joints_has_a_handle_for_each():
     xml = """<mujoco><worldbody><body name="arm" pos="0 0 1"><joint name="yaw" axis="0 0 1"/>
-    <joint name="pitch" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 1 0 0" size=".05"/></body></worldbody></mujoco>"""
+    <joint name="pitch" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 1 0 0" size=".05"/></body></worldbody>
+    </mujoco>"""
     world = World(gravity=(0, 0, 0))
     (arm,) = world.add_mjcf(xml)
     assert arm.joint_names == ("yaw", "pitch")

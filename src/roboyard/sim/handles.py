@@ -216,9 +216,12 @@ class Joint:
             return None if found is None else (found[0] * scale, found[1] * scale)
         if not self.is_scalar or not self._built.joint_elements:
             return None
-        element = self._built.joint_elements[0]
-        lower, upper = element.range
-        return (float(lower), float(upper)) if upper > lower else None
+        model = self.body.world.model
+        row = self._built.joint_elements[0].id
+        if not model.jnt_limited[row]:
+            return None
+        lower, upper = (float(bound) for bound in model.jnt_range[row])
+        return lower, upper
 
     @property
     def qpos_slice(self) -> slice:

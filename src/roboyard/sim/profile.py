@@ -1,4 +1,4 @@
-"""Rules of a world as a whole: MuJoCo's in a plain world; `BULLET` has the habits PyBullet scripts rely on."""
+"""Rules of a world as a whole: MuJoCo's in a plain world, Bullet's habits under PyBullet scripts."""
 
 from __future__ import annotations
 
@@ -56,6 +56,6 @@ BULLET = Profile(
     joint_friction=False,
 )
 """Bullet's multibody world: friction by product, contacts on the velocity level with a look-ahead of 2 cm,
-velocities bounded at 100, joint damping explicit. Inertia from shapes and mass 1 without inertial are edits of
-the description, and each link's drag of 0.04 is set link by link; the PyBullet face does both.
+velocities bounded at 100, joint damping explicit. Inertia from shapes and mass 1 without inertial are edits
+of the description, and each link's drag of 0.04 is set link by link; the PyBullet face does both.
 """

@@ -146,7 +146,7 @@ class Surfaces:
         return self._base
 
     def solve_hard_contacts(self, model: Any, data: Any) -> None:
-        """The second half of a step up to the accelerations; sliding contacts are corrected until they fit."""
+        """The second half of a step up to the accelerations, sliding contacts corrected until they fit."""
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         mujoco.mj_fwdConstraint(model, data)
