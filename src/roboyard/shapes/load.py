@@ -124,7 +124,7 @@ def _read(file: Path, size: int) -> TriangleMesh:
         data = file.read_bytes()
     except OSError as error:
         raise MeshError(f"cannot be read: {error.strerror}", file=file) from None
-    if not data.strip(b"\0 \t\r\n"):
+    if not data.strip():
         raise MeshError("the file is empty; export the mesh again", file=file)
     if data.startswith(b"version https://git-lfs"):
         raise MeshError("this is a git-lfs pointer, not the mesh; fetch it with: git lfs pull", file=file)
