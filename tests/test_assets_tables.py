@@ -1,8 +1,8 @@
 """The joint tables of the droid and the skid-steer rover, from first principles.
 
-PyBullet reports a joint's origin and axis in the frames of the centres of mass (the inertial frames); here they
-are composed from the URDF's numbers alone and compared with the values that PyBullet prints for the classic
-robots of those names.
+PyBullet reports a joint's origin and axis in the frames of the centres of mass (the inertial frames); here
+they are composed from the URDF's numbers alone and compared with the values that PyBullet prints for the
+classic robots of those names.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def test_joint_table(name: str, table: list[tuple]) -> None:
             np.testing.assert_allclose(found, axis, atol=1e-12)
 
 
-def test_husky_frame_that_the_tutorial_prints_is_its_footprint() -> None:
+def test_husky_reports_its_footprint_as_its_centre_of_mass() -> None:
     robot = ET.parse(asset_path("husky")).getroot()
     footprint = robot.find("link")
     assert footprint.get("name") == "base_footprint"
@@ -156,7 +156,7 @@ def test_husky_frame_that_the_tutorial_prints_is_its_footprint() -> None:
 
 
 def test_wheels_of_husky_and_ground_grip() -> None:
-    """With friction 1 on tyres and ground the tutorial's drop comes to rest where it prints; with less it slides."""
+    """With friction 1 on its tyres the dropped rover rests where the tutorial prints; with less it slides."""
     for name, links in (("husky", 4), ("plane", 1)):
         robot = ET.parse(asset_path(name)).getroot()
         values = [e.get("value") for e in robot.findall("link/contact/lateral_friction")]
