@@ -79,8 +79,8 @@ def test_a_broken_mjcf_names_the_file(tmp_path):
 
 def test_a_body_of_several_joints_has_a_handle_for_each():
     xml = """<mujoco><worldbody><body name="arm" pos="0 0 1"><joint name="yaw" axis="0 0 1"/>
-    <joint name="pitch" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 1 0 0" size=".05"/></body></worldbody>
-    </mujoco>"""
+    <joint name="pitch" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 1 0 0" size=".05"/></body>
+    </worldbody></mujoco>"""
     world = World(gravity=(0, 0, 0))
     (arm,) = world.add_mjcf(xml)
     assert arm.joint_names == ("yaw", "pitch")

@@ -123,7 +123,8 @@ def looks_of_model(body: Body) -> dict[int, list[Look]]:
     world = body.world
     model = world.model
     found: dict[int, list[Look]] = {}
-    for index, row in enumerate(body.mujoco_ids):
+    shown_by = {int(row): index for index, row in enumerate(body.mujoco_ids)}  # last of links in one place
+    for row, index in shown_by.items():
         geoms = np.flatnonzero(model.geom_bodyid == row)
         if body.built.is_ground:
             geoms = np.array([geom.id for geom in body.built.links[0].geoms], dtype=int)
