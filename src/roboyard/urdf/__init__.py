@@ -39,6 +39,7 @@ from roboyard.urdf.preprocessing import (
     urdf_audit,
 )
 from roboyard.urdf.read import load_urdf
+from roboyard.urdf.repairing import Repair, repair
 from roboyard.urdf.resolve import Resolved, Resolver
 from roboyard.urdf.write import to_element, write_urdf
 
@@ -64,6 +65,7 @@ __all__ = [
     "Pose",
     "Resolved",
     "Resolver",
+    "Repair",
     "RobotDescription",
     "Severity",
     "Source",
@@ -76,6 +78,7 @@ __all__ = [
     "link_has_dedicated_collision",
     "load_urdf",
     "override_joint_limits",
+    "repair",
     "rewrite_mesh_paths",
     "sanitize_names",
     "set_joint_dynamics",

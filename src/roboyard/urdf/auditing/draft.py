@@ -18,6 +18,7 @@ from roboyard.errors import DescriptionError, MeshError
 from roboyard.poses import Array, pose_matrix, quaternion_from_axis_angle
 from roboyard.shapes.facts import MeshFacts, mesh_facts
 from roboyard.urdf.auditing.tree import Tree
+from roboyard.urdf.model import CONTACT_TAGS, INERTIA_KEYS
 from roboyard.urdf.numbers import read_number, read_vector
 from roboyard.urdf.problems import Problems
 from roboyard.urdf.reading import read_pose
@@ -370,10 +371,17 @@ class Draft:
                     self.meshes[path] = error
 
 
-def read_draft(file: Path, root: ET.Element, xml_notes: tuple[str, ...], resolver: Resolver) -> Draft:
-    """Read what is there; the mesh files are opened too."""
+def read_draft(
+    file: Path,
+    root: ET.Element,
+    xml_notes: tuple[str, ...],
+    resolver: Resolver,
+    *,
+    known_meshes: Mapping[Path, MeshFacts | MeshError] | None = None,
+) -> Draft:
+    """Read what is there; mesh files are opened too, but for those that are known."""
     recorder = _Recorder(file)
-    meshes: dict[Path, MeshFacts | MeshError] = {}
+    meshes: dict[Path, MeshFacts | MeshError] = dict(known_meshes or {})
     links = tuple(_link(element, recorder, resolver, meshes) for element in root.findall("link"))
     joints = tuple(_joint(element, recorder) for element in root.findall("joint"))
     draft = Draft(
@@ -454,7 +462,10 @@ def _link(
     name = _name(element)
     who = f'link "{name}"'
     recorder.links = (name,)
-    inertial = element.find("inertial")
+    inertial, contact = element.find("inertial"), element.find("contact")
+    for child in () if contact is None else contact:
+        if child.tag in CONTACT_TAGS:
+            read_number(child, "value", who, recorder)
     shapes = [
         _shape(child, name, who, recorder, resolver, meshes)
         for child in element
@@ -472,7 +483,7 @@ def _inertial(element: ET.Element, who: str, recorder: _Recorder) -> DraftInerti
     mass, inertia = element.find("mass"), element.find("inertia")
     tensor: tuple[float, ...] | None = None
     if inertia is not None:
-        keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        keys = INERTIA_KEYS
         numbers = [read_number(inertia, key, who, recorder) for key in keys]
         diagonal_is_there = all(numbers[k] is not None for k in (0, 3, 5))
         unreadable = any(

@@ -95,7 +95,8 @@ def mass_missing(draft: Draft) -> Faults:
     for link, inertial in _inertials(draft):
         mass = inertial.element.find("mass")
         if mass is None or not (mass.get("value") or "").strip():
-            yield Fault(at=link, line=_line(inertial), message="<inertial> has no mass")
+            mendable = link_solid(link) is not None
+            yield Fault(at=link, line=_line(inertial), message="<inertial> has no mass", mendable=mendable)
 
 
 @check("mass-negative", BLOCKS, remedy="give the mass in kg", example='<mass value="-2"/>')

@@ -197,6 +197,21 @@ def mesh_scale_zero(draft: Draft) -> Faults:
 
 
 @check(
+    "mesh-scale-single",
+    UNTIDY,
+    remedy="write three numbers",
+    mendable=True,
+    example='<mesh scale="0.001" .../>',
+)
+def mesh_scale_single(draft: Draft) -> Faults:
+    """A mesh's scale is one number; Roboyard takes it for all three axes, others refuse it."""
+    for shape, mesh in draft.mesh_shapes:
+        if len((mesh.element.get("scale") or "").split()) == 1:
+            message = f"mesh scale is one number ({mesh.element.get('scale')})"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+@check(
     "mesh-scale-negative",
     UNTIDY,
     remedy="nothing to do in Roboyard; export the mesh mirrored where another program turns it inside out",

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from roboyard.urdf.auditing.draft import Draft, Place
 from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
+from roboyard.urdf.model import CONTACT_TAGS, INERTIA_KEYS
 from roboyard.urdf.xml import line_of
 
 _POSE = ("xyz", "rpy", "quat_xyzw")
@@ -21,7 +22,7 @@ ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "geometry": (),
     "origin": _POSE,
     "mass": ("value",),
-    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "inertia": INERTIA_KEYS,
     "box": ("size",),
     "sphere": ("radius",),
     "cylinder": ("radius", "length"),
@@ -37,8 +38,26 @@ ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "limit": ("lower", "upper", "effort", "velocity"),
     "dynamics": ("damping", "friction"),
     "mimic": ("joint", "multiplier", "offset"),
+    **dict.fromkeys(CONTACT_TAGS, ("value",)),
 }
 """Attributes that Roboyard reads, by element."""
+
+NUMBERS: dict[tuple[str, str], int] = {
+    **{("origin", key): 4 if key == "quat_xyzw" else 3 for key in _POSE},
+    **{("inertia", key): 1 for key in INERTIA_KEYS},
+    ("mass", "value"): 1,
+    ("box", "size"): 3,
+    **{(tag, key): 1 for tag in ("sphere", "cylinder", "capsule") for key in ("radius", "length")},
+    ("plane", "normal"): 3,
+    ("mesh", "scale"): 3,
+    ("color", "rgba"): 4,
+    ("axis", "xyz"): 3,
+    **{("limit", key): 1 for key in ("lower", "upper", "effort", "velocity")},
+    **{("dynamics", key): 1 for key in ("damping", "friction")},
+    **{("mimic", key): 1 for key in ("multiplier", "offset")},
+    **{(tag, "value"): 1 for tag in CONTACT_TAGS},
+}
+"""How many numbers an attribute holds, by element and attribute."""
 
 CHILDREN: dict[str, tuple[str, ...]] = {
     "robot": ("link", "joint", "material"),
@@ -47,6 +66,7 @@ CHILDREN: dict[str, tuple[str, ...]] = {
     "inertial": ("origin", "mass", "inertia"),
     "visual": ("origin", "geometry", "material"),
     "collision": ("origin", "geometry"),
+    "contact": CONTACT_TAGS,
     "geometry": ("box", "sphere", "cylinder", "capsule", "plane", "mesh"),
     "material": ("color", "texture"),
 }
@@ -56,7 +76,7 @@ _SINGLE = {tag for tags in CHILDREN.values() for tag in tags}
 _SINGLE -= {"link", "joint", "visual", "collision", *CHILDREN["geometry"]}
 
 
-def _read_elements(draft: Draft) -> Iterator[tuple[ET.Element, Place]]:
+def read_elements(draft: Draft) -> Iterator[tuple[ET.Element, Place]]:
     """Every element that Roboyard reads, with the link, joint or robot it belongs to."""
     robot = Place(who="robot", line=line_of(draft.root))
     stack: list[tuple[ET.Element, Place]] = [(draft.root, robot)]
@@ -154,7 +174,7 @@ def robot_name_missing(draft: Draft) -> Faults:
 )
 def element_repeated(draft: Draft) -> Faults:
     """An element that counts once stands twice; only the first one is read."""
-    for element, owner in _read_elements(draft):
+    for element, owner in read_elements(draft):
         seen: set[str] = set()
         if element.tag == "geometry":
             shapes = [child.tag for child in element if child.tag in CHILDREN["geometry"]]
@@ -183,8 +203,8 @@ def element_repeated(draft: Draft) -> Faults:
 def element_unread(draft: Draft) -> Faults:
     """An element that Roboyard does not read; it is kept and written back as it was."""
     counts: dict[tuple[str, str], list[Place]] = {}
-    for element, owner in _read_elements(draft):
-        if element.tag == "contact" or element.tag not in CHILDREN:
+    for element, owner in read_elements(draft):
+        if element.tag not in CHILDREN:
             continue
         for child in element:
             if isinstance(child.tag, str) and child.tag not in CHILDREN[element.tag]:
@@ -205,7 +225,7 @@ def element_unread(draft: Draft) -> Faults:
 def attribute_unread(draft: Draft) -> Faults:
     """An attribute that Roboyard does not read, misspelt perhaps; it is kept."""
     counts: dict[tuple[str, str], list[Place]] = {}
-    for element, owner in _read_elements(draft):
+    for element, owner in read_elements(draft):
         for key in element.attrib:
             known = ATTRIBUTES.get(element.tag)
             if known is not None and key not in known and not key.startswith("xmlns") and ":" not in key:
