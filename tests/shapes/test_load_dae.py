@@ -184,7 +184,7 @@ def test_same_triangles_and_normals_as_pycollada(tmp_path):
         f"<vcount>{text(sizes)}</vcount><p>{text(index)}</p></polylist>"
     )
     nodes = (
-        "<node><translate>1 2 3</translate><rotate>1 0.5 0 40</rotate><scale>1 2 3</scale>"
+        "<node><translate>1 2 3</translate><rotate>0.6 0.8 0 40</rotate><scale>1 2 3</scale>"
         '<instance_geometry url="#g"/></node>'
     )
     file = tmp_path / "a.dae"
