@@ -12,10 +12,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from assets import arm7, ground, husky, r1, r2d2, rover
+from assets import arm7, ground, husky, props, r1, r2d2, rover
 
 ASSETS = Path(__file__).resolve().parents[1] / "src" / "roboyard" / "assets"
-GROUPS = (ground, r2d2, husky, r1, rover, arm7)
+GROUPS = (ground, r2d2, husky, r1, rover, arm7, props)
 
 
 def build() -> dict[str, bytes]:

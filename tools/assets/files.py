@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from assets.mesh import Mesh, corner_normals, tidy
+from assets.mesh import Mesh, corner_normals, steady, tidy
 
 Rgb = tuple[float, float, float]
 
@@ -32,7 +32,7 @@ def obj(mesh: Mesh, *, header: str, mtl: str | None = None, crease: float = 0.7)
         uv_unique, inverse = np.unique(np.round(mesh.uv.reshape(-1, 2), 4), axis=0, return_inverse=True)
         uv_index = inverse.reshape(-1, 3)
         lines += [f"vt {number(u, 4)} {number(v, 4)}" for u, v in uv_unique]
-    normals = np.round(corner_normals(mesh, crease).reshape(-1, 3), 2) + 0.0
+    normals = steady(corner_normals(mesh, crease).reshape(-1, 3) * 100) / 100
     unique, inverse = np.unique(normals, axis=0, return_inverse=True)
     normal_index = inverse.reshape(-1, 3)
     lines += ["vn " + " ".join(number(x, 2) for x in n) for n in unique]
@@ -87,7 +87,7 @@ def dae(
     mesh = tidy(mesh)
     turned = mesh.vertices @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     normals, inverse = np.unique(
-        np.round(corner_normals(mesh, crease).reshape(-1, 3), 2) + 0.0, axis=0, return_inverse=True
+        steady(corner_normals(mesh, crease).reshape(-1, 3) * 100) / 100, axis=0, return_inverse=True
     )
     normals = normals @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     index = inverse.reshape(-1, 3)

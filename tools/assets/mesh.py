@@ -80,9 +80,14 @@ def merge(*meshes: Mesh) -> Mesh:
     )  # fmt: skip
 
 
+def steady(values: Array) -> Array:
+    """Nearest integers; what lies half-way up to rounding errors always goes up."""
+    return np.floor(values + (0.5 + 1e-4))
+
+
 def tidy(mesh: Mesh) -> Mesh:
     """Vertices on the grid, equal ones joined, faces that lost their area dropped."""
-    keys = np.round(mesh.vertices / GRID).astype(np.int64)
+    keys = steady(mesh.vertices / GRID).astype(np.int64)
     unique, inverse = np.unique(keys, axis=0, return_inverse=True)
     faces = inverse.reshape(-1)[mesh.faces]
     a, b, c = faces.T

@@ -11,6 +11,7 @@ from roboyard.errors import RoboyardError, unknown_name
 
 ROBOTS: dict[str, str] = {
     "arm7": "arm7/arm7.urdf",
+    "cartpole": "cartpole.urdf",
     "husky": "husky/husky.urdf",
     "r1": "r1/r1_description/urdf/r1_pro_source.urdf",
     "r2d2": "r2d2.urdf",
@@ -19,13 +20,16 @@ ROBOTS: dict[str, str] = {
 """File of each bundled robot, relative to the assets folder."""
 
 THINGS: dict[str, str] = {
+    "block": "block.urdf",
     "cube": "cube.urdf",
     "cube_small": "cube_small.urdf",
+    "jenga": "jenga/jenga.urdf",
     "plane": "plane.urdf",
     "plane100": "plane100.urdf",
     "sphere2": "sphere2.urdf",
     "sphere_small": "sphere_small.urdf",
     "table": "table/table.urdf",
+    "tray": "tray/traybox.urdf",
 }
 """File of each bundled thing that is not a robot."""
 
