@@ -10,6 +10,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType, TracebackType
 
+from roboyard.urdf.omnigibson_alias import install_omnigibson_alias
+
 STAND_INS = {
     "pybullet": "roboyard.pybullet",
     "pybullet_data": "roboyard.pybullet_data",
@@ -39,6 +41,7 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
         The exit code that the script asked for; 1 after an exception, whose traceback is the script's own.
     """
     install()
+    install_omnigibson_alias()
     path = str(script)
     sys.argv = [path, *arguments]
     sys.path.insert(0, str(Path(script).resolve().parent))

@@ -27,6 +27,7 @@ from roboyard.urdf.model import (
     Sphere,
     Visual,
 )
+from roboyard.urdf.omnigibson_alias import install_omnigibson_alias
 from roboyard.urdf.preprocessing import (
     copy_robot_to_models,
     link_has_dedicated_collision,
@@ -75,6 +76,7 @@ __all__ = [
     "chain",
     "copy_robot_to_models",
     "forward_kinematics",
+    "install_omnigibson_alias",
     "link_has_dedicated_collision",
     "load_urdf",
     "override_joint_limits",

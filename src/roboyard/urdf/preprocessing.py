@@ -19,6 +19,18 @@ from typing import Any
 from roboyard.errors import ConfigError
 from roboyard.urdf.xml import read_xml
 
+__all__ = [
+    "copy_robot_to_models",
+    "link_has_dedicated_collision",
+    "override_joint_limits",
+    "rewrite_mesh_paths",
+    "sanitize_names",
+    "set_joint_dynamics",
+    "stage_meshes",
+    "strip_mimic_joints",
+    "urdf_audit",
+]
+
 Tree = ET.ElementTree | ET.Element
 
 
