@@ -15,6 +15,9 @@ from roboyard.urdf.model import Box, Capsule, Cylinder, Geometry, Joint, Link, M
 DIRECTIONS = 256
 """Of the extreme points kept for each shape; the outline is then right within 1 % of the shape's size."""
 
+POSTURES = 48
+"""Tried for the largest inertia on each joint."""
+
 
 class Figure:
     """Outline points, masses and a home posture; all answers are in the root link's frame.
@@ -66,6 +69,45 @@ class Figure:
         ]
         return sum(moments[1:], start=moments[0]) / total
 
+    @property
+    def mass(self) -> float:
+        """Of all links; kg."""
+        return float(self._masses.sum())
+
+    def moved_inertias(self) -> dict[str, float]:
+        """Driven joint to the inertia of all that it moves, each link taken as a point: kg m² about a hinge's
+        axis, or kg on a slide.
+
+        The largest at home and in many postures within the limits: an arm in line with a joint's axis weighs
+        next to nothing on it until the elbow bends.
+        """
+        draw = np.random.default_rng(0).uniform(size=(POSTURES, len(self.joints)))
+        draw[0] = [_share_at_home(joint, self.home[joint.name]) for joint in self.joints]
+        ranges = np.array([_rough_range(joint, self.home[joint.name]) for joint in self.joints]).reshape(
+            -1, 2
+        )
+        values = ranges[:, 0] + draw * (ranges[:, 1] - ranges[:, 0])
+        poses = self.poses({joint.name: values[:, k] for k, joint in enumerate(self.joints)})
+        centres = {
+            name: poses[name][..., :3, :3] @ centre + poses[name][..., :3, 3]
+            for name, centre in zip(self._weighed, self._centres, strict=True)
+        }
+        mass_of = dict(zip(self._weighed, self._masses, strict=True))
+        found = {}
+        for joint in self.joints:
+            moved = [name for name in self.moved_links(joint) if name in mass_of]
+            if joint.type == "prismatic":
+                found[joint.name] = float(sum(mass_of[name] for name in moved))
+                continue
+            frame = poses[joint.child]
+            axis = frame[..., :3, :3] @ np.array(joint.axis)
+            total = np.zeros(POSTURES)
+            for name in moved:
+                arm = np.cross(axis, centres[name] - frame[..., :3, 3])
+                total += mass_of[name] * (arm**2).sum(axis=-1)
+            found[joint.name] = float(total.max())
+        return found
+
     def followers(self, joint: Joint) -> list[Joint]:
         """The joint and all that mimic it, directly or through one another."""
         found = [joint]
@@ -110,6 +152,15 @@ class Figure:
                 found.append(joint.child)
         return found
 
+    def path(self, link: str) -> list[Joint]:
+        """The moving joints from a link up to the root."""
+        joints = []
+        while (joint := self.description.parent_joint.get(link)) is not None:
+            if joint.is_moving:
+                joints.append(joint)
+            link = joint.parent
+        return joints
+
     def moved_links(self, joint: Joint) -> list[str]:
         """Names of all links that move when this joint is driven."""
         found: dict[str, None] = {}
@@ -128,6 +179,19 @@ def home_position(joint: Joint) -> float:
     if limits is None or limits[0] <= 0.0 <= limits[1]:
         return 0.0
     return 0.5 * (limits[0] + limits[1])
+
+
+def _rough_range(joint: Joint, home: float) -> tuple[float, float]:
+    """The limits, or half a turn (10 cm) each way; never more than that beyond a turn (10 m)."""
+    reach = 0.1 if joint.type == "prismatic" else np.pi
+    lower, upper = joint.position_limits() or (home - reach, home + reach)
+    most = 10.0 if joint.type == "prismatic" else np.pi
+    return max(lower, home - most), min(upper, home + most)
+
+
+def _share_at_home(joint: Joint, home: float) -> float:
+    lower, upper = _rough_range(joint, home)
+    return 0.0 if upper <= lower else (home - lower) / (upper - lower)
 
 
 def _outline(link: Link) -> Array:

@@ -1,15 +1,16 @@
 """What the demo will do with a robot, worked out before anything moves.
 
-Joints move in a few groups: those equally far from the base together, so that both arms of a robot do the
-same and the whole takes well under a minute of simulated time, however many joints there are. A robot that
-stands free moves each joint only as far as it keeps its balance and stays above the floor; one that is held
-or mounted goes through its whole range, on a stand high enough.
+Joints move in a few groups: first wheels and the like, then those equally far from the base together, so that
+both arms of a robot do the same and the whole takes about a minute of simulated time, however many joints
+there are. A robot that stands free moves each joint only as far as it keeps its balance and stays above the
+floor; one that is held or mounted goes through its whole range, on a stand high enough.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,11 @@ CLEARANCE = 0.05
 """m between a robot on a stand and the floor."""
 SINK = 0.01
 """m that a standing robot's parts may come below its feet before they count as in the floor."""
-KEEP = 0.3
+GRAVITY = 9.81
+"""m/s²"""
+TIPPING_SHARE = 0.15
+"""Of the moment that would tip the robot: what the reaction to a sweep may use up."""
+KEEP = 0.4
 """Part of the balance margin that a sweep has to leave."""
 
 
@@ -49,6 +54,8 @@ class Plan:
     stance: Stance
     home: Mapping[str, float]
     """Joint name to rad or m, for every driven joint."""
+    inertias: Mapping[str, float]
+    """Joint name to the largest inertia it moves; kg m² or kg."""
     groups: tuple[Group, ...]
     still: Mapping[str, str]
     """Joints that are not moved, and why."""
@@ -74,18 +81,18 @@ def make_plan(figure: Figure, *, short: bool = False) -> Plan:
     """Decide how the robot stands, in which groups its joints move, and how far."""
     stance = decide(figure)
     shortest, longest = (SHORTEST_SHORT, LONGEST_SHORT) if short else (SHORTEST, LONGEST)
-    levels: dict[int, list[Sweep]] = {}
+    inertias = figure.moved_inertias()
+    levels: dict[tuple[bool, int], list[Sweep]] = {}
     for joint in figure.joints:
-        sweep = first_sweep(joint, figure.home[joint.name])
-        if sweep.distance <= 0:
+        inertia = inertias[joint.name]
+        sweep = first_sweep(joint, figure.home[joint.name], inertia)
+        if not sweep.stretches:
             continue
         if stance.kind == "standing":
-            sweep = _trimmed(figure, stance, sweep)
-        levels.setdefault(_level(figure, joint.name), []).append(_timed(sweep, longest))
-    count = min(len(levels), MOST_GROUPS)
-    merged: list[list[Sweep]] = [[] for _ in range(count)]
-    for k, level in enumerate(sorted(levels)):
-        merged[k * count // len(levels)] += levels[level]
+            sweep = _trimmed(figure, stance, _gentle(figure, stance, sweep, inertia))
+        place = (joint.name not in stance.levers, _level(figure, joint.name))
+        levels.setdefault(place, []).append(_timed(sweep, longest))
+    merged = _merged([levels[place] for place in sorted(levels)], stance.levers)
     groups = []
     for sweeps in merged:
         together = tuple(sweeps)
@@ -102,12 +109,47 @@ def make_plan(figure: Figure, *, short: bool = False) -> Plan:
     return Plan(
         stance=stance,
         home=dict(figure.home),
+        inertias=inertias,
         groups=tuple(groups),
         still=_still(figure, groups),
         stand=stand,
         reach=reach,
         size=_box(rest),
     )
+
+
+def _gentle(figure: Figure, stance: Stance, sweep: Sweep, inertia: float) -> Sweep:
+    """The sweep with an acceleration whose reaction uses up only a part of the balance margin.
+
+    What tips a robot of mass m is a moment of m g · margin. Turning an inertia takes inertia · acceleration;
+    driving off on wheels takes m · height of the weight · lever · acceleration.
+    """
+    moment = TIPPING_SHARE * figure.mass * GRAVITY * stance.margin
+    lever = stance.levers.get(sweep.joint)
+    if lever is not None:
+        height = float(figure.centre_of_mass(figure.poses({}))[2]) - stance.lowest
+        inertia = figure.mass * height * lever
+    elif figure.description.joint_by_name[sweep.joint].type == "prismatic":
+        inertia *= float(figure.centre_of_mass(figure.poses({}))[2]) - stance.lowest
+    if inertia <= 0 or moment <= 0:
+        return sweep
+    return replace(sweep, acceleration=min(sweep.acceleration, moment / inertia))
+
+
+def _merged(levels: list[list[Sweep]], alone: Container[str]) -> list[list[Sweep]]:
+    """Neighbouring levels joined until there are few groups; never wheels or joints that endanger balance."""
+    groups = [list(level) for level in levels]
+    while len(groups) > MOST_GROUPS:
+        pairs = [
+            (len(a) + len(b), k)
+            for k, (a, b) in enumerate(pairwise(groups))
+            if not any(sweep.reasons or sweep.joint in alone for sweep in (*a, *b))
+        ]
+        if not pairs:
+            break
+        _, k = min(pairs)
+        groups[k : k + 2] = [groups[k] + groups[k + 1]]
+    return groups
 
 
 def _level(figure: Figure, name: str) -> int:
@@ -195,7 +237,7 @@ def _box(points: Array) -> Array:
 
 
 def _still(figure: Figure, groups: Sequence[Group]) -> dict[str, str]:
-    moved = {sweep.joint for group in groups for sweep in group.sweeps if sweep.distance > 0}
+    moved = {sweep.joint for group in groups for sweep in group.sweeps if sweep.stretches}
     found = {}
     for joint in figure.description.depth_first_joints:
         if not joint.is_moving or joint.name in moved:

@@ -20,6 +20,11 @@ OBSTACLE_DENSITY = 150.0
 """kg/m³: a crate."""
 MOST_DROP = 0.05
 """m"""
+FREE_FREQUENCY, FIXED_FREQUENCY = 4.0, 8.0
+"""Hz: how stiff the drives are. On a robot that stands free stiffer ones make its contacts tremble."""
+
+FULL_EFFORT_HINGE, FULL_EFFORT_SLIDE = 0.15, 0.02
+"""rad or m: error at which a light joint uses its whole effort."""
 
 
 class Stage:
@@ -65,9 +70,44 @@ class Stage:
             for name, value in self.figure.posture_with_followers().items()
             if self.robot.joint(name).is_scalar
         }
+        self._gains = self._find_gains(FREE_FREQUENCY if free else FIXED_FREQUENCY)
         for name, value in plan.home.items():
-            self.robot.joint(name).drive_position(value)
+            self.drive(name, value)
         return self.robot
+
+    def drive(self, joint: str, target: float, velocity: float = 0.0) -> None:
+        """Pull a joint of the robot towards a target; rad or m, and per second."""
+        stiffness, damping = self._gains[joint]
+        self.robot.joint(joint).drive_position(
+            target, velocity=velocity, stiffness=stiffness, damping=damping
+        )
+
+    def _find_gains(self, frequency: float) -> dict[str, tuple[float, float]]:
+        """Stiffness and damping of every driven joint, critically damped at a frequency (Hz).
+
+        The inertia is the largest that the joint may have to move; for joints that carry the robot, such as
+        wheels, also a share of the whole robot at the lever of the floor's push, which is far more than the
+        wheel's own. Light joints are made stiffer than that, so that a small error calls up their effort
+        against friction, as far as the time step allows.
+        """
+        plan, world = self.plan, self.world
+        share = self.robot.mass / max(len(plan.stance.feet), 1)
+        omega = 2.0 * np.pi * frequency
+        found = {}
+        for name, inertia in plan.inertias.items():
+            joint = self.robot.joint(name)
+            own = float(world.model.dof_M0[joint.dof_slice.start])
+            total = max(inertia, own)
+            if not self.robot.is_fixed:
+                total += share * plan.stance.levers.get(name, 0.0) ** 2
+            stiffness = total * omega**2
+            effort = joint.limit.effort if joint.limit is not None else None
+            if effort is not None and 0.0 < effort < np.inf:
+                wanted = effort / (FULL_EFFORT_SLIDE if joint.type == "prismatic" else FULL_EFFORT_HINGE)
+                stiffness = max(stiffness, min(wanted, own / world.timestep**2))
+            damping = max(2.0 * total * omega, 2.0 * np.sqrt(stiffness * own))
+            found[name] = (stiffness, damping)
+        return found
 
     def robot_points(self) -> Array:
         """(k, 3) outline points of the robot in the world, as it is now; its base where it has no shapes."""

@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,7 +18,6 @@ import numpy as np
 from roboyard.demo.figure import Figure
 from roboyard.demo.sweep import full_range
 from roboyard.poses import Array
-from roboyard.urdf.model import Joint
 
 Kind = Literal["standing", "held", "mounted"]
 
@@ -41,14 +41,14 @@ class Stance:
     """Links that reach the floor."""
     margin: float
     """Of the centre of mass inside the support polygon; negative outside; m."""
+    levers: Mapping[str, float]
+    """Driven joints between the root and the feet, and how far from their axis the floor pushes; m."""
     polygon: Array | None
     """(k, 3) half planes a, b, c with a x + b y + c <= 0 inside, unit normals; None without area."""
 
     def margin_at(self, point: Array) -> Array:
         """(...) distance of (..., >= 2) points to the polygon's edge, negative outside; m."""
-        if self.polygon is None:
-            return np.full(point.shape[:-1], -np.inf)
-        return -(point[..., :2] @ self.polygon[:, :2].T + self.polygon[:, 2]).max(axis=-1)
+        return _margin(self.polygon, point)
 
 
 def decide(figure: Figure) -> Stance:
@@ -56,16 +56,35 @@ def decide(figure: Figure) -> Stance:
     poses = figure.poses({})
     lowest = figure.lowest(poses)
     if not np.isfinite(lowest):
-        return _stance("mounted", "it has no shapes to stand on", 0.0, (), None, np.zeros(3))
+        return Stance(
+            kind="mounted",
+            reason="it has no shapes to stand on",
+            lowest=0.0,
+            feet=(),
+            margin=-np.inf,
+            levers={},
+            polygon=None,
+        )
     size = float(np.ptp(figure.points(poses), axis=0).max())
     tolerance = max(0.002, 0.015 * size)
     feet = tuple(name for name in figure.outlines if figure.lowest(poses, [name]) < lowest + tolerance)
     centre = figure.centre_of_mass(poses)
 
     def found(kind: Kind, reason: str, on: tuple[str, ...] = feet) -> Stance:
-        points = figure.points(poses, on)
-        polygon = _polygon(points[points[:, 2] < lowest + tolerance, :2], size)
-        return _stance(kind, reason, float(lowest), on, polygon, centre)
+        soles = [
+            points[points[:, 2] < points[:, 2].min() + 0.04 * tolerance]
+            for points in _each(figure, poses, on)
+        ]
+        polygon = _polygon(np.concatenate([np.empty((0, 3)), *soles])[:, :2], size)
+        return Stance(
+            kind=kind,
+            reason=reason,
+            lowest=float(lowest),
+            feet=on,
+            margin=float(_margin(polygon, centre)),
+            levers=_levers(figure, poses, on),
+            polygon=polygon,
+        )
 
     root = figure.description.root
     if root.name.lower() in WORLD_NAMES and root.inertial is None and root.name not in figure.outlines:
@@ -83,19 +102,36 @@ def decide(figure: Figure) -> Stance:
     stance = found("standing", "", feet)
     if stance.margin < LEAST_MARGIN * size:
         return found("mounted", "its weight does not lie over its base", feet)
-    if not any(_is_moving(figure, name) for name in feet):
+    if not any(figure.path(name) for name in feet):
         tipping = _tipping_joints(figure, stance)
         if tipping:
             return found("mounted", f'its base is fixed and "{tipping[0]}" would tip it over', feet)
     return found("standing", f"its weight lies {100 * stance.margin:.1f} cm inside what it stands on", feet)
 
 
-def _stance(
-    kind: Kind, reason: str, lowest: float, feet: tuple[str, ...], polygon: Array | None, centre: Array
-) -> Stance:
-    half = Stance(kind=kind, reason=reason, lowest=lowest, feet=feet, margin=0.0, polygon=polygon)
-    margin = float(half.margin_at(centre))
-    return Stance(kind=kind, reason=reason, lowest=lowest, feet=feet, margin=margin, polygon=polygon)
+def _margin(polygon: Array | None, point: Array) -> Array:
+    if polygon is None:
+        return np.full(point.shape[:-1], -np.inf)
+    return -(point[..., :2] @ polygon[:, :2].T + polygon[:, 2]).max(axis=-1)
+
+
+def _levers(figure: Figure, poses: Mapping[str, Array], feet: tuple[str, ...]) -> dict[str, float]:
+    """Largest distance of a foot's lowest point from the axis of each driven joint above it; m."""
+    found: dict[str, float] = {}
+    for name in feet:
+        points = figure.points(poses, [name])
+        contact = points[points[:, 2].argmin()]
+        for joint in figure.path(name):
+            if joint.name not in figure.home or joint.type == "prismatic":
+                continue
+            frame = poses[joint.child]
+            arm = np.cross(frame[:3, :3] @ np.array(joint.axis), contact - frame[:3, 3])
+            found[joint.name] = max(found.get(joint.name, 0.0), float(np.linalg.norm(arm)))
+    return found
+
+
+def _each(figure: Figure, poses: Mapping[str, Array], links: tuple[str, ...]) -> list[Array]:
+    return [figure.points(poses, [name]) for name in links]
 
 
 def _polygon(points: Array, size: float) -> Array | None:
@@ -110,24 +146,10 @@ def _polygon(points: Array, size: float) -> Array | None:
     return hull.equations if hull.volume > 1e-4 * size * size else None
 
 
-def _path(figure: Figure, link: str) -> list[Joint]:
-    """The moving joints from a link up to the root."""
-    joints = []
-    while (joint := figure.description.parent_joint.get(link)) is not None:
-        if joint.is_moving:
-            joints.append(joint)
-        link = joint.parent
-    return joints
-
-
-def _is_moving(figure: Figure, link: str) -> bool:
-    return bool(_path(figure, link))
-
-
 def _carrying_joints(figure: Figure, feet: tuple[str, ...], lowest: float, tolerance: float) -> list[str]:
     """Joints between root and feet that lift the feet: legs, where wheels and casters only roll."""
     driven = {joint.name: joint for joint in figure.joints}
-    candidates = dict.fromkeys(joint.name for name in feet for joint in _path(figure, name))
+    candidates = dict.fromkeys(joint.name for name in feet for joint in figure.path(name))
     found = []
     for name in candidates:
         joint = driven.get(name)

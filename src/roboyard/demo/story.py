@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -18,7 +18,7 @@ SETTLE_LIMIT, SETTLE_LIMIT_SHORT = 3.0, 1.5
 """s"""
 REST = 0.2
 """s for which it has to be still to count as settled."""
-STILL_JOINTS, STILL_BASE = 0.03, 0.01
+STILL_JOINTS, STILL_BASE = 0.05, 0.02
 """rad/s or m/s of every driven joint; m/s or rad/s of the base."""
 FALLEN = np.radians(30.0)
 """Tilt of the base since the start that counts as a fall."""
@@ -52,9 +52,7 @@ class Story:
     stepping: float = 0.0
     """s of wall clock inside `World.step`."""
     steps: int = 0
-    moving_since: float = 0.0
-    """Simulated time at which the first group began; s."""
-    errors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    errors: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Joint name to mean square root and largest distance from its target while it moved; rad or m."""
 
     @property
@@ -85,9 +83,7 @@ class Teller:
         if plan.stance.kind != "mounted":
             self.story.fell_when_dropped = self._has_fallen()
         if not stage.robot.is_fixed and (plan.stance.kind == "held" or self.story.fell_when_dropped):
-            stage.place(free=False)
-            self._upright = self._up()
-            self._wait(0.5)
+            self._hold_up()
         return self.story
 
     def settle(self) -> None:
@@ -108,33 +104,40 @@ class Teller:
     def move(self) -> None:
         """Send every group of joints through its sweep."""
         world, plan = self.stage.world, self.stage.plan
-        self.story.moving_since = world.time
         total, done = plan.duration, 0.0
         for group in plan.groups:
             self._move_group(group, done, total)
+            if not self.stage.robot.is_fixed and self._has_fallen():
+                self.story.fell_when_moved = True
+                self._hold_up()
+                self._move_group(group, done, total)
             done += group.duration
         self._wait(0.2)
-        self.story.errors = self._tracking()
-        self.story.fell_when_moved = not self.stage.robot.is_fixed and self._has_fallen()
         self.story.simulated = world.time
 
     # -------------------------------------------------------------------------------------------------- ticks
 
     def _move_group(self, group: Group, done: float, total: float) -> None:
         world = self.stage.world
-        start = world.time
-        handles = [(self.stage.robot.joint(sweep.joint), sweep) for sweep in group.sweeps]
+        start, first = world.time, len(self.story.record.times)
         ahead = STEPS_PER_TICK * world.timestep
         while (passed := world.time - start) < group.duration:
             middle, end = (np.minimum((passed + part * ahead) / group.duration, 1.0) for part in (0.5, 1.0))
-            for joint, sweep in handles:
+            for sweep in group.sweeps:
                 target, slope = sweep.at(middle)
-                joint.drive_position(float(target), velocity=float(slope) / group.duration)
+                self.stage.drive(sweep.joint, float(target), float(slope) / group.duration)
                 self._targets[self._column[sweep.joint]] = sweep.at(end)[0]
             self._tick("moving", (done + passed) / total)
-        for joint, sweep in handles:
-            joint.drive_position(sweep.home)
+        self._note_errors(group, first)
+        for sweep in group.sweeps:
+            self.stage.drive(sweep.joint, sweep.home)
             self._targets[self._column[sweep.joint]] = sweep.home
+
+    def _hold_up(self) -> None:
+        """Put the robot on its stand and let it come to rest."""
+        self.stage.place(free=False)
+        self._upright = self._up()
+        self._wait(0.5)
 
     def _wait(self, seconds: float) -> None:
         until = self.stage.world.time + seconds
@@ -169,16 +172,10 @@ class Teller:
     def _has_fallen(self) -> bool:
         return bool(np.arccos(np.clip(self._up() @ self._upright, -1.0, 1.0)) > FALLEN)
 
-    def _tracking(self) -> dict[str, tuple[float, float]]:
+    def _note_errors(self, group: Group, first: int) -> None:
+        """Root mean square and largest distance from the target, over the ticks since `first`."""
         record = self.story.record
-        times = np.array(record.times)
-        distance = np.abs(np.array(record.positions) - np.array(record.targets))
-        found = {}
-        start = self.story.moving_since
-        for group in self.stage.plan.groups:
-            during = (times > start) & (times <= start + group.duration)
-            for sweep in group.sweeps:
-                off = distance[during, self._column[sweep.joint]]
-                found[sweep.joint] = (float(np.sqrt((off**2).mean())), float(off.max()))
-            start += group.duration
-        return found
+        distance = np.abs(np.array(record.positions[first:]) - np.array(record.targets[first:]))
+        for sweep in group.sweeps:
+            off = distance[:, self._column[sweep.joint]]
+            self.story.errors[sweep.joint] = (float(np.sqrt((off**2).mean())), float(off.max()))

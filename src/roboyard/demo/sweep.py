@@ -17,6 +17,10 @@ FREE_SLIDE = 0.1
 TURN = 2 * math.pi
 PEAK_SPEED = {"revolute": 2.5, "continuous": 2.5, "prismatic": 0.5}
 """rad/s or m/s at most."""
+PEAK_ACCELERATION = {"revolute": 6.0, "continuous": 6.0, "prismatic": 1.5}
+"""rad/s² or m/s² at most."""
+SHARE_OF_EFFORT = 0.2
+"""Of the file's effort limit that may go into acceleration."""
 SHARE_OF_LIMIT = 0.8
 """Of the file's velocity limit at most."""
 
@@ -33,6 +37,8 @@ class Sweep:
     """What the joint could do; `lower` and `upper` are what it is made to do."""
     speed: float
     """Largest that is asked of it; rad/s or m/s."""
+    acceleration: float
+    """Largest that is asked of it; rad/s² or m/s²."""
     reasons: tuple[str, ...] = ()
     """Why it does not go all the way."""
 
@@ -43,27 +49,34 @@ class Sweep:
         return 1.0 if whole <= 0 else (self.upper - self.lower) / whole
 
     @property
-    def distance(self) -> float:
-        """From home to the upper end, to the lower end, and home; rad or m."""
-        return 2.0 * (self.upper - self.lower)
+    def stretches(self) -> tuple[tuple[float, float], ...]:
+        """From home to the upper end, to the lower end, and home, without those of no length; rad or m."""
+        points = [self.home, self.upper, self.lower, self.home]
+        return tuple((a, b) for a, b in pairwise(points) if a != b)
 
     @property
     def duration(self) -> float:
-        """s, for the largest speed; a half cosine peaks at π/2 times its mean speed."""
-        return 0.5 * math.pi * self.distance / self.speed
+        """s, for the largest speed and acceleration.
+
+        A stretch of length d in time t follows a half cosine, which peaks at the speed π d / 2 t and the
+        acceleration π² d / 2 t²; the stretches share the time as the square roots of their lengths, so that
+        the acceleration is the same in all.
+        """
+        roots = [math.sqrt(abs(b - a)) for a, b in self.stretches]
+        if not roots:
+            return 0.0
+        by_speed = 0.5 * math.pi * max(roots) / self.speed
+        by_acceleration = math.pi / math.sqrt(2.0 * self.acceleration)
+        return sum(roots) * max(by_speed, by_acceleration)
 
     def at(self, phase: ArrayLike) -> tuple[Array, Array]:
         """(...) position, and (...) its derivative by the phase."""
         s = np.clip(np.asarray(phase, dtype=float), 0.0, 1.0)
         position, slope = np.full_like(s, self.home), np.zeros_like(s)
-        if self.distance == 0:
-            return position, slope
-        points = [self.home, self.upper, self.lower, self.home]
+        roots = [math.sqrt(abs(b - a)) for a, b in self.stretches]
         start = 0.0
-        for a, b in pairwise(points):
-            share = abs(b - a) / self.distance
-            if share == 0:
-                continue
+        for (a, b), root in zip(self.stretches, roots, strict=True):
+            share = root / sum(roots)
             inside = (s >= start) & (s <= start + share)
             u = (s[inside] - start) / share
             position[inside] = a + (b - a) * 0.5 * (1.0 - np.cos(np.pi * u))
@@ -89,11 +102,21 @@ def full_range(joint: Joint, home: float) -> tuple[float, float]:
     return limits
 
 
-def first_sweep(joint: Joint, home: float) -> Sweep:
-    """The joint's whole range at a fitting speed."""
+def first_sweep(joint: Joint, home: float, inertia: float) -> Sweep:
+    """The joint's whole range at a fitting speed; `inertia` is that of what it moves, kg m² or kg."""
     lower, upper = full_range(joint, home)
-    speed = PEAK_SPEED[joint.type]
-    given = joint.limit.velocity if joint.limit is not None else None
-    if given is not None and given > 0:
-        speed = min(speed, SHARE_OF_LIMIT * given)
-    return Sweep(joint=joint.name, home=home, lower=lower, upper=upper, full=(lower, upper), speed=speed)
+    speed, acceleration = PEAK_SPEED[joint.type], PEAK_ACCELERATION[joint.type]
+    limit = joint.limit
+    if limit is not None and limit.velocity is not None and limit.velocity > 0:
+        speed = min(speed, SHARE_OF_LIMIT * limit.velocity)
+    if limit is not None and limit.effort is not None and limit.effort > 0 and inertia > 0:
+        acceleration = min(acceleration, SHARE_OF_EFFORT * limit.effort / inertia)
+    return Sweep(
+        joint=joint.name,
+        home=home,
+        lower=lower,
+        upper=upper,
+        full=(lower, upper),
+        speed=speed,
+        acceleration=acceleration,
+    )
