@@ -59,6 +59,12 @@ class Client:
             self._scene = Scene(self.parameters)
         return self._scene
 
+    def reset(self) -> None:
+        """Let go of everything in the world; settings stay but for gravity and iterations."""
+        self._scene = None
+        self.user_data = UserData()
+        self.parameters.reset()
+
     def close(self) -> None:
         """Finish log files and let go of the world."""
         self.logs.stop_all()

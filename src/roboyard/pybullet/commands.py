@@ -25,12 +25,14 @@ class Command:
 COMMANDS: dict[str, Command] = {}
 
 
-def command(*, aliases: Mapping[str, str] | None = None, is_public: bool = True) -> Callable[[F], F]:
-    """Enter a function in the table under its own name."""
+def command(
+    *, name: str | None = None, aliases: Mapping[str, str] | None = None, is_public: bool = True
+) -> Callable[[F], F]:
+    """Enter a function in the table, under its own name unless another is given."""
 
     def enter(function: F) -> F:
         entry = Command(function=function, aliases=aliases or {}, is_public=is_public)
-        COMMANDS[function.__name__] = entry
+        COMMANDS[name or function.__name__] = entry
         return function
 
     return enter

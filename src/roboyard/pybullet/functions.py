@@ -6,17 +6,29 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from roboyard.pybullet import camera_matrices, clients, rotations, transforms
+from roboyard.pybullet import camera_matrices, clients, control, loading, rotations, transforms
 from roboyard.pybullet.calling import builtin, public
 from roboyard.pybullet.commands import COMMANDS
 
 _TOPICS = (
+    "bodies",
+    "camera",
+    "collision_shapes",
+    "control",
     "debug",
+    "dynamics",
+    "forces",
+    "joints",
+    "links",
+    "loading",
     "logs",
+    "multibody",
     "parameters",
     "search",
+    "stepping",
     "unavailable",
     "user_data",
+    "visual_shapes",
     "visualizer",
 )
 
@@ -27,6 +39,8 @@ FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
     clients.getConnectionInfo,
     clients.isConnected,
     clients.isNumpyEnabled,
+    control.setJointMotorControl,
+    loading.loadURDF,
     camera_matrices.computeProjectionMatrix,
     camera_matrices.computeProjectionMatrixFOV,
     camera_matrices.computeViewMatrix,

@@ -40,6 +40,12 @@ class EngineParameters:
     revision: int = 0
     """Counts changes, so that the world takes them over when it has to."""
 
+    def reset(self) -> None:
+        """What resetSimulation changes: gravity and iterations."""
+        self.gravity = (0.0, 0.0, 0.0)
+        self.iterations = DEFAULT_ITERATIONS
+        self.revision += 1
+
 
 @command()
 def setGravity(client: Client, gravX: float, gravY: float, gravZ: float) -> None:

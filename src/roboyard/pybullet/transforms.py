@@ -55,7 +55,7 @@ def multiplyTransforms(
         a[0] + position[0],
         a[1] + position[1],
         a[2] + position[2],
-        *_canonical(_product(a[3:7], a[10:14])),
+        *canonical_quaternion(_product(a[3:7], a[10:14])),
     )
     out = rounded(*out)
     return out[:3], out[3:]
@@ -69,7 +69,7 @@ def invertTransform(
     px, py, pz, x, y, z, w = _joined(message, (position, 3), (orientation, 4))
     inverse = (-x, -y, -z, w)
     qx, qy, qz = _rotated(inverse, (px, py, pz))
-    out = rounded(-qx, -qy, -qz, *_canonical(inverse))
+    out = rounded(-qx, -qy, -qz, *canonical_quaternion(inverse))
     return out[:3], out[3:]
 
 
@@ -209,7 +209,7 @@ def _rotated(quaternion: Vector, vector: Vector) -> Numbers:
     )
 
 
-def _canonical(quaternion: Vector) -> Numbers:
+def canonical_quaternion(quaternion: Vector) -> Numbers:
     """Unit quaternion with the sign that reading it out of a matrix gives.
 
     w is positive where the matrix has a positive trace (w² > 1/4), else the largest of x, y, z is.

@@ -1,0 +1,163 @@
+"""getCameraImage: colours, depth buffer and ids."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.poses import rotate
+from roboyard.pybullet import constants as c
+from roboyard.pybullet.arguments import floats, number, vector3, whole
+from roboyard.pybullet.camera_matrices import computeProjectionMatrixFOV, computeViewMatrixFromYawPitchRoll
+from roboyard.pybullet.commands import command
+from roboyard.pybullet.debug_items import Line
+from roboyard.pybullet.errors import failure
+
+if TYPE_CHECKING:
+    from roboyard.cameras import DebugLines
+    from roboyard.pybullet.clients import Client
+    from roboyard.pybullet.scene import Scene
+
+Vector = Sequence[float]
+_BAD_MATRIX = "Error parsing view or projection matrix."
+_LIGHT_FROM = (-50.0, 30.0, 100.0)
+_AMBIENT, _DIFFUSE, _SPECULAR = 0.6, 0.35, 0.05
+
+
+@command()
+def getCameraImage(
+    client: Client,
+    width: int,
+    height: int,
+    viewMatrix: Vector | None = None,
+    projectionMatrix: Vector | None = None,
+    lightDirection: Vector | None = None,
+    lightColor: Vector | None = None,
+    lightDistance: float = -1.0,
+    shadow: int = -1,
+    lightAmbientCoeff: float = -1.0,
+    lightDiffuseCoeff: float = -1.0,
+    lightSpecularCoeff: float = -1.0,
+    renderer: int = -1,
+    flags: int = -1,
+    projectiveTextureView: Vector | None = None,
+    projectiveTextureProj: Vector | None = None,
+) -> tuple[int, int, np.ndarray, np.ndarray, np.ndarray]:
+    """Take a picture.
+
+    Args:
+        width: pixels.
+        height: pixels.
+        viewMatrix: 16 numbers, column by column; see computeViewMatrix. None: the visualizer's camera.
+        projectionMatrix: 16 numbers, column by column.
+        lightDirection: from the scene towards the light.
+        lightColor: 0 to 1.
+        lightDistance: m; the light here is endlessly far away.
+        shadow: 1 draws shadows.
+        lightAmbientCoeff: 0 to 1; with 1 and the other two 0 pictures show plain colours.
+        lightDiffuseCoeff: 0 to 1.
+        lightSpecularCoeff: 0 to 1.
+        renderer: ER_TINY_RENDERER or ER_BULLET_HARDWARE_OPENGL; both give the same picture.
+        flags: ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX, ER_NO_SEGMENTATION_MASK.
+        projectiveTextureView: of ER_USE_PROJECTIVE_TEXTURE, which is not drawn.
+        projectiveTextureProj: likewise.
+
+    Returns:
+        width, height, rgba (h, w, 4) uint8, depth (h, w) float32: the non-linear buffer from 0 (near) to 1
+        (far and nothing), ids (h, w) int32: body, or body + ((link + 1) << 24), -1 for nothing.
+    """
+    from roboyard.cameras import Camera, Light
+
+    w, h = whole(width), whole(height)
+    view, projection = _matrices(client, w, h, viewMatrix, projectionMatrix)
+    try:
+        camera = Camera(w, h, view, projection)
+    except ValueError as problem:
+        raise failure(_BAD_MATRIX, str(problem)) from None
+    light = Light(
+        direction=vector3(lightDirection or _LIGHT_FROM, "Error parsing lightDirection")
+        if not isinstance(lightDirection, np.ndarray)
+        else vector3(lightDirection, "Error parsing lightDirection"),
+        color=(1.0, 1.0, 1.0) if lightColor is None else vector3(lightColor, "Error parsing lightColor"),
+        ambient=_given(lightAmbientCoeff, _AMBIENT),
+        diffuse=_given(lightDiffuseCoeff, _DIFFUSE),
+        specular=_given(lightSpecularCoeff, _SPECULAR),
+        sky=0.0,
+    )
+    number(lightDistance)
+    scene = client.scene
+    image = scene.world.render(
+        camera, shadow=whole(shadow) > 0, light=light, lines=debug_lines(client, scene), backend="software"
+    )
+    chosen = max(0, whole(flags))
+    return w, h, image.rgba, image.depth_buffer(), _ids(scene, image.segmentation, chosen)
+
+
+def _given(value: float, default: float) -> float:
+    return number(value) if value >= 0 else default
+
+
+def _matrices(
+    client: Client, width: int, height: int, view: Vector | None, projection: Vector | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """(4, 4) row-major matrices of the arguments, or of the visualizer's camera."""
+    if view is None:
+        v = client.visualizer
+        view = computeViewMatrixFromYawPitchRoll(v.target, v.distance, v.yaw, v.pitch, 0.0, v.up_axis)
+    if projection is None:
+        projection = computeProjectionMatrixFOV(60.0, width / max(height, 1), 0.01, 1000.0)
+    both = (np.array(floats(m, 16, _BAD_MATRIX)).reshape(4, 4).T for m in (view, projection))
+    return next(both), next(both)
+
+
+def _ids(scene: Scene, owners: np.ndarray, flags: int) -> np.ndarray:
+    """(h, w) int32 ids of scripts from the World's (h, w, 2) owners."""
+    body, link = owners[..., 0], owners[..., 1]
+    if flags & c.ER_NO_SEGMENTATION_MASK:
+        return np.full(body.shape, -1, dtype=np.int32)
+    table = np.full(int(body.max(initial=-1)) + 2, -1, dtype=np.int32)
+    for record in scene.bodies.values():
+        if record.body.id + 1 < len(table):
+            table[record.body.id + 1] = record.number
+    found = table[body + 1]
+    if flags & c.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX:
+        found = np.where(found >= 0, found + (link << 24), found).astype(np.int32)
+    return found
+
+
+def debug_lines(client: Client, scene: Scene) -> DebugLines | None:
+    """The client's debug lines in the world, or None."""
+    from roboyard.cameras import DebugLines
+
+    starts, ends, colors, widths = [], [], [], []
+    for _, item in client.debug_items.drawings():
+        if not isinstance(item, Line):
+            continue
+        ends_of_line = np.array([item.start, item.end])
+        if item.parent is not None:
+            moved = _in_world(scene, item.parent, ends_of_line)
+            if moved is None:
+                continue
+            ends_of_line = moved
+        starts.append(ends_of_line[0])
+        ends.append(ends_of_line[1])
+        colors.append(item.rgb)
+        widths.append(item.width)
+    if not starts:
+        return None
+    return DebugLines(
+        start=np.array(starts), end=np.array(ends), rgb=np.array(colors), width=np.array(widths, dtype=float)
+    )
+
+
+def _in_world(scene: Scene, parent: tuple[int, int], points: np.ndarray) -> np.ndarray | None:
+    """Points of a link's inertial frame in the world; None where the body is gone."""
+    body, link = parent
+    record = scene.bodies.get(body)
+    if record is None or not -1 <= link < record.joint_count:
+        return None
+    position, quaternion = record.body.links[link + 1].pose
+    position, quaternion = record.to_inertial(position, quaternion, link)
+    return position + rotate(quaternion, points)

@@ -1,0 +1,251 @@
+"""createCollisionShape: shapes to be used by createMultiBody."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.pybullet import constants as c
+from roboyard.pybullet.arguments import number, quaternion, text, vector3, whole
+from roboyard.pybullet.commands import command
+from roboyard.pybullet.errors import failure
+from roboyard.pybullet.search import find_file, not_found_remedy
+from roboyard.urdf.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Heightfield,
+    Mesh,
+    Plane,
+    Pose,
+    Sphere,
+)
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.clients import Client
+
+Vector = Sequence[float]
+_FAILED = "createCollisionShape failed."
+_IDENTITY = (0.0, 0.0, 0.0, 1.0)
+_NOWHERE = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ShapeSet:
+    """What one shape id stands for: one shape, or several from an array call."""
+
+    shapes: tuple[Collision, ...]
+
+
+@command()
+def createCollisionShape(
+    client: Client,
+    shapeType: int,
+    radius: float = 0.5,
+    halfExtents: Vector = (1.0, 1.0, 1.0),
+    height: float = 1.0,
+    fileName: str = "",
+    meshScale: Vector = (1.0, 1.0, 1.0),
+    planeNormal: Vector = (0.0, 0.0, 1.0),
+    flags: int = 0,
+    collisionFramePosition: Vector = _NOWHERE,
+    collisionFrameOrientation: Vector = _IDENTITY,
+    vertices: Sequence[Vector] | None = None,
+    indices: Sequence[int] | None = None,
+    heightfieldTextureScaling: float = 1.0,
+    heightfieldData: Sequence[float] | None = None,
+    numHeightfieldRows: int = -1,
+    numHeightfieldColumns: int = -1,
+    replaceHeightfieldIndex: int = -1,
+) -> int:
+    """Make a shape and give its id.
+
+    Args:
+        shapeType: GEOM_SPHERE, GEOM_BOX, GEOM_CAPSULE, GEOM_CYLINDER, GEOM_PLANE, GEOM_MESH or
+        GEOM_HEIGHTFIELD.
+        radius: of spheres, capsules, cylinders; m.
+        halfExtents: of boxes; m.
+        height: of capsules (without caps) and cylinders, along z; m.
+        fileName: mesh file.
+        meshScale: of meshes; of a heightfield its cell (x, y) and the factor of its heights.
+        planeNormal: of planes.
+        flags: GEOM_FORCE_CONCAVE_TRIMESH keeps a mesh's triangles (for bodies that do not move).
+        collisionFramePosition: of the shape in its link; m.
+        collisionFrameOrientation: x, y, z, w.
+        vertices: (k, 3) of a mesh made in memory; m.
+        indices: triangles of `vertices`; without them the hull of the points is meant.
+        heightfieldTextureScaling: squares of texture over the field.
+        heightfieldData: height at (i, j) is item i + j · numHeightfieldRows, i along x.
+        numHeightfieldRows: points along x.
+        numHeightfieldColumns: points along y.
+        replaceHeightfieldIndex: a heightfield's id whose heights these are from now on.
+    """
+    kind = whole(shapeType)
+    if kind == c.GEOM_HEIGHTFIELD:
+        geometry = _heightfield(heightfieldData, numHeightfieldRows, numHeightfieldColumns, meshScale)
+    else:
+        geometry = plain_geometry(
+            client,
+            kind,
+            radius,
+            halfExtents,
+            height,
+            fileName,
+            meshScale,
+            planeNormal,
+            vertices,
+            indices,
+            _FAILED,
+        )
+    shape = Collision(
+        geometry=geometry,
+        origin=_pose(collisionFramePosition, collisionFrameOrientation),
+        concave=bool(whole(flags) & c.GEOM_FORCE_CONCAVE_TRIMESH),
+    )
+    return keep(client, (shape,))
+
+
+@command()
+def createCollisionShapeArray(
+    client: Client,
+    shapeTypes: Sequence[int],
+    radii: Sequence[float] | None = None,
+    halfExtents: Sequence[Vector] | None = None,
+    lengths: Sequence[float] | None = None,
+    fileNames: Sequence[str] | None = None,
+    meshScales: Sequence[Vector] | None = None,
+    planeNormals: Sequence[Vector] | None = None,
+    flags: Sequence[int] | None = None,
+    collisionFramePositions: Sequence[Vector] | None = None,
+    collisionFrameOrientations: Sequence[Vector] | None = None,
+) -> int:
+    """Make one shape of several and give its id."""
+    shapes = []
+    for i, kind in enumerate(shapeTypes):
+        geometry = plain_geometry(
+            client,
+            whole(kind),
+            at(radii, i, 0.5),
+            at(halfExtents, i, (1.0, 1.0, 1.0)),
+            at(lengths, i, 1.0),
+            at(fileNames, i, ""),
+            at(meshScales, i, (1.0, 1.0, 1.0)),
+            at(planeNormals, i, (0.0, 0.0, 1.0)),
+            None,
+            None,
+            "createCollisionShapeArray failed.",
+        )
+        origin = _pose(at(collisionFramePositions, i, _NOWHERE), at(collisionFrameOrientations, i, _IDENTITY))
+        shapes.append(Collision(geometry=geometry, origin=origin))
+    return keep(client, tuple(shapes))
+
+
+@command()
+def removeCollisionShape(client: Client, collisionShapeId: int) -> None:
+    """Forget a shape; bodies made from it keep it. An unknown id is no error."""
+    client.scene.collision_shapes.pop(whole(collisionShapeId), None)
+
+
+def keep(client: Client, shapes: tuple[Collision, ...]) -> int:
+    """Id under which shapes are kept."""
+    scene = client.scene
+    number_ = scene.collision_ids.take()
+    scene.collision_shapes[number_] = ShapeSet(shapes=shapes)
+    return number_
+
+
+def at(values: Sequence[Any] | None, index: int, default: Any) -> Any:
+    """The i-th value, or the default where the list is missing or too short."""
+    return values[index] if values is not None and index < len(values) else default
+
+
+def plain_geometry(
+    client: Client,
+    kind: int,
+    radius: float,
+    half_extents: Vector,
+    length: float,
+    file_name: str,
+    mesh_scale: Vector,
+    normal: Vector,
+    vertices: Sequence[Vector] | None,
+    indices: Sequence[int] | None,
+    message: str,
+) -> Geometry:
+    """Geometry of every shape type but heightfields.
+
+    Raises:
+        error: with `message`, for an unknown type, a size that is none or a file that is not there.
+    """
+    if kind == c.GEOM_SPHERE:
+        return Sphere(radius=_positive(radius, "radius", message))
+    if kind == c.GEOM_BOX:
+        x, y, z = vector3(half_extents, message)
+        return Box(size=(2 * x, 2 * y, 2 * z))
+    if kind == c.GEOM_CAPSULE:
+        return Capsule(radius=_positive(radius, "radius", message), length=number(length))
+    if kind == c.GEOM_CYLINDER:
+        return Cylinder(
+            radius=_positive(radius, "radius", message), length=_positive(length, "height", message)
+        )
+    if kind == c.GEOM_PLANE:
+        return Plane(normal=vector3(normal, message))
+    if kind == c.GEOM_MESH:
+        return _mesh(client, file_name, vector3(mesh_scale, message), vertices, indices, message)
+    raise failure(message, f"shape type {kind} is unknown; use GEOM_SPHERE, GEOM_BOX, GEOM_MESH, ...")
+
+
+def _mesh(
+    client: Client,
+    file_name: str,
+    scale: tuple[float, float, float],
+    vertices: Sequence[Vector] | None,
+    indices: Sequence[int] | None,
+    message: str,
+) -> Mesh:
+    if vertices is not None and len(vertices):
+        from roboyard.pybullet.memory_meshes import mesh_of
+
+        return Mesh(uri="", path=None, scale=scale, data=mesh_of(vertices, indices))
+    path = find_file(client, text(file_name)) if file_name else None
+    if path is None:
+        remedy = not_found_remedy(client, file_name) if file_name else "give fileName or vertices"
+        raise failure(message, remedy)
+    return Mesh(uri=file_name, path=path, scale=scale)
+
+
+def _heightfield(data: Sequence[float] | None, rows: int, columns: int, scale: Vector) -> Heightfield:
+    nx, ny = whole(rows), whole(columns)
+    if data is None:
+        raise failure(
+            _FAILED, "a heightfield needs heightfieldData, numHeightfieldRows and numHeightfieldColumns"
+        )
+    heights = np.asarray(data, dtype=float).reshape(-1)
+    if len(heights) != nx * ny:
+        raise failure(
+            "Size of heightfieldData doesn't match numHeightfieldColumns*numHeightfieldRows",
+            f"{len(heights)} heights for {nx} by {ny} points",
+        )
+    dx, dy, dz = vector3(scale, _FAILED)
+    grid = heights.reshape(ny, nx).T * dz
+    grid = grid - (grid.min() + grid.max()) / 2.0
+    grid.setflags(write=False)
+    return Heightfield(heights=grid, cell=(dx, dy))
+
+
+def _pose(position: Vector, orientation: Vector) -> Pose:
+    q = np.array(quaternion(orientation, _FAILED))
+    x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
+    return Pose(position=vector3(position, _FAILED), quaternion=(x, y, z, w))
+
+
+def _positive(value: float, what: str, message: str) -> float:
+    found = number(value)
+    if not found > 0:
+        raise failure(message, f"{what} must be positive, got {found}")
+    return found

@@ -1,0 +1,176 @@
+"""createMultiBody: bodies made from shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.errors import RoboyardError
+from roboyard.pybullet.arguments import number, quaternion, vector3, whole
+from roboyard.pybullet.commands import command
+from roboyard.pybullet.errors import failure
+from roboyard.pybullet.models import BodyModel, LinkModel, world_description
+from roboyard.pybullet.records import MULTIBODY, RIGID_BODY
+from roboyard.pybullet.shape_inertia import shape_moments
+from roboyard.urdf.model import Collision, Joint, JointType, Limit, Link, Pose, RobotDescription, Visual
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.clients import Client
+    from roboyard.pybullet.scene import Scene
+
+Vector = Sequence[float]
+_FAILED = "createMultiBody failed."
+_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+_TYPES: dict[int, JointType] = {0: "continuous", 1: "prismatic", 2: "spherical", 3: "planar", 4: "fixed"}
+_NO_RANGE = Limit(lower=1.0, upper=-1.0)
+
+
+@command()
+def createMultiBody(
+    client: Client,
+    baseMass: float = 0.0,
+    baseCollisionShapeIndex: int = -1,
+    baseVisualShapeIndex: int = -1,
+    basePosition: Vector = _NOWHERE,
+    baseOrientation: Vector = _IDENTITY,
+    baseInertialFramePosition: Vector = _NOWHERE,
+    baseInertialFrameOrientation: Vector = _IDENTITY,
+    linkMasses: Sequence[float] = (),
+    linkCollisionShapeIndices: Sequence[int] = (),
+    linkVisualShapeIndices: Sequence[int] = (),
+    linkPositions: Sequence[Vector] = (),
+    linkOrientations: Sequence[Vector] = (),
+    linkInertialFramePositions: Sequence[Vector] = (),
+    linkInertialFrameOrientations: Sequence[Vector] = (),
+    linkParentIndices: Sequence[int] = (),
+    linkJointTypes: Sequence[int] = (),
+    linkJointAxis: Sequence[Vector] = (),
+    useMaximalCoordinates: int = 0,
+    flags: int = 0,
+    batchPositions: Sequence[Vector] | None = None,
+) -> int | tuple[int, ...]:
+    """Make a body and give its id.
+
+    Args:
+        baseMass: kg; 0 for a body that does not move.
+        baseCollisionShapeIndex: id from createCollisionShape; -1 for none.
+        baseVisualShapeIndex: id from createVisualShape; -1 shows the collision shape.
+        basePosition: of the base link frame; m.
+        baseOrientation: x, y, z, w.
+        baseInertialFramePosition: centre of mass in the base link frame; m.
+        baseInertialFrameOrientation: x, y, z, w.
+        linkMasses: one for each link, as in all lists that follow; kg.
+        linkCollisionShapeIndices: ids; -1 for none.
+        linkVisualShapeIndices: ids; -1 for none.
+        linkPositions: of the link frame in the parent's link frame; m.
+        linkOrientations: x, y, z, w.
+        linkInertialFramePositions: centre of mass in the link frame; m.
+        linkInertialFrameOrientations: x, y, z, w.
+        linkParentIndices: 0 for the base, else the parent's place in these lists, counted from 1.
+        linkJointTypes: JOINT_REVOLUTE, JOINT_PRISMATIC, JOINT_SPHERICAL, JOINT_FIXED.
+        linkJointAxis: in the link frame.
+        useMaximalCoordinates: make a rigid body (of a body without links).
+        flags: of loadURDF, as far as they concern bodies.
+        batchPositions: one body for each of these positions; the answer is then a tuple of ids.
+    """
+    lists = (
+        linkMasses, linkCollisionShapeIndices, linkVisualShapeIndices, linkPositions, linkOrientations,
+        linkInertialFramePositions, linkInertialFrameOrientations, linkParentIndices, linkJointTypes,
+        linkJointAxis,
+    )  # fmt: skip
+    if len({len(values) for values in lists}) > 1:
+        raise failure(
+            "All link arrays need to be same size.", f"they have {[len(values) for values in lists]}"
+        )
+    scene = client.scene
+    frame = _pose(baseInertialFramePosition, baseInertialFrameOrientation)
+    base = _link(scene, "link0", number(baseMass), baseCollisionShapeIndex, baseVisualShapeIndex, frame)
+    links = [base]
+    for i, values in enumerate(zip(*lists, strict=True)):
+        links.append(_jointed_link(scene, i + 1, links, *values))
+    model = _model(links)
+    place = vector3(basePosition, _FAILED), quaternion(baseOrientation, _FAILED)
+    rigid = bool(whole(useMaximalCoordinates)) and len(links) == 1
+    places = [place[0]] if batchPositions is None or not len(batchPositions) else batchPositions
+    ids = []
+    for position in places:
+        try:
+            record = scene.add(
+                model if len(places) == 1 else replace(model),
+                vector3(position, _FAILED),
+                place[1],
+                self_collision=bool(whole(flags) & 8),
+                kind=RIGID_BODY if rigid else MULTIBODY,
+            )
+        except (RoboyardError, ValueError) as problem:
+            raise failure(_FAILED, str(problem)) from problem
+        ids.append(record.number)
+    return ids[0] if batchPositions is None or not len(batchPositions) else tuple(ids)
+
+
+def _link(scene: Scene, name: str, mass: float, collision: int, visual: int, frame: Pose) -> LinkModel:
+    shapes: tuple[Collision, ...] = ()
+    visuals: tuple[Visual, ...] = ()
+    if whole(collision) in scene.collision_shapes:
+        shapes = scene.collision_shapes[collision].shapes
+    if whole(visual) in scene.visual_shapes:
+        visuals = scene.visual_shapes[visual].visuals
+    return LinkModel(
+        name=name,
+        mass=mass,
+        moments=shape_moments(mass, frame, shapes, margin=0.0, implicit_cylinder=True),
+        frame=frame,
+        collisions=shapes,
+        visuals=visuals,
+    )
+
+
+def _jointed_link(
+    scene: Scene, number_: int, links: list[LinkModel], mass: float, collision: int, visual: int, position:
+    Vector,
+    orientation: Vector, frame_position: Vector, frame_orientation: Vector, parent: int, kind: int, axis:
+    Vector,
+) -> LinkModel:  # fmt: skip
+    frame = _pose(frame_position, frame_orientation)
+    link = _link(scene, f"link{number_}", number(mass), collision, visual, frame)
+    if not 0 <= whole(parent) < number_:
+        raise failure(_FAILED, f"link {number_ - 1} hangs from {parent}; parents come before their children")
+    direction = np.array(vector3(axis, _FAILED))
+    length = float(np.linalg.norm(direction))
+    x, y, z = (float(v) for v in direction / length) if length else (1.0, 0.0, 0.0)
+    link.parent = parent - 1
+    link.joint = Joint(
+        name=f"joint{number_}",
+        type=_TYPES.get(whole(kind), "fixed"),
+        parent=links[parent].name,
+        child=link.name,
+        origin=_pose(position, orientation),
+        axis=(x, y, z),
+        limit=_NO_RANGE,
+    )
+    return link
+
+
+def _model(links: list[LinkModel]) -> BodyModel:
+    described = RobotDescription(
+        name="",
+        links=tuple(Link(name=k.name, visuals=k.visuals, collisions=k.collisions) for k in links),
+        joints=tuple(k.joint for k in links if k.joint is not None),
+    )
+    return BodyModel(
+        name="",
+        links=links,
+        description=world_description(described, links),
+        fixed_base=links[0].mass == 0.0,
+        implicit_cylinder=True,
+        collision_margin=0.001 if any(k.collisions for k in links) else 0.04,
+    )
+
+
+def _pose(position: Vector, orientation: Vector) -> Pose:
+    q: Any = np.array(quaternion(orientation, _FAILED))
+    x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
+    return Pose(position=vector3(position, _FAILED), quaternion=(x, y, z, w))

@@ -1,0 +1,145 @@
+"""What the face keeps for each body beside the World's own: ids, joint tables, contact and damping
+settings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.poses import Array, from_wxyz, multiply, rotate
+from roboyard.pybullet.joint_tables import POSITION_COUNT, VELOCITY_COUNT, joint_infos
+from roboyard.pybullet.models import BodyModel
+from roboyard.urdf.model import Pose
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.world import World
+
+DEFAULT_FRICTION = 0.5
+DEFAULT_DAMPING = 0.04
+DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
+"""Of the motors that joints have from the start, by joint type: N m s or N s in a step."""
+MULTIBODY, RIGID_BODY = 2, 1
+
+
+@dataclass(kw_only=True, slots=True)
+class LinkState:
+    """Settings of one link (or the base) that scripts read back and change."""
+
+    mass: float
+    moments: tuple[float, float, float]
+    frame: Pose
+    friction: float = DEFAULT_FRICTION
+    rolling_friction: float = 0.0
+    spinning_friction: float = 0.0
+    restitution: float = 0.0
+    contact_damping: float = -1.0
+    contact_stiffness: float = -1.0
+
+
+class BodyRecord:
+    """One body of a client. Links count as scripts do: -1 for the base, then as the joints."""
+
+    def __init__(
+        self, number: int, model: BodyModel, body: Body, *, file: str = "", kind: int = MULTIBODY
+    ) -> None:
+        self.number = number
+        self.model = model
+        self.body = body
+        self.file = file
+        self.kind = kind
+        self.infos = joint_infos(model)
+        self.joint_count = len(self.infos)
+        self.links = [
+            LinkState(mass=link.mass, moments=link.moments, frame=link.frame, **_contact_of(model, i))
+            for i, link in enumerate(model.links)
+        ]
+        self.linear_damping = self.angular_damping = DEFAULT_DAMPING
+        self.sensors: set[int] = set()
+        """Joints whose force and torque are measured."""
+        self.applied: list[Any] = [_nothing(info[2]) for info in self.infos]
+        """What each joint's motor applied in the last step in which it was on."""
+        self.motored = [info[2] in DEFAULT_IMPULSE for info in self.infos]
+        """Joints whose motor is on."""
+        self.revision = -1
+        self.rows: list[int] = []
+        """MuJoCo row of the base, then of each link."""
+        self.free: Array | None = None
+        """View of the free joint's seven numbers in qpos; None for a fixed base."""
+        self.free_velocity: Array | None = None
+        self.position_addresses: list[int] = []
+        self.velocity_addresses: list[int] = []
+        self.qpos = self.qvel = np.zeros(0)
+        self.base_frame = model.links[0].frame
+        self.base_is_plain = _is_identity(self.base_frame)
+
+    @property
+    def name(self) -> str:
+        return self.model.name
+
+    def joint_type(self, joint: int) -> int:
+        return self.infos[joint][2]
+
+    def movable(self) -> list[int]:
+        """Joints of one degree of freedom or more, in order."""
+        return [info[0] for info in self.infos if POSITION_COUNT[info[2]]]
+
+    def refresh(self, world: World) -> None:
+        """Look up where this body lies in the World's arrays."""
+        body, data = self.body, world.data
+        self.revision = world.revision
+        self.rows = [int(row) for row in body.mujoco_ids]
+        self.qpos, self.qvel = data.qpos, data.qvel
+        self.position_addresses = [int(a) for a in body.qpos_addresses]
+        self.velocity_addresses = [int(a) for a in body.dof_addresses]
+        if body.free_qpos >= 0:
+            self.free = data.qpos[body.free_qpos : body.free_qpos + 7]
+            self.free_velocity = data.qvel[body.free_dof : body.free_dof + 6]
+        else:
+            self.free = self.free_velocity = None
+
+    def to_inertial(self, position: Array, quaternion: Array, link: int = -1) -> tuple[Array, Array]:
+        """Pose of a link's inertial frame from that of its link frame."""
+        frame = self.links[link + 1].frame
+        return position + rotate(quaternion, frame.position), multiply(quaternion, frame.quaternion)
+
+    def positions_of(self, joint: int) -> slice:
+        start = self.position_addresses[joint]
+        return slice(start, start + POSITION_COUNT[self.joint_type(joint)])
+
+    def velocities_of(self, joint: int) -> slice:
+        start = self.velocity_addresses[joint]
+        return slice(start, start + VELOCITY_COUNT[self.joint_type(joint)])
+
+
+def _contact_of(model: BodyModel, index: int) -> dict[str, float]:
+    """Contact settings that the description gives a link."""
+    link = model.description.links[index]
+    contact = link.contact
+    if contact is None:
+        return {}
+    given = {
+        "friction": contact.lateral_friction,
+        "rolling_friction": contact.rolling_friction,
+        "spinning_friction": contact.spinning_friction,
+        "restitution": contact.restitution,
+        "contact_damping": contact.damping,
+        "contact_stiffness": contact.stiffness,
+    }
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _nothing(kind: int) -> Any:
+    return (0.0,) * max(1, VELOCITY_COUNT[kind]) if VELOCITY_COUNT[kind] > 1 else 0.0
+
+
+def _is_identity(pose: Pose) -> bool:
+    return tuple(pose.position) == (0.0, 0.0, 0.0) and tuple(pose.quaternion) == (0.0, 0.0, 0.0, 1.0)
+
+
+def pose_of_qpos(free: Array) -> tuple[Array, Array]:
+    """Position and x, y, z, w of a free joint's seven numbers."""
+    return free[:3].copy(), from_wxyz(free[3:])

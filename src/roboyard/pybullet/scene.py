@@ -1,0 +1,223 @@
+"""The bodies of one client and the World they live in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from roboyard.pybullet.errors import failure
+from roboyard.pybullet.ids import Counter, Recycler, drop_from_order
+from roboyard.pybullet.models import BodyModel
+from roboyard.pybullet.parameters import EngineParameters
+from roboyard.pybullet.records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
+from roboyard.sim.profile import BULLET
+from roboyard.sim.world import World
+
+
+class Scene:
+    """Bodies by id, shapes by id, and how time passes."""
+
+    def __init__(self, parameters: EngineParameters) -> None:
+        self._parameters = parameters
+        self._applied_revision = -1
+        self.world = World(
+            gravity=parameters.gravity, timestep=parameters.time_step, profile=BULLET, visual_geoms=False
+        )
+        self.bodies: dict[int, BodyRecord] = {}
+        self.order: list[int] = []
+        """Ids as getBodyUniqueId lists them."""
+        self._ids = Recycler()
+        self._records_of_world: dict[int, BodyRecord] = {}
+        self.collision_shapes: dict[int, Any] = {}
+        self.visual_shapes: dict[int, Any] = {}
+        self.collision_ids, self.visual_ids = Recycler(), Recycler()
+        self.constraints: dict[int, Any] = {}
+        self.constraint_ids = Counter(1)
+        self.states: dict[int, Any] = {}
+        self.state_ids = Recycler()
+        self.textures: dict[int, Any] = {}
+        self.efforts: dict[tuple[int, int], Any] = {}
+        """Spring-damper torques by body and joint, worked out anew before each step."""
+        self._without_motors: list[BodyRecord] = []
+        self.frames_are_old = True
+        """Whether positions were written since MuJoCo last worked out the links' frames (steps leave old
+        frames)."""
+        self._frames_revision = self._motor_revision = -1
+        self._motor_forces: Any = None
+
+    # ------------------------------------------------------------------------------------------------ bodies
+
+    def add(
+        self,
+        model: BodyModel,
+        position: Any,
+        orientation: Any,
+        *,
+        self_collision: bool = False,
+        file: str = "",
+        kind: int = MULTIBODY,
+    ) -> BodyRecord:
+        """Build a body in the World and give it an id; position and orientation are those of the base link
+        frame.
+        """
+        body = self.world.add_description(
+            model.description,
+            position,
+            orientation,
+            fixed_base=model.fixed_base,
+            self_collision=self_collision,
+            drives=False,
+        )
+        number = self._ids.take()
+        record = BodyRecord(number, model, body, file=file, kind=kind)
+        self.bodies[number] = record
+        self.order.append(number)
+        self._records_of_world[body.id] = record
+        for link, state in zip(body.links, record.links, strict=True):
+            link.set_friction(
+                sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
+            )
+        self.set_damping(record, record.linear_damping, record.angular_damping)
+        self._without_motors.append(record)
+        return record
+
+    def set_damping(self, record: BodyRecord, linear: float, angular: float) -> None:
+        """Drag on every link of a body: force -m v (k + k |v|), torque -I w (k + k |w|)."""
+        record.linear_damping, record.angular_damping = linear, angular
+        if record.kind != MULTIBODY:
+            linear = angular = 0.0
+        for link, state in zip(record.body.links, record.links, strict=True):
+            if state.mass > 0.0:
+                self.world.surfaces.set_damping(
+                    link, linear, angular, linear_quadratic=linear, angular_quadratic=angular
+                )
+
+    def remove(self, number: int) -> None:
+        """Take a body away; an unknown id is no error."""
+        record = self.bodies.pop(number, None)
+        if record is None:
+            return
+        self.world.remove(record.body)
+        del self._records_of_world[record.body.id]
+        drop_from_order(self.order, number)
+        self._ids.free(number)
+        if record in self._without_motors:
+            self._without_motors.remove(record)
+        for key in [key for key in self.efforts if key[0] == number]:
+            del self.efforts[key]
+
+    def of_world(self, world_body_id: int) -> BodyRecord:
+        """The record of a World body."""
+        return self._records_of_world[world_body_id]
+
+    def ready(self, number: int, message: str) -> BodyRecord:
+        """The record of a body, its places in MuJoCo's arrays up to date.
+
+        Raises:
+            error: with this message, for an unknown body.
+        """
+        record = self.bodies.get(number)
+        if record is None:
+            raise self.unknown_body(number, message)
+        world = self.world
+        if world.is_stale or record.revision != world.revision:
+            world.ensure_compiled()
+            record.refresh(world)
+        return record
+
+    def unknown_body(self, number: object, message: str) -> Exception:
+        if not hasattr(number, "__index__"):
+            return TypeError(f"a body id must be an integer, not {type(number).__name__}")
+        there = ", ".join(map(str, self.order[:12])) or "none"
+        return failure(message, f"there is no body {number}; bodies: {there}")
+
+    # -------------------------------------------------------------------------------------------------- time
+
+    def apply_parameters(self) -> None:
+        """Take over gravity and the time step."""
+        p = self._parameters
+        if self._applied_revision == p.revision:
+            return
+        self._applied_revision = p.revision
+        self.world.gravity = p.gravity
+        self.world.timestep = p.time_step / max(1, p.sub_steps)
+        profile = self.world.profile
+        slow = p.restitution_velocity_threshold
+        if profile.slow != slow:
+            self.world.profile = replace(profile, slow=slow)
+
+    def give_motors(self) -> None:
+        """Give new bodies the velocity motors that Bullet's joints have from the start."""
+        for record in self._without_motors:
+            for joint in record.body.joints:
+                impulse = DEFAULT_IMPULSE.get(record.joint_type(joint.index))
+                if impulse is not None:
+                    self.world.motors.set(joint, velocity=0.0, max_impulse=impulse)
+        self._without_motors.clear()
+
+    @property
+    def time_step(self) -> float:
+        """Time that one stepSimulation advances; s"""
+        return self._parameters.time_step
+
+    def give_motors_to(self, record: BodyRecord) -> None:
+        """Make sure that a body has its first motors before one of them is told something else."""
+        if record in self._without_motors:
+            self.give_motors()
+
+    def motor_forces(self) -> Any:
+        """(nv,) what all motors applied in the last step; N m or N."""
+        if self._motor_forces is None:
+            self._motor_forces = self.world.motors.forces()
+        return self._motor_forces
+
+    def keep_applied(self, record: BodyRecord, joint: int, *, off: bool) -> None:
+        """Before a motor changes: a motor that is switched off goes on reporting what it applied last."""
+        if off and record.motored[joint]:
+            record.applied[joint] = self.applied(record, joint)
+        record.motored[joint] = not off
+
+    def applied(self, record: BodyRecord, joint: int) -> Any:
+        """What a joint's motor applied in the last step in which it was on: a number, or three."""
+        if not record.motored[joint] or self._motor_revision != self.world.revision:
+            return record.applied[joint]
+        forces = self.motor_forces()[record.velocities_of(joint)].tolist()
+        return forces[0] if len(forces) == 1 else tuple(forces)
+
+    def add_spherical_torque(self, record: BodyRecord, joint: int, torque: Any) -> None:
+        """Torque (3,) N m on a spherical joint for one step, in the child link's axes."""
+        self.world.ensure_compiled()
+        self.world.data.qfrc_applied[record.velocities_of(joint)] += torque
+        self.world.wrenches.pending = True
+
+    def step(self) -> None:
+        """One step of the client's clock, in as many parts as it has sub-steps."""
+        self.apply_parameters()
+        world = self.world
+        if self._without_motors:
+            world.ensure_compiled()
+            self.give_motors()
+        for _ in range(max(1, self._parameters.sub_steps)):
+            for effort in self.efforts.values():
+                effort()
+            world.step()
+        self.frames_are_old = False
+        self._frames_revision = self._motor_revision = world.revision
+        self._motor_forces = None
+
+    def frames(self, *, fresh: bool) -> Any:
+        """MjData for reading link frames: as the last step left them, or worked out from the present
+        positions.
+        """
+        world = self.world
+        if fresh or self.frames_are_old or world.is_stale or self._frames_revision != world.revision:
+            data = world.kinematics()
+            self.frames_are_old = False
+            self._frames_revision = world.revision
+            return data
+        return world.data
+
+    def mark_moved(self) -> None:
+        """Positions or velocities were written."""
+        self.world.mark_moved()
+        self.frames_are_old = True

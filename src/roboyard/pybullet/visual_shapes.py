@@ -1,0 +1,329 @@
+"""createVisualShape, and reading and changing how bodies look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.poses import conjugate, multiply, rotate
+from roboyard.pybullet import constants as c
+from roboyard.pybullet.arguments import floats, quaternion, text, vector3, whole
+from roboyard.pybullet.collision_shapes import at, plain_geometry
+from roboyard.pybullet.commands import command
+from roboyard.pybullet.errors import failure
+from roboyard.pybullet.search import find_file, not_found_remedy
+from roboyard.urdf.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    Heightfield,
+    Material,
+    Mesh,
+    Plane,
+    Pose,
+    Sphere,
+    Visual,
+)
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.clients import Client
+    from roboyard.pybullet.records import BodyRecord
+
+Vector = Sequence[float]
+_FAILED = "createVisualShape failed."
+_WHITE = (1.0, 1.0, 1.0, 1.0)
+_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class VisualSet:
+    """What one visual shape id stands for."""
+
+    visuals: tuple[Visual, ...]
+
+
+@command()
+def createVisualShape(
+    client: Client,
+    shapeType: int,
+    radius: float = 0.5,
+    halfExtents: Vector = (1.0, 1.0, 1.0),
+    length: float = 1.0,
+    fileName: str = "",
+    meshScale: Vector = (1.0, 1.0, 1.0),
+    planeNormal: Vector = (0.0, 0.0, 1.0),
+    flags: int = 0,
+    rgbaColor: Vector = _WHITE,
+    specularColor: Vector | None = None,
+    visualFramePosition: Vector = _NOWHERE,
+    visualFrameOrientation: Vector = _IDENTITY,
+    vertices: Sequence[Vector] | None = None,
+    indices: Sequence[int] | None = None,
+    normals: Sequence[Vector] | None = None,
+    uvs: Sequence[Vector] | None = None,
+) -> int:
+    """Make a shape to be seen and give its id; arguments as in createCollisionShape.
+
+    A mesh file that is not there gives a shape that shows nothing.
+    """
+    visual = _visual(
+        client, whole(shapeType), radius, halfExtents, length, fileName, meshScale, planeNormal, rgbaColor,
+        visualFramePosition, visualFrameOrientation, vertices, indices, normals, uvs,
+    )  # fmt: skip
+    return _keep(client, () if visual is None else (visual,))
+
+
+@command()
+def createVisualShapeArray(
+    client: Client,
+    shapeTypes: Sequence[int],
+    radii: Sequence[float] | None = None,
+    halfExtents: Sequence[Vector] | None = None,
+    lengths: Sequence[float] | None = None,
+    fileNames: Sequence[str] | None = None,
+    meshScales: Sequence[Vector] | None = None,
+    planeNormals: Sequence[Vector] | None = None,
+    flags: Sequence[int] | None = None,
+    rgbaColors: Sequence[Vector] | None = None,
+    visualFramePositions: Sequence[Vector] | None = None,
+    visualFrameOrientations: Sequence[Vector] | None = None,
+) -> int:
+    """Make one visual shape of several and give its id."""
+    visuals = [
+        _visual(
+            client,
+            whole(kind),
+            at(radii, i, 0.5),
+            at(halfExtents, i, (1.0, 1.0, 1.0)),
+            at(lengths, i, 1.0),
+            at(fileNames, i, ""),
+            at(meshScales, i, (1.0, 1.0, 1.0)),
+            at(planeNormals, i, (0.0, 0.0, 1.0)),
+            at(rgbaColors, i, _WHITE),
+            at(visualFramePositions, i, _NOWHERE),
+            at(visualFrameOrientations, i, _IDENTITY),
+        )
+        for i, kind in enumerate(shapeTypes)
+    ]
+    return _keep(client, tuple(visual for visual in visuals if visual is not None))
+
+
+@command()
+def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> tuple[tuple[Any, ...], ...]:
+    """How a body looks.
+
+    Returns:
+        for each visual shape: body, link, type, dimensions, mesh file, position and quaternion in the link frame,
+        rgba; with VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS the texture's id too. () for an unknown body.
+    """
+    record = client.scene.bodies.get(whole(objectUniqueId))
+    if record is None:
+        return ()
+    looks = client.scene.world.looks.of(record.body)
+    rows = []
+    for index, link in enumerate(record.model.links):
+        shapes = link.visuals or (link.collisions if not any(k.visuals for k in record.model.links) else ())
+        for shape, look in zip(shapes, looks.get(index, ()), strict=False):
+            kind, size, file = described(shape.geometry)
+            row = (
+                *(record.number, index - 1, kind, size, file),
+                *(tuple(shape.origin.position), tuple(shape.origin.quaternion), tuple(look.shape.rgba)),
+            )
+            rows.append((*row, -1) if whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS else row)
+    return tuple(rows)
+
+
+@command()
+def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -> tuple[tuple[Any, ...], ...]:
+    """What a link collides with.
+
+    Returns:
+        for each shape: body, link, type, dimensions, mesh file, position and quaternion in the inertial frame.
+    """
+    record = client.scene.bodies.get(whole(objectUniqueId))
+    if record is None or not -1 <= whole(linkIndex) < record.joint_count:
+        raise failure(
+            "Error receiving collision shape info",
+            f"there is no body {objectUniqueId} with a link {linkIndex}",
+        )
+    link = record.model.links[linkIndex + 1]
+    back = conjugate(link.frame.quaternion)
+    rows = []
+    for shape in link.collisions:
+        kind, size, file = described(
+            shape.geometry, hull_cylinders=bool(record.file) and not record.model.implicit_cylinder
+        )
+        offset = np.asarray(shape.origin.position) - np.asarray(link.frame.position)
+        position = tuple(float(v) for v in rotate(back, offset))
+        rotation = tuple(float(v) for v in multiply(back, shape.origin.quaternion))
+        rows.append((record.number, linkIndex, kind, size, file, position, rotation))
+    return tuple(rows)
+
+
+@command()
+def changeVisualShape(
+    client: Client,
+    objectUniqueId: int,
+    linkIndex: int,
+    shapeIndex: int = -1,
+    textureUniqueId: int = -2,
+    rgbaColor: Vector | None = None,
+    specularColor: Vector | None = None,
+    flags: int = -1,
+) -> None:
+    """Change colour, gloss or texture (id; -1 takes it away) of a link's shapes; shapeIndex -1 means all."""
+    scene = client.scene
+    record = scene.bodies.get(whole(objectUniqueId))
+    if record is None or not -1 <= whole(linkIndex) < record.joint_count:
+        return
+    fields: dict[str, Any] = {}
+    if rgbaColor is not None and len(rgbaColor) == 4:
+        fields["rgba"] = floats(rgbaColor, 4, "Error resetting visual shape info")
+        fields["use_mesh_colors"] = False
+    if specularColor is not None:
+        fields["specular"] = sum(vector3(specularColor, "Error resetting visual shape info")) / 3.0
+    if whole(textureUniqueId) >= -1:
+        image = scene.textures.get(textureUniqueId)
+        if textureUniqueId >= 0 and image is None:
+            raise failure("Error resetting visual shape info", f"there is no texture {textureUniqueId}")
+        fields["texture"] = image
+    if fields:
+        _change(client, record, linkIndex, whole(shapeIndex), fields)
+
+
+@command()
+def resetVisualShapeData(
+    client: Client,
+    objectUniqueId: int,
+    linkIndex: int,
+    shapeIndex: int = -1,
+    textureUniqueId: int = -2,
+    rgbaColor: Vector | None = None,
+    specularColor: Vector | None = None,
+    flags: int = -1,
+) -> None:
+    """The old name of changeVisualShape."""
+    changeVisualShape(
+        client, objectUniqueId, linkIndex, shapeIndex, textureUniqueId, rgbaColor, specularColor, flags
+    )
+
+
+@command()
+def setDebugObjectColor(
+    client: Client, objectUniqueId: int, linkIndex: int, objectDebugColorRGB: Vector | None = None
+) -> None:
+    """Colour of a link in the window's wireframe view; there is no such view here."""
+    if objectDebugColorRGB is not None:
+        vector3(objectDebugColorRGB, "Error converting objectDebugColorRGB[3]")
+
+
+@command()
+def loadTexture(client: Client, textureFilename: str) -> int:
+    """Load an image and give the texture's id."""
+    from roboyard.sim.appearance import load_texture
+
+    path = find_file(client, text(textureFilename))
+    image = None if path is None else load_texture(path)
+    if image is None:
+        remedy = not_found_remedy(client, textureFilename) if path is None else f"{path.name} is no image"
+        raise failure("Error loading texture", remedy)
+    return _keep_texture(client, image)
+
+
+@command()
+def changeTexture(
+    client: Client, textureUniqueId: int, pixels: Sequence[int], width: int, height: int
+) -> None:
+    """Replace a texture's image: width · height · 3 numbers from 0 to 255, row by row."""
+    textures = client.scene.textures
+    values = np.asarray(pixels, dtype=np.uint8).reshape(-1)
+    if whole(textureUniqueId) not in textures:
+        raise failure("Error processing changeTexture.", f"there is no texture {textureUniqueId}")
+    if len(values) != whole(width) * whole(height) * 3:
+        raise failure(
+            "Error: invalid arguments in changeTexture.", f"{len(values)} numbers for {width} by {height}"
+        )
+    image = np.full((height, width, 4), 255, dtype=np.uint8)
+    image[..., :3] = values.reshape(height, width, 3)
+    old, textures[textureUniqueId] = textures[textureUniqueId], image
+    scene = client.scene
+    for record in scene.bodies.values():
+        for link, looks in scene.world.looks.of(record.body).items():
+            for index, look in enumerate(looks):
+                if look.shape.texture is old:
+                    scene.world.looks.change(record.body, link, index, texture=image)
+
+
+# ------------------------------------------------------------------------------------------------- helpers
+
+
+def described(geometry: Geometry, *, hull_cylinders: bool = False) -> tuple[int, tuple[float, ...], bytes]:
+    """Type, dimensions and file as scripts see them."""
+    match geometry:
+        case Box(size=size):
+            return c.GEOM_BOX, tuple(size), b""
+        case Sphere(radius=r):
+            return c.GEOM_SPHERE, (r, r, r), b""
+        case Cylinder(radius=r, length=length):
+            if hull_cylinders:
+                return c.GEOM_MESH, (1.0, 1.0, 1.0), b"unknown_file"
+            return c.GEOM_CYLINDER, (length, r, 0.0), b""
+        case Capsule(radius=r, length=length):
+            return c.GEOM_CAPSULE, (length, r, 0.0), b""
+        case Plane(normal=normal):
+            return c.GEOM_PLANE, tuple(normal), b""
+        case Mesh(scale=scale, path=path):
+            return c.GEOM_MESH, tuple(scale), b"unknown_file" if path is None else str(path).encode()
+        case Heightfield():
+            return c.GEOM_HEIGHTFIELD, (1.0, 1.0, 1.0), b""
+
+
+def _visual(
+    client: Client, kind: int, radius: float, half_extents: Vector, length: float, file_name: str,
+    mesh_scale: Vector, normal: Vector, rgba: Vector, position: Vector, orientation: Vector,
+    vertices: Sequence[Vector] | None = None, indices: Sequence[int] | None = None,
+    normals: Sequence[Vector] | None = None, uvs: Sequence[Vector] | None = None,
+) -> Visual | None:  # fmt: skip
+    r, g, b, a = floats(rgba, 4, _FAILED)
+    if kind == c.GEOM_MESH and vertices is None and find_file(client, text(file_name)) is None:
+        return None
+    geometry = plain_geometry(
+        client, kind, radius, half_extents, length, file_name, mesh_scale, normal, vertices, indices, _FAILED
+    )
+    if isinstance(geometry, Mesh) and geometry.data is not None:
+        from roboyard.pybullet.memory_meshes import mesh_of
+
+        assert vertices is not None
+        geometry = replace(geometry, data=mesh_of(vertices, indices, normals, uvs))
+    q = np.array(quaternion(orientation, _FAILED))
+    x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
+    return Visual(
+        geometry=geometry,
+        origin=Pose(position=vector3(position, _FAILED), quaternion=(x, y, z, w)),
+        material=Material(rgba=(r, g, b, a)),
+    )
+
+
+def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:
+    scene = client.scene
+    number = scene.visual_ids.take()
+    scene.visual_shapes[number] = VisualSet(visuals=visuals)
+    return number
+
+
+def _keep_texture(client: Client, image: np.ndarray) -> int:
+    textures = client.scene.textures
+    number = len(textures)
+    textures[number] = image
+    return number
+
+
+def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: dict[str, Any]) -> None:
+    looks = client.scene.world.looks
+    for index in range(len(looks.of(record.body).get(link + 1, ()))):
+        if shape in (-1, index):
+            looks.change(record.body, link + 1, index, **fields)
