@@ -230,17 +230,17 @@ def _vertices(geometry: Geometry) -> Array | None:
             return None
 
 
-def extreme_points(points: Array) -> Array:
+def extreme_points(points: Array, directions: int = DIRECTIONS) -> Array:
     """(k, 3) those of (n, 3) points that lie farthest out in one of many even directions."""
-    if len(points) <= DIRECTIONS:
+    if len(points) <= directions:
         return points
-    return points[np.unique(np.argmax(points @ _directions().T, axis=0))]
+    return points[np.unique(np.argmax(points @ _directions(directions).T, axis=0))]
 
 
-def _directions() -> Array:
-    """(DIRECTIONS + 6, 3) unit: the axes, and a Fibonacci lattice (even spread by the golden angle)."""
-    index = np.arange(DIRECTIONS) + 0.5
-    z = 1.0 - 2.0 * index / DIRECTIONS
+def _directions(count: int) -> Array:
+    """(count + 6, 3) unit: the axes, and a Fibonacci lattice (even spread by the golden angle)."""
+    index = np.arange(count) + 0.5
+    z = 1.0 - 2.0 * index / count
     angle = np.pi * (1.0 + np.sqrt(5.0)) * index
     radius = np.sqrt(1.0 - z * z)
     lattice = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])

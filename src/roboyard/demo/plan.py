@@ -28,6 +28,8 @@ SHORTEST, LONGEST = 1.5, 20.0
 SHORTEST_SHORT, LONGEST_SHORT = 0.6, 3.0
 """s for one group of the short demo."""
 SAMPLES = 33
+REACH_DIRECTIONS = 48
+"""In which each group's farthest points are looked for."""
 CLEARANCE = 0.05
 """m between a robot on a stand and the floor."""
 SINK = 0.01
@@ -101,7 +103,7 @@ def make_plan(figure: Figure, *, short: bool = False) -> Plan:
         groups.append(Group(sweeps=together, duration=max(shortest, *(s.duration for s in together))))
     rest = figure.points(figure.poses({}))
     places = [rest, *(figure.points(_group_poses(figure, group.sweeps)).reshape(-1, 3) for group in groups)]
-    reach = extreme_points(np.concatenate([extreme_points(place) for place in places]))
+    reach = np.concatenate([extreme_points(place, REACH_DIRECTIONS) for place in places])
     stand = 0.0
     below = stance.lowest - float(reach[:, 2].min(initial=stance.lowest))
     if stance.kind == "held" or (stance.kind == "mounted" and below > SINK):

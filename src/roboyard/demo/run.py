@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ Report = Callable[[str, float], None]
 STILL_SIZE, STILL_SIZE_SHORT = (960, 720), (480, 360)
 FILM_SIZE, FILM_SIZE_SHORT = (480, 360), (240, 180)
 """pixels"""
-FRAMES, FRAMES_SHORT = 140, 24
+FRAMES, FRAMES_SHORT = 120, 24
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -56,8 +57,8 @@ def run_demo(
     check_target(out, overwrite=overwrite)
     tell = report or (lambda act, share: None)
     began = perf_counter()
-    with _heard() as remarks:
-        summary = _perform(urdf, out, packages, short, tell, began, remarks)
+    with _heard() as remarks, tempfile.TemporaryDirectory(prefix="roboyard-") as workshop:
+        summary = _perform(urdf, out, packages, short, tell, began, remarks, Path(workshop))
     return DemoResult(folder=out, summary=summary)
 
 
@@ -69,26 +70,28 @@ def _perform(
     tell: Report,
     began: float,
     remarks: list[str],
+    workshop: Path,
 ) -> dict[str, Any]:
     tell("reading", 0.0)
     from roboyard.assets import asset_path
     from roboyard.demo.figure import Figure
+    from roboyard.demo.intake import take_in
     from roboyard.demo.pictures import FPS, Film, still_views
     from roboyard.demo.plan import make_plan
     from roboyard.demo.plots import plot_joints
     from roboyard.demo.stage import Stage
     from roboyard.demo.story import Teller
     from roboyard.demo.summary import summarize, where_things_are
-    from roboyard.urdf import load_urdf
 
     file = asset_path("r1") if urdf is None else urdf
-    description = load_urdf(file, packages=packages)
+    intake = take_in(file, packages=packages, folder=workshop)
+    description = intake.description
     figure = Figure(description)
     tell("reading", 0.5)
     plan = make_plan(figure, short=short)
     stage = Stage(figure, plan)
     stage.world.ensure_compiled()
-    remarks[:0] = [*description.notes, *stage.robot.notes]
+    notes = dict.fromkeys([*description.notes, *stage.robot.notes, *remarks])
 
     width, height = FILM_SIZE_SHORT if short else FILM_SIZE
     film = Film(
@@ -127,8 +130,8 @@ def _perform(
             stage,
             story,
             source=str(file) if urdf is not None else "bundled r1",
-            findings=list(dict.fromkeys(remarks)),
-            repairs=[],
+            intake=intake,
+            notes=list(notes),
             places=places,
             film={"frames": len(film.frames), "speed": film.speed},
             wall_time=perf_counter() - began,

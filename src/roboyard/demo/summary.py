@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from roboyard import __version__
+from roboyard.demo.intake import Intake, told_findings, told_repairs
 from roboyard.demo.output import MARK
 from roboyard.demo.stage import Stage
 from roboyard.demo.story import Story
@@ -24,8 +25,8 @@ def summarize(
     story: Story,
     *,
     source: str,
-    findings: Sequence[str],
-    repairs: Sequence[str],
+    intake: Intake,
+    notes: Sequence[str],
     places: Mapping[str, Sequence[float]],
     film: Mapping[str, float],
     wall_time: float,
@@ -61,8 +62,9 @@ def summarize(
         "joints": joints,
         "degrees_of_freedom": len(plan.home),
         "mass": _number(robot.mass),
-        "findings": list(findings),
-        "repairs": list(repairs),
+        "findings": list(intake.findings),
+        "repairs": list(intake.repairs),
+        "notes": list(notes),
         "stance": {
             "kind": plan.stance.kind,
             "why": plan.stance.reason,
@@ -104,8 +106,9 @@ def print_tables(summary: Mapping[str, Any], folder: str, console: Console) -> N
     """The summary for people."""
     from rich.table import Table
 
-    _print_list(console, "Found in the file", summary["findings"])
-    _print_list(console, "Put right", summary["repairs"])
+    _print_list(console, "Found in the file", told_findings(summary["findings"]))
+    _print_list(console, "Put right, in a copy", told_repairs(summary["repairs"]))
+    _print_list(console, "Noted while it was read", summary["notes"])
     where = Table(title="Where things are", title_justify="left", box=None, padding=(0, 2, 0, 0))
     for heading in ("", "x [m]", "y [m]", "z [m]"):
         where.add_column(heading, justify="left" if not heading else "right")
@@ -131,6 +134,8 @@ def _facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     stance = summary["stance"]
     moved = {name: entry for name, entry in summary["joints"].items() if "moved" in entry}
     held_back = [name for name, entry in moved.items() if entry["share_of_range"] < 0.995]
+    still = len(summary["joints"]) - len(moved)
+    followers = sum("follows" in entry.get("not_moved", "") for entry in summary["joints"].values())
     rows = [
         ("robot", f"{summary['robot']}: {summary['links']} links, {len(summary['joints'])} moving joints, "
                   f"{summary['mass']:.2f} kg"),
@@ -138,7 +143,9 @@ def _facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("settled", "never quite still" if summary["settle_time"] is None
             else f"after {summary['settle_time']:.2f} s"),
         ("moved", f"{len(moved)} of {len(summary['joints'])} joints"
-                  + (f", {len(held_back)} of them through part of their range" if held_back else "")),
+                  + (f", {len(held_back)} of them through part of their range" if held_back else "")
+                  + (f"; {followers} follow others" if followers else "")
+                  + (f"; {still - followers} stay" if still > followers else "")),
     ]  # fmt: skip
     if moved:
         worst = max(moved, key=lambda name: _relative_error(moved[name]))
