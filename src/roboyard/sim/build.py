@@ -17,16 +17,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.errors import MeshError
 from roboyard.poses import Array, to_wxyz
 from roboyard.sim.geoms import add_collision, add_visual
 from roboyard.sim.inertials import MIN_INERTIA, MassProperties, mass_properties
 from roboyard.sim.options import CONTACT_SOLIMP, CONTACT_SOLREF
-from roboyard.urdf.model import Joint, Link, RobotDescription
+from roboyard.urdf.model import Joint, Link, RobotDescription, Source
 
 if TYPE_CHECKING:
     import mujoco
@@ -84,9 +87,7 @@ class BuildOptions:
     joint_friction: bool = True
     joint_damping: bool = True
     hard: bool = False
-    """Contacts and limits as rigid as can be, for worlds that solve them on the velocity level."""
-    margin: float = 0.0
-    """m: each shape's share of the gap from which a contact counts."""
+    """Joint limits as rigid as can be, for worlds that solve contacts on the velocity level."""
     contype: int = 1
     conaffinity: int = -1
 
@@ -114,6 +115,12 @@ def build(
         discard(built, spec, assets)
         raise
     return built
+
+
+def is_anchored(description: RobotDescription) -> bool:
+    """Whether a description itself says that its root stays where it is: named "world", or of mass 0."""
+    root = description.root
+    return root.name == "world" or (root.inertial is not None and root.inertial.mass == 0.0)
 
 
 def discard(built: Built, spec: mujoco.MjSpec, assets: MeshAssets) -> None:
@@ -257,10 +264,22 @@ def _fill_link(
     link = record.link
     assert link is not None
     for collision in link.collisions:
-        add_collision(record, spec, assets, collision, options, notes)
+        with _blaming(collision.source, link.name):
+            add_collision(record, spec, assets, collision, options, notes)
     if options.visual_geoms:
         for visual in link.visuals:
-            add_visual(record, spec, assets, visual, options, notes)
+            with _blaming(visual.source, link.name):
+                add_visual(record, spec, assets, visual, options, notes)
+
+
+@contextmanager
+def _blaming(source: Source, link: str) -> Iterator[None]:
+    """A mesh that cannot be read is reported where the description names it."""
+    try:
+        yield
+    except MeshError as error:
+        element = f'link "{link}"'
+        raise MeshError(error.problems[0], file=source.file, line=source.line, element=element) from error
 
 
 # ------------------------------------------------------------------------------------------------- joints

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.poses import multiply, normalized, rotate, to_wxyz
-from roboyard.sim.options import CONTACT_SOLIMP, CONTACT_SOLREF, HARD_SOLIMP
+from roboyard.sim.options import CONTACT_SOLIMP, CONTACT_SOLREF
 from roboyard.urdf.model import (
     Box,
     Capsule,
@@ -65,8 +65,7 @@ def add_collision(
             condim=_contact_dimension(contact),
             friction=_friction(contact),
             solref=CONTACT_SOLREF,
-            solimp=HARD_SOLIMP if options.hard else CONTACT_SOLIMP,
-            margin=options.margin,
+            solimp=CONTACT_SOLIMP,
             mass=0.0,
             **arguments,
         )

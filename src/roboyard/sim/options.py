@@ -26,6 +26,9 @@ CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 
 
 HARD_SOLIMP = (0.999, 0.999, 0.001, 0.5, 2.0)
+"""Of contacts on the velocity level."""
+PILE_SOLIMP = (0.9, 0.95, 0.001, 0.5, 2.0)
+"""Of a Bullet world grown to a pile: soft again, which conjugate gradients solve in few iterations."""
 
 
 def apply_options(

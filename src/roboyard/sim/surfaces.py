@@ -112,7 +112,7 @@ class Surfaces:
                 data.efc_R,
                 data.efc_D,
             )
-        if profile.hard_contacts:
+        if self._world.hard_contacts:
             _kernels.hard_contacts(
                 self._restitution_rows,
                 contact.geom,

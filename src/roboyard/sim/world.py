@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import mujoco
 import numpy as np
@@ -16,11 +16,11 @@ from roboyard.poses import Array, normalized
 from roboyard.sim import appearance, contacts, objects, rays, state
 from roboyard.sim.assets import MeshAssets
 from roboyard.sim.body import Body
-from roboyard.sim.build import BuildOptions, Built, build, discard
+from roboyard.sim.build import BuildOptions, Built, build, discard, is_anchored
 from roboyard.sim.drives import Drives
 from roboyard.sim.filters import CollisionFilters
 from roboyard.sim.motors import Motors
-from roboyard.sim.options import Solver, apply_options, chosen_solver
+from roboyard.sim.options import HARD_SOLIMP, PILE_SOLIMP, Solver, apply_options, chosen_solver
 from roboyard.sim.profile import PLAIN, Profile
 from roboyard.sim.surfaces import Surfaces
 from roboyard.sim.wrenches import Wrenches
@@ -81,6 +81,8 @@ class World:
         self.visual_geoms = visual_geoms
         self.revision = 0
         """Grows whenever a compile moves things around in MuJoCo's arrays."""
+        self.hard_contacts = profile.hard_contacts
+        """Whether contacts are solved on the velocity level now (a pile's never are)."""
         self._gravity = _vector3(gravity)
         self._timestep = float(timestep)
         self._solver: Solver = solver
@@ -157,6 +159,10 @@ class World:
             raise ModelError(f"MuJoCo refuses the world: {' '.join(str(error).split())}") from error
         self._stale = False
         self.revision += 1
+        self.hard_contacts = self.profile.hard_contacts and chosen_solver(self._solver, dofs) == "newton"
+        if self.profile.hard_contacts:
+            self._model.geom_margin[:] = self.profile.contact_margin if self.hard_contacts else 0.0
+            self._model.geom_solimp[:] = HARD_SOLIMP if self.hard_contacts else PILE_SOLIMP
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self._geom_owners = None
@@ -273,11 +279,12 @@ class World:
         position: ArrayLike = (0, 0, 0),
         orientation: ArrayLike = (0, 0, 0, 1),
         *,
-        fixed_base: bool = False,
+        fixed_base: bool | None = None,
         scale: float = 1.0,
         self_collision: bool = False,
         name: str | None = None,
         packages: Mapping[str, Path] | None = None,
+        missing_meshes: Literal["error", "note"] = "error",
     ) -> Body:
         """Add a robot.
 
@@ -285,11 +292,13 @@ class World:
             source: URDF file or a description.
             position: (3,) of the root link's frame; m.
             orientation: (4,) x, y, z, w.
-            fixed_base: bolt the root link to the world.
+            fixed_base: bolt the root link to the world. None: only where the description says so, by a root
+                link named "world" or one whose mass is given as 0.
             scale: uniform factor on all lengths; masses grow with its cube.
             self_collision: let links of this robot touch one another (parents and children never do).
             name: how the world calls it; the robot's own name (made unique) by default.
             packages: folders of `package://` names.
+            missing_meshes: "note" leaves shapes out whose mesh file is not there.
 
         Raises:
             DescriptionError: the file cannot be used; the message names the element and the remedy.
@@ -299,14 +308,14 @@ class World:
         else:
             from roboyard.urdf import load_urdf
 
-            description = load_urdf(source, packages=packages)
+            description = load_urdf(source, packages=packages, missing_meshes=missing_meshes)
         if not scale > 0:
             raise RoboyardError(f"a scale is positive; got {scale}")
         return self.add_description(
             description,
             position,
             orientation,
-            fixed_base=fixed_base,
+            fixed_base=is_anchored(description) if fixed_base is None else fixed_base,
             scale=scale,
             self_collision=self_collision,
             name=name,
@@ -337,7 +346,6 @@ class World:
             joint_damping=joint_damping,
             joint_friction=joint_friction and self.profile.joint_friction,
             hard=self.profile.hard_contacts,
-            margin=self.profile.contact_margin,
             contype=contype,
             conaffinity=conaffinity,
         )
@@ -443,7 +451,7 @@ class World:
             self.wrenches.pending = True
         if motors:
             self.motors.apply(model, data)
-        if self.profile.hard_contacts:
+        if self.hard_contacts:
             self.surfaces.solve_hard_contacts(model, data)
             mujoco.mj_Euler(model, data)
         else:
