@@ -1,10 +1,9 @@
 """Pictures of a world: colour, depth and ids, with no graphics library needed.
 
-    from roboyard.cameras import Camera, render, save_png
-
-    camera = Camera.look_at(eye=(1.5, -1.5, 1.0), target=(0, 0, 0.4), width=640, height=480)
-    image = world.render(camera)
-    save_png("robot.png", image)
+>>> from roboyard.cameras import Camera, render, save_png
+>>> camera = Camera.look_at(eye=(1.5, -1.5, 1.0), target=(0, 0, 0.4), width=640, height=480)
+>>> image = world.render(camera)
+>>> save_png("robot.png", image)
 """
 
 from __future__ import annotations

@@ -51,14 +51,14 @@ class Camera:
             object.__setattr__(self, name, matrix)
         turn = self.view[:3, :3]
         if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
-            raise ValueError("view must be a rigid motion (rotation and translation), without scale or mirror")
+            raise ValueError("view must be a rotation and a translation, without scale or mirror")
         if not np.allclose(self.view[3], (0, 0, 0, 1)):
             raise ValueError(f"the last row of view must be (0, 0, 0, 1), got {tuple(self.view[3])}")
         last = self.projection[3]
         if not (np.allclose(last, (0, 0, -1, 0)) or np.allclose(last, (0, 0, 0, 1))):
             raise ValueError(
-                "the last row of projection must be (0, 0, -1, 0) for a perspective camera or (0, 0, 0, 1) for "
-                f"an orthographic one, got {tuple(last)}; is the matrix transposed?"
+                "the last row of projection must be (0, 0, -1, 0) for a perspective camera or (0, 0, 0, 1) "
+                f"for an orthographic one, got {tuple(last)}; is the matrix transposed?"
             )
         if abs(np.linalg.det(self.projection[:2, :2])) < 1e-12:
             raise ValueError("projection flattens the picture to a line; give a field of view above zero")
@@ -265,10 +265,10 @@ class Camera:
             pixels = np.stack([column, row, 0.0 * one], axis=-1)
             origins = (pixels - m[:, 3]) @ inverse.T
             directions = np.broadcast_to(inverse[:, 2], origins.shape)
-        return origins, directions
+        return np.asarray(origins, dtype=float), np.asarray(directions, dtype=float)
 
     def deproject(self, depth: ArrayLike) -> Array:
-        """(height, width, 3) world points (m) of a (height, width) depth picture (m); NaN where nothing is."""
+        """(height, width, 3) world points (m) of a (height, width) depth picture (m); NaN for no depth."""
         d = np.asarray(depth, dtype=float)
         if d.shape != (self.height, self.width):
             raise ValueError(f"depth must have shape {(self.height, self.width)}, got {d.shape}")
@@ -302,7 +302,7 @@ def perspective(fovy: float, aspect: float, near: float, far: float) -> Array:
 
 
 def look_at_view(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
-    """(4, 4) world to camera for a camera at `eye` that looks at `target`, with `up` upward in the picture."""
+    """(4, 4) world to camera: stands at `eye`, looks at `target`, `up` points upward in the picture."""
     e, t = np.asarray(eye, dtype=float), np.asarray(target, dtype=float)
     forward = t - e
     length = np.linalg.norm(forward)

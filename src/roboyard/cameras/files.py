@@ -59,8 +59,8 @@ def save_gif(
     target = Path(path)
     options: dict[str, int] = {"loop": 0} if loop else {}
     indexed[0].save(
-        target, "GIF", save_all=True, append_images=indexed[1:], duration=durations, optimize=True, disposal=1,
-        **options,
+        target, "GIF", save_all=True, append_images=indexed[1:], duration=durations, optimize=True,
+        disposal=1, **options,
     )  # fmt: skip
     return target
 
@@ -100,8 +100,13 @@ def depth_to_rgb(
     there = np.isfinite(d)
     low = near if near is not None else (float(d[there].min()) if there.any() else 0.0)
     high = far if far is not None else (float(d[there].max()) if there.any() else 1.0)
-    share = np.clip((np.where(there, d, high) - low) / max(high - low, 1e-9), 0.0, 1.0)
-    stops = np.array([(253, 231, 76), (244, 132, 64), (190, 55, 100), (96, 36, 122), (24, 22, 72)], dtype=float)
+    # by inverse depth, so that a floor that runs to the horizon leaves colours for what is near
+    low, high = max(low, 1e-6), max(high, 1e-6)
+    span = max(1.0 / low - 1.0 / high, 1e-12)
+    share = np.clip((1.0 / low - 1.0 / np.maximum(np.where(there, d, high), 1e-6)) / span, 0.0, 1.0)
+    stops = np.array(
+        [(253, 231, 76), (244, 132, 64), (190, 55, 100), (96, 36, 122), (24, 22, 72)], dtype=float
+    )
     at = np.linspace(0.0, 1.0, len(stops))
     out = np.stack([np.interp(share, at, stops[:, k]) for k in range(3)], axis=-1)
     out[~there] = 255.0
@@ -109,8 +114,10 @@ def depth_to_rgb(
 
 
 def segmentation_to_rgb(segmentation: ArrayLike | Image) -> NDArray[np.uint8]:
-    """(h, w, 3) picture with one colour for each body and link, the same in every picture; white is nothing."""
-    ids = np.asarray(segmentation.segmentation if isinstance(segmentation, Image) else segmentation, dtype=np.int64)
+    """(h, w, 3) picture with a colour for each body and link, always the same one; white is nothing."""
+    ids = np.asarray(
+        segmentation.segmentation if isinstance(segmentation, Image) else segmentation, dtype=np.int64
+    )
     if ids.ndim == 2:
         ids = np.stack([ids, np.zeros_like(ids)], axis=-1)
     body, link = ids[..., 0], ids[..., 1] + 1
@@ -127,7 +134,9 @@ def segmentation_to_rgb(segmentation: ArrayLike | Image) -> NDArray[np.uint8]:
 def _pixels(picture: Picture) -> NDArray[np.uint8]:
     pixels = picture.rgba if isinstance(picture, Image) else np.asarray(picture)
     if pixels.dtype != np.uint8:
-        raise ValueError(f"a picture must be uint8, got {pixels.dtype}; see depth_to_rgb and segmentation_to_rgb")
+        raise ValueError(
+            f"a picture must be uint8, got {pixels.dtype}; see depth_to_rgb, segmentation_to_rgb"
+        )
     if pixels.ndim == 2:
         pixels = np.repeat(pixels[..., None], 3, axis=2)
     if pixels.ndim != 3 or pixels.shape[2] not in (3, 4):
@@ -135,7 +144,7 @@ def _pixels(picture: Picture) -> NDArray[np.uint8]:
     return pixels
 
 
-def _common_palette(pictures: Sequence, colors: int):  # noqa: ANN202
+def _common_palette(pictures: Sequence, colors: int):
     """Palette of a few frames spread over the animation, shrunk so that a long one costs little."""
     from PIL import Image as Pillow
 

@@ -30,12 +30,12 @@ class Image:
 
     @property
     def width(self) -> int:
-        """pixels"""
+        """Pixels"""
         return self.camera.width
 
     @property
     def height(self) -> int:
-        """pixels"""
+        """Pixels"""
         return self.camera.height
 
     def depth_buffer(self) -> NDArray[np.float32]:

@@ -12,9 +12,11 @@ class Light:
     """One sun, a sky dome and an even ambient light; the defaults are made for pictures of robots.
 
     A surface of colour c facing n shows
-    `c · (ambient + diffuse · color · ((1 - sky) · sun · max(n·l, 0) + sky · (1 + n_z) / 2)) + specular`, `sun`
-    being 0 in shadow and 1 in the light. With ambient 1, diffuse 0 and specular 0 pictures therefore show
-    every colour exactly as it was given.
+
+    `c · (ambient + diffuse · color · ((1 - sky) · sun · max(n·l, 0) + sky · (1 + n_z) / 2)) + specular`,
+
+    `sun` being 0 in shadow and 1 in the light. With ambient 1, diffuse 0 and specular 0 a picture therefore
+    shows every colour exactly as it was given.
     """
 
     direction: tuple[float, float, float] = (-0.35, -0.75, 1.1)

@@ -44,7 +44,7 @@ def mesh_arrays(mesh: TriangleMesh) -> MeshArrays:
 
 
 def _prepare(mesh: TriangleMesh) -> MeshArrays:
-    finite = np.isfinite(mesh.vertices).all(axis=1)
+    finite: NDArray[np.bool_] = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
     places, joined = join_corners(np.where(finite[:, None], mesh.vertices, 0.0), mesh.faces)
     whole = (
         finite[mesh.faces].all(axis=1)

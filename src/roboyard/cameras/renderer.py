@@ -13,7 +13,7 @@ from roboyard.cameras.light import RGB, Backdrop, Light
 from roboyard.cameras.scene import DebugLines, RenderScene
 
 if TYPE_CHECKING:
-    from roboyard.cameras.gl import MujocoSource
+    import mujoco as mj
 
 Background = RGB | tuple[float, float, float, float] | Backdrop
 Backend = Literal["auto", "software", "gl"]
@@ -33,12 +33,12 @@ def render(
     background: Background | None = None,
     samples: Literal[1, 4] = 1,
     backend: Backend = "auto",
-    mujoco: MujocoSource | None = None,
+    mujoco: tuple[mj.MjModel, mj.MjData] | None = None,
 ) -> Image:
     """Picture of a scene: colour, depth in metres and owner ids in one pass.
 
-    Depth and ids are those of the nearest surface, see-through ones included; a shape with alpha 0 is not there
-    at all. Lines take part in the colours only.
+    Depth and ids are those of the nearest surface, see-through ones included; a shape with alpha 0 is not
+    there at all. Lines take part in the colours only.
 
     Args:
         scene: what to draw. The software renderer keeps its arrays in it until `scene.revision` changes.
@@ -50,9 +50,10 @@ def render(
         lines: drawn besides the scene's own.
         background: colour (0 to 1, with alpha if given) or gradient; None: the scene's background colour.
         samples: 4 smooths the edges of the colours (four times the work); depth and ids stay as with 1.
+            "gl" smooths them as the model's `offsamples` says.
         backend: "software" needs no graphics library; "gl" is MuJoCo's own OpenGL renderer; "auto" takes "gl"
             where `mujoco` is given and a graphics card answers, else "software".
-        mujoco: model, state and owners for "gl".
+        mujoco: (MjModel, MjData) for "gl", whose bodies are the scene's frames.
 
     Raises:
         ValueError: frames of the wrong shape, or too few for the scene.
@@ -72,7 +73,7 @@ def render(
 
         if backend == "gl" or gl.has_hardware():
             return gl.draw(
-                mujoco, camera, shadow=shadow, light=light, lines=all_lines, backdrop=backdrop, samples=samples
+                mujoco, scene, camera, shadow=shadow, light=light, lines=all_lines, backdrop=backdrop
             )
     from roboyard.cameras import software
 

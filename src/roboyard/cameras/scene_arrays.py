@@ -92,7 +92,9 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
                 0 if arrays.colors is None else len(arrays.faces),
             )
         _, vertex, face, uv, color = meshes[id(arrays)]
-        image = shape.texture if shape.texture is not None or not shape.use_mesh_colors else shape.mesh.texture
+        image = (
+            shape.texture if shape.texture is not None or not shape.use_mesh_colors else shape.mesh.texture
+        )
         see_through = shape.rgba[3] < 1.0
         texture = -1
         if image is not None and arrays.uv is not None:
@@ -137,7 +139,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
         frame=np.array([shape.frame for shape in shapes], dtype=np.int32),
         position=np.array([shape.position for shape in shapes], dtype=float).reshape(-1, 3),
         shape=local,
-        shape_inverse=np.linalg.inv(local),
+        shape_inverse=np.asarray(np.linalg.inv(local), dtype=float),
         boxes=boxes,
         opaque=np.array(draws["opaque"], dtype=np.int32).reshape(-1, 6),
         clear=np.array(draws["clear"], dtype=np.int32).reshape(-1, 6),

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.cameras.kernels import raster, shade
+from roboyard.cameras.buffers import buffer
+from roboyard.cameras.kernels import raster
+from roboyard.cameras.kernels import shadow as kernels
 from roboyard.cameras.scene_arrays import SceneArrays
 
 Array = NDArray[np.float64]
@@ -23,6 +25,8 @@ class ShadowMap:
     """Nearness to the sun of what it meets first, texel by texel."""
 
     nearness: NDArray[np.float32]
+    tiles: NDArray[np.float32]
+    """The nearest of each square of texels, so that most points in the light are known at once."""
     size: int
     """Texels along each side; 0: nothing throws a shadow into view."""
     matrix: Array
@@ -31,9 +35,8 @@ class ShadowMap:
     """Longer side of a texel; m"""
 
 
-NO_SHADOW = ShadowMap(
-    nearness=np.zeros(1, dtype=np.float32), size=0, matrix=np.zeros((3, 4)), texel=0.0
-)
+_EMPTY = np.zeros(1, dtype=np.float32)
+NO_SHADOW = ShadowMap(nearness=_EMPTY, tiles=_EMPTY, size=0, matrix=np.zeros((3, 4)), texel=0.0)
 
 
 def cast(
@@ -50,7 +53,7 @@ def cast(
     casters = np.unique(arrays.casters[:, 0])
     low, high = _bounds_of_boxes(matrix, to_world[casters], arrays.boxes[casters])
     stride = 2 if width * height > 40000 else 1
-    visible, count, total = shade.lit_bounds(
+    visible, count, total = kernels.lit_bounds(
         seen, nearness, width, height, stride, perspective, *rays, matrix, low[:2], high[:2]
     )
     if not count:
@@ -69,13 +72,15 @@ def cast(
     matrix[2, 3] = -0.5 * (low[2] + high[2])
     screens = matrix[None, :, :3] @ to_world
     screens[:, :, 3] += matrix[:, 3]
-    depth = np.full(size * size, -np.inf, dtype=np.float32)
-    unused = np.zeros(1, dtype=np.float32)
+    depth = buffer("shadow", (size * size,), np.float32)
+    depth.fill(-np.inf)
     raster.draw_meshes(
         arrays.casters, screens, arrays.boxes, arrays.vertices, arrays.faces, False, -np.inf, np.inf,
-        raster.DEPTH_ONLY, unused, depth, np.zeros(1, dtype=np.int64), size, size, *scratch,
+        raster.DEPTH_ONLY, _EMPTY, depth, np.zeros(1, dtype=np.int64), size, size, *scratch,
     )  # fmt: skip
-    return ShadowMap(nearness=depth, size=size, matrix=matrix, texel=float(texels.max()))
+    tiles = buffer("tiles", ((size // kernels.TILE) ** 2,), np.float32)
+    kernels.nearest_of_tiles(depth, size, tiles)
+    return ShadowMap(nearness=depth, tiles=tiles, size=size, matrix=matrix, texel=float(texels.max()))
 
 
 def _bounds_of_boxes(matrix: Array, to_world: Array, boxes: Array) -> tuple[Array, Array]:
@@ -94,5 +99,5 @@ def _steady(extent: float) -> float:
 
 
 def _map_size(wanted: float) -> int:
-    """Texels along a side: at least `wanted`, in steps, so that the grid seldom changes from frame to frame."""
+    """Texels along a side: at least `wanted`, in steps, so that the grid seldom changes between frames."""
     return next((size for size in SIZES if size - 2 * MARGIN > wanted), SIZES[-1])

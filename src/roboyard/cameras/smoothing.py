@@ -63,11 +63,10 @@ def face_normals(vertices: NDArray, faces: NDArray) -> NDArray[np.float64]:
     return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
 
 
-def creased_normals(
-    vertices: NDArray, faces: NDArray, cosine: float = CREASE_COSINE
-) -> NDArray[np.float32]:
+def creased_normals(vertices: NDArray, faces: NDArray, cosine: float = CREASE_COSINE) -> NDArray[np.float32]:
     """(m, 3, 3) normals of the corners: the mean over faces around the vertex, weighted by their angle there,
-    of those that turn from this face by less than the crease angle (its cosine is given)."""
+    of those that turn from this face by less than the crease angle (its cosine is given).
+    """
     normals = face_normals(vertices, faces)
     corners = vertices[faces]
     edge = np.roll(corners, -1, axis=1) - corners
@@ -92,7 +91,10 @@ def _average(normals, angle, order, start, cosine, out):
             for j in range(start[vertex], start[vertex + 1]):
                 other = order[j] // 3
                 n0, n1, n2 = normals[other, 0], normals[other, 1], normals[other, 2]
-                if normals[face, 0] * n0 + normals[face, 1] * n1 + normals[face, 2] * n2 >= cosine or other == face:
+                if (
+                    normals[face, 0] * n0 + normals[face, 1] * n1 + normals[face, 2] * n2 >= cosine
+                    or other == face
+                ):
                     weight = angle[other, order[j] % 3]
                     x += weight * n0
                     y += weight * n1

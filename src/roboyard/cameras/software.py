@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-import threading
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.cameras import shadows
+from roboyard.cameras.buffers import buffer
 from roboyard.cameras.camera import Camera
 from roboyard.cameras.compiled import announce
 from roboyard.cameras.image import Image
 from roboyard.cameras.kernels import lines as line_kernels
 from roboyard.cameras.kernels import raster, shade
-from roboyard.cameras.light import Backdrop, Light
+from roboyard.cameras.light import Light
 from roboyard.cameras.scene import DebugLines, RenderScene
 from roboyard.cameras.scene_arrays import SceneArrays, scene_arrays
 
@@ -22,8 +22,6 @@ Array = NDArray[np.float64]
 
 MOST_LAYERS = 6
 """See-through surfaces one behind the other that count; what lies deeper is nearly hidden anyway."""
-
-_local = threading.local()
 
 
 class _Frame:
@@ -52,14 +50,14 @@ class _Frame:
             self.directions[0] = inverse[:, 2]
             self.origins[1:] = inverse[:, 0], inverse[:, 1]
         most = max(arrays.most_vertices, 1)
-        self.scratch = _buffer("screen", (most, 3), np.float32), _buffer("cell", (most,), np.int64)
+        self.scratch = buffer("screen", (most, 3), np.float32), buffer("cell", (most,), np.int64)
         self.nothing = np.zeros(1, dtype=np.float32)
 
     def visibility(self, name: str) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
         """Nearest opaque surfaces: code and nearness of each pixel."""
         count = self.width * self.height
-        seen = _buffer(name + "-seen", (count,), np.int64)
-        nearness = _buffer(name + "-nearness", (count,), np.float32)
+        seen = buffer(name + "-seen", (count,), np.int64)
+        nearness = buffer(name + "-nearness", (count,), np.float32)
         seen.fill(-1)
         nearness.fill(self.q_far)
         self._draw(self.arrays.opaque, self.arrays.planes, raster.RECORD, self.nothing, nearness, seen)
@@ -69,8 +67,8 @@ class _Frame:
         self, limit: NDArray[np.float32], behind: NDArray[np.float32], name: str
     ) -> tuple[NDArray[np.int64], NDArray[np.float32], int]:
         """Nearest see-through surfaces beyond `limit` and before `behind`, and how many pixels they won."""
-        seen = _buffer(f"{name}-seen", limit.shape, np.int64)
-        nearness = _buffer(f"{name}-nearness", limit.shape, np.float32)
+        seen = buffer(f"{name}-seen", limit.shape, np.int64)
+        nearness = buffer(f"{name}-nearness", limit.shape, np.float32)
         seen.fill(-1)
         nearness[:] = behind
         won = self._draw(self.arrays.clear, self.arrays.clear_planes, raster.PEEL, limit, nearness, seen)
@@ -208,7 +206,7 @@ def _color(
             codes, near, width, height, frame.perspective, frame.origins, frame.directions,
             frame.to_world, to_local, arrays.looks, arrays.links, arrays.faces, arrays.vertices,
             arrays.normals, arrays.uv, arrays.colors, arrays.texels, arrays.texture_table, lamp,
-            cast.nearness, cast.size, cast.matrix, cast.texel,
+            cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel,
             backdrop, np.array(fade or (np.inf, np.inf)), front, layered, final, rgba,
         )  # fmt: skip
 
@@ -231,15 +229,3 @@ def _color(
             frame.pixels, frame.perspective, frame.near, width, height, nearness, rgba,
         )  # fmt: skip
     return rgba, surface
-
-
-def _buffer(name: str, shape: tuple[int, ...], dtype: type) -> NDArray:
-    """A scratch array of this thread, kept from frame to frame; its content is arbitrary."""
-    buffers: dict[tuple[str, tuple[int, ...]], NDArray] = _local.__dict__.setdefault("buffers", {})
-    key = (name, shape)
-    array = buffers.get(key)
-    if array is None:
-        if len(buffers) > 32:
-            buffers.clear()
-        array = buffers[key] = np.empty(shape, dtype=dtype)
-    return array

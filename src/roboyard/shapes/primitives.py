@@ -101,8 +101,8 @@ def capsule(radius: float = 0.5, length: float = 1.0, segments: int = 32) -> Tri
 def heightfield(heights: ArrayLike, size_x: float, size_y: float) -> TriangleMesh:
     """Terrain from a (rows, columns) grid of heights (m), row 0 at -y, column 0 at -x, centred at the origin.
 
-    The grid's corner points lie at ±size_x / 2 and ±size_y / 2 (m); normals are smooth, the texture covers the
-    whole field once. Raises ValueError for a grid below 2 x 2 or heights that are not finite.
+    The grid's corner points lie at ±size_x / 2 and ±size_y / 2 (m); normals are smooth, the texture covers
+    the whole field once. Raises ValueError for a grid below 2 x 2 or heights that are not finite.
     """
     z = np.asarray(heights, dtype=float)
     _positive(size_x=size_x, size_y=size_y)
@@ -124,7 +124,7 @@ def heightfield(heights: ArrayLike, size_x: float, size_y: float) -> TriangleMes
 
 
 def _lathe(points: Array, normals: Array, v: Array, segments: int) -> TriangleMesh:
-    """Turn a profile of (radius, z) points, bottom to top, about the z axis; two equal points make an edge."""
+    """Turn a profile of (radius, z) points, bottom to top, about z; two equal points make a sharp edge."""
     if segments < 3:
         raise ValueError(f"segments must be at least 3, got {segments}")
     angle = 2.0 * np.pi * np.arange(segments + 1) / segments

@@ -3,13 +3,11 @@
 A pixel's nearness `q` is 1 / depth for a perspective camera and -depth for a parallel one. Both are affine
 across the picture for any plane, grow towards the camera and keep single precision where it is needed.
 
-Screen positions are snapped to 1/1024 pixel, so that the edge functions are exact in double precision: triangles
-that share an edge neither overlap nor leave a gap (top-left rule).
+Screen positions are snapped to 1/1024 pixel, so that the edge functions are exact in double precision:
+triangles that share an edge neither overlap nor leave a gap (top-left rule).
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 from numba import njit
@@ -24,9 +22,7 @@ DEPTH_ONLY, RECORD, PEEL = 0, 1, 2
 
 
 @njit(cache=True, error_model="numpy")
-def fill_triangle(
-    x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, height
-):
+def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, height):
     """Draw one snapped screen triangle; returns the number of pixels it won."""
     first_x = max(np.ceil(min(x0, x1, x2) - 0.5), 0.0)
     last_x = min(np.floor(max(x0, x1, x2) - 0.5), width - 1.0)
@@ -138,7 +134,22 @@ def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
 
 @njit(cache=True, error_model="numpy")
 def draw_meshes(
-    draws, matrices, boxes, vertices, faces, perspective, near, far, mode, limit, nearness, seen, width, height, screen, cell
+    draws,
+    matrices,
+    boxes,
+    vertices,
+    faces,
+    perspective,
+    near,
+    far,
+    mode,
+    limit,
+    nearness,
+    seen,
+    width,
+    height,
+    screen,
+    cell,
 ):
     """Draw ranges of triangles into `nearness` and `seen`; returns the number of pixels won.
 
@@ -182,7 +193,7 @@ def draw_meshes(
         for face in range(draws[draw, 3], draws[draw, 4]):
             i0, i1, i2 = faces[face, 0], faces[face, 1], faces[face, 2]
             c0, c1, c2 = cell[i0], cell[i1], cell[i2]
-            # most triangles of a detailed mesh hold no pixel centre: all corners between the same columns or rows
+            # most triangles of a detailed mesh have no column or no row of pixel centres between their corners
             apart = (c0 ^ c1) | (c0 ^ c2)
             if (apart >> 32) == 0 or (apart & 0xFFFFFFFF) == 0:
                 continue
@@ -214,7 +225,10 @@ def fill_clipped(
         i = i0 if k == 0 else (i1 if k == 1 else i2)
         for axis in range(3):
             corner[k, axis] = (
-                m[axis, 0] * vertices[i, 0] + m[axis, 1] * vertices[i, 1] + m[axis, 2] * vertices[i, 2] + m[axis, 3]
+                m[axis, 0] * vertices[i, 0]
+                + m[axis, 1] * vertices[i, 1]
+                + m[axis, 2] * vertices[i, 2]
+                + m[axis, 3]
             )
     point = np.empty((4, 3))
     count = 0

@@ -1,4 +1,4 @@
-"""Colour of each pixel, once what it sees is known: each is shaded once, however many triangles lie behind."""
+"""Colour of each pixel, once what it sees is known: shaded once, however much lies behind."""
 
 from __future__ import annotations
 
@@ -7,81 +7,16 @@ import math
 import numpy as np
 from numba import njit
 
+from roboyard.cameras.kernels.options import FAST
+from roboyard.cameras.kernels.patterns import backdrop_color, checker_share, texel
 from roboyard.cameras.kernels.raster import PLANE
-
-# rounding may differ by a last bit, but infinities and NaN keep their meaning
-FAST = {"contract", "arcp", "nsz", "reassoc", "afn"}
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def texel(texels, offset, width, height, u, v, out):
-    """Bilinear sample of one level, repeating, v up; adds nothing, writes (4,) 0 to 1 into `out`."""
-    x = u * width - 0.5
-    y = (1.0 - v) * height - 0.5
-    x_floor, y_floor = np.floor(x), np.floor(y)
-    fx, fy = x - x_floor, y - y_floor
-    x0, y0 = np.int64(x_floor) % width, np.int64(y_floor) % height
-    x1, y1 = (x0 + 1) % width, (y0 + 1) % height
-    a, b = offset + y0 * width, offset + y1 * width
-    for k in range(4):
-        top = texels[a + x0, k] * (1.0 - fx) + texels[a + x1, k] * fx
-        bottom = texels[b + x0, k] * (1.0 - fx) + texels[b + x1, k] * fx
-        out[k] = (top * (1.0 - fy) + bottom * fy) * (1.0 / 255.0)
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def checker_share(x, y, wide_x, wide_y):
-    """Share of the second colour in a footprint of the given width around (x, y), in squares.
-
-    The footprint's exact mean over the board, one axis at a time, so that the board turns to an even mix
-    towards the horizon.
-    """
-    wide_x, wide_y = max(wide_x, 1e-4), max(wide_y, 1e-4)
-    # integral of the square wave that is +1 on even squares and -1 on odd ones is a triangle wave
-    a, b = 0.5 * (x - 0.5 * wide_x), 0.5 * (x + 0.5 * wide_x)
-    wave_x = 2.0 * (abs(a - np.floor(a) - 0.5) - abs(b - np.floor(b) - 0.5)) / wide_x
-    a, b = 0.5 * (y - 0.5 * wide_y), 0.5 * (y + 0.5 * wide_y)
-    wave_y = 2.0 * (abs(a - np.floor(a) - 0.5) - abs(b - np.floor(b) - 0.5)) / wide_y
-    return 0.5 - 0.5 * wave_x * wave_y
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def sunlight(shadow, size, m, x, y, z):
-    """Share of the sun that reaches a point: a 3 by 3 texel tent over the shadow map; 1 outside it."""
-    column = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3] - 0.5
-    row = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3] - 0.5
-    if not (column >= 1.0 and column < size - 2.0 and row >= 1.0 and row < size - 2.0):
-        return 1.0
-    q = -(m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3])
-    left, top = np.int64(column), np.int64(row)
-    fx, fy = column - left, row - top
-    total = 0.0
-    for j in range(4):
-        p = (top + j - 1) * size + left - 1
-        line = 0.0
-        if shadow[p] <= q:
-            line += 1.0 - fx
-        if shadow[p + 1] <= q:
-            line += 1.0
-        if shadow[p + 2] <= q:
-            line += 1.0
-        if shadow[p + 3] <= q:
-            line += fx
-        total += line * ((1.0 - fy) if j == 0 else (fy if j == 3 else 1.0))
-    return total / 9.0
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def backdrop_color(backdrop, row, height, out):
-    share = (row + 0.5) / height
-    for k in range(4):
-        out[k] = backdrop[0, k] * (1.0 - share) + backdrop[1, k] * share
+from roboyard.cameras.kernels.shadow import sunlight
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def shade(
     seen, nearness, width, height, perspective, origins, directions, to_world, to_local, looks, links,
-    faces, vertices, normals, uvs, colors, texels, textures, light, shadow, shadow_size, shadow_matrix,
+    faces, vertices, normals, uvs, colors, texels, textures, light, shadow, tiles, shadow_size, shadow_matrix,
     shadow_texel, backdrop, fade, front, layered, final, out,
 ):  # fmt: skip
     """Shade what `seen` says. final: write uint8 (pixels, 4) `out`, over the backdrop and under `front`;
@@ -96,6 +31,7 @@ def shade(
     behind = np.empty(4)
     plain = np.empty(4, dtype=np.uint8)
     foot = np.empty((2, 3))
+    step = np.empty((4, 3))  # of the line of sight per column and row, in mesh coordinates
     lx, ly, lz = light[0], light[1], light[2]
     ambient, diffuse, gloss, sky = light[6], light[7], light[8], light[9]
     lit = diffuse > 0.0 or gloss > 0.0
@@ -134,16 +70,24 @@ def shade(
                     instance = np.int64(code >> 32)
                     if instance != last_instance:
                         last_instance = instance
-                        h00, h01, h02 = to_local[instance, 0, 0], to_local[instance, 0, 1], to_local[instance, 0, 2]
-                        h10, h11, h12 = to_local[instance, 1, 0], to_local[instance, 1, 1], to_local[instance, 1, 2]
-                        h20, h21, h22 = to_local[instance, 2, 0], to_local[instance, 2, 1], to_local[instance, 2, 2]
-                        wx, wy, wz = to_world[instance, 0, 3], to_world[instance, 1, 3], to_world[instance, 2, 3]
+                        h = to_local[instance]
+                        h00, h01, h02 = h[0, 0], h[0, 1], h[0, 2]
+                        h10, h11, h12 = h[1, 0], h[1, 1], h[1, 2]
+                        h20, h21, h22 = h[2, 0], h[2, 1], h[2, 2]
+                        place = to_world[instance]
+                        wx, wy, wz = place[0, 3], place[1, 3], place[2, 3]
                         base_r, base_g = np.float64(looks[instance, 0]), np.float64(looks[instance, 1])
                         base_b, base_a = np.float64(looks[instance, 2]), np.float64(looks[instance, 3])
                         shininess = gloss * looks[instance, 4]
                         square = np.float64(looks[instance, 8])
                         if square > 0.0:
                             per_x, per_y = looks[instance, 9] / square, looks[instance, 10] / square
+                        for k in range(2):
+                            for j in range(3):
+                                step[k, j], step[k + 2, j] = 0.0, 0.0
+                                for i in range(3):
+                                    step[k, j] += to_local[instance, j, i] * origins[k + 1, i]
+                                    step[k + 2, j] += to_local[instance, j, i] * directions[k + 1, i]
                         texture, first_color = links[instance, 2], links[instance, 3]
                         first_uv, first_face = links[instance, 4], links[instance, 5]
                         first_vertex = links[instance, 6]
@@ -154,7 +98,8 @@ def shade(
                     i0 = first_vertex + faces[face, 0]
                     i1 = first_vertex + faces[face, 1]
                     i2 = first_vertex + faces[face, 2]
-                    ax, ay, az = np.float64(vertices[i0, 0]), np.float64(vertices[i0, 1]), np.float64(vertices[i0, 2])
+                    ax, ay = np.float64(vertices[i0, 0]), np.float64(vertices[i0, 1])
+                    az = np.float64(vertices[i0, 2])
                     ux, uy, uz = vertices[i1, 0] - ax, vertices[i1, 1] - ay, vertices[i1, 2] - az
                     vx, vy, vz = vertices[i2, 0] - ax, vertices[i2, 1] - ay, vertices[i2, 2] - az
                     gx, gy, gz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -213,12 +158,9 @@ def shade(
                     slant = gx * sx + gy * sy + gz * sz
                     slant = 1.0 / slant if abs(slant) > 1e-300 else 0.0
                     for k in range(2):
-                        cx = origins[k + 1, 0] + depth * directions[k + 1, 0]
-                        cy = origins[k + 1, 1] + depth * directions[k + 1, 1]
-                        cz = origins[k + 1, 2] + depth * directions[k + 1, 2]
-                        qx = h00 * cx + h01 * cy + h02 * cz
-                        qy = h10 * cx + h11 * cy + h12 * cz
-                        qz = h20 * cx + h21 * cy + h22 * cz
+                        qx = step[k, 0] + depth * step[k + 2, 0]
+                        qy = step[k, 1] + depth * step[k + 2, 1]
+                        qz = step[k, 2] + depth * step[k + 2, 2]
                         along = (gx * qx + gy * qy + gz * qz) * slant
                         foot[k, 0] = qx - along * sx
                         foot[k, 1] = qy - along * sy
@@ -285,9 +227,8 @@ def shade(
                         sun = 1.0
                         if shadow_size > 0:
                             lift = side * face_lift
-                            sun = sunlight(
-                                shadow, shadow_size, shadow_matrix, x + lift * ex, y + lift * ey, z + lift * ez
-                            )
+                            cx, cy, cz = x + lift * ex, y + lift * ey, z + lift * ez
+                            sun = sunlight(shadow, tiles, shadow_size, shadow_matrix, cx, cy, cz)
                     amount = diffuse * ((1.0 - sky) * sun * max(facing, 0.0) + sky * (0.5 + 0.5 * nz))
                     level_r += amount * light[3]
                     level_g += amount * light[4]
@@ -348,35 +289,3 @@ def describe(seen, nearness, links, perspective, depth, segmentation):
             depth[p] = np.float32(1.0) / nearness[p] if perspective else -nearness[p]
             segmentation[p, 0] = links[instance, 0]
             segmentation[p, 1] = links[instance, 1]
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def lit_bounds(seen, nearness, width, height, stride, perspective, origins, directions, m, low, high):
-    """What is seen where shadows may fall: in the axes `m` (3, 4), between `low` and `high` (2,).
-
-    Looks at every `stride`-th pixel. Returns lower and upper bounds (2, 2), how many points there were and the
-    sum of their depths.
-    """
-    out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
-    count, total = 0, 0.0
-    for row in range(0, height, stride):
-        for column in range(0, width, stride):
-            p = row * width + column
-            if seen[p] < 0:
-                continue
-            px, py = column + 0.5, row + 0.5
-            depth = 1.0 / np.float64(nearness[p]) if perspective else -np.float64(nearness[p])
-            x = origins[0, 0] + origins[1, 0] * px + origins[2, 0] * py
-            y = origins[0, 1] + origins[1, 1] * px + origins[2, 1] * py
-            z = origins[0, 2] + origins[1, 2] * px + origins[2, 2] * py
-            x += depth * (directions[0, 0] + directions[1, 0] * px + directions[2, 0] * py)
-            y += depth * (directions[0, 1] + directions[1, 1] * px + directions[2, 1] * py)
-            z += depth * (directions[0, 2] + directions[1, 2] * px + directions[2, 2] * py)
-            u = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
-            v = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
-            if u >= low[0] and u <= high[0] and v >= low[1] and v <= high[1]:
-                out[0, 0], out[1, 0] = min(out[0, 0], u), max(out[1, 0], u)
-                out[0, 1], out[1, 1] = min(out[0, 1], v), max(out[1, 1], v)
-                count += 1
-                total += depth
-    return out, count, total
