@@ -9,11 +9,8 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import io
-import logging
 import os
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,10 +22,11 @@ from roboyard.errors import MeshError
 from roboyard.shapes import inertia
 from roboyard.shapes.inertia import MassProperties, convex_hull, is_closed, volume_integrals
 from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.references import names_in
 
 Array = NDArray[np.float64]
 
-_VERSION = 1
+_VERSION = 3
 """Part of the cache key: raise it when the facts of a file change meaning."""
 _MAX_HULL_POINTS = 400
 
@@ -61,8 +59,8 @@ class MeshFacts:
     """What the mass properties were taken of (see `roboyard.shapes.inertia`)."""
     mass: float
     """At density 1."""
-    notes: tuple[str, ...] = ()
-    """What the loader had to leave out: material libraries and images that were not found, ..."""
+    names: tuple[str, ...] = ()
+    """Of material libraries, images and buffers, as the file names them."""
 
     @property
     def is_flat(self) -> bool:
@@ -103,36 +101,9 @@ def mesh_facts(path: Path) -> MeshFacts:
     kept = _cache_folder() / f"{content}-{path.suffix.lower().lstrip('.')}-{_VERSION}.npz"
     facts = _recall(kept, content)
     if facts is None:
-        with _heard() as notes:
-            mesh = load_mesh(path)
-        facts = dataclasses.replace(facts_of(mesh, content), notes=tuple(notes))
+        facts = dataclasses.replace(facts_of(load_mesh(path), content), names=tuple(names_in(path)))
         _remember(kept, facts)
     return facts
-
-
-class _Listener(logging.Handler):
-    """Collects what the loader logs about one file."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.notes: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.notes.append(record.getMessage())
-
-
-@contextmanager
-def _heard() -> Iterator[list[str]]:
-    """The loader's warnings, kept off the terminal."""
-    log, listener = logging.getLogger("roboyard.shapes"), _Listener()
-    propagated = log.propagate
-    log.addHandler(listener)
-    log.propagate = False
-    try:
-        yield listener.notes
-    finally:
-        log.removeHandler(listener)
-        log.propagate = propagated
 
 
 def facts_of(triangles: TriangleMesh, content: str = "") -> MeshFacts:
@@ -208,7 +179,7 @@ def _recall(file: Path, content: str) -> MeshFacts | None:
         with np.load(io.BytesIO(data), allow_pickle=False) as stored:
             kept = {name: stored[name].item() for name in _SCALARS}
             kept |= {name: stored[name] for name in _ARRAYS}
-            kept["notes"] = tuple(str(note) for note in stored["notes"])
+            kept["names"] = tuple(str(name) for name in stored["names"])
         return MeshFacts(content=content, **kept)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError):
         return None
@@ -216,7 +187,7 @@ def _recall(file: Path, content: str) -> MeshFacts | None:
 
 def _remember(file: Path, facts: MeshFacts) -> None:
     stored = {name: np.asarray(getattr(facts, name)) for name in (*_SCALARS, *_ARRAYS)}
-    stored["notes"] = np.asarray(facts.notes, dtype=np.str_)
+    stored["names"] = np.asarray(facts.names, dtype=np.str_)
     partial = file.with_name(f"{file.name}.{os.getpid()}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import numpy as np
 
 from roboyard.errors import DescriptionError
 from roboyard.urdf.auditing import checks as checks
@@ -15,6 +19,9 @@ from roboyard.urdf.auditing.registry import CHECKS, Fault, Faults, check
 from roboyard.urdf.read import load_urdf
 from roboyard.urdf.resolve import Resolver
 from roboyard.urdf.xml import read_xml
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 @check(
@@ -55,6 +62,18 @@ def audit(
     return judge(draft, blocked=blocked)
 
 
+def _quietly(function: Callable[P, R]) -> Callable[P, R]:
+    """Numbers of a broken file may overflow; what comes of it is judged, not warned about."""
+
+    @functools.wraps(function)
+    def quiet(*args: P.args, **kwargs: P.kwargs) -> R:
+        with np.errstate(all="ignore"):
+            return function(*args, **kwargs)
+
+    return quiet
+
+
+@_quietly
 def open_draft(
     path: Path | str, *, packages: Mapping[str, Path] | None = None, search_paths: Sequence[Path] = ()
 ) -> tuple[Draft, bool]:
@@ -86,6 +105,7 @@ def open_draft(
     return read_draft(file, root, notes, resolver), False
 
 
+@_quietly
 def judge(draft: Draft, *, blocked: bool = False) -> Audit:
     """The audit of a draft; `blocked` where only the checks of the file as such make sense."""
     findings = _findings(draft, only_file=blocked)

@@ -6,22 +6,12 @@ import json
 import re
 import shutil
 import unicodedata
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
-from roboyard.shapes.companions import find_companion
-
-_MTLLIB = re.compile(rb"^([ \t]*mtllib[ \t]+)([^\r\n]+)", re.M)
-_MAP = re.compile(
-    rb"^([ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+"
-    rb"(?:-(?:blendu|blendv|cc|clamp|imfchan|texres|type|bm|boost)[ \t]+\S+[ \t]+"
-    rb"|-mm[ \t]+\S+[ \t]+\S+[ \t]+|-[ost](?:[ \t]+[-+.\deE]+){1,3}[ \t]+)*)([^\r\n]+)",
-    re.M | re.I,
-)
-_INIT_FROM = re.compile(rb"(<init_from>\s*(?:<ref>\s*)?)([^<]+?)(?=\s*<)")
-_MAX_TEXT = 256 << 20
+from roboyard.shapes.references import NAME_PATTERNS, named_files
 
 
 def plain_name(name: str) -> str:
@@ -53,14 +43,14 @@ class Stage:
         """Copy a mesh with what it names; returns its path relative to the folder, with `/`."""
         if source not in self.staged:
             name = plain_name(source.name) if self.plain else source.name
-            companions = dict(_companions(source))
+            companions = dict(named_files(source))
             self.staged[source] = self._place("meshes", name, own_folder=bool(companions))
             target = self.folder / self.staged[source]
             target.parent.mkdir(parents=True, exist_ok=True)
             bare = _bare_names(companions.values(), target.name)
             _copy_rewritten(source, target, {n: bare[file] for n, file in companions.items()})
             for file, new in bare.items():
-                named = {n: bare[other] for n, other in _companions(source, file)}
+                named = {n: bare[other] for n, other in named_files(source, file)}
                 _copy_rewritten(file, target.parent / new, named)
         return self.staged[source]
 
@@ -101,47 +91,11 @@ def _bare_names(files: Iterable[Path], taken: str) -> dict[Path, str]:
     return names
 
 
-def _companions(mesh: Path, part: Path | None = None) -> Iterator[tuple[str, Path]]:
-    """Name as written to file, of everything that `part` of a mesh (the mesh itself by default) needs.
-
-    A part of a mesh names its files from the mesh's folder (as the loader reads them). What an OBJ's material
-    libraries name is included, so that one folder holds it all.
-    """
-    file = mesh if part is None else part
-    for name in _names(file):
-        found = find_companion(mesh, name)
-        if found is None or found == file:
-            continue
-        yield name, found
-        if found.suffix.lower() == ".mtl" and part is None:
-            yield from _companions(mesh, found)
-
-
-def _names(file: Path) -> Iterator[str]:
-    suffix = file.suffix.lower()
-    pattern = {".obj": _MTLLIB, ".mtl": _MAP, ".dae": _INIT_FROM}.get(suffix)
-    if file.stat().st_size > _MAX_TEXT:
-        return
-    if pattern is not None:
-        for match in pattern.finditer(file.read_bytes()):
-            name = match[2].decode("utf-8", "replace").strip()
-            if suffix != ".dae" or "." in name:  # in a DAE, init_from may also name an image by its id
-                yield name
-    elif suffix == ".gltf":
-        try:
-            scene = json.loads(file.read_text(encoding="utf-8", errors="replace"))
-            entries = [*scene.get("buffers", ()), *scene.get("images", ())]
-            uris = [entry.get("uri") for entry in entries]
-        except (ValueError, AttributeError, TypeError, RecursionError):
-            return
-        yield from (uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:"))
-
-
 def _copy_rewritten(source: Path, target: Path, bare_names: dict[str, str]) -> None:
     """Copy a file; the names in it that are not bare become bare."""
     changed = {name: bare for name, bare in bare_names.items() if unquote(name) != bare}
     suffix = source.suffix.lower()
-    pattern = {".obj": _MTLLIB, ".mtl": _MAP, ".dae": _INIT_FROM}.get(suffix)
+    pattern = NAME_PATTERNS.get(suffix)
     if not changed or (pattern is None and suffix != ".gltf"):
         shutil.copyfile(source, target)
         return

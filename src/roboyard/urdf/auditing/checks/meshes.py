@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from roboyard.poses import Array
+from roboyard.shapes.references import missing_files
 from roboyard.urdf.auditing.draft import Draft, DraftShape, MeshUse
 from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
@@ -378,9 +379,10 @@ def mesh_open(draft: Draft) -> Faults:
 def mesh_companion_missing(draft: Draft) -> Faults:
     """A material library or image that a mesh file names is not there; its colours are left out."""
     for shape, mesh, path in _by_file(draft):
-        for note in () if mesh.facts is None else mesh.facts.notes[:4]:
-            message = note.removeprefix(f"{path.name}: ").rpartition("; ")[0]
-            yield Fault(at=shape, line=line_of(mesh.element), message=f"mesh {path.name}: {message}")
+        names = () if mesh.facts is None else mesh.facts.names
+        for name in missing_files(path, names)[:4]:
+            message = f"mesh {path.name} names {name!r}, which is not in its folders"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
 
 
 @check(
