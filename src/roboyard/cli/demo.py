@@ -44,7 +44,7 @@ def demo(
         bool,
         typer.Option("--overwrite/--no-overwrite", help="Write also into a folder that holds other things."),
     ] = False,
-    short: Annotated[bool, typer.Option("--short", help="Smaller pictures, quicker sweeps.")] = False,
+    short: Annotated[bool, typer.Option("--short", help="Smaller pictures and fewer of them.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON instead of tables.")
     ] = False,

@@ -25,8 +25,6 @@ Flags = NDArray[np.bool_]
 MOST_GROUPS = 6
 SHORTEST, LONGEST = 1.5, 20.0
 """s for one group."""
-SHORTEST_SHORT, LONGEST_SHORT = 0.6, 3.0
-"""s for one group of the short demo."""
 SAMPLES = 33
 REACH_DIRECTIONS = 48
 """In which each group's farthest points are looked for."""
@@ -79,10 +77,9 @@ class Plan:
         return {sweep.joint: sweep for group in self.groups for sweep in group.sweeps}
 
 
-def make_plan(figure: Figure, *, short: bool = False) -> Plan:
+def make_plan(figure: Figure) -> Plan:
     """Decide how the robot stands, in which groups its joints move, and how far."""
     stance = decide(figure)
-    shortest, longest = (SHORTEST_SHORT, LONGEST_SHORT) if short else (SHORTEST, LONGEST)
     inertias = figure.moved_inertias()
     levels: dict[tuple[bool, int], list[Sweep]] = {}
     for joint in figure.joints:
@@ -93,14 +90,14 @@ def make_plan(figure: Figure, *, short: bool = False) -> Plan:
         if stance.kind == "standing":
             sweep = _trimmed(figure, stance, _gentle(figure, stance, sweep, inertia))
         place = (joint.name not in stance.levers, _level(figure, joint.name))
-        levels.setdefault(place, []).append(_timed(sweep, longest))
+        levels.setdefault(place, []).append(_timed(sweep))
     merged = _merged([levels[place] for place in sorted(levels)], stance.levers)
     groups = []
     for sweeps in merged:
         together = tuple(sweeps)
         if stance.kind == "standing":
             together = _balanced(figure, stance, together)
-        groups.append(Group(sweeps=together, duration=max(shortest, *(s.duration for s in together))))
+        groups.append(Group(sweeps=together, duration=max(SHORTEST, *(s.duration for s in together))))
     rest = figure.points(figure.poses({}))
     places = [rest, *(figure.points(_group_poses(figure, group.sweeps)).reshape(-1, 3) for group in groups)]
     reach = np.concatenate([extreme_points(place, REACH_DIRECTIONS) for place in places])
@@ -165,11 +162,14 @@ def _level(figure: Figure, name: str) -> int:
     return level
 
 
-def _timed(sweep: Sweep, longest: float) -> Sweep:
+def _timed(sweep: Sweep) -> Sweep:
     """The sweep, shortened where the joint is too slow for its range."""
-    if sweep.duration <= longest:
+    if sweep.duration <= LONGEST:
         return sweep
-    return _shrunk(sweep, longest / sweep.duration, f"it is too slow for more in {longest:g} s")
+    reason = f"it is too slow for more in {LONGEST:g} s"
+    while sweep.duration > LONGEST:
+        sweep = _shrunk(sweep, min(LONGEST / sweep.duration, 0.99), reason)
+    return sweep
 
 
 def _shrunk(sweep: Sweep, factor: float, reason: str) -> Sweep:

@@ -47,7 +47,7 @@ def run_demo(
         out: folder for robot.gif, four views, joints.png and summary.json; made whole or not at all.
         packages: ROS package name to folder, for `package://`.
         overwrite: write also into a folder that holds other things (which stay).
-        short: smaller pictures and quicker sweeps, for a test of the installation.
+        short: smaller pictures and fewer of them, for a test of the installation.
         report: told how far the demo is.
 
     Raises:
@@ -88,7 +88,7 @@ def _perform(
     description = intake.description
     figure = Figure(description)
     tell("reading", 0.5)
-    plan = make_plan(figure, short=short)
+    plan = make_plan(figure)
     stage = Stage(figure, plan)
     stage.world.ensure_compiled()
     notes = dict.fromkeys([*description.notes, *stage.robot.notes, *remarks])

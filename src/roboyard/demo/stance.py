@@ -89,6 +89,8 @@ def decide(figure: Figure) -> Stance:
     root = figure.description.root
     if root.name.lower() in WORLD_NAMES and root.inertial is None and root.name not in figure.outlines:
         return found("mounted", f'its root link is "{root.name}"')
+    if not figure.joints:
+        return found("standing", "it has no joints to drive")
     legs = _carrying_joints(figure, feet, float(lowest), tolerance)
     if legs:
         lifted = {

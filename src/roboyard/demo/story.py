@@ -12,7 +12,7 @@ from roboyard.demo.plan import Group
 from roboyard.demo.stage import Stage
 from roboyard.poses import Array, rotate
 
-STEPS_PER_TICK = 4
+STEPS_PER_TICK = 2
 """Time steps between two looks at the robot."""
 SETTLE_LIMIT, SETTLE_LIMIT_SHORT = 3.0, 1.5
 """s"""
