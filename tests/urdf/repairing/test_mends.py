@@ -1,0 +1,106 @@
+"""Every mend: the fault is gone, the robot moves as before, and a second repair changes nothing."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from audit_cases import CASES, write_case
+
+from roboyard.errors import DescriptionError
+from roboyard.urdf import RobotDescription, audit, forward_kinematics, load_urdf, repair
+from roboyard.urdf.auditing import CHECKS
+from roboyard.urdf.repairing import MENDS
+
+MENDABLE = [code for code, check in CHECKS.items() if check.mendable]
+READABLE = [
+    code for code in CASES if code not in ("xml-unsafe", "xml-syntax", "root-not-robot", "too-many-links")
+]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """The robot's files, without the logs."""
+    logs = {"repair_log.json", "repair.diff", "renames.json"}
+    return {
+        str(file.relative_to(folder)): file.read_bytes()
+        for file in folder.rglob("*")
+        if file.is_file() and file.name not in logs
+    }
+
+
+def random_positions(robot: RobotDescription) -> dict[str, float]:
+    rng = np.random.default_rng(7)
+    one_axis = ("revolute", "continuous", "prismatic")
+    return {j.name: rng.uniform(-2, 2) for j in robot.joints if j.type in one_axis and j.mimic is None}
+
+
+def test_every_mendable_code_has_a_mend() -> None:
+    assert set(MENDABLE) == set(MENDS)
+
+
+@pytest.mark.parametrize("code", MENDABLE)
+def test_the_fault_is_mended_and_logged(code: str, tmp_path: Path) -> None:
+    file = write_case(CASES[code][0], tmp_path)
+    assert all(finding.mendable for finding in audit(file).of(code))
+    result = repair(file, tmp_path / "out")
+    assert code not in result.after.codes
+    mends = [mend for mend in result.mends if mend.code == code]
+    assert mends
+    assert all(mend.before != mend.after for mend in mends)
+    assert set(result.after.codes) <= set(result.before.codes)
+
+
+@pytest.mark.parametrize("code", READABLE)
+def test_repairing_a_repaired_robot_changes_nothing(code: str, tmp_path: Path) -> None:
+    first = repair(write_case(CASES[code][0], tmp_path), tmp_path / "one")
+    second = repair(first.urdf, tmp_path / "two")
+    assert second.mends == ()
+    assert second.diff == ""
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+
+
+@pytest.mark.parametrize("code", READABLE)
+def test_the_robot_moves_as_before(code: str, tmp_path: Path) -> None:
+    file = write_case(CASES[code][0], tmp_path)
+    try:
+        before = load_urdf(file)
+    except DescriptionError:
+        pytest.skip("the fault keeps the robot from being read")
+    result = repair(file, tmp_path / "out")
+    after = load_urdf(result.urdf)
+    links, joints = result.renames["links"], result.renames["joints"]
+    q = random_positions(before)
+    old = forward_kinematics(before, q)
+    new = forward_kinematics(after, {joints.get(name, name): value for name, value in q.items()})
+    assert [links.get(link.name, link.name) for link in before.links] == [link.name for link in after.links]
+    for name, pose in old.items():
+        np.testing.assert_allclose(new[links.get(name, name)], pose, atol=1e-9)
+
+
+LEAVES_A_NOTE = {"mimic-cycle", "material-undefined", "texture-missing", "geometry-unknown"}
+
+
+@pytest.mark.parametrize("code", [code for code in READABLE if code not in LEAVES_A_NOTE])
+def test_a_usable_robot_is_read_strictly_after_repair(code: str, tmp_path: Path) -> None:
+    file = write_case(CASES[code][0], tmp_path)
+    result = repair(file, tmp_path / "out")
+    if not result.before.is_usable:
+        assert not result.after.is_usable
+        return
+    assert result.after.is_usable
+    assert load_urdf(result.urdf, strict=True).notes == ()
+
+
+@pytest.mark.parametrize("code", MENDABLE)
+def test_keep_leaves_a_code_as_it_is(code: str, tmp_path: Path) -> None:
+    if code in ("xml-tolerated", "mesh-found-nearby"):
+        pytest.skip("writing the robot at all puts this right")
+    result = repair(write_case(CASES[code][0], tmp_path), tmp_path / "out", keep=[code])
+    assert code in result.after.codes
+    assert code not in {mend.code for mend in result.mends}
+
+
+def test_only_mends_what_is_named(tmp_path: Path) -> None:
+    text = str(CASES["axis-not-unit"][0]).replace('name="j"', 'name="joint 1"')
+    result = repair(write_case(text, tmp_path), tmp_path / "out", only=["axis-not-unit"])
+    assert {mend.code for mend in result.mends} == {"axis-not-unit"}
+    assert result.after.codes == ("joint-name-odd",)
