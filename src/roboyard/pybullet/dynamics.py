@@ -109,8 +109,8 @@ def changeDynamics(
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]
         if number(jointDamping) >= 0:
-            joint.set_damping(jointDamping)
-        if number(jointLowerLimit) <= number(jointUpperLimit):
+            joint.damping = jointDamping
+        if number(jointLowerLimit) <= number(jointUpperLimit) and joint.is_scalar:
             joint.set_limits(jointLowerLimit, jointUpperLimit)
 
 

@@ -11,12 +11,15 @@ from roboyard.pybullet.calling import builtin, public
 from roboyard.pybullet.commands import COMMANDS
 
 _TOPICS = (
+    "articulated",
     "bodies",
     "camera",
     "collision_shapes",
+    "contact_points",
     "control",
     "debug",
     "dynamics",
+    "filters",
     "forces",
     "joints",
     "links",
@@ -24,6 +27,7 @@ _TOPICS = (
     "logs",
     "multibody",
     "parameters",
+    "raycasts",
     "search",
     "stepping",
     "unavailable",

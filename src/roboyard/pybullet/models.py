@@ -86,7 +86,7 @@ def bullet_model(
         index[joint.child] = k
         links.append(link)
     is_fixed = fixed_base or links[0].mass == 0.0
-    if is_fixed:
+    if fixed_base:
         links[0].mass, links[0].moments = 0.0, (0.0, 0.0, 0.0)
     return BodyModel(
         name=description.name,

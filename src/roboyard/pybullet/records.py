@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.poses import Array, from_wxyz, multiply, rotate
+from roboyard.poses import Array, conjugate, from_wxyz, multiply, rotate
 from roboyard.pybullet.joint_tables import POSITION_COUNT, VELOCITY_COUNT, joint_infos
 from roboyard.pybullet.models import BodyModel
 from roboyard.urdf.model import Pose
@@ -105,6 +105,12 @@ class BodyRecord:
         """Pose of a link's inertial frame from that of its link frame."""
         frame = self.links[link + 1].frame
         return position + rotate(quaternion, frame.position), multiply(quaternion, frame.quaternion)
+
+    def from_inertial(self, position: Array, quaternion: Array, link: int = -1) -> tuple[Array, Array]:
+        """Pose of a link frame from that of the link's inertial frame."""
+        frame = self.links[link + 1].frame
+        turned = multiply(quaternion, conjugate(frame.quaternion))
+        return np.asarray(position) - rotate(turned, frame.position), turned
 
     def positions_of(self, joint: int) -> slice:
         start = self.position_addresses[joint]

@@ -48,10 +48,10 @@ def shape_moments(
 
 
 def _is_at(shape: Collision, position: Array, rotation: Array) -> bool:
-    turn = matrix_from_quaternion(shape.origin.quaternion)
+    """Whether the shape's frame, worked out in floating point, is the inertial frame to the last bit."""
+    turn = rotation.T @ matrix_from_quaternion(shape.origin.quaternion)
     return bool(
-        np.array_equal(np.asarray(shape.origin.position), position)
-        and np.allclose(turn, rotation, atol=1e-15)
+        np.array_equal(np.asarray(shape.origin.position), position) and np.array_equal(turn, np.eye(3))
     )
 
 

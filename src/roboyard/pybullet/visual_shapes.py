@@ -117,8 +117,8 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
     """How a body looks.
 
     Returns:
-        for each visual shape: body, link, type, dimensions, mesh file, position and quaternion in the link frame,
-        rgba; with VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS the texture's id too. () for an unknown body.
+        for each visual shape: body, link, type, dimensions, mesh file, position and quaternion in the link
+        frame, rgba; with VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS the texture's id too. () for an unknown body.
     """
     record = client.scene.bodies.get(whole(objectUniqueId))
     if record is None:
@@ -142,7 +142,8 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
     """What a link collides with.
 
     Returns:
-        for each shape: body, link, type, dimensions, mesh file, position and quaternion in the inertial frame.
+        for each shape: body, link, type, dimensions, mesh file, position and quaternion in the inertial
+        frame.
     """
     record = client.scene.bodies.get(whole(objectUniqueId))
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
