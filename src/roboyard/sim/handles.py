@@ -223,6 +223,42 @@ class Joint:
         lower, upper = (float(bound) for bound in model.jnt_range[row])
         return lower, upper
 
+    def set_limits(self, lower: float, upper: float) -> None:
+        """Bound the position of a joint of one degree of freedom; rad or m. `lower > upper` takes bounds away.
+
+        `limits` goes on saying what the description says.
+        """
+        import mujoco
+
+        if not self.is_scalar or not self._built.joint_elements:
+            raise RoboyardError(f"joint {self.name!r} ({self.type}) has no position limits to set")
+        limited = lower <= upper
+        element, world = self._built.joint_elements[0], self.body.world
+        flags = mujoco.mjtLimited
+        element.limited = flags.mjLIMITED_TRUE if limited else flags.mjLIMITED_FALSE
+        if limited:
+            element.range = [lower, upper]
+        if not world.is_stale:
+            world.model.jnt_limited[element.id] = limited
+            if limited:
+                world.model.jnt_range[element.id] = lower, upper
+
+    @property
+    def damping(self) -> float:
+        """N m s/rad or N s/m, the same for each degree of freedom."""
+        elements = self._built.joint_elements
+        return float(elements[0].damping[0]) if elements else 0.0
+
+    @damping.setter
+    def damping(self, value: float) -> None:
+        if not value >= 0:
+            raise RoboyardError(f"joint {self.name!r}: damping is at least 0; got {value}")
+        for element in self._built.joint_elements:
+            element.damping = [value, 0.0, 0.0]
+        world = self.body.world
+        if self._built.joint_elements and not world.is_stale:
+            world.model.dof_damping[self.dof_slice] = value
+
     @property
     def qpos_slice(self) -> slice:
         """Where this joint's position lies in MuJoCo's qpos."""
