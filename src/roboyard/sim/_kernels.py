@@ -204,3 +204,10 @@ def clamp(velocity, largest):  # pragma: no cover
             velocity[i] = largest[i]
         elif velocity[i] < -largest[i]:
             velocity[i] = -largest[i]
+
+
+@njit(cache=True)
+def hard_equalities(position, velocity, count, timestep, erp, aref):  # pragma: no cover
+    """Reference accelerations of equalities on the velocity level: v' = -erp position / dt."""
+    for row in range(count):
+        aref[row] = (-erp * position[row] / timestep - velocity[row]) / timestep

@@ -224,7 +224,7 @@ class Joint:
         return lower, upper
 
     def set_limits(self, lower: float, upper: float) -> None:
-        """Bound the position of a joint of one degree of freedom; rad or m. `lower > upper` takes bounds away.
+        """Bound a joint of one degree of freedom; rad or m. `lower > upper` takes bounds away.
 
         `limits` goes on saying what the description says.
         """

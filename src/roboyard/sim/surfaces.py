@@ -96,6 +96,10 @@ class Surfaces:
                 data.xfrc_applied,
             )
         profile = self._world.profile
+        if self._world.hard_contacts and data.ne:
+            _kernels.hard_equalities(
+                data.efc_pos, data.efc_vel, data.ne, model.opt.timestep, profile.erp, data.efc_aref
+            )
         if not data.ncon:
             return
         contact = data.contact
@@ -145,11 +149,8 @@ class Surfaces:
             self._acceleration = np.zeros(2 * rows)
         return self._base
 
-    def solve_hard_contacts(self, model: Any, data: Any) -> None:
-        """The second half of a step up to the accelerations, sliding contacts corrected until they fit."""
-        mujoco.mj_fwdActuation(model, data)
-        mujoco.mj_fwdAcceleration(model, data)
-        mujoco.mj_fwdConstraint(model, data)
+    def correct_sliding(self, model: Any, data: Any) -> None:
+        """After the solver: correct sliding contacts and solve again until they fit."""
         if not data.ncon:
             return
         from roboyard.sim import _kernels

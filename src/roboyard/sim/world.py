@@ -17,6 +17,7 @@ from roboyard.sim import appearance, contacts, objects, rays, state
 from roboyard.sim.assets import MeshAssets
 from roboyard.sim.body import Body
 from roboyard.sim.build import BuildOptions, Built, build, discard, is_anchored
+from roboyard.sim.constraints import Constraints
 from roboyard.sim.drives import Drives
 from roboyard.sim.filters import CollisionFilters
 from roboyard.sim.motors import Motors
@@ -75,6 +76,7 @@ class World:
         self.profile = profile
         self.drives = Drives(self)
         self.motors = Motors(self)
+        self.constraints = Constraints(self)
         self.surfaces = Surfaces(self)
         self.wrenches = Wrenches(self)
         self.filters = CollisionFilters(self)
@@ -168,6 +170,7 @@ class World:
         self._geom_owners = None
         self.surfaces.invalidate()
         self.motors.invalidate()
+        self.constraints.invalidate()
         self.looks.invalidate()
         self.mark_moved()
 
@@ -396,6 +399,7 @@ class World:
         if body.is_removed or self.body_by_id.get(body.id) is not body:
             raise StaleHandleError(f"body {body.name!r} is not in this world")
         built = body.built
+        self.constraints.forget(body.id)
         self.filters.forget(body)
         self.surfaces.forget(body.id)
         self.motors.forget(body.id)
@@ -430,7 +434,8 @@ class World:
         """
         if self._stale:
             self.ensure_compiled()
-        if self.surfaces.is_active or self.wrenches.pending or self.motors.is_active:
+        bounded = self.constraints.is_bounded
+        if bounded or self.surfaces.is_active or self.wrenches.pending or self.motors.is_active:
             for _ in range(n):
                 self._step_in_halves()
         else:
@@ -451,13 +456,28 @@ class World:
             self.wrenches.pending = True
         if motors:
             self.motors.apply(model, data)
-        if self.hard_contacts:
-            self.surfaces.solve_hard_contacts(model, data)
-            mujoco.mj_Euler(model, data)
+        bounded = self.constraints.is_bounded
+        if self.hard_contacts or bounded:
+            self._solve(bounded)
         else:
             mujoco.mj_step2(model, data)
         if self.wrenches.pending:
             self.wrenches.clear()
+
+    def _solve(self, bounded: bool) -> None:
+        """The second half of a step by hand, with the solver repeated where Roboyard's rules ask for it."""
+        model, data = self._model, self._data
+        mujoco.mj_fwdActuation(model, data)
+        mujoco.mj_fwdAcceleration(model, data)
+        mujoco.mj_fwdConstraint(model, data)
+        if self.hard_contacts:
+            self.surfaces.correct_sliding(model, data)
+        if bounded:
+            self.constraints.bound_forces(model, data)
+        if self.profile.integrator == "euler":
+            mujoco.mj_Euler(model, data)
+        else:
+            mujoco.mj_implicit(model, data)
 
     def _explosion(self) -> str:
         bad = np.flatnonzero(~np.isfinite(self._data.qvel))

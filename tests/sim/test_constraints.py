@@ -1,0 +1,112 @@
+"""Welds, points and gears hold; bounds let go; distances are those of the shapes."""
+
+import numpy as np
+import pytest
+from sim_robots import arm, pendulum
+
+from roboyard.errors import StaleHandleError
+from roboyard.sim import World
+from roboyard.sim.profile import BULLET, PLAIN
+from roboyard.sim.proximity import between_bodies, nearest
+
+PROFILES = pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
+
+
+@PROFILES
+def test_a_weld_to_the_world_carries_a_box(profile):
+    world = World(profile=profile)
+    box = world.add_box((0.2, 0.2, 0.2), (0, 0, 1), mass=2.0)
+    held = world.constraints.add_weld(box.links[0], None, position_a=(0.1, 0, 0), position_b=(0.1, 0, 1))
+    world.step(240)
+    np.testing.assert_allclose(box.position, [0, 0, 1], atol=2e-3)
+    assert abs(box.orientation[3]) == pytest.approx(1.0, abs=1e-5)
+    assert np.abs(world.constraints.applied(held)[:3]).max() == pytest.approx(2 * 9.81, rel=1e-2)
+    world.constraints.set_frame(held, "b", (0.4, 0, 1))
+    world.step(480)
+    np.testing.assert_allclose(box.position, [0.3, 0, 1], atol=5e-3)
+    world.constraints.remove(held)
+    world.step(60)
+    assert box.position[2] < 0.8
+    with pytest.raises(StaleHandleError):
+        world.constraints.get(held.id)
+
+
+@PROFILES
+def test_a_point_lets_the_link_swing(profile):
+    world = World(profile=profile)
+    bar = world.add_box((1.0, 0.05, 0.05), (0.5, 0, 2))
+    world.constraints.add_point(bar.links[0], None, position_a=(-0.5, 0, 0), position_b=(0, 0, 2))
+    world.step(120)
+    from roboyard.poses import rotate
+
+    end = bar.position + rotate(bar.orientation, np.array([-0.5, 0, 0]))
+    np.testing.assert_allclose(end, [0, 0, 2], atol=5e-3)
+    assert bar.position[2] < 1.9
+
+
+@PROFILES
+def test_links_of_two_bodies_stay_together(profile):
+    world = World(gravity=(0, 0, 0), profile=profile)
+    a = world.add_box((0.1, 0.1, 0.1), (0, 0, 1))
+    b = world.add_box((0.1, 0.1, 0.1), (0.3, 0, 1))
+    world.constraints.add_weld(a.links[0], b.links[0], position_a=(0.3, 0, 0))
+    a.set_velocity((0, 0, 0), (0, 0, 1.0))
+    world.step(240)
+    assert np.linalg.norm(a.position - b.position) == pytest.approx(0.3, abs=5e-3)
+
+
+def test_bounds_let_a_heavy_body_slip():
+    world = World(profile=BULLET)
+    box = world.add_box((0.2, 0.2, 0.2), (0, 0, 5), mass=2.0)
+    held = world.constraints.add_point(box.links[0], None, position_b=(0, 0, 5), max_force=10.0)
+    world.step(24)
+    t = 24 / 240
+    fallen = 0.5 * (9.81 - 5.0) * t * (t + 1 / 240)
+    assert 5 - box.position[2] == pytest.approx(fallen, rel=0.03)
+    assert np.abs(world.constraints.applied(held)).max() == pytest.approx(10.0, rel=0.02)
+
+
+@PROFILES
+@pytest.mark.parametrize("ratio", [-1.0, 0.5])
+def test_gears_couple_velocities(profile, ratio):
+    world = World(gravity=(0, 0, 0), profile=profile)
+    one = world.add_urdf(pendulum(), (0, 0, 2), fixed_base=True).joint("hinge")
+    two = world.add_urdf(pendulum(), (5, 0, 2), fixed_base=True).joint("hinge")
+    one.position = 0.4
+    world.constraints.add_gear(one, two, ratio)
+    two.velocity = 1.0
+    world.step(24)
+    assert one.velocity + ratio * two.velocity == pytest.approx(0.0, abs=5e-3)
+    assert one.velocity != pytest.approx(0.0, abs=0.05)
+
+
+def test_constraints_go_with_their_body():
+    world = World()
+    box = world.add_box((0.2, 0.2, 0.2), (0, 0, 1))
+    world.constraints.add_weld(box.links[0], None, position_b=(0, 0, 1))
+    world.remove(box)
+    world.step()
+    assert len(world.constraints) == 0 and world.model.neq == 0 and world.model.nsite == 0
+
+
+def test_nearest_points_of_boxes_and_balls():
+    world = World()
+    box = world.add_box((0.2, 0.2, 0.2), (0, 0, 1))
+    ball = world.add_sphere(0.1, (0.5, 0.03, 1.02))
+    near = nearest(world, box.links[0], ball.links[0], 1.0)
+    assert near.distance == pytest.approx(0.3, abs=1e-4)
+    np.testing.assert_allclose(near.point_a, [0.1, 0.03, 1.02], atol=1e-3)
+    np.testing.assert_allclose(near.point_b, [0.4, 0.03, 1.02], atol=1e-3)
+    np.testing.assert_allclose(near.normal, [-1, 0, 0], atol=1e-3)
+    assert nearest(world, box.links[0], ball.links[0], 0.2) is None
+    ball.set_pose((0.15, 0, 1))
+    assert nearest(world, box.links[0], ball.links[0], 1.0).distance == pytest.approx(-0.05, abs=1e-3)
+
+
+def test_nearest_points_of_whole_bodies():
+    world = World()
+    robot = world.add_urdf(arm(), (0, 0, 3), fixed_base=True)
+    floor = world.add_plane()
+    (near,) = between_bodies(world, robot, floor, 5.0)
+    assert near.link_a.name == "lower"
+    assert near.distance == pytest.approx(2.0 - 0.45, abs=1e-3)
