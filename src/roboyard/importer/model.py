@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from roboyard.urdf.model import Pose, RobotDescription
+from roboyard.urdf.model import Collision, Pose, RobotDescription
 
 SensorKind = Literal["camera", "lidar", "visual_sphere"]
 DriveKind = Literal["none", "effort", "velocity", "position"]
@@ -68,6 +68,16 @@ class PlanningData:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class Metadata:
+    """Size of the robot with all joints at zero, in the base link's frame."""
+
+    bbox_size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Extents of the axis-aligned box around all visual shapes; m"""
+    base_link_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Centre of that box; m"""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class ImportedRobot:
     """A robot on its way from a vendor's files to a package."""
 
@@ -85,5 +95,11 @@ class ImportedRobot:
     wheel_links: tuple[str, ...] = ()
     holonomic: bool = False
     planning: PlanningData | None = None
+    metadata: Metadata = Metadata()
+    solids: Mapping[str, tuple[Collision, ...]] = field(default_factory=dict)
+    """Link name to the shapes that stand for its real form (the vendor's collision shapes, else the visual ones),
+    before hulls were made of them; what spheres are fitted to."""
+    filtered_pairs: tuple[tuple[str, str], ...] = ()
+    """Links whose collision shapes overlap at rest though no joint joins them; physics must not let them push."""
     original_names: Mapping[str, str] = field(default_factory=dict)
     """Name now to the vendor's name, where they differ."""

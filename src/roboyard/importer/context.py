@@ -1,0 +1,31 @@
+"""What the steps share beside the robot itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from roboyard.importer.config import ImportConfig
+from roboyard.importer.log import ImportLog
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ImportContext:
+    """One import."""
+
+    config: ImportConfig
+    urdf: Path
+    """The vendor's file."""
+    build: Path
+    """Folder in which the package is built; `build/urdf` holds the description and its meshes."""
+    log: ImportLog
+    has_config: bool = True
+    """False where everything is a default because the user gave only a URDF."""
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    workers: int = 2
+
+    @property
+    def urdf_folder(self) -> Path:
+        """Folder of the new URDF and its meshes."""
+        return self.build / "urdf"

@@ -1,0 +1,136 @@
+"""YAML as plain data, with the line of every key and item.
+
+Files are untrusted: only plain scalars, lists and mappings are made, a key given twice is an error (YAML would
+let the last one win), and aliases that unfold to more than a fair amount of data are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from roboyard.errors import ConfigError
+
+MAX_BYTES = 8 * 2**20
+MAX_NODES = 500_000
+
+Where = tuple[str | int, ...]
+"""Keys and list positions from the top."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class YamlFile:
+    """One parsed YAML file."""
+
+    data: Any
+    lines: Mapping[Where, int]
+    """1-based line of each key and list item."""
+    problems: tuple[tuple[int, str], ...]
+    """Line and text of what can be reported without giving up: keys given twice, keys that are no words."""
+
+    def line(self, where: Where) -> int | None:
+        """Line of the nearest thing that exists on the way to `where`."""
+        for length in range(len(where), 0, -1):
+            if where[:length] in self.lines:
+                return self.lines[where[:length]]
+        return None
+
+
+def read_yaml(file: Path) -> YamlFile:
+    """Parse a YAML file.
+
+    Raises:
+        ConfigError: the file is missing, too large, not YAML, or asks for more than plain data.
+    """
+    try:
+        size = file.stat().st_size
+        if file.is_dir():
+            raise ConfigError(f"{file.name}: this is a folder; give a YAML file")
+        if size > MAX_BYTES:
+            raise ConfigError(f"{file.name}: {size / 2**20:.0f} MiB is too large for a configuration")
+        text = file.read_bytes().decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{file.name}: not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+    except OSError as error:
+        raise ConfigError(f"{file.name}: {error.strerror or error}; check the path") from None
+    return parse_yaml(text, file.name)
+
+
+def parse_yaml(text: str, name: str) -> YamlFile:
+    """The same for text; `name` stands for the file in messages."""
+    try:
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"{name}:{mark.line + 1}" if mark else name
+        told = " ".join(part for part in (error.context, error.problem) if part)
+        raise ConfigError(f"{where}: not valid YAML: {told}; mend the syntax at this line") from None
+    except yaml.YAMLError as error:
+        raise ConfigError(f"{name}: not valid YAML: {' '.join(str(error).split())}") from None
+    except RecursionError:
+        raise ConfigError(f"{name}: nested too deeply to be a configuration") from None
+    walk = _Walk(name)
+    try:
+        data = None if node is None else walk.plain(node, ())
+    except RecursionError:
+        raise ConfigError(f"{name}: nested too deeply to be a configuration") from None
+    return YamlFile(data=data, lines=walk.lines, problems=tuple(walk.problems))
+
+
+class _Walk:
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.lines: dict[Where, int] = {}
+        self.problems: list[tuple[int, str]] = []
+        self._seen = 0
+        self._scalars = yaml.SafeLoader("")
+
+    def plain(self, node: yaml.Node, where: Where) -> Any:
+        self._seen += 1
+        line = node.start_mark.line + 1
+        if self._seen > MAX_NODES:
+            raise ConfigError(f"{self.name}:{line}: aliases unfold to too much data; write it out")
+        if isinstance(node, yaml.MappingNode):
+            return self._mapping(node, where)
+        if isinstance(node, yaml.SequenceNode):
+            items = []
+            for index, item in enumerate(node.value):
+                self.lines[(*where, index)] = item.start_mark.line + 1
+                items.append(self.plain(item, (*where, index)))
+            return items
+        try:
+            return self._scalars.construct_object(node)
+        except yaml.YAMLError:
+            raise ConfigError(
+                f"{self.name}:{line}: the tag {node.tag!r} is not allowed; a configuration is plain data"
+            ) from None
+        except (ValueError, OverflowError) as error:
+            raise ConfigError(f"{self.name}:{line}: {node.value!r} cannot be read ({error})") from None
+
+    def _mapping(self, node: yaml.MappingNode, where: Where) -> dict[str | int, Any]:
+        line = node.start_mark.line + 1
+        if node.tag != "tag:yaml.org,2002:map":
+            raise ConfigError(
+                f"{self.name}:{line}: the tag {node.tag!r} is not allowed; a configuration is plain data"
+            )
+        found: dict[str | int, Any] = {}
+        for key_node, value_node in node.value:
+            at = key_node.start_mark.line + 1
+            if key_node.tag == "tag:yaml.org,2002:merge":
+                self.problems.append((at, "'<<' merges are not read; write the keys out"))
+                continue
+            key = self.plain(key_node, where) if isinstance(key_node, yaml.ScalarNode) else None
+            if not isinstance(key, Hashable) or key is None or isinstance(key, list | dict):
+                self.problems.append((at, "a key must be a single word; quote it or mend the indentation"))
+                continue
+            key = key if isinstance(key, str) else str(key_node.value)
+            if key in found:
+                self.problems.append((at, f"{key!r} is given twice; keep one"))
+                continue
+            self.lines[(*where, key)] = at
+            found[key] = self.plain(value_node, (*where, key))
+        return found
