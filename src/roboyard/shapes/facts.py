@@ -11,6 +11,7 @@ import hashlib
 import io
 import os
 import zipfile
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -195,4 +196,5 @@ def _remember(file: Path, facts: MeshFacts) -> None:
             np.savez(stream, **stored)  # pyright: ignore[reportArgumentType]
         partial.replace(file)
     except OSError:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
