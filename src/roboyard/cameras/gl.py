@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from roboyard.cameras.camera import Camera
 from roboyard.cameras.image import Image
 from roboyard.cameras.light import Light
-from roboyard.cameras.scene import DebugLines, RenderScene
+from roboyard.cameras.scene import DebugLines, RenderScene, lines_as_arrays
 from roboyard.errors import RoboyardError
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def open_context(width: int, height: int) -> Any:
         return GLContext(width, height)
     except Exception as error:  # the bindings raise whatever their missing library makes them raise
         raise RoboyardError(
-            f"no OpenGL library answers ({type(error).__name__}: {error}); on Debian and Ubuntu install libegl1 "
+            f"no OpenGL library answers ({type(error).__name__}: {error}); on Debian install libegl1 "
             "and libgl1-mesa-dri or the graphics card's driver, or take backend='software', which needs none"
         ) from error
 
@@ -153,25 +153,25 @@ class GlRenderer:
         flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 0
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = int(shadow and light.diffuse > 0)
         _illuminate(self._scene, light)
-        if lines is not None:
-            _add_lines(self._scene, lines)
         rgb = np.empty((camera.height, columns, 3), dtype=np.uint8)
         mujoco.mjr_render(rect, self._scene, self._context)
         mujoco.mjr_readPixels(rgb, None, rect, self._context)
         rgba = np.dstack([rgb, np.full(rgb.shape[:2], 255, dtype=np.uint8)])
         share = ((np.arange(camera.height)[::-1] + 0.5) / camera.height)[:, None]
         behind = np.round(255.0 * (backdrop[0] * (1.0 - share) + backdrop[1] * share)).astype(np.uint8)
-        # lines alone stand before nothing: MuJoCo clears to black
-        empty = ~np.isfinite(depth) & (rgb.max(axis=2) == 0)
+        # MuJoCo clears to black and smooths outlines into it; the backdrop goes in where nothing stands
+        empty = ~np.isfinite(depth)
         rgba[empty] = np.broadcast_to(behind[:, None], rgba.shape)[empty]
-
         pick = np.minimum(((np.arange(camera.width) + 0.5) * columns / camera.width).astype(int), columns - 1)
-        return Image(
+        image = Image(
             rgba=np.ascontiguousarray(rgba[::-1, pick]),
             depth=np.ascontiguousarray(depth[::-1, pick]),
             segmentation=np.ascontiguousarray(segmentation[::-1, pick]),
             camera=camera,
         )
+        if lines is not None and len(lines.start):
+            _draw_lines(camera, lines, image.depth, image.rgba)
+        return image
 
 
 def draw(
@@ -265,23 +265,12 @@ def _illuminate(scene: mujoco.MjvScene, light: Light) -> None:
     sun.specular[:] = light.specular * color
 
 
-def _add_lines(scene: mujoco.MjvScene, lines: DebugLines) -> None:
-    import mujoco
+def _draw_lines(camera: Camera, lines: DebugLines, depth: NDArray, rgba: NDArray[np.uint8]) -> None:
+    from roboyard.cameras.kernels.lines import draw_lines
 
-    for start, end, rgb, width in zip(lines.start, lines.end, lines.rgb, lines.width, strict=True):
-        if scene.ngeom >= scene.maxgeom:
-            return
-        geom = scene.geoms[scene.ngeom]
-        mujoco.mjv_initGeom(
-            geom, mujoco.mjtGeom.mjGEOM_LINE.value, np.zeros(3), np.zeros(3), np.eye(3).ravel(),
-            np.array([*rgb, 1.0], dtype=np.float32),
-        )  # fmt: skip
-        mujoco.mjv_connector(
-            geom,
-            mujoco.mjtGeom.mjGEOM_LINE.value,
-            float(width),
-            np.asarray(start, float),
-            np.asarray(end, float),
-        )
-        geom.emission = 1.0
-        scene.ngeom += 1
+    with np.errstate(divide="ignore"):
+        nearness = 1.0 / depth if camera.is_perspective else -depth
+    draw_lines(
+        *lines_as_arrays(lines, 1.0), camera.pixel_matrix, camera.is_perspective, camera.near,
+        camera.width, camera.height, nearness.astype(np.float32).ravel(), rgba.reshape(-1, 4),
+    )  # fmt: skip

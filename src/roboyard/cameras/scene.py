@@ -53,6 +53,21 @@ class DebugLines:
     """(k,) pixels"""
 
 
+def lines_as_arrays(
+    lines: DebugLines, scale: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Start, end, rgb and `scale` times width for kernels; raises ValueError where they do not fit."""
+    start, end = (np.ascontiguousarray(a, dtype=float).reshape(-1, 3) for a in (lines.start, lines.end))
+    rgb = np.clip(np.ascontiguousarray(lines.rgb, dtype=float).reshape(-1, 3), 0.0, 1.0)
+    width = scale * np.ascontiguousarray(lines.width, dtype=float).ravel()
+    if not len(start) == len(end) == len(rgb) == len(width):
+        raise ValueError(
+            f"lines need as many starts ({len(start)}) as ends ({len(end)}), colours ({len(rgb)}) and widths "
+            f"({len(width)})"
+        )
+    return start, end, rgb, width
+
+
 @dataclass(kw_only=True, eq=False)
 class RenderScene:
     """All shapes of a world; `revision` changes whenever `shapes` does, so that back ends can cache."""

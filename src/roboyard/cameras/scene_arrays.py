@@ -50,7 +50,7 @@ class SceneArrays:
     planes: Ints
     """Instances that are endless planes and opaque."""
     clear_planes: Ints
-    looks: NDArray[np.float32]
+    looks: Array
     """(instances, 11): rgba, specular, second rgb and size of the checker (0: none), scale along x and y."""
     links: Ints
     """(instances, 7): body id, link index, texture or -1, first mesh color or -1, first uv or -1, first face
@@ -74,7 +74,7 @@ def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
     counts = np.zeros(4, dtype=int)  # vertices, faces, uv, colors so far
     images: dict[int, int] = {}
     pictures: list[NDArray[np.uint8]] = []
-    looks = np.zeros((len(shapes), 11), dtype=np.float32)
+    looks = np.zeros((len(shapes), 11))
     links = np.full((len(shapes), 7), -1, dtype=np.int32)
     boxes = np.zeros((len(shapes), 2, 3))
     local = np.tile(np.eye(3), (len(shapes), 1, 1))

@@ -15,7 +15,7 @@ from roboyard.cameras.image import Image
 from roboyard.cameras.kernels import lines as line_kernels
 from roboyard.cameras.kernels import raster, shade
 from roboyard.cameras.light import Light
-from roboyard.cameras.scene import DebugLines, RenderScene
+from roboyard.cameras.scene import DebugLines, RenderScene, lines_as_arrays
 from roboyard.cameras.scene_arrays import SceneArrays, scene_arrays
 
 Array = NDArray[np.float64]
@@ -222,10 +222,7 @@ def _color(
     paint(seen, nearness, True)
     if lines is not None and len(lines.start):
         line_kernels.draw_lines(
-            np.ascontiguousarray(lines.start, dtype=float),
-            np.ascontiguousarray(lines.end, dtype=float),
-            np.clip(np.ascontiguousarray(lines.rgb, dtype=float), 0.0, 1.0),
-            line_scale * np.ascontiguousarray(lines.width, dtype=float),
-            frame.pixels, frame.perspective, frame.near, width, height, nearness, rgba,
+            *lines_as_arrays(lines, line_scale), frame.pixels, frame.perspective, frame.near,
+            width, height, nearness, rgba,
         )  # fmt: skip
     return rgba, surface

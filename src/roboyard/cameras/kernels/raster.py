@@ -193,7 +193,7 @@ def draw_meshes(
         for face in range(draws[draw, 3], draws[draw, 4]):
             i0, i1, i2 = faces[face, 0], faces[face, 1], faces[face, 2]
             c0, c1, c2 = cell[i0], cell[i1], cell[i2]
-            # most triangles of a detailed mesh have no column or no row of pixel centres between their corners
+            # most triangles of a detailed mesh have no column or row of pixel centres between their corners
             apart = (c0 ^ c1) | (c0 ^ c2)
             if (apart >> 32) == 0 or (apart & 0xFFFFFFFF) == 0:
                 continue

@@ -76,10 +76,10 @@ def shade(
                         h20, h21, h22 = h[2, 0], h[2, 1], h[2, 2]
                         place = to_world[instance]
                         wx, wy, wz = place[0, 3], place[1, 3], place[2, 3]
-                        base_r, base_g = np.float64(looks[instance, 0]), np.float64(looks[instance, 1])
-                        base_b, base_a = np.float64(looks[instance, 2]), np.float64(looks[instance, 3])
+                        base_r, base_g = looks[instance, 0], looks[instance, 1]
+                        base_b, base_a = looks[instance, 2], looks[instance, 3]
                         shininess = gloss * looks[instance, 4]
-                        square = np.float64(looks[instance, 8])
+                        square = looks[instance, 8]
                         if square > 0.0:
                             per_x, per_y = looks[instance, 9] / square, looks[instance, 10] / square
                         for k in range(2):
