@@ -77,8 +77,8 @@ def getCameraImage(
     except ValueError as problem:
         raise failure(_BAD_MATRIX, str(problem)) from None
     light = Light(
-        direction=vector3(lightDirection or _LIGHT_FROM, "Error parsing lightDirection")
-        if not isinstance(lightDirection, np.ndarray)
+        direction=_LIGHT_FROM
+        if lightDirection is None
         else vector3(lightDirection, "Error parsing lightDirection"),
         color=(1.0, 1.0, 1.0) if lightColor is None else vector3(lightColor, "Error parsing lightColor"),
         ambient=_given(lightAmbientCoeff, _AMBIENT),
@@ -108,8 +108,12 @@ def _matrices(
         view = computeViewMatrixFromYawPitchRoll(v.target, v.distance, v.yaw, v.pitch, 0.0, v.up_axis)
     if projection is None:
         projection = computeProjectionMatrixFOV(60.0, width / max(height, 1), 0.01, 1000.0)
-    both = (np.array(floats(m, 16, _BAD_MATRIX)).reshape(4, 4).T for m in (view, projection))
-    return next(both), next(both)
+    to_camera, to_clip = (
+        np.array(floats(matrix, 16, _BAD_MATRIX)).reshape(4, 4).T for matrix in (view, projection)
+    )
+    # PyBullet samples a pixel at its lower left corner: half a pixel left of and below the centre.
+    to_clip[:2] += np.array([[1.0 / max(width, 1)], [1.0 / max(height, 1)]]) * to_clip[3]
+    return to_camera, to_clip
 
 
 def _ids(scene: Scene, owners: np.ndarray, flags: int) -> np.ndarray:

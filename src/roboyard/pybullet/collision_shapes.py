@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.poses import multiply
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.arguments import number, quaternion, text, vector3, whole
 from roboyard.pybullet.commands import command
@@ -102,9 +104,12 @@ def createCollisionShape(
             indices,
             _FAILED,
         )
+    origin = _pose(collisionFramePosition, collisionFrameOrientation)
+    if kind == c.GEOM_HEIGHTFIELD:
+        origin = turned_terrain(origin)
     shape = Collision(
         geometry=geometry,
-        origin=_pose(collisionFramePosition, collisionFrameOrientation),
+        origin=origin,
         concave=bool(whole(flags) & c.GEOM_FORCE_CONCAVE_TRIMESH),
     )
     return keep(client, (shape,))
@@ -234,8 +239,19 @@ def _heightfield(data: Sequence[float] | None, rows: int, columns: int, scale: V
     dx, dy, dz = vector3(scale, _FAILED)
     grid = heights.reshape(ny, nx).T * dz
     grid = grid - (grid.min() + grid.max()) / 2.0
-    grid.setflags(write=False)
-    return Heightfield(heights=grid, cell=(dx, dy))
+    turned = np.rot90(grid, k=-1).copy()
+    turned.setflags(write=False)
+    return Heightfield(heights=turned, cell=(dy, dx))
+
+
+QUARTER_TURN = (0.0, 0.0, sqrt(0.5), sqrt(0.5))
+"""About z: terrain is laid out a quarter turn round, since Bullet cuts a cell along the other diagonal."""
+
+
+def turned_terrain(origin: Pose) -> Pose:
+    """Frame of the turned layout of a heightfield whose own frame is `origin`."""
+    x, y, z, w = (float(v) for v in multiply(origin.quaternion, QUARTER_TURN))
+    return Pose(position=origin.position, quaternion=(x, y, z, w))
 
 
 def _pose(position: Vector, orientation: Vector) -> Pose:

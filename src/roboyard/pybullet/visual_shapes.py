@@ -11,13 +11,14 @@ import numpy as np
 from roboyard.poses import conjugate, multiply, rotate
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.arguments import floats, quaternion, text, vector3, whole
-from roboyard.pybullet.collision_shapes import at, plain_geometry
+from roboyard.pybullet.collision_shapes import QUARTER_TURN, at, plain_geometry
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.search import find_file, not_found_remedy
 from roboyard.urdf.model import (
     Box,
     Capsule,
+    Collision,
     Cylinder,
     Geometry,
     Heightfield,
@@ -131,7 +132,7 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
             kind, size, file = described(shape.geometry)
             row = (
                 *(record.number, index - 1, kind, size, file),
-                *(tuple(shape.origin.position), tuple(shape.origin.quaternion), tuple(look.shape.rgba)),
+                *(tuple(shape.origin.position), own_orientation(shape), tuple(look.shape.rgba)),
             )
             rows.append((*row, -1) if whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS else row)
     return tuple(rows)
@@ -160,7 +161,7 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
         )
         offset = np.asarray(shape.origin.position) - np.asarray(link.frame.position)
         position = tuple(float(v) for v in rotate(back, offset))
-        rotation = tuple(float(v) for v in multiply(back, shape.origin.quaternion))
+        rotation = tuple(float(v) for v in multiply(back, own_orientation(shape)))
         rows.append((record.number, linkIndex, kind, size, file, position, rotation))
     return tuple(rows)
 
@@ -260,6 +261,13 @@ def changeTexture(
 
 
 # ------------------------------------------------------------------------------------------------- helpers
+
+
+def own_orientation(shape: Collision | Visual) -> tuple[float, ...]:
+    """x, y, z, w of a shape in its link, as it was given (terrain is laid out turned)."""
+    if not isinstance(shape.geometry, Heightfield):
+        return tuple(shape.origin.quaternion)
+    return tuple(float(v) for v in multiply(shape.origin.quaternion, conjugate(QUARTER_TURN)))
 
 
 def described(geometry: Geometry, *, hull_cylinders: bool = False) -> tuple[int, tuple[float, ...], bytes]:
