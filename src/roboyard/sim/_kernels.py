@@ -197,13 +197,14 @@ def drive_motors(  # pragma: no cover
 
 
 @njit(cache=True)
-def clamp(velocity, largest):  # pragma: no cover
-    """Bound every component in place."""
+def bound_velocity(velocity, acceleration, timestep, largest):  # pragma: no cover
+    """Change accelerations so that no velocity component after the step exceeds its bound."""
     for i in range(velocity.shape[0]):
-        if velocity[i] > largest[i]:
-            velocity[i] = largest[i]
-        elif velocity[i] < -largest[i]:
-            velocity[i] = -largest[i]
+        after = velocity[i] + timestep * acceleration[i]
+        if after > largest[i]:
+            acceleration[i] = (largest[i] - velocity[i]) / timestep
+        elif after < -largest[i]:
+            acceleration[i] = (-largest[i] - velocity[i]) / timestep
 
 
 @njit(cache=True)

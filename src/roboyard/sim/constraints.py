@@ -208,6 +208,7 @@ class Constraints:
         """N or N m, on each row."""
         constraint.max_force = max_force
         self._bounds = None
+        self._world.stepping.refresh()
 
     def remove(self, constraint: Constraint) -> None:
         """Let go."""

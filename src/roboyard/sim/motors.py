@@ -166,6 +166,7 @@ class Motors:
             count = body.joint_dofs
             self._by_body[body.id] = (np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))
             self._gathered = False
+            self._world.stepping.refresh()
         return self._by_body[body.id]
 
     def _publish(self, body: Body, rows: slice) -> None:

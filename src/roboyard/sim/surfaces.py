@@ -45,6 +45,7 @@ class Surfaces:
             raise RoboyardError(f"link {link.name!r}: restitution is between 0 and 1; got {value}")
         self._restitution[(link.body.id, link.index)] = value
         self._restitution_rows = None
+        self._world.stepping.refresh()
 
     def damping(self, link: Link) -> tuple[float, float, float, float]:
         """Linear k (1/s), linear q (1/m), angular k (1/s), angular q (-)."""
@@ -65,6 +66,7 @@ class Surfaces:
             raise RoboyardError(f"link {link.name!r}: damping is at least 0; got {values}")
         self._damping[(link.body.id, link.index)] = values
         self._damping_rows = None
+        self._world.stepping.refresh()
 
     def forget(self, body_id: int) -> None:
         """Drop everything about a removed body."""

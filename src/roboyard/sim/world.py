@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -23,6 +22,7 @@ from roboyard.sim.filters import CollisionFilters
 from roboyard.sim.motors import Motors
 from roboyard.sim.options import HARD_SOLIMP, PILE_SOLIMP, Solver, apply_options, chosen_solver
 from roboyard.sim.profile import PLAIN, Profile
+from roboyard.sim.stepping import Stepping, alarm
 from roboyard.sim.surfaces import Surfaces
 from roboyard.sim.wrenches import Wrenches
 from roboyard.urdf.model import RobotDescription
@@ -30,9 +30,6 @@ from roboyard.urdf.model import RobotDescription
 if TYPE_CHECKING:
     from roboyard.cameras import Camera, Image
     from roboyard.cameras.scene import DebugLines, RenderScene
-
-log = logging.getLogger("roboyard.sim")
-mujoco.set_mju_user_warning(lambda message: log.warning("MuJoCo: %s", message))
 
 MEMORY_PER_GEOM = 256 * 1024
 """Bytes of MuJoCo's arena (contacts, constraints) a collision shape; untouched memory costs nothing."""
@@ -77,6 +74,7 @@ class World:
         self.drives = Drives(self)
         self.motors = Motors(self)
         self.constraints = Constraints(self)
+        self.stepping = Stepping(self)
         self.surfaces = Surfaces(self)
         self.wrenches = Wrenches(self)
         self.filters = CollisionFilters(self)
@@ -171,6 +169,8 @@ class World:
         self.surfaces.invalidate()
         self.motors.invalidate()
         self.constraints.invalidate()
+        self.stepping.invalidate()
+        self.stepping.refresh()
         self.looks.invalidate()
         self.mark_moved()
 
@@ -403,6 +403,7 @@ class World:
         self.filters.forget(body)
         self.surfaces.forget(body.id)
         self.motors.forget(body.id)
+        self.stepping.forget(body.id)
         self.looks.forget(body.id)
         discard(built, self.spec, self.assets)
         del self.body_by_id[body.id]
@@ -434,58 +435,24 @@ class World:
         """
         if self._stale:
             self.ensure_compiled()
-        bounded = self.constraints.is_bounded
-        if bounded or self.surfaces.is_active or self.wrenches.pending or self.motors.is_active:
-            for _ in range(n):
-                self._step_in_halves()
+        model, data, stepping = self._model, self._data, self.stepping
+        if stepping.is_plain:
+            mujoco.mj_step(model, data, n)
         else:
-            mujoco.mj_step(self._model, self._data, n)
+            for _ in range(n):
+                stepping.step(model, data)
         self._moved = self._velocity_moved = True
-        energy = self._data.qvel.dot(self._data.qvel)
-        if energy - energy != 0.0:  # inf and nan alike
+        if alarm.message is not None:
+            alarm.message = None
             raise ModelError(self._explosion())
 
-    def _step_in_halves(self) -> None:
-        model, data = self._model, self._data
-        motors = self.motors.is_active
-        if motors:
-            self.motors.prepare(model)
-        mujoco.mj_step1(model, data)
-        if self.surfaces.is_active:
-            self.surfaces.apply(model, data)
-            self.wrenches.pending = True
-        if motors:
-            self.motors.apply(model, data)
-        bounded = self.constraints.is_bounded
-        if self.hard_contacts or bounded:
-            self._solve(bounded)
-        else:
-            mujoco.mj_step2(model, data)
-        if self.wrenches.pending:
-            self.wrenches.clear()
-
-    def _solve(self, bounded: bool) -> None:
-        """The second half of a step by hand, with the solver repeated where Roboyard's rules ask for it."""
-        model, data = self._model, self._data
-        mujoco.mj_fwdActuation(model, data)
-        mujoco.mj_fwdAcceleration(model, data)
-        mujoco.mj_fwdConstraint(model, data)
-        if self.hard_contacts:
-            self.surfaces.correct_sliding(model, data)
-        if bounded:
-            self.constraints.bound_forces(model, data)
-        if self.profile.integrator == "euler":
-            mujoco.mj_Euler(model, data)
-        else:
-            mujoco.mj_implicit(model, data)
-
     def _explosion(self) -> str:
-        bad = np.flatnonzero(~np.isfinite(self._data.qvel))
+        bad = np.flatnonzero(~(np.abs(self._data.qvel) < 1e9))
         rows = self._model.dof_bodyid[bad[:1]]
         names = [b.name for b in self.body_by_id.values() if np.isin(rows, b.mujoco_ids).any()]
         who = f"body {names[0]!r}" if names else "the world"
         return (
-            f"the simulation exploded at {self.time:.4f} s: {who} has no finite velocity; "
+            f"the simulation exploded at {self.time:.4f} s: {who} has no finite state any more; "
             "check masses, inertias and drive gains, or take a smaller time step"
         )
 

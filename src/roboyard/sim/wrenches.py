@@ -19,7 +19,17 @@ class Wrenches:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self.pending = False
+        self._pending = False
+
+    @property
+    def pending(self) -> bool:
+        """Whether anything pushes in the next step."""
+        return self._pending
+
+    @pending.setter
+    def pending(self, value: bool) -> None:
+        self._pending = value
+        self._world.stepping.refresh()
 
     def add(
         self, link: Link, force: ArrayLike, torque: ArrayLike, point: ArrayLike | None, local: bool
@@ -49,4 +59,5 @@ class Wrenches:
         """Forget everything that was added."""
         self._world.data.xfrc_applied[:] = 0.0
         self._world.data.qfrc_applied[:] = 0.0
-        self.pending = False
+        if self._pending:
+            self.pending = False
