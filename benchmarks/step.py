@@ -36,6 +36,8 @@ except ImportError:
 
 TIMESTEP = 1 / 240
 TERRAIN_POINTS, TERRAIN_CELL, TERRAIN_HEIGHT = 256, 0.3, 0.5
+BLOCK = 0.03
+"""s that a block takes, about: long enough to smooth what else the machine does."""
 EDGE = 0.1
 FASTEST = 10.0
 """m/s: more than anything here gets by falling or rolling."""
@@ -49,8 +51,6 @@ class Scene:
     build: Callable[[World], None]
     build_pybullet: Callable[[int], None]
     settle: int = SETTLE
-    block: int = 200
-    """Steps of one block."""
 
 
 def terrain_heights() -> np.ndarray:
@@ -168,8 +168,7 @@ def pile_scene(count: int) -> Scene:
         for position in positions.tolist():
             pybullet.createMultiBody(0.5, cube, basePosition=position, physicsClientId=client)
 
-    block = max(10, 4000 // count)
-    return Scene(name=f"{count} boxes", build=build, build_pybullet=build_pybullet, settle=360, block=block)
+    return Scene(name=f"{count} boxes", build=build, build_pybullet=build_pybullet, settle=360)
 
 
 def scenes() -> list[Scene]:
@@ -195,6 +194,9 @@ def measure(scene: Scene, rounds: int) -> dict[str, Any]:
     world.step(scene.settle)
     for _ in range(scene.settle if client is not None else 0):
         pybullet.stepSimulation(physicsClientId=client)
+    began = perf_counter()
+    world.step(20)
+    block = int(np.clip(20 * BLOCK / (perf_counter() - began), 10, 5000))
     times: dict[str, list[float]] = {"roboyard": [], "mj_step": [], "pybullet": []}
     step, model = mujoco.mj_step, world.model
     fastest = 0.0
@@ -203,15 +205,15 @@ def measure(scene: Scene, rounds: int) -> dict[str, Any]:
         bare = copy.copy(world.data)
 
         def with_world() -> None:
-            for _ in range(scene.block):
+            for _ in range(block):
                 world.step()
 
         def with_mujoco(data: Any = bare) -> None:
-            for _ in range(scene.block):
+            for _ in range(block):
                 step(model, data)
 
         def with_pybullet() -> None:
-            for _ in range(scene.block):
+            for _ in range(block):
                 pybullet.stepSimulation(physicsClientId=client)
 
         turns = [("roboyard", with_world), ("mj_step", with_mujoco)]
@@ -221,7 +223,7 @@ def measure(scene: Scene, rounds: int) -> dict[str, Any]:
         for name, run in turns[first:] + turns[:first]:
             began = perf_counter()
             run()
-            times[name].append((perf_counter() - began) / scene.block)
+            times[name].append((perf_counter() - began) / block)
     if client is not None:
         pybullet.disconnect(physicsClientId=client)
     result: dict[str, Any] = {
