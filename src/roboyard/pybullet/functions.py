@@ -21,6 +21,7 @@ _TOPICS = (
     "dynamics",
     "filters",
     "forces",
+    "inverse_kinematics",
     "joints",
     "links",
     "loading",

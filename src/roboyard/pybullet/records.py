@@ -15,6 +15,7 @@ from roboyard.pybullet.models import BodyModel
 from roboyard.urdf.model import Pose
 
 if TYPE_CHECKING:
+    from roboyard.kinematics import ChainArrays
     from roboyard.sim.body import Body
     from roboyard.sim.world import World
 
@@ -58,6 +59,8 @@ class BodyRecord:
             for i, link in enumerate(model.links)
         ]
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
+        self.chains: dict[tuple[int, ...], ChainArrays] = {}
+        """For inverse kinematics, by the links that have targets."""
         self.sensors: set[int] = set()
         """Joints whose force and torque are measured."""
         self.applied: list[Any] = [_nothing(info[2]) for info in self.infos]

@@ -49,6 +49,7 @@ class Scene:
         frames)."""
         self._frames_revision = self._motor_revision = -1
         self._motor_forces: Any = None
+        self._wrenches_known = False
 
     # ------------------------------------------------------------------------------------------------ bodies
 
@@ -235,6 +236,20 @@ class Scene:
             self._motor_forces = self.world.motors.forces()
         return self._motor_forces
 
+    def joint_wrenches(self) -> Any:
+        """(nbody, 6) torque and force that each body's joints carried in the last step; None before any step.
+
+        In world axes, about the centre of mass of the body's tree.
+        """
+        if self._motor_revision != self.world.revision:
+            return None
+        if not self._wrenches_known:
+            import mujoco
+
+            mujoco.mj_rnePostConstraint(self.world.model, self.world.data)
+            self._wrenches_known = True
+        return self.world.data.cfrc_int
+
     def keep_applied(self, record: BodyRecord, joint: int, *, off: bool) -> None:
         """Before a motor changes: a motor that is switched off goes on reporting what it applied last."""
         if off and record.motored[joint]:
@@ -268,6 +283,7 @@ class Scene:
         self.frames_are_old = False
         self._frames_revision = self._motor_revision = world.revision
         self._motor_forces = None
+        self._wrenches_known = False
 
     def frames(self, *, fresh: bool) -> Any:
         """MjData for reading link frames: as the last step left them, or worked out from the present
