@@ -1,0 +1,71 @@
+"""Arrays kept on disk under the hash of what they were computed from.
+
+The folder is `ROBOYARD_CACHE`, else the platform's user cache folder. Entries are written beside their place
+and moved in, so that two processes do no harm; an entry that cannot be read counts as absent.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from platformdirs import user_cache_path
+
+
+def cache_folder() -> Path:
+    """Folder of the cache; it need not exist yet."""
+    named = os.environ.get("ROBOYARD_CACHE")
+    return Path(named).expanduser() if named else user_cache_path("roboyard", appauthor=False)
+
+
+def content_key(*parts: object) -> str:
+    """Hash of arrays (type, shape and bytes) and of anything else by its repr."""
+    digest = hashlib.blake2b(digest_size=20)
+    for part in parts:
+        if isinstance(part, np.ndarray):
+            digest.update(f"{part.dtype.str}{part.shape}".encode())
+            digest.update(np.ascontiguousarray(part).tobytes())
+        else:
+            digest.update(repr(part).encode())
+        digest.update(b"\0")
+    return digest.hexdigest()
+
+
+def load_arrays(kind: str, key: str) -> dict[str, NDArray] | None:
+    """The arrays stored under `key`; None where there are none, or none that can be read."""
+    try:
+        with np.load(_entry(kind, key), allow_pickle=False) as entry:
+            return {name: entry[name] for name in entry.files}
+    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+        return None
+
+
+def store_arrays(kind: str, key: str, arrays: Mapping[str, NDArray]) -> bool:
+    """Keep arrays under `key`; False where the folder cannot be written (which is no error)."""
+    entry = _entry(kind, key)
+    try:
+        entry.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=entry.parent, suffix=".tmp")
+    except OSError:
+        return False
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez(file, allow_pickle=False, **dict(arrays))
+        Path(name).replace(entry)
+    except OSError:
+        Path(name).unlink(missing_ok=True)
+        return False
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+    return True
+
+
+def _entry(kind: str, key: str) -> Path:
+    return cache_folder() / kind / key[:2] / f"{key}.npz"
