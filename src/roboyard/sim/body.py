@@ -60,6 +60,9 @@ class Body:
         """First dof of the joints (after the base's own); -1 without joints."""
         self.joint_dofs = sum(VELOCITY_SIZE[joint.type] for joint in self.joints)
         """How many dofs the joints have together."""
+        sizes = [VELOCITY_SIZE[joint.type] for joint in self.joints]
+        self.dof_offsets: tuple[int, ...] = tuple(int(n) for n in np.cumsum([0, *sizes])[:-1])
+        """Place of each joint's first dof among the dofs of all joints."""
         self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
         self._positions: slice | np.ndarray = slice(0, 0)
         self._velocities: slice | np.ndarray = slice(0, 0)

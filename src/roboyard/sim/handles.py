@@ -167,7 +167,7 @@ class Link:
 class Joint:
     """One joint: `position`, `velocity`, `limits`, and the drive that moves it."""
 
-    __slots__ = ("_built", "body", "index", "limit", "name", "type")
+    __slots__ = ("_built", "body", "index", "is_scalar", "limit", "name", "type")
 
     def __init__(
         self, body: Body, index: int, built: BuiltLink, kind: JointType, limit: Limit | None
@@ -178,6 +178,8 @@ class Joint:
         assert built.joint is not None or built.joint_elements or kind == "fixed"
         self.name = built.joint.name if built.joint is not None else built.joint_name or built.name
         self.type = kind
+        self.is_scalar = kind in ("revolute", "continuous", "prismatic")
+        """True for joints of one degree of freedom."""
         self.limit = limit
         """As in the file."""
         self._built = built
@@ -194,11 +196,6 @@ class Joint:
     def parent(self) -> Link:
         """The link this joint hangs from."""
         return self.body.links[self._built.parent]
-
-    @property
-    def is_scalar(self) -> bool:
-        """True for joints of one degree of freedom."""
-        return self.type in ("revolute", "continuous", "prismatic")
 
     @property
     def axis(self) -> Array:

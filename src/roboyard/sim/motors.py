@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 MODE, KP, VELOCITY, KD, LARGEST = range(5)
 IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+MOTORED = ("revolute", "continuous", "prismatic", "spherical")
 
 
 class Motors:
@@ -64,30 +65,61 @@ class Motors:
             max_impulse: N m s or N s in a step, in addition.
             max_velocity: rad/s or m/s; 0 for none.
         """
-        start, size = self._place(joint)
-        motors, targets, bounds = self._rows(joint.body)
-        rows = slice(start, start + size)
+        motors, targets, bounds = self._by_body.get(joint.body.id) or self._rows(joint.body)
+        start = joint.body.dof_offsets[joint.index]
+        if joint.is_scalar:
+            values = motors, targets, bounds, start
+            self._set_scalar(joint, values, position, velocity, kp, kd, max_force, max_impulse, max_velocity)
+            return
+        rows = slice(start, start + self._size(joint))
         motors[rows, MODE] = 1.0 if position is None else 2.0
         motors[rows, KP], motors[rows, KD] = kp, kd
         motors[rows, VELOCITY], motors[rows, LARGEST] = velocity, max_velocity
         bounds[rows, 0], bounds[rows, 1] = max_force, max_impulse
         if position is not None:
-            if joint.type == "spherical":
-                targets[start] = to_wxyz(position)
-            else:
-                targets[rows, 0] = position
+            targets[start] = to_wxyz(position)
         if not np.isfinite(motors[rows]).all() or not np.isfinite(targets[rows]).all():
             raise RoboyardError(f"joint {joint.name!r}: a motor's target and gains are finite")
-        self._publish(joint.body, rows)
+        self._bounds_changed(joint.body, rows)
+
+    def _set_scalar(
+        self,
+        joint: Joint,
+        place: tuple[Array, Array, Array, int],
+        position: Any,
+        velocity: Any,
+        kp: Any,
+        kd: Any,
+        max_force: Any,
+        max_impulse: Any,
+        max_velocity: float,
+    ) -> None:
+        """The same for one degree of freedom; scripts call this for every joint in every step."""
+        motors, targets, bounds, row = place
+        total = velocity + kp + kd + max_velocity + (0.0 if position is None else position)
+        if not -np.inf < total < np.inf:
+            raise RoboyardError(f"joint {joint.name!r}: a motor's target and gains are finite")
+        if position is None:
+            motors[row, MODE] = 1.0
+        else:
+            motors[row, MODE] = 2.0
+            targets[row, 0] = position
+        motors[row, KP] = kp
+        motors[row, VELOCITY] = velocity
+        motors[row, KD] = kd
+        motors[row, LARGEST] = max_velocity
+        if bounds[row, 0] != max_force or bounds[row, 1] != max_impulse:
+            bounds[row, 0], bounds[row, 1] = max_force, max_impulse
+            self._bounds_changed(joint.body, slice(row, row + 1))
 
     def clear(self, joint: Joint) -> None:
         """Take a joint's motor away."""
-        start, size = self._place(joint)
         motors, _, bounds = self._rows(joint.body)
-        rows = slice(start, start + size)
+        start = joint.body.dof_offsets[joint.index]
+        rows = slice(start, start + self._size(joint))
         motors[rows] = 0.0
         bounds[rows] = 0.0
-        self._publish(joint.body, rows)
+        self._bounds_changed(joint.body, rows)
 
     def applied(self, joint: Joint) -> Array:
         """(n,) N m or N the motor applied in the last step, one number for each degree of freedom."""
@@ -119,7 +151,7 @@ class Motors:
         timestep = model.opt.timestep
         if timestep != self._bound_timestep:
             driven = self._motors[:, MODE] > 0
-            model.dof_frictionloss[driven] = (self._bounds @ (1.0, 1.0 / timestep))[driven]
+            model.dof_frictionloss[driven] = self._bounds[driven] @ (1.0, 1.0 / timestep)
             self._bound_timestep = timestep
 
     def apply(self, model: Any, data: Any) -> None:
@@ -155,13 +187,13 @@ class Motors:
         self._by_body.pop(body_id, None)
         self._gathered = False
 
-    def _place(self, joint: Joint) -> tuple[int, int]:
-        size = VELOCITY_SIZE[joint.type]
-        if size not in (1, 3) or joint.type == "planar":
+    def _size(self, joint: Joint) -> int:
+        if joint.type not in MOTORED:
             raise RoboyardError(f"joint {joint.name!r} is {joint.type} and cannot have a motor")
-        return int(joint.dof_slice.start - joint.body.first_dof), size
+        return VELOCITY_SIZE[joint.type]
 
     def _rows(self, body: Body) -> tuple[Array, Array, Array]:
+        """A body's own rows: views of the world's arrays once those are gathered."""
         if body.id not in self._by_body:
             count = body.joint_dofs
             self._by_body[body.id] = (np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))
@@ -169,32 +201,26 @@ class Motors:
             self._world.stepping.refresh()
         return self._by_body[body.id]
 
-    def _publish(self, body: Body, rows: slice) -> None:
-        """Bring a change into the gathered arrays without gathering all of them again."""
+    def _bounds_changed(self, body: Body, rows: slice) -> None:
         world = self._world
-        if not self._gathered or world.is_stale:
-            self._gathered = False
-            return
-        motors, targets, bounds = self._by_body[body.id]
-        first = body.first_dof
-        here = slice(first + rows.start, first + rows.stop)
-        self._motors[here], self._targets[here] = motors[rows], targets[rows]
-        if not np.array_equal(self._bounds[here], bounds[rows]):
-            self._bounds[here] = bounds[rows]
-            self._write_bounds(world.model, here)
-
-    def _write_bounds(self, model: Any, rows: slice) -> None:
-        timestep = model.opt.timestep
-        model.dof_frictionloss[rows] = self._bounds[rows] @ (1.0, 1.0 / timestep)
+        if self._gathered and not world.is_stale:
+            first = body.first_dof
+            here = slice(first + rows.start, first + rows.stop)
+            model = world.model
+            model.dof_frictionloss[here] = self._bounds[here] @ (1.0, 1.0 / model.opt.timestep)
 
     def _gather(self, model: Any) -> None:
+        """Lay all bodies' rows out as MuJoCo's dofs are; bodies keep views, so that they write in place."""
         nv = model.nv
         self._motors, self._targets = np.zeros((nv, 5)), np.zeros((nv, 4))
         self._bounds = np.zeros((nv, 2))
-        for body_id, (motors, targets, bounds) in self._by_body.items():
+        for body_id, rows in self._by_body.items():
             first = self._world.body_by_id[body_id].first_dof
-            here = slice(first, first + len(motors))
-            self._motors[here], self._targets[here], self._bounds[here] = motors, targets, bounds
+            here = slice(first, first + len(rows[0]))
+            views = self._motors[here], self._targets[here], self._bounds[here]
+            for view, values in zip(views, rows, strict=True):
+                view[:] = values
+            self._by_body[body_id] = views
             model.dof_solimp[here] = IMPEDANCE
         self._bound_timestep = 0.0
         self._gathered = True
