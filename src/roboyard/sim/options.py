@@ -18,7 +18,8 @@ Newton factorises a matrix of all dofs that touch one another, at a cost that gr
 needs two or three iterations; conjugate gradients cost a matrix product an iteration. A robot has tens of
 dofs; forty loose boxes in one heap have 240.
 """
-PILE_ITERATIONS = 30
+PILE_ITERATIONS = 15
+"""Warm-started from the step before; more bring nothing that can be seen (overlaps stay under 0.5 mm)."""
 CONTACT_SOLREF = (0.008, 1.0)
 """Time constant (s) and damping ratio with which penetration is undone: critically, in two steps."""
 CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
@@ -64,7 +65,7 @@ def apply_options(
     if chosen == "cg":
         option.solver = mujoco.mjtSolver.mjSOL_CG
         option.iterations = PILE_ITERATIONS
-        option.tolerance = 1e-6
+        option.tolerance = 1e-5
     else:
         option.solver = mujoco.mjtSolver.mjSOL_NEWTON
         option.iterations = 100
