@@ -181,6 +181,35 @@ def test_something_out_of_view_still_throws_its_shadow_into_it(shape, picture, f
     assert image.rgba[..., 0][(np.abs(points[..., :2]) > 0.12).any(axis=-1)].min() > 190
 
 
+@pytest.mark.parametrize("ground", [primitives.plane(30.0, 30.0), primitives.box(30.0, 30.0, 0.5)])
+def test_a_large_ground_leaves_the_shadows_on_it_sharp(ground, shape, picture):
+    light = Light(direction=(0.6, 0.0, 1.0), ambient=0.2, diffuse=0.8, specular=0.0, sky=0.0)
+    top = float(ground.bounds[1, 2])
+    camera = Camera.look_at((-0.2, -1.5, 1.5 + top), (-0.2, 0, top), width=200, height=150)
+    roof = shape(primitives.box(0.15, 0.15, 0.02), (0, 0, 0.5 + top), owner=(1, 0))
+    image = picture([shape(ground), roof], camera, light=light)
+    points = image.points()
+    x, y = points[..., 0] + 0.6 * 0.5, points[..., 1]
+    floor_seen = image.segmentation[..., 0] == 0
+    inside = floor_seen & (np.abs(x) < 0.12) & (np.abs(y) < 0.12)
+    outside = floor_seen & ((np.abs(x) > 0.19) | (np.abs(y) > 0.18))
+    assert inside.sum() > 100
+    assert image.rgba[..., 0][inside].max() < 60
+    assert image.rgba[..., 0][outside].min() > 120
+
+
+def test_a_table_top_still_throws_its_shadow_on_the_ground(shape, picture):
+    light = Light(direction=(0.0, 0.0, 1.0), ambient=0.2, diffuse=0.8, specular=0.0, sky=0.0)
+    table = shape(primitives.box(0.3, 0.3, 0.01), (0, 0, 0.6), owner=(1, 0))
+    cup = shape(primitives.box(0.05, 0.05, 0.05), (0, 0, 0.66), owner=(2, 0))
+    camera = Camera.look_at((0.0, -2.0, 0.5), (0, 0, 0.2), width=120, height=90)
+    image = picture([shape(primitives.plane(5, 5)), table, cup], camera, light=light)
+    points = image.points()
+    under = (image.segmentation[..., 0] == 0) & (np.abs(points[..., :2]) < 0.27).all(axis=-1)
+    assert under.sum() > 100
+    assert image.rgba[..., 0][under].max() < 60
+
+
 def test_no_shadow_when_not_asked(shape, picture, floor):
     box = shape(primitives.box(0.1, 0.1, 0.1), (0, 0, 0.5))
     camera = Camera.look_at((0.6, -0.6, 2.2), (0.0, 0, 0.0), width=60, height=60)

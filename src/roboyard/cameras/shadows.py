@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 MARGIN = 4
 """Texels around the part of the map that is used, for the filter's reach."""
+SLAB = 0.1
+"""Thickness over width below which a shape may count as a floor."""
 SIZES = (128, 192, 256, 384, 512, 768, 1024, 1536, 2048)
 
 
@@ -33,10 +35,19 @@ class ShadowMap:
     """(3, 4) from the world to column, row and depth (m)."""
     texel: float
     """Longer side of a texel; m"""
+    shaded: NDArray[np.int64]
+    """(4,) first and last column and row of the picture where a shadow may fall."""
 
 
 _EMPTY = np.zeros(1, dtype=np.float32)
-NO_SHADOW = ShadowMap(nearness=_EMPTY, tiles=_EMPTY, size=0, matrix=np.zeros((3, 4)), texel=0.0)
+NO_SHADOW = ShadowMap(
+    nearness=_EMPTY,
+    tiles=_EMPTY,
+    size=0,
+    matrix=np.zeros((3, 4)),
+    texel=0.0,
+    shaded=np.array([0, -1, 0, -1]),
+)
 
 
 def cast(
@@ -51,9 +62,14 @@ def cast(
     matrix = np.zeros((3, 4))
     matrix[:, :3] = right, np.cross(sun, right), -sun
     casters = np.unique(arrays.casters[:, 0])
+    grounds = _grounds(arrays, casters, to_world, sun)
+    casters = casters[~np.isin(casters, grounds)]
+    if not len(casters):
+        return NO_SHADOW
+    draws = arrays.casters[~np.isin(arrays.casters[:, 0], grounds)]
     low, high = _bounds_of_boxes(matrix, to_world[casters], arrays.boxes[casters])
     stride = 2 if width * height > 40000 else 1
-    visible, count, total = kernels.lit_bounds(
+    visible, count, total, shaded = kernels.lit_bounds(
         seen, nearness, width, height, stride, perspective, *rays, matrix, low[:2], high[:2]
     )
     if not count:
@@ -75,12 +91,37 @@ def cast(
     depth = buffer("shadow", (size * size,), np.float32)
     depth.fill(-np.inf)
     raster.draw_meshes(
-        arrays.casters, screens, arrays.boxes, arrays.vertices, arrays.faces, False, -np.inf, np.inf,
+        draws, screens, arrays.boxes, arrays.vertices, arrays.faces, False, -np.inf, np.inf,
         raster.DEPTH_ONLY, _EMPTY, depth, np.zeros(1, dtype=np.int64), size, size, *scratch,
     )  # fmt: skip
     tiles = buffer("tiles", ((size // kernels.TILE) ** 2,), np.float32)
     kernels.nearest_of_tiles(depth, size, tiles)
-    return ShadowMap(nearness=depth, tiles=tiles, size=size, matrix=matrix, texel=float(texels.max()))
+    return ShadowMap(
+        nearness=depth, tiles=tiles, size=size, matrix=matrix, texel=float(texels.max()), shaded=shaded
+    )
+
+
+def _grounds(arrays: SceneArrays, casters: NDArray, to_world: Array, sun: Array) -> list[int]:
+    """Slabs that everything else stands on, seen from the sun: they catch shadows and throw none.
+
+    Left in, a floor would stretch the map over all of itself.
+    """
+    if len(arrays.planes):
+        return []
+    sides = np.linalg.norm(to_world[casters, :, :3], axis=1)
+    extent = (arrays.boxes[casters, 1] - arrays.boxes[casters, 0]) * sides
+    in_order = np.sort(extent, axis=1)
+    middle = np.einsum("nij,nj->ni", to_world[casters, :, :3], arrays.boxes[casters].mean(axis=1))
+    middle += to_world[casters, :, 3]
+    found = []
+    for k in np.flatnonzero(in_order[:, 0] < SLAB * in_order[:, 1]):
+        axis = int(np.argmin(extent[k]))
+        normal = to_world[casters[k], :, axis] / np.linalg.norm(to_world[casters[k], :, axis])
+        above = (middle - middle[k]) @ (normal if normal @ sun > 0 else -normal)
+        above[k] = np.inf
+        if (above > 0.5 * extent[k, axis]).all():
+            found.append(int(casters[k]))
+    return found
 
 
 def _bounds_of_boxes(matrix: Array, to_world: Array, boxes: Array) -> tuple[Array, Array]:

@@ -206,7 +206,7 @@ def _color(
             codes, near, width, height, frame.perspective, frame.origins, frame.directions,
             frame.to_world, to_local, arrays.looks, arrays.links, arrays.faces, arrays.vertices,
             arrays.normals, arrays.uv, arrays.colors, arrays.texels, arrays.texture_table, lamp,
-            cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel,
+            cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel, cast.shaded,
             backdrop, np.array(fade or (np.inf, np.inf)), front, layered, final, rgba,
         )  # fmt: skip
 

@@ -10,18 +10,29 @@ from roboyard.cameras.kernels.options import FAST
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def texel(texels, offset, width, height, u, v, out):
-    """Bilinear sample of one level, repeating, v up; adds nothing, writes (4,) 0 to 1 into `out`."""
-    x = u * width - 0.5
-    y = (1.0 - v) * height - 0.5
+    """Bilinear sample of one level, repeating, v up; writes (4,) 0 to 1 into `out`."""
+    x = (u - np.floor(u)) * width - 0.5
+    y = (np.ceil(v) - v) * height - 0.5
     x_floor, y_floor = np.floor(x), np.floor(y)
     fx, fy = x - x_floor, y - y_floor
-    x0, y0 = np.int64(x_floor) % width, np.int64(y_floor) % height
-    x1, y1 = (x0 + 1) % width, (y0 + 1) % height
+    x0, y0 = np.int64(x_floor), np.int64(y_floor)
+    x1, y1 = x0 + 1, y0 + 1
+    # all four lie within half a texel of the picture: one step around its rim brings them in
+    x0 = x0 + width if x0 < 0 else x0
+    y0 = y0 + height if y0 < 0 else y0
+    x1 = x1 - width if x1 >= width else x1
+    y1 = y1 - height if y1 >= height else y1
     a, b = offset + y0 * width, offset + y1 * width
+    w11 = fx * fy
+    w10, w01 = fx - w11, fy - w11
+    w00 = 1.0 - fx - w01
     for k in range(4):
-        top = texels[a + x0, k] * (1.0 - fx) + texels[a + x1, k] * fx
-        bottom = texels[b + x0, k] * (1.0 - fx) + texels[b + x1, k] * fx
-        out[k] = (top * (1.0 - fy) + bottom * fy) * (1.0 / 255.0)
+        out[k] = (
+            w00 * texels[a + x0, k]
+            + w10 * texels[a + x1, k]
+            + w01 * texels[b + x0, k]
+            + w11 * texels[b + x1, k]
+        ) * (1.0 / 255.0)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -16,15 +16,16 @@ from roboyard.cameras.kernels.shadow import sunlight
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def shade(
     seen, nearness, width, height, perspective, origins, directions, to_world, to_local, looks, links,
-    faces, vertices, normals, uvs, colors, texels, textures, light, shadow, tiles, shadow_size, shadow_matrix,
-    shadow_texel, backdrop, fade, front, layered, final, out,
+    faces, vertices, normals, uvs, colors, texels, textures, light, shadow, tiles, shadow_size,
+    shadow_matrix, shadow_texel, shaded, backdrop, fade, front, layered, final, out,
 ):  # fmt: skip
     """Shade what `seen` says. final: write uint8 (pixels, 4) `out`, over the backdrop and under `front`;
     else lay the colours under what `front` (pixels, 4; premultiplied) already holds.
 
     origins, directions (3, 3): rows constant, per column, per row of the pixels' lines of sight.
     to_world (n, 3, 4), to_local (n, 3, 3). light (10,): direction, colour, ambient, diffuse, specular, sky.
-    backdrop (2, 4): top and bottom. fade (2,): depths between which endless planes dissolve.
+    shaded (4,): first and last column and row where a shadow may fall. backdrop (2, 4): top and bottom.
+    fade (2,): depths between which endless planes dissolve.
     """
     sample = np.empty(4)
     sample_far = np.empty(4)
@@ -34,6 +35,7 @@ def shade(
     step = np.empty((4, 3))  # of the line of sight per column and row, in mesh coordinates
     lx, ly, lz = light[0], light[1], light[2]
     ambient, diffuse, gloss, sky = light[6], light[7], light[8], light[9]
+    shade_left, shade_right, shade_top, shade_bottom = shaded[0], shaded[1], shaded[2], shaded[3]
     lit = diffuse > 0.0 or gloss > 0.0
     ox, oy, oz = origins[0, 0], origins[0, 1], origins[0, 2]
     last, last_instance = np.int64(-1), np.int64(-1)
@@ -182,9 +184,11 @@ def shade(
                             long, short = max(long, size), min(short, size)
                         # a slanted view may keep up to one level more than its longer side allows
                         size = max(math.sqrt(long * short), 0.25 * long)
-                        level = min(0.5 * math.log2(size), textures.shape[1] - 2.0) if size > 1.0 else 0.0
-                        whole = np.int64(level)
-                        part = level - whole
+                        whole = np.int64(0)
+                        while size > 4.0 and whole < textures.shape[1] - 2:
+                            size *= 0.25
+                            whole += 1
+                        part = min(math.sqrt(size) - 1.0, 1.0) if size > 1.0 else 0.0
                         texel(texels, textures[texture, whole, 0], textures[texture, whole, 1],
                               textures[texture, whole, 2], u, v, sample)  # fmt: skip
                         if part > 0.0:
@@ -225,7 +229,12 @@ def shade(
                     sun = 0.0
                     if facing > 0.0:
                         sun = 1.0
-                        if shadow_size > 0:
+                        if (
+                            column >= shade_left
+                            and column <= shade_right
+                            and row >= shade_top
+                            and row <= shade_bottom
+                        ):
                             lift = side * face_lift
                             cx, cy, cz = x + lift * ex, y + lift * ey, z + lift * ez
                             sun = sunlight(shadow, tiles, shadow_size, shadow_matrix, cx, cy, cz)

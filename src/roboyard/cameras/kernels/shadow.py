@@ -56,11 +56,12 @@ def nearest_of_tiles(shadow, size, tiles):
 def lit_bounds(seen, nearness, width, height, stride, perspective, origins, directions, m, low, high):
     """What is seen where shadows may fall: in the axes `m` (3, 4), between `low` and `high` (2,).
 
-    Looks at every `stride`-th pixel. Returns lower and upper bounds (2, 2), how many points there were and
-    the sum of their depths.
+    Looks at every `stride`-th pixel. Returns lower and upper bounds (2, 2), how many points there were,
+    the sum of their depths, and the first and last column and row (4,) that show them.
     """
     out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
     count, total = 0, 0.0
+    shaded = np.array([width, -1, height, -1])
     for row in range(0, height, stride):
         for column in range(0, width, stride):
             p = row * width + column
@@ -79,6 +80,12 @@ def lit_bounds(seen, nearness, width, height, stride, perspective, origins, dire
             if u >= low[0] and u <= high[0] and v >= low[1] and v <= high[1]:
                 out[0, 0], out[1, 0] = min(out[0, 0], u), max(out[1, 0], u)
                 out[0, 1], out[1, 1] = min(out[0, 1], v), max(out[1, 1], v)
+                shaded[0], shaded[1] = min(shaded[0], column), max(shaded[1], column)
+                shaded[2], shaded[3] = min(shaded[2], row), max(shaded[3], row)
                 count += 1
                 total += depth
-    return out, count, total
+    shaded[0] -= stride
+    shaded[1] += stride
+    shaded[2] -= stride
+    shaded[3] += stride
+    return out, count, total, shaded
