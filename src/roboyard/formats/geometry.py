@@ -1,0 +1,132 @@
+"""Geometries as triangles, and the looks of their faces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from roboyard.poses import Array
+from roboyard.shapes.load import load_mesh, scaled
+from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.urdf.model import RGBA, Geometry, Mesh, RobotDescription, Visual
+
+DEFAULT_RGBA: RGBA = (0.7, 0.7, 0.7, 1.0)
+
+
+def mesh_triangles(geometry: Mesh) -> TriangleMesh | None:
+    """The triangles of a mesh geometry with its scale applied; None where the file was not found.
+
+    Raises:
+        MeshError: the file cannot be read.
+    """
+    mesh = geometry.data
+    if mesh is None:
+        if geometry.path is None:
+            return None
+        mesh = load_mesh(geometry.path)
+    return mesh if geometry.scale == (1.0, 1.0, 1.0) else scaled(mesh, geometry.scale)
+
+
+def any_triangles(geometry: Geometry) -> TriangleMesh | None:
+    """Triangles of any geometry of finite size; None for planes and meshes that were not found."""
+    from roboyard.shapes import primitives
+    from roboyard.urdf.model import Box, Capsule, Cylinder, Heightfield, Plane, Sphere
+
+    match geometry:
+        case Box(size=(x, y, z)):
+            return primitives.box(x / 2, y / 2, z / 2)
+        case Sphere(radius=radius):
+            return primitives.sphere(radius)
+        case Cylinder(radius=radius, length=length):
+            return primitives.cylinder(radius, length)
+        case Capsule(radius=radius, length=length):
+            return primitives.capsule(radius, length) if length > 0 else primitives.sphere(radius)
+        case Heightfield(heights=heights, cell=(dx, dy)):
+            nx, ny = heights.shape
+            return primitives.heightfield(np.asarray(heights).T, (nx - 1) * dx, (ny - 1) * dy)
+        case Plane():
+            return None
+        case Mesh():
+            return mesh_triangles(geometry)
+
+
+def faces_by_color(mesh: TriangleMesh) -> list[tuple[RGBA, np.ndarray]]:
+    """Colours of a mesh with the indices of their faces, most faces first; empty for one without colours."""
+    if mesh.colors is None:
+        return []
+    colors, which = np.unique(mesh.colors, axis=0, return_inverse=True)
+    which = which.ravel()
+    order = np.argsort(-np.bincount(which, minlength=len(colors)), kind="stable")
+    return [(_rgba(colors[k]), np.flatnonzero(which == k)) for k in order]
+
+
+def _rgba(color: np.ndarray) -> RGBA:
+    r, g, b, a = (round(float(v) / 255.0, 6) for v in color)
+    return (r, g, b, a)
+
+
+def face_areas(mesh: TriangleMesh) -> Array:
+    """(m,) area of each face; m²."""
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def submesh(mesh: TriangleMesh, faces: np.ndarray) -> TriangleMesh:
+    """Some faces of a mesh, with the vertices they use."""
+    used, index = np.unique(mesh.faces[faces], return_inverse=True)
+    return replace(
+        mesh,
+        vertices=read_only(mesh.vertices[used], np.float64),
+        faces=read_only(index.reshape(-1, 3), np.int32),
+        normals=None if mesh.normals is None else read_only(mesh.normals[used], np.float64),
+        uv=None if mesh.uv is None else read_only(mesh.uv[used], np.float64),
+        colors=None if mesh.colors is None else read_only(mesh.colors[faces], np.uint8),
+    )
+
+
+def stem(visual_name: str | None, geometry: Geometry) -> str:
+    """What to call a shape: its own name, its file's, or what it is."""
+    if visual_name:
+        return visual_name
+    if isinstance(geometry, Mesh):
+        path = geometry.path.stem if geometry.path is not None else geometry.uri.rpartition("/")[2]
+        return path.rpartition(".")[0] or path or "mesh"
+    return type(geometry).__name__.lower()
+
+
+def zero_poses(description: RobotDescription) -> dict[str, Array]:
+    """(4, 4) of every link in the root link's frame, all joints at zero, those that mimic with an offset too."""
+    from roboyard.urdf.kinematics import forward_kinematics, position_size
+
+    held = {j.name: 0.0 for j in description.joints if j.mimic is not None and position_size(j) == 1}
+    return forward_kinematics(description, held)
+
+
+def visual_bounds(description: RobotDescription) -> Array | None:
+    """(2, 3) corners of the box round all visuals, joints at zero, in the root link's frame; None without any.
+
+    Collision shapes take the place of visuals where a robot has none.
+    """
+    poses = zero_poses(description)
+    corners: list[Array] = []
+    for link, visual in _drawn(description):
+        mesh = any_triangles(visual.geometry)
+        if mesh is None or not len(mesh.faces):
+            continue
+        transform = poses[link] @ visual.origin.matrix()
+        points = mesh.vertices[np.unique(mesh.faces)] @ transform[:3, :3].T + transform[:3, 3]
+        corners += [points.min(axis=0), points.max(axis=0)]
+    if not corners:
+        return None
+    return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
+
+
+def _drawn(description: RobotDescription) -> Iterator[tuple[str, Visual]]:
+    has_visuals = any(link.visuals for link in description.links)
+    for link in description.links:
+        if has_visuals:
+            yield from ((link.name, visual) for visual in link.visuals)
+        else:
+            yield from ((link.name, Visual(geometry=c.geometry, origin=c.origin)) for c in link.collisions)

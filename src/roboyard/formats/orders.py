@@ -1,0 +1,39 @@
+"""The orders in which joint values are written. Files carry the joint names beside every vector."""
+
+from __future__ import annotations
+
+from roboyard.urdf.model import Joint, RobotDescription
+
+SCALAR_TYPES = ("revolute", "continuous", "prismatic")
+"""Joints whose position is one number."""
+
+
+def depth_first_links(description: RobotDescription) -> tuple[str, ...]:
+    """Link names from the root, each followed by all that hangs from it, children in file order."""
+    return (description.root.name, *(joint.child for joint in description.depth_first_joints))
+
+
+def prim_order_joints(description: RobotDescription) -> tuple[Joint, ...]:
+    """All joints in the order of their prims on a stage: link by link depth first, each with its own joints.
+
+    Sibling joints stand together, which plain depth-first order does not do. cuRobo files use this order.
+    """
+    return tuple(
+        joint for link in depth_first_links(description) for joint in description.child_joints[link]
+    )
+
+
+def breadth_first_joints(description: RobotDescription) -> tuple[Joint, ...]:
+    """All joints, level by level from the root: the order of PhysX's joint vectors."""
+    ordered: list[Joint] = []
+    level = [description.root.name]
+    while level:
+        joints = [joint for link in level for joint in description.child_joints[link]]
+        ordered += joints
+        level = [joint.child for joint in joints]
+    return tuple(ordered)
+
+
+def scalar_joints(joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
+    """Those that move by one number of their own: no fixed, planar, ball, floating or mimicking joints."""
+    return tuple(joint for joint in joints if joint.type in SCALAR_TYPES and joint.mimic is None)

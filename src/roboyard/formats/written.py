@@ -1,0 +1,16 @@
+"""What a writer reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Written:
+    """Files that were written and what could not be said in them."""
+
+    files: tuple[Path, ...]
+    """The main file first."""
+    notes: tuple[str, ...] = ()
+    """One line for each thing left out or approximated."""
