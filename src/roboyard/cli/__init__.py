@@ -10,7 +10,6 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.util import find_spec
 from typing import Annotated
 
 import typer
@@ -70,9 +69,9 @@ def _run(words: list[str]) -> int:
     app.callback()(_options)
     named = words[0] if words else ""
     for name in (named,) if named in COMMANDS else COMMANDS:
-        if find_spec(f"{__name__}.{name}") is not None:
-            module = import_module(f"{__name__}.{name}")
-            app.command(name, context_settings=getattr(module, "CONTEXT_SETTINGS", None))(getattr(module, name))
+        module = import_module(f"{__name__}.{name}")
+        settings = getattr(module, "CONTEXT_SETTINGS", None)
+        app.command(name, context_settings=settings)(getattr(module, name))
     try:
         typer.main.get_command(app)(words, prog_name="roboyard")
     except SystemExit as leave:

@@ -24,6 +24,8 @@ VIEWS: dict[str, tuple[float, float]] = {
 }
 """Direction of the camera as azimuth (from +x towards +y) and elevation, in degrees; robots look along +x."""
 FILM_VIEW = "three_quarter"
+SUN = (0.9, -0.2, 1.2)
+"""Towards the sun: from the front, so that the sides the pictures show are lit."""
 FPS = 12.5
 FAR = 60.0
 """The far plane's distance over that of what is looked at."""
@@ -66,11 +68,12 @@ def fitted_camera(points: Array, view: str, width: int, height: int) -> Camera:
 
 def picture(stage: Stage, camera: Camera) -> Image:
     """One picture of the stage, the floor fading out with distance."""
-    from roboyard.cameras import Backdrop
+    from roboyard.cameras import Backdrop, Light
 
     distance = camera.far / FAR
     backdrop = Backdrop(fade=(1.5 * distance, 9.0 * distance))
-    return stage.world.render(camera, shadow=True, background=backdrop, samples=4)
+    light = Light(direction=SUN)
+    return stage.world.render(camera, shadow=True, light=light, background=backdrop, samples=4)
 
 
 def still_views(stage: Stage, width: int, height: int) -> dict[str, Image]:
