@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -41,18 +41,19 @@ def audit(
 
     packages = read_packages(package or [])
     if file.suffix.lower() in (".yaml", ".yml"):
-        raise typer.Exit(_audit_configuration(file, packages))
-    from roboyard.urdf.auditing import audit as run_audit
-
-    result = run_audit(file, packages=packages)
+        if html is not None:
+            raise typer.BadParameter("a configuration has no page; give its URDF", param_hint="--html")
+        raise typer.Exit(_audit_configuration(file, packages, as_json=as_json))
     if html is not None:
         from roboyard.reports.audit_page import write_audit_page
 
-        write_audit_page(result, html, packages=packages)
-    if as_json:
-        import json
+        result = write_audit_page(file, html, packages=packages)
+    else:
+        from roboyard.urdf.auditing import audit as run_audit
 
-        print(json.dumps(result.to_json(), indent=2, ensure_ascii=False))
+        result = run_audit(file, packages=packages)
+    if as_json:
+        _print_json(result.to_json())
     elif sys.stdout.isatty():
         _print_table(result, everything=everything)
     else:
@@ -98,10 +99,28 @@ def _print_table(result: Audit, *, everything: bool) -> None:
     console.print(table)
 
 
-def _audit_configuration(file: Path, packages: dict[str, Path]) -> int:
-    """Report what is wrong with an import configuration; raises ConfigError, which `main` prints."""
+def _audit_configuration(file: Path, packages: dict[str, Path], *, as_json: bool) -> int:
+    """Report what is wrong with an import configuration; without `as_json`, `main` prints the problems."""
+    from roboyard.errors import RoboyardError
     from roboyard.importer.check import check_config
 
-    check_config(file, packages=packages)
-    print(f"{file.name}: sound")
+    try:
+        notes = check_config(file, packages=packages)
+    except RoboyardError as error:
+        if not as_json:
+            raise
+        _print_json({"file": str(file), "usable": False, "problems": str(error).splitlines(), "notes": []})
+        return 1
+    if as_json:
+        _print_json({"file": str(file), "usable": True, "problems": [], "notes": list(notes)})
+        return 0
+    for note in notes:
+        print(note)
+    print(f"{file.name}: usable")
     return 0
+
+
+def _print_json(data: dict[str, Any]) -> None:
+    import json
+
+    print(json.dumps(data, indent=2, ensure_ascii=False))

@@ -100,6 +100,7 @@ def _json() -> Iterator[str]:
     yield "- `verdict`: `sound`, `usable`, `usable after repair` or `not usable`; `usable`: not the last"
     yield f"- `counts`: {', '.join(f'`{severity.label}`' for severity in Severity)}"
     yield f"- `facts`: {', '.join(f'`{key}`' for key in Facts().to_json())} (mass in kg, null where unknown)"
+    yield "- of a configuration (`.yaml`): `file`, `usable`, `problems` and `notes`, a line of text each"
     yield f"- each of `findings`, worst first: {', '.join(f'`{key}`' for key in finding.to_json())}"
 
 

@@ -62,7 +62,7 @@ def audit(
     return judge(draft, blocked=blocked)
 
 
-def _quietly(function: Callable[P, R]) -> Callable[P, R]:
+def quietly(function: Callable[P, R]) -> Callable[P, R]:
     """Numbers of a broken file may overflow; what comes of it is judged, not warned about."""
 
     @functools.wraps(function)
@@ -73,7 +73,7 @@ def _quietly(function: Callable[P, R]) -> Callable[P, R]:
     return quiet
 
 
-@_quietly
+@quietly
 def open_draft(
     path: Path | str, *, packages: Mapping[str, Path] | None = None, search_paths: Sequence[Path] = ()
 ) -> tuple[Draft, bool]:
@@ -105,7 +105,7 @@ def open_draft(
     return read_draft(file, root, notes, resolver), False
 
 
-@_quietly
+@quietly
 def judge(draft: Draft, *, blocked: bool = False) -> Audit:
     """The audit of a draft; `blocked` where only the checks of the file as such make sense."""
     findings = _findings(draft, only_file=blocked)

@@ -16,7 +16,7 @@ from roboyard.errors import ConfigError, DescriptionError, unknown_name
 from roboyard.urdf.auditing.draft import Draft, read_draft
 from roboyard.urdf.auditing.findings import Audit, Finding
 from roboyard.urdf.auditing.registry import CHECKS
-from roboyard.urdf.auditing.run import audit, judge, open_draft
+from roboyard.urdf.auditing.run import audit, judge, open_draft, quietly
 from roboyard.urdf.repairing import mends as mends
 from roboyard.urdf.repairing.registry import MENDS, Bench
 from roboyard.urdf.repairing.staging import Stage, plain_name
@@ -76,6 +76,7 @@ class Repair:
         }
 
 
+@quietly
 def repair(
     path: Path | str,
     out: Path | str,
