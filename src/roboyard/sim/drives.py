@@ -10,6 +10,7 @@ which is critically damped and means the same at every time step, since MuJoCo i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from roboyard.errors import RoboyardError
 from roboyard.sim.build import NO_EFFORT_LIMIT
 
 if TYPE_CHECKING:
+    from roboyard.sim.drive_vector import DriveVector
     from roboyard.sim.handles import Joint
     from roboyard.sim.world import World
 
@@ -74,6 +76,12 @@ class Drives:
         """N m or N; infinite where the file gives none."""
         bound = float(self._actuator(joint).forcerange[1])
         return np.inf if bound >= NO_EFFORT_LIMIT else bound
+
+    def vector(self, joints: Sequence[Joint]) -> DriveVector:
+        """The drives of several joints, written to as arrays."""
+        from roboyard.sim.drive_vector import DriveVector
+
+        return DriveVector(self._world, joints)
 
     # ------------------------------------------------------------------------------------------------------
 

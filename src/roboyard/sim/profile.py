@@ -48,14 +48,14 @@ BULLET = Profile(
     impratio=1.0,
     product_friction=True,
     hard_contacts=True,
-    contact_margin=0.01,
+    contact_margin=0.002,
     erp=0.2,
     slow=0.2,
     largest_velocity=100.0,
     pid_drives=False,
     joint_friction=False,
 )
-"""Bullet's multibody world: friction by product, contacts on the velocity level with a look-ahead of 2 cm,
+"""Bullet's multibody world: friction by product, contacts on the velocity level with a look-ahead of 4 mm,
 velocities bounded at 100, joint damping explicit. Inertia from shapes and mass 1 without inertial are edits
 of the description, and each link's drag of 0.04 is set link by link; the PyBullet face does both.
 """

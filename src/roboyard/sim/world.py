@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -83,6 +83,8 @@ class World:
         """Grows whenever a compile moves things around in MuJoCo's arrays."""
         self.hard_contacts = profile.hard_contacts
         """Whether contacts are solved on the velocity level now (a pile's never are)."""
+        self.before_step: list[Callable[[], None]] = []
+        """Called before each time step, in order: where controllers work."""
         self._gravity = _vector3(gravity)
         self._timestep = float(timestep)
         self._solver: Solver = solver
