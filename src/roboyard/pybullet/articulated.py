@@ -144,6 +144,7 @@ def _at(scene: Scene, record: BodyRecord, q: Array, base: Array | None = None) -
     """
     import mujoco
 
+    scene.apply_parameters()
     data = scene.spare_data()
     data.qpos[:] = scene.world.data.qpos
     data.qvel[:] = 0.0

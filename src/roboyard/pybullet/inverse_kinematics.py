@@ -22,8 +22,8 @@ Vector = Sequence[float]
 _FAILED = "Error in calculateInverseKinematics"
 _ITERATIONS, _RESIDUAL = 20, 1e-4
 _WRONG_CURRENT = (
-    "calculateInverseKinematics the size of input current positions needs to be equal to the number of degrees "
-    "of freedom."
+    "calculateInverseKinematics the size of input current positions needs to be equal to the number of "
+    "degrees of freedom."
 )
 
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from roboyard.pybullet import constants as c
+from roboyard.pybullet.merging import merge_fixed_links
 from roboyard.pybullet.shape_inertia import shape_moments
 from roboyard.sim.inertials import mass_properties
 from roboyard.urdf.model import (
@@ -76,6 +77,8 @@ def bullet_model(
     if flags & c.URDF_IGNORE_VISUAL_SHAPES:
         description = _edited(description, visuals=())
     implicit = bool(flags & c.URDF_USE_IMPLICIT_CYLINDER)
+    if flags & c.URDF_MERGE_FIXED_LINKS:
+        description = merge_fixed_links(description, fixed_base=fixed_base)
     base = description.root
     joints = ordered_joints(description, keep_link_order=bool(flags & c.URDF_MAINTAIN_LINK_ORDER))
     links = [_link_model(base, flags, implicit)]

@@ -136,12 +136,13 @@ def _points(values: Sequence[Vector]) -> np.ndarray:
 
 
 def _cast(scene: Scene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int) -> tuple[Hit, ...]:
-    """Hits of rays; passing through shapes outside the mask, and through the first `wanted` hits."""
+    """Hits of rays; they pass shapes that they start in, shapes outside the mask, and `wanted` hits."""
     if not scene.bodies or not len(starts):
         return (_MISS,) * len(starts)
     found = scene.world.rays(starts, ends)
     owners = found.owners.tolist()
     fractions, positions, normals = found.fraction.tolist(), found.position.tolist(), found.normal.tolist()
+    leaving = (np.einsum("ij,ij->i", found.normal, ends - starts) > 0.0).tolist()
     hits: list[Hit] = []
     for i, (body, link) in enumerate(owners):
         if body < 0:
@@ -149,24 +150,33 @@ def _cast(scene: Scene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted:
             continue
         number_ = scene.of_world(body).number
         hit: Hit = (number_, link - 1, fractions[i], tuple(positions[i]), tuple(normals[i]))
-        if wanted > 0 or not scene.group_of(number_, link - 1) & mask:
+        if wanted > 0 or leaving[i] or not scene.group_of(number_, link - 1) & mask:
             hit = _later_hit(scene, starts[i], ends[i], hit, mask, max(wanted, 0))
         hits.append(hit)
     return tuple(hits)
 
 
 def _later_hit(scene: Scene, start: np.ndarray, end: np.ndarray, hit: Hit, mask: int, wanted: int) -> Hit:
-    """The `wanted`-th hit (from 0) of shapes within the mask, from the first hit on."""
+    """The `wanted`-th surface (from 0) that a ray enters and the mask lets it see, from the first hit on."""
     whole_way = end - start
     while hit[0] >= 0:
-        if scene.group_of(hit[0], hit[1]) & mask:
+        if whole_way @ hit[4] <= 0.0 and scene.group_of(hit[0], hit[1]) & mask:
             if wanted == 0:
                 return hit
             wanted -= 1
         fraction = hit[2] + _STEP_BEHIND
         if fraction >= 1.0:
             break
-        (again,) = _cast(scene, (start + fraction * whole_way)[None], end[None], -1, -1)
-        total = fraction + again[2] * (1.0 - fraction)
-        hit = (*again[:2], total, *again[3:]) if again[0] >= 0 else _MISS
+        again = scene.world.ray(start + fraction * whole_way, end)
+        if again is None:
+            break
+        number_ = scene.of_world(again.body.id).number
+        total = fraction + again.fraction * (1.0 - fraction)
+        hit = (
+            number_,
+            again.link.index - 1,
+            total,
+            tuple(again.position.tolist()),
+            tuple(again.normal.tolist()),
+        )
     return _MISS

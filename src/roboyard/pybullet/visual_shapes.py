@@ -130,9 +130,15 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
         shapes = link.visuals or (link.collisions if not any(k.visuals for k in record.model.links) else ())
         for shape, look in zip(shapes, looks.get(index, ()), strict=False):
             kind, size, file = described(shape.geometry)
+            if isinstance(shape.geometry, Sphere):
+                size = (shape.geometry.radius, 0.0, 0.0)
             row = (
                 *(record.number, index - 1, kind, size, file),
-                *(tuple(shape.origin.position), own_orientation(shape), tuple(look.shape.rgba)),
+                *(
+                    tuple(shape.origin.position),
+                    own_orientation(shape),
+                    _WHITE if look.shape.use_mesh_colors else tuple(look.shape.rgba),
+                ),
             )
             rows.append((*row, -1) if whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS else row)
     return tuple(rows)
