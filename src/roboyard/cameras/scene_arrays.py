@@ -29,7 +29,7 @@ class SceneArrays:
     normals: NDArray[np.float32]
     uv: NDArray[np.float32]
     colors: NDArray[np.uint8]
-    texels: NDArray[np.uint8]
+    texels: NDArray[np.uint32]
     texture_table: Ints
 
     frame: Ints

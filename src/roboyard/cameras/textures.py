@@ -20,8 +20,8 @@ def halved(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return ((even.reshape(h, 2, w, 2, 4).sum(axis=(1, 3), dtype=np.uint16) + 2) // 4).astype(np.uint8)
 
 
-def pack(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Join textures: (texels, 4) and a table (textures, LEVELS, 3) of offset, width and height.
+def pack(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint32], NDArray[np.int32]]:
+    """Join textures: (texels,) RGBA with red lowest, and (textures, LEVELS, 3) of offset, width and height.
 
     Levels past the last one (1 x 1) repeat it.
     """
@@ -40,7 +40,7 @@ def pack(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint8], NDArra
             texels.append(level.reshape(-1, 4))
             offset += level.shape[0] * level.shape[1]
     flat = np.concatenate(texels) if texels else np.zeros((1, 4), dtype=np.uint8)
-    return np.ascontiguousarray(flat), table
+    return np.ascontiguousarray(flat).view("<u4").ravel().astype(np.uint32), table
 
 
 def as_rgba(image: NDArray) -> NDArray[np.uint8]:

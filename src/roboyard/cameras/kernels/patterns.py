@@ -7,10 +7,12 @@ from numba import njit
 
 from roboyard.cameras.kernels.options import FAST
 
+MASK = np.uint32(255)
+
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def texel(texels, offset, width, height, u, v, out):
-    """Bilinear sample of one level, repeating, v up; writes (4,) 0 to 1 into `out`."""
+    """Bilinear sample of one level, repeating, v up: (4,) 0 to 1 into `out`. A texel's low byte is red."""
     x = (u - np.floor(u)) * width - 0.5
     y = (np.ceil(v) - v) * height - 0.5
     x_floor, y_floor = np.floor(x), np.floor(y)
@@ -23,16 +25,18 @@ def texel(texels, offset, width, height, u, v, out):
     x1 = x1 - width if x1 >= width else x1
     y1 = y1 - height if y1 >= height else y1
     a, b = offset + y0 * width, offset + y1 * width
-    w11 = fx * fy
-    w10, w01 = fx - w11, fy - w11
-    w00 = 1.0 - fx - w01
+    c00, c10, c01, c11 = texels[a + x0], texels[a + x1], texels[b + x0], texels[b + x1]
+    w11 = fx * fy * (1.0 / 255.0)
+    w10, w01 = fx * (1.0 / 255.0) - w11, fy * (1.0 / 255.0) - w11
+    w00 = (1.0 - fx) * (1.0 / 255.0) - w01
     for k in range(4):
+        shift = np.uint32(8 * k)
         out[k] = (
-            w00 * texels[a + x0, k]
-            + w10 * texels[a + x1, k]
-            + w01 * texels[b + x0, k]
-            + w11 * texels[b + x1, k]
-        ) * (1.0 / 255.0)
+            w00 * ((c00 >> shift) & MASK)
+            + w10 * ((c10 >> shift) & MASK)
+            + w01 * ((c01 >> shift) & MASK)
+            + w11 * ((c11 >> shift) & MASK)
+        )
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)

@@ -45,7 +45,10 @@ def shade(
     ax = ay = az = ux = uy = uz = vx = vy = vz = 0.0
     gx = gy = gz = uu = uv = vv = spread = 0.0
     ex = ey = ez = face_lift = 0.0
-    mx = my = mz = b0 = b1 = b2 = 0.0
+    fx = fy = fz = 0.0
+    t1x = t1y = t1z = t2x = t2y = t2z = 0.0
+    pux = puy = puz = pvx = pvy = pvz = zero_u = zero_v = 0.0
+    size_u, size_v, flat = 0, 0, False
     texture, first_color, first_uv, first_face, first_vertex = -1, -1, -1, 0, 0
     base_r = base_g = base_b = base_a = shininess = 0.0
     square, per_x, per_y = 0.0, 0.0, 0.0
@@ -110,12 +113,41 @@ def shade(
                     vv = vx * vx + vy * vy + vz * vz
                     spread = uu * vv - uv * uv
                     spread = 1.0 / spread if spread > 0.0 else 0.0
+                    # a point's share of corners 1 and 2: products with these
+                    t1x, t1y, t1z = vv * ux - uv * vx, vv * uy - uv * vy, vv * uz - uv * vz
+                    t2x, t2y, t2z = uu * vx - uv * ux, uu * vy - uv * uy, uu * vz - uv * uz
+                    t1x, t1y, t1z = t1x * spread, t1y * spread, t1z * spread
+                    t2x, t2y, t2z = t2x * spread, t2y * spread, t2z * spread
+                    if texture >= 0:
+                        # texture coordinates, in texels of the full picture, as a map of the point
+                        k = first_uv + face - first_face
+                        size_u, size_v = textures[texture, 0, 1], textures[texture, 0, 2]
+                        du1, du2 = uvs[k, 1, 0] - uvs[k, 0, 0], uvs[k, 2, 0] - uvs[k, 0, 0]
+                        dv1, dv2 = uvs[k, 1, 1] - uvs[k, 0, 1], uvs[k, 2, 1] - uvs[k, 0, 1]
+                        pux, puy, puz = du1 * t1x + du2 * t2x, du1 * t1y + du2 * t2y, du1 * t1z + du2 * t2z
+                        pvx, pvy, pvz = dv1 * t1x + dv2 * t2x, dv1 * t1y + dv2 * t2y, dv1 * t1z + dv2 * t2z
+                        zero_u = uvs[k, 0, 0] - (pux * ax + puy * ay + puz * az)
+                        zero_v = uvs[k, 0, 1] - (pvx * ax + pvy * ay + pvz * az)
+                    flat = endless
+                    if not endless:
+                        flat = True
+                        for j in range(3):
+                            flat &= normals[face, 0, j] == normals[face, 1, j]
+                            flat &= normals[face, 0, j] == normals[face, 2, j]
                     # normals turn with the transposed inverse
                     ex = h00 * gx + h10 * gy + h20 * gz
                     ey = h01 * gx + h11 * gy + h21 * gz
                     ez = h02 * gx + h12 * gy + h22 * gz
                     scale = 1.0 / math.sqrt(ex * ex + ey * ey + ez * ez + 1e-300)
                     ex, ey, ez = ex * scale, ey * scale, ez * scale
+                    fx, fy, fz = ex, ey, ez
+                    if flat and not endless:
+                        mx, my, mz = normals[face, 0, 0], normals[face, 0, 1], normals[face, 0, 2]
+                        fx = h00 * mx + h10 * my + h20 * mz
+                        fy = h01 * mx + h11 * my + h21 * mz
+                        fz = h02 * mx + h12 * my + h22 * mz
+                        scale = 1.0 / math.sqrt(fx * fx + fy * fy + fz * fz + 1e-300)
+                        fx, fy, fz = fx * scale, fy * scale, fz * scale
                     cosine = ex * lx + ey * ly + ez * lz
                     # lift a point by the slope of its face across the shadow filter's reach
                     face_lift = shadow_texel * (0.3 + 2.2 * math.sqrt(max(1.0 - cosine * cosine, 0.0)))
@@ -133,17 +165,7 @@ def shade(
                 tx, ty, tz = x - wx, y - wy, z - wz
                 hx = h00 * tx + h01 * ty + h02 * tz
                 hy = h10 * tx + h11 * ty + h12 * tz
-                if not endless or texture >= 0:
-                    hz = h20 * tx + h21 * ty + h22 * tz
-                    rx, ry, rz = hx - ax, hy - ay, hz - az
-                    ru = rx * ux + ry * uy + rz * uz
-                    rv = rx * vx + ry * vy + rz * vz
-                    b1 = (vv * ru - uv * rv) * spread
-                    b2 = (uu * rv - uv * ru) * spread
-                    if not endless:
-                        b1 = min(max(b1, 0.0), 1.0)
-                        b2 = min(max(b2, 0.0), 1.0 - b1)
-                    b0 = 1.0 - b1 - b2
+                hz = h20 * tx + h21 * ty + h22 * tz
                 # colour
                 red, green, blue, alpha = base_r, base_g, base_b, base_a
                 if first_color >= 0:
@@ -168,19 +190,13 @@ def shade(
                         foot[k, 1] = qy - along * sy
                         foot[k, 2] = qz - along * sz
                     if texture >= 0:
-                        k = first_uv + face - first_face
-                        u = b0 * uvs[k, 0, 0] + b1 * uvs[k, 1, 0] + b2 * uvs[k, 2, 0]
-                        v = b0 * uvs[k, 0, 1] + b1 * uvs[k, 1, 1] + b2 * uvs[k, 2, 1]
-                        full_w, full_h = textures[texture, 0, 1], textures[texture, 0, 2]
+                        u = zero_u + pux * hx + puy * hy + puz * hz
+                        v = zero_v + pvx * hx + pvy * hy + pvz * hz
                         long, short = 0.0, 1e300
                         for j in range(2):
-                            fu = foot[j, 0] * ux + foot[j, 1] * uy + foot[j, 2] * uz
-                            fv = foot[j, 0] * vx + foot[j, 1] * vy + foot[j, 2] * vz
-                            c1 = (vv * fu - uv * fv) * spread
-                            c2 = (uu * fv - uv * fu) * spread
-                            du = c1 * (uvs[k, 1, 0] - uvs[k, 0, 0]) + c2 * (uvs[k, 2, 0] - uvs[k, 0, 0])
-                            dv = c1 * (uvs[k, 1, 1] - uvs[k, 0, 1]) + c2 * (uvs[k, 2, 1] - uvs[k, 0, 1])
-                            size = du * du * full_w * full_w + dv * dv * full_h * full_h
+                            du = size_u * (pux * foot[j, 0] + puy * foot[j, 1] + puz * foot[j, 2])
+                            dv = size_v * (pvx * foot[j, 0] + pvy * foot[j, 1] + pvz * foot[j, 2])
+                            size = du * du + dv * dv
                             long, short = max(long, size), min(short, size)
                         # a slanted view may keep up to one level more than its longer side allows
                         size = max(math.sqrt(long * short), 0.25 * long)
@@ -188,14 +204,16 @@ def shade(
                         while size > 4.0 and whole < textures.shape[1] - 2:
                             size *= 0.25
                             whole += 1
-                        part = min(math.sqrt(size) - 1.0, 1.0) if size > 1.0 else 0.0
-                        texel(texels, textures[texture, whole, 0], textures[texture, whole, 1],
-                              textures[texture, whole, 2], u, v, sample)  # fmt: skip
+                        # two levels mix over the middle third between them
+                        part = min(max(3.0 * math.sqrt(size) - 4.0, 0.0), 1.0) if size > 1.0 else 0.0
+                        if part < 1.0:
+                            t = textures[texture, whole]
+                            texel(texels, t[0], t[1], t[2], u, v, sample)
                         if part > 0.0:
-                            texel(texels, textures[texture, whole + 1, 0], textures[texture, whole + 1, 1],
-                                  textures[texture, whole + 1, 2], u, v, sample_far)  # fmt: skip
+                            t = textures[texture, whole + 1]
+                            texel(texels, t[0], t[1], t[2], u, v, sample_far)
                             for j in range(4):
-                                sample[j] += part * (sample_far[j] - sample[j])
+                                sample[j] = sample_far[j] + (1.0 - part) * (sample[j] - sample_far[j])
                         red *= sample[0]
                         green *= sample[1]
                         blue *= sample[2]
@@ -215,8 +233,13 @@ def shade(
                 shine = 0.0
                 if lit:
                     side = -1.0 if ex * dx + ey * dy + ez * dz > 0.0 else 1.0
-                    nx, ny, nz = side * ex, side * ey, side * ez
-                    if not endless:
+                    if flat:
+                        nx, ny, nz = side * fx, side * fy, side * fz
+                    else:
+                        rx, ry, rz = hx - ax, hy - ay, hz - az
+                        b1 = min(max(t1x * rx + t1y * ry + t1z * rz, 0.0), 1.0)
+                        b2 = min(max(t2x * rx + t2y * ry + t2z * rz, 0.0), 1.0 - b1)
+                        b0 = 1.0 - b1 - b2
                         mx = b0 * normals[face, 0, 0] + b1 * normals[face, 1, 0] + b2 * normals[face, 2, 0]
                         my = b0 * normals[face, 0, 1] + b1 * normals[face, 1, 1] + b2 * normals[face, 2, 1]
                         mz = b0 * normals[face, 0, 2] + b1 * normals[face, 1, 2] + b2 * normals[face, 2, 2]
