@@ -68,6 +68,8 @@ def _read_bytes(file: Path) -> bytes:
     try:
         if file.is_dir():
             raise DescriptionError("this is a folder; give the URDF file in it", file=file)
+        if file.exists() and not file.is_file():  # a pipe would keep us waiting, a device would never end
+            raise DescriptionError("cannot be read: it is no regular file", file=file)
         with file.open("rb") as stream:
             return stream.read(MAX_BYTES + 1)
     except FileNotFoundError:

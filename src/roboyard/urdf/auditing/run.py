@@ -82,7 +82,7 @@ def open_draft(
     base = Path(os.path.abspath(file)).parent  # noqa: PTH100
     resolver = Resolver(
         base=base,
-        real_base=file.resolve().parent if file.is_symlink() else None,
+        real_base=_real_base(file),
         packages={name: Path(folder) for name, folder in (packages or {}).items()},
         search_paths=[Path(folder) for folder in search_paths],
     )
@@ -103,6 +103,14 @@ def open_draft(
     if any(finding.severity == BLOCKS for finding in _findings(shell, only_file=True)):
         return shell, True
     return read_draft(file, root, notes, resolver), False
+
+
+def _real_base(file: Path) -> Path | None:
+    """Folder of the file that a symbolic link leads to."""
+    try:
+        return file.resolve().parent if file.is_symlink() else None
+    except (OSError, RuntimeError):  # links in a ring
+        return None
 
 
 @quietly
