@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard.errors import RoboyardError
-from roboyard.sim.build import NO_EFFORT_LIMIT
+from roboyard.sim.build_joints import NO_EFFORT_LIMIT
 
 if TYPE_CHECKING:
     from roboyard.sim.drive_vector import DriveVector
-    from roboyard.sim.handles import Joint
+    from roboyard.sim.joint import Joint
     from roboyard.sim.world import World
 
 NATURAL_FREQUENCY = 2 * np.pi * 10.0

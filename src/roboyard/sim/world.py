@@ -15,13 +15,14 @@ from roboyard.poses import Array, normalized
 from roboyard.sim import appearance, contacts, objects, rays, state
 from roboyard.sim.assets import MeshAssets
 from roboyard.sim.body import Body
-from roboyard.sim.build import BuildOptions, Built, build, discard, is_anchored
+from roboyard.sim.build import build, discard, is_anchored
 from roboyard.sim.constraints import Constraints
 from roboyard.sim.drives import Drives
 from roboyard.sim.filters import CollisionFilters
 from roboyard.sim.motors import Motors
 from roboyard.sim.options import HARD_SOLIMP, PILE_SOLIMP, Solver, apply_options, chosen_solver
 from roboyard.sim.profile import PLAIN, Profile
+from roboyard.sim.records import BuildOptions, Built
 from roboyard.sim.stepping import Stepping, alarm
 from roboyard.sim.surfaces import Surfaces
 from roboyard.sim.wrenches import Wrenches
