@@ -1,0 +1,274 @@
+"""Contradictions inside a definition, and between it and its robot: found when the file is read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from roboyard.robots.definition import NEED_RESET_POSE, VIRTUAL_JOINTS, RobotDefinition
+from roboyard.robots.joint_order import robot_joint_names
+from roboyard.urdf.model import RobotDescription
+
+Where = tuple[str | int, ...]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Problem:
+    """One wrong field."""
+
+    where: Where
+    """Keys from the top of the file."""
+    text: str
+    """What is wrong and how to mend it."""
+
+
+def check_alone(definition: RobotDefinition) -> list[Problem]:
+    """What contradicts itself without looking at the robot."""
+    found = [*_groups(definition), *_bases(definition), *_arms(definition), *_postures(definition)]
+    return [Problem(where=where, text=text) for where, text in found]
+
+
+def check_against(definition: RobotDefinition, description: RobotDescription) -> list[Problem]:
+    """What names links or joints that the robot has not, or vectors of another length."""
+    links = [link.name for link in description.links]
+    joints = robot_joint_names(description)
+    found = [
+        *_unknown(link_names(definition), "link", links),
+        *_unknown(joint_names(definition), "moving joint", joints),
+        *_lengths(definition, joints),
+        *_virtual_joints(definition, joints),
+    ]
+    return [Problem(where=where, text=text) for where, text in found]
+
+
+Found = Iterator[tuple[Where, str]]
+
+
+def _groups(definition: RobotDefinition) -> Found:
+    allowed = definition.allowed_controllers()
+    seen: set[str] = set()
+    for index, group in enumerate(definition.raw_controller_order):
+        where = ("raw_controller_order", index)
+        if group in seen:
+            yield where, f"{group!r} is listed twice; keep one"
+        elif group not in allowed:
+            yield where, f"no block makes a group {group!r}{_near(group, allowed)}"
+        seen.add(group)
+    for group in allowed:
+        if group not in seen and not _is_bare(definition, group):
+            yield ("raw_controller_order",), f"the group {group!r} is missing; add it"
+    for group, name in definition.default_controllers.items():
+        where = ("default_controllers", group)
+        if group not in allowed:
+            yield where, f"no block makes a group {group!r}{_near(group, allowed)}"
+        elif name not in allowed[group]:
+            yield where, f"{group!r} cannot have a {name}; choose one of {', '.join(allowed[group])}"
+
+
+def _is_bare(definition: RobotDefinition, group: str) -> bool:
+    """Whether a group is the gripper of an arm without fingers."""
+    block = definition.manipulation
+    return group.startswith("gripper_") and not (
+        block is not None and block.finger_joint_names.get(group.removeprefix("gripper_"))
+    )
+
+
+def _bases(definition: RobotDefinition) -> Found:
+    wheels, locomotion = definition.two_wheel, definition.locomotion
+    if definition.holonomic_base is not None:
+        if wheels is not None:
+            yield ("two_wheel",), "a holonomic base cannot drive by two wheels too; keep one of the blocks"
+        if definition.base_footprint_link_name is None:
+            told = "is required with holonomic_base; name the link that the virtual joints carry"
+            yield ("base_footprint_link_name",), told
+        expected = tuple(VIRTUAL_JOINTS[k] for k in (0, 1, 5))
+        if locomotion is None:
+            yield ("locomotion",), f"is required with holonomic_base; give base_joint_names {list(expected)}"
+        elif locomotion.base_joint_names != expected:
+            told = f"must be {list(expected)} with holonomic_base"
+            yield ("locomotion", "base_joint_names"), told
+    if wheels is not None:
+        for key in ("wheel_radius", "wheel_axle_length"):
+            if not getattr(wheels, key) > 0:
+                yield ("two_wheel", key), f"must be a positive length in metres; got {getattr(wheels, key)}"
+        if locomotion is None:
+            yield ("locomotion",), "is required with two_wheel; give base_joint_names [left wheel, right wheel]"
+        elif len(locomotion.base_joint_names) != 2:
+            told = f"must name two joints with two_wheel, left then right; it names {len(locomotion.base_joint_names)}"
+            yield ("locomotion", "base_joint_names"), told
+    if locomotion is not None and wheels is None and definition.holonomic_base is None:
+        if not locomotion.base_joint_names:
+            yield ("locomotion", "base_joint_names"), "is empty; name the joints that carry the robot"
+    if definition.articulated_trunk is not None and not definition.articulated_trunk.trunk_joint_names:
+        yield ("articulated_trunk", "trunk_joint_names"), "is empty; name the torso's joints"
+    if definition.active_camera is not None and not definition.active_camera.camera_joint_names:
+        yield ("active_camera", "camera_joint_names"), "is empty; name the head's joints"
+
+
+def _arms(definition: RobotDefinition) -> Found:
+    block = definition.manipulation
+    if block is None:
+        return
+    arms = block.arm_names
+    if len(arms) != block.n_arms:
+        yield ("manipulation", "arm_names"), f"names {len(arms)} arms but n_arms is {block.n_arms}"
+    for arm in arms:
+        if arms.count(arm) > 1:
+            yield ("manipulation", "arm_names"), f"names {arm!r} twice"
+            return
+    required = {
+        "arm_joint_names": block.arm_joint_names,
+        "eef_link_names": block.eef_link_names,
+    }
+    optional = {
+        "arm_link_names": block.arm_link_names,
+        "finger_link_names": block.finger_link_names,
+        "finger_joint_names": block.finger_joint_names,
+        "gripper_link_names": block.gripper_link_names,
+        "arm_workspace_range": block.arm_workspace_range,
+        "teleop_rotation_offset": block.teleop_rotation_offset,
+        "assisted_grasp_start_points": block.assisted_grasp_start_points,
+        "assisted_grasp_end_points": block.assisted_grasp_end_points,
+    }
+    for key, by_arm in required.items():
+        for arm in arms:
+            if arm not in by_arm:
+                yield ("manipulation", key), f"has no entry for arm {arm!r}; add it"
+    for key, by_arm in {**required, **optional}.items():
+        for arm in by_arm or {}:
+            if arm not in arms:
+                yield ("manipulation", key, arm), f"there is no arm {arm!r}{_near(arm, arms)}"
+    for arm in arms:
+        if arm in block.arm_joint_names and not block.arm_joint_names[arm]:
+            yield ("manipulation", "arm_joint_names", arm), "is empty; name the arm's joints"
+    for arm, (low, high) in (block.arm_workspace_range or {}).items():
+        if low > high:
+            yield ("manipulation", "arm_workspace_range", arm), f"goes from {low} down to {high}; swap them"
+    for name, variant in (block.end_effectors or {}).items():
+        if block.supported_end_effector is not None and name not in block.supported_end_effector:
+            where = ("manipulation", "end_effectors", name)
+            yield where, f"{name!r} is not in supported_end_effector; add it there"
+        for key in ("eef_link_names", "finger_link_names", "finger_joint_names"):
+            for arm in getattr(variant, key):
+                if arm not in arms:
+                    where = ("manipulation", "end_effectors", name, key, arm)
+                    yield where, f"there is no arm {arm!r}{_near(arm, arms)}"
+
+
+def _postures(definition: RobotDefinition) -> Found:
+    block = definition.mobile_manipulation
+    if block is not None:
+        names, count = block.joint_names, len(block.untucked_default_joint_pos)
+        if len(block.tucked_default_joint_pos) != count:
+            told = f"has {len(block.tucked_default_joint_pos)} values but untucked_default_joint_pos has {count}"
+            yield ("mobile_manipulation", "tucked_default_joint_pos"), told
+        if names is not None and len(names) != count:
+            told = f"has {len(names)} names for {count} values"
+            yield ("mobile_manipulation", "joint_names"), told
+        poses = block.default_arm_poses or {}
+        if block.default_arm_pose_key is not None and block.default_arm_pose_key not in poses:
+            told = f"no default_arm_poses named {block.default_arm_pose_key!r}{_near(block.default_arm_pose_key, poses)}"
+            yield ("mobile_manipulation", "default_arm_pose_key"), told
+    variants = definition.manipulation.end_effectors if definition.manipulation is not None else None
+    if definition.default_joint_pos or block is not None or variants:
+        return
+    for group, name in definition.default_controllers.items():
+        if name in NEED_RESET_POSE:
+            yield (
+                ("default_joint_pos",),
+                f"is required because {group!r} has an {name}, which rests there;"
+                " give one value for each joint (zeros will do at first)",
+            )
+            return
+
+
+def link_names(definition: RobotDefinition) -> Found:
+    """Every link that a definition names, with its place in the file."""
+    if definition.base_footprint_link_name is not None:
+        yield ("base_footprint_link_name",), definition.base_footprint_link_name
+    for i, pair in enumerate(definition.disabled_collision_pairs or ()):
+        for k, name in enumerate(pair):
+            yield ("disabled_collision_pairs", i, k), name
+    yield from _listed(definition.disabled_collision_link_names, ("disabled_collision_link_names",))
+    if definition.locomotion is not None:
+        names = definition.locomotion.floor_touching_base_link_names
+        yield from _listed(names, ("locomotion", "floor_touching_base_link_names"))
+    if definition.articulated_trunk is not None:
+        names = definition.articulated_trunk.trunk_link_names
+        yield from _listed(names, ("articulated_trunk", "trunk_link_names"))
+    block = definition.manipulation
+    if block is None:
+        return
+    top: Where = ("manipulation",)
+    for key in ("arm_link_names", "finger_link_names", "gripper_link_names"):
+        for arm, names in (getattr(block, key) or {}).items():
+            yield from _listed(names, (*top, key, arm))
+    for arm, name in block.eef_link_names.items():
+        yield (*top, "eef_link_names", arm), name
+    for key in ("assisted_grasp_start_points", "assisted_grasp_end_points"):
+        for arm, points in (getattr(block, key) or {}).items():
+            for i, (name, _) in enumerate(points):
+                yield (*top, key, arm, i, 0), name
+    yield from _listed(block.manipulation_link_names, (*top, "manipulation_link_names"))
+
+
+def joint_names(definition: RobotDefinition) -> Found:
+    """Every joint that a definition names, with its place in the file."""
+    if definition.locomotion is not None:
+        yield from _listed(definition.locomotion.base_joint_names, ("locomotion", "base_joint_names"))
+    if definition.articulated_trunk is not None:
+        names = definition.articulated_trunk.trunk_joint_names
+        yield from _listed(names, ("articulated_trunk", "trunk_joint_names"))
+    if definition.active_camera is not None:
+        yield from _listed(definition.active_camera.camera_joint_names, ("active_camera", "camera_joint_names"))
+    if definition.mobile_manipulation is not None:
+        yield from _listed(definition.mobile_manipulation.joint_names, ("mobile_manipulation", "joint_names"))
+    if definition.manipulation is not None:
+        for key in ("arm_joint_names", "finger_joint_names"):
+            for arm, names in getattr(definition.manipulation, key).items():
+                yield from _listed(names, ("manipulation", key, arm))
+
+
+def _listed(names: Sequence[str] | None, where: Where) -> Found:
+    for i, name in enumerate(names or ()):
+        yield (*where, i), name
+
+
+def _unknown(names: Found, kind: str, known: Sequence[str]) -> Found:
+    there = set(known)
+    for where, name in names:
+        if name not in there:
+            yield where, f"the robot has no {kind} {name!r}{_near(name, known)}"
+
+
+def _lengths(definition: RobotDefinition, joints: Sequence[str]) -> Found:
+    vectors: dict[Where, Sequence[float] | None] = {("default_joint_pos",): definition.default_joint_pos or None}
+    block = definition.mobile_manipulation
+    if block is not None and block.joint_names is None:
+        for key in ("untucked_default_joint_pos", "tucked_default_joint_pos"):
+            vectors["mobile_manipulation", key] = getattr(block, key)
+    for where, values in vectors.items():
+        if values is not None and len(values) != len(joints):
+            shown = ", ".join(joints[:8]) + (", ..." if len(joints) > 8 else "")
+            yield where, f"has {len(values)} values; the robot has {len(joints)} joints ({shown})"
+
+
+def _virtual_joints(definition: RobotDefinition, joints: Sequence[str]) -> Found:
+    if definition.holonomic_base is None:
+        return
+    missing = [name for name in VIRTUAL_JOINTS if name not in joints]
+    if missing:
+        yield (
+            ("holonomic_base",),
+            f"the robot has no joint {missing[0]!r}; import it with use_holonomic_joints: true",
+        )
+
+
+def _near(name: str, known: Sequence[str] | Mapping[str, object]) -> str:
+    names = list(known)
+    near = get_close_matches(name, names, n=1)
+    if near:
+        return f"; did you mean {near[0]!r}?"
+    shown = ", ".join(names[:12]) + (f", ... ({len(names)} in all)" if len(names) > 12 else "")
+    return f" (there are: {shown or 'none'})"
