@@ -540,3 +540,23 @@ def test_old_forms_of_load(client: int) -> None:
         p.loadURDF("cube.urdf", 1, 2)
     with pytest.raises(TypeError):
         p.loadURDF()
+
+
+def test_a_moment_goes_to_disk_and_back(client: int, tmp_path: Path) -> None:
+    p.setGravity(0, 0, -9.81)
+    load(tmp_path, OFFSET, basePosition=[0, 0, 5])
+    p.resetJointState(0, 0, 0.4, 0.7)
+    p.resetBaseVelocity(0, [1, 0, 0], [0, 1, 0])
+    file = str(tmp_path / "moment.bullet")
+    p.saveBullet(file)
+    before = p.getBasePositionAndOrientation(0), p.getBaseVelocity(0), p.getJointState(0, 0)[:2]
+    steps(30)
+    p.restoreState(fileName=file)
+    after = p.getBasePositionAndOrientation(0), p.getBaseVelocity(0), p.getJointState(0, 0)[:2]
+    for one, other in zip(before[0] + before[1], after[0] + after[1], strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+    assert before[2] == after[2]
+    box((0.1, 0.1, 0.1), 1, (3, 0, 0))
+    for name in (file, str(tmp_path / "none.bullet"), __file__):
+        with pytest.raises(p.error, match=r"(?m)^Couldn't restore state\.$"):
+            p.restoreState(fileName=name)

@@ -69,10 +69,10 @@ def resetSimulation(client: Client, flags: int = 0) -> None:
 @command()
 def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
     """Position (m) and quaternion of the base's inertial frame in the world."""
-    scene = client._scene
-    record = scene.bodies.get(bodyUniqueId) if scene is not None else None
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        record = client.scene.ready(bodyUniqueId, "GetBasePositionAndOrientation failed.")
+        record = scene.ready(bodyUniqueId, "GetBasePositionAndOrientation failed.")
     if record.base_is_plain and record.free is not None:
         x, y, z, qw, qx, qy, qz = record.free.tolist()
         return (x, y, z), (qx, qy, qz, qw)

@@ -48,27 +48,31 @@ class Client:
         self.visualizer = VisualizerCamera()
         self.user_data = UserData()
         self.logs = Logs()
-        self._scene: Scene | None = None
 
-    @property
-    def scene(self) -> Scene:
-        """The bodies and their world, made on first use."""
-        if self._scene is None:
-            from roboyard.pybullet.scene import Scene
+    scene: Scene
+    """The bodies and their world, made on first use."""
 
-            self._scene = Scene(self.parameters)
-        return self._scene
+    def __getattr__(self, name: str) -> Any:
+        if name != "scene":
+            raise AttributeError(f"a client has no {name!r}")
+        from roboyard.pybullet.scene import Scene
+
+        self.scene = Scene(self.parameters)
+        return self.scene
+
+    def _let_go(self) -> None:
+        self.__dict__.pop("scene", None)
 
     def reset(self) -> None:
         """Let go of everything in the world; settings stay but for gravity and iterations."""
-        self._scene = None
+        self._let_go()
         self.user_data = UserData()
         self.parameters.reset()
 
     def close(self) -> None:
         """Finish log files and let go of the world."""
         self.logs.stop_all()
-        self._scene = None
+        self._let_go()
 
 
 class Clients(dict[int, "Client | RemoteClient"]):

@@ -168,7 +168,6 @@ def setJointMotorControl(*args: Any) -> None:
 
     With eight arguments they are (body, joint, mode, position, velocity, force, kp, kd). No keywords.
     """
-    CLIENTS[0]
     if len(args) not in (4, 5, 6, 8):
         raise failure("Error parsing arguments in setJointControl.")
     body, joint, mode, target = args[:4]
@@ -189,7 +188,8 @@ def setJointMotorControl(*args: Any) -> None:
             keywords["force"] = args[4]
         if len(args) > 5:
             keywords["positionGain" if mode == c.POSITION_CONTROL else "velocityGain"] = args[5]
-    CLIENTS[0].setJointMotorControl2(body, joint, mode, **keywords)
+    client: Any = CLIENTS[0]
+    client.setJointMotorControl2(body, joint, mode, **keywords)
 
 
 # ------------------------------------------------------------------------------------------------- helpers

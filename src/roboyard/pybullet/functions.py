@@ -29,6 +29,7 @@ _TOPICS = (
     "multibody",
     "parameters",
     "raycasts",
+    "saved_files",
     "search",
     "stepping",
     "unavailable",

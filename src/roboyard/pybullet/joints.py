@@ -61,10 +61,10 @@ def getJointState(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
     """Position (rad or m), velocity, reaction force and torque (6), torque or force that the motor
     applied.
     """
-    scene = client._scene
-    record = scene.bodies.get(bodyUniqueId) if scene is not None else None
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        record = client.scene.ready(bodyUniqueId, "getJointState failed.")
+        record = scene.ready(bodyUniqueId, "getJointState failed.")
     if not 0 <= jointIndex < record.joint_count:
         raise _no_joint(record, jointIndex, "getJointState failed (2).")
     return _state(client, record, jointIndex)
@@ -189,7 +189,7 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
     place = record.position_addresses[joint]
     if place < 0:
         return 0.0, 0.0, _reaction(client, record, joint), 0.0
-    applied = client._scene.applied(record, joint)
+    applied = client.scene.applied(record, joint)
     return (
         record.qpos.item(place),
         record.qvel.item(record.velocity_addresses[joint]),

@@ -63,7 +63,8 @@ def _load_urdf(
     globalScaling: float = -1.0,
     physicsClientId: int = 0,
 ) -> int:
-    return CLIENTS[physicsClientId].loadURDF(
+    client: Any = CLIENTS[physicsClientId]
+    return client.loadURDF(
         fileName, basePosition, baseOrientation, useMaximalCoordinates, useFixedBase, flags, globalScaling
     )
 

@@ -144,21 +144,7 @@ def startStateLogging(
         return client.logs.start(client.logs.timings)
     if kind in _NOT_HERE:
         raise unavailable(f"startStateLogging({kind})", _NOT_HERE[kind])
-    from roboyard.pybullet import state_logs
-
-    recorder = state_logs.open_recorder(
-        client,
-        kind,
-        name,
-        bodies=[whole(body) for body in objectUniqueIds],
-        max_joints=whole(maxLogDof),
-        body_a=whole(bodyUniqueIdA),
-        body_b=whole(bodyUniqueIdB),
-        link_a=whole(linkIndexA),
-        link_b=whole(linkIndexB),
-        flags=whole(logFlags),
-    )
-    return None if recorder is None else client.logs.start(recorder)
+    raise unavailable(f"startStateLogging({kind})", "this kind of log file is not written yet")
 
 
 _NOT_HERE = {

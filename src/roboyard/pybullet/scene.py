@@ -10,7 +10,7 @@ from roboyard.pybullet.ids import Counter, Recycler, drop_from_order
 from roboyard.pybullet.models import BodyModel
 from roboyard.pybullet.parameters import EngineParameters
 from roboyard.pybullet.records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
-from roboyard.sim.handles import Link
+from roboyard.sim.link import Link
 from roboyard.sim.profile import BULLET
 from roboyard.sim.world import World
 
