@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError, StaleHandleError, unknown_name
 from roboyard.poses import Array, from_wxyz, normalized, rotate, to_wxyz
-from roboyard.sim.build import Built
-from roboyard.sim.handles import POSITION_SIZE, VELOCITY_SIZE, Joint, Link
+from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
+from roboyard.sim.link import Link
+from roboyard.sim.records import Built
 from roboyard.urdf.model import JointType, RobotDescription
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from roboyard.errors import RoboyardError, StaleHandleError
 from roboyard.poses import Array, normalized, to_wxyz
 
 if TYPE_CHECKING:
-    from roboyard.sim.handles import Joint, Link
+    from roboyard.sim.joint import Joint
+    from roboyard.sim.link import Link
     from roboyard.sim.world import World
 
 Kind = Literal["weld", "point", "gear"]

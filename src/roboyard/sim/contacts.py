@@ -11,7 +11,7 @@ from roboyard.poses import Array
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
-    from roboyard.sim.handles import Link
+    from roboyard.sim.link import Link
     from roboyard.sim.world import World
 
 

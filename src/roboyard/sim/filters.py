@@ -9,7 +9,7 @@ from roboyard.urdf.model import RobotDescription
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
-    from roboyard.sim.handles import Link
+    from roboyard.sim.link import Link
     from roboyard.sim.world import World
 
 ALL = 0x7FFFFFFF

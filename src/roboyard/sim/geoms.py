@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from roboyard.shapes.mesh import TriangleMesh
     from roboyard.sim.assets import MeshAssets
-    from roboyard.sim.build import BuildOptions, BuiltLink
+    from roboyard.sim.records import BuildOptions, BuiltLink
 
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from roboyard.cameras.scene import RenderShape
 from roboyard.errors import DescriptionError
-from roboyard.sim.build import Built, BuiltLink
+from roboyard.sim.records import Built, BuiltLink
 from roboyard.urdf.model import Pose
 
 if TYPE_CHECKING:

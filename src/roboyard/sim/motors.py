@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError
 from roboyard.poses import Array, to_wxyz
-from roboyard.sim.handles import VELOCITY_SIZE
+from roboyard.sim.joint import VELOCITY_SIZE
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
-    from roboyard.sim.handles import Joint
+    from roboyard.sim.joint import Joint
     from roboyard.sim.world import World
 
 MODE, KP, VELOCITY, KD, LARGEST = range(5)

@@ -10,7 +10,7 @@ import numpy as np
 from roboyard.errors import RoboyardError
 
 if TYPE_CHECKING:
-    from roboyard.sim.handles import Link
+    from roboyard.sim.link import Link
     from roboyard.sim.world import World
 
 

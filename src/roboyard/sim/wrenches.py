@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from roboyard.poses import rotate
 
 if TYPE_CHECKING:
-    from roboyard.sim.handles import Joint, Link
+    from roboyard.sim.joint import Joint
+    from roboyard.sim.link import Link
     from roboyard.sim.world import World
 
 

@@ -1,0 +1,163 @@
+"""Handle to one link of a body in a world: its name on the outside, array indices within."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.poses import Array, from_wxyz
+from roboyard.sim.inertials import mass_properties
+from roboyard.sim.masses import TRACE_NOTE, write_mass
+from roboyard.urdf.model import Inertial
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.joint import Joint
+    from roboyard.sim.records import BuiltLink
+
+
+class Link:
+    """One link: `pose`, `velocity`, mass and contact properties, wrenches from outside."""
+
+    __slots__ = ("_built", "body", "index", "name")
+
+    def __init__(self, body: Body, index: int, built: BuiltLink) -> None:
+        self.body = body
+        self.index = index
+        """0 for the root link, then depth first."""
+        self.name = built.name
+        self._built = built
+
+    def __repr__(self) -> str:
+        return f"<Link {self.name!r} of {self.body.name!r}>"
+
+    @property
+    def parent(self) -> Link | None:
+        """The link this one hangs from; None for the root."""
+        return None if self._built.parent < 0 else self.body.links[self._built.parent]
+
+    @property
+    def joint(self) -> Joint | None:
+        """The joint this link hangs from; None for the root."""
+        return None if self.index == 0 else self.body.joints[self.index - 1]
+
+    @property
+    def mujoco_id(self) -> int:
+        """Row of this link's body in MuJoCo's arrays; changes when bodies come and go."""
+        self.body.world.ensure_compiled()
+        return int(self.body.mujoco_ids[self.index])
+
+    # ---------------------------------------------------------------------------------------------- state
+
+    @property
+    def pose(self) -> tuple[Array, Array]:
+        """Position (3,) m and quaternion (4,) x, y, z, w of the link frame in the world."""
+        data = self.body.world.kinematics()
+        row = self.body.mujoco_ids[self.index]
+        return data.xpos[row].copy(), from_wxyz(data.xquat[row])
+
+    @property
+    def inertial_pose(self) -> tuple[Array, Array]:
+        """Pose of the centre-of-mass frame (principal axes) in the world."""
+        data = self.body.world.kinematics()
+        row = self.body.mujoco_ids[self.index]
+        return data.xipos[row].copy(), from_wxyz(data.xiquat[row])
+
+    @property
+    def velocity(self) -> tuple[Array, Array]:
+        """Linear (3,) m/s of the link frame's origin and angular (3,) rad/s, in world axes."""
+        return self.body.world.object_velocity(int(self.mujoco_id), at_inertial=False)
+
+    @property
+    def com_velocity(self) -> tuple[Array, Array]:
+        """Linear (3,) m/s of the centre of mass and angular (3,) rad/s, in world axes."""
+        return self.body.world.object_velocity(int(self.mujoco_id), at_inertial=True)
+
+    # --------------------------------------------------------------------------------------------- inertia
+
+    @property
+    def mass(self) -> float:
+        """kg, as described (0 where the description gives none)."""
+        found = self._built.mass
+        return 0.0 if found is None or found.note == TRACE_NOTE else found.mass
+
+    def set_inertial(self, inertial: Inertial) -> None:
+        """Replace mass, centre of mass and inertia tensor."""
+        self._built.mass = mass_properties(inertial)
+        write_mass(self._built.element, self._built.mass)
+        self.body.world.mark_stale()
+
+    # --------------------------------------------------------------------------------------------- contact
+
+    @property
+    def friction(self) -> float:
+        """Sliding friction coefficient; of two touching links the larger one acts."""
+        geoms = self._built.geoms
+        return float(geoms[0].friction[0]) if geoms else 0.0
+
+    @friction.setter
+    def friction(self, value: float) -> None:
+        self.set_friction(sliding=value)
+
+    def set_friction(
+        self, *, sliding: float | None = None, spinning: float | None = None, rolling: float | None = None
+    ) -> None:
+        """Set friction coefficients: sliding (no unit), spinning and rolling (m)."""
+        given = [(0, sliding), (1, spinning), (2, rolling)]
+        for _, value in given:
+            if value is not None and not value >= 0:
+                raise ValueError(f"link {self.name!r}: a friction coefficient is at least 0; got {value}")
+        condim = 6 if rolling else 4 if spinning else 3
+        world = self.body.world
+        for geom in self._built.geoms:
+            values = np.array(geom.friction)
+            for k, value in given:
+                if value is not None:
+                    values[k] = value
+            geom.friction = values
+            wider = max(condim, int(geom.condim))
+            geom.condim = wider
+            if not world.is_stale:
+                world.model.geom_friction[geom.id] = values
+                world.model.geom_condim[geom.id] = wider
+
+    @property
+    def restitution(self) -> float:
+        """Coefficient of restitution, 0 to 1: speed after a bounce over speed before it."""
+        return self.body.world.surfaces.restitution(self)
+
+    @restitution.setter
+    def restitution(self, value: float) -> None:
+        self.body.world.surfaces.set_restitution(self, value)
+
+    def set_damping(self, *, linear: float = 0.0, angular: float = 0.0) -> None:
+        """Drag on this link: force -m k v, torque -I k w, with k the coefficients in 1/s."""
+        self.body.world.surfaces.set_damping(self, linear, angular)
+
+    @property
+    def geom_ids(self) -> list[int]:
+        """MuJoCo ids of this link's collision geoms."""
+        self.body.world.ensure_compiled()
+        return [int(geom.id) for geom in self._built.geoms]
+
+    # ---------------------------------------------------------------------------------------------- wrench
+
+    def apply_wrench(
+        self,
+        force: ArrayLike = (0, 0, 0),
+        torque: ArrayLike = (0, 0, 0),
+        *,
+        point: ArrayLike | None = None,
+        local: bool = False,
+    ) -> None:
+        """Push during the next step; calls before the same step add up.
+
+        Args:
+            force: (3,) N.
+            torque: (3,) N m.
+            point: (3,) where the force acts; m. None: at the centre of mass.
+            local: force, torque and point are in the link frame instead of world axes.
+        """
+        self.body.world.wrenches.add(self, force, torque, point, local)
