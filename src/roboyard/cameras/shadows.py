@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 MARGIN = 4
 """Texels around the part of the map that is used, for the filter's reach."""
+TEXEL = 1.4
+"""Side of a texel over that of a pixel."""
 SLAB = 0.1
 """Thickness over width below which a shape may count as a floor."""
 SIZES = (128, 192, 256, 384, 512, 768, 1024, 1536, 2048)
@@ -76,10 +78,10 @@ def cast(
         return NO_SHADOW
     low[:2], high[:2] = visible
     extent = np.array([_steady(side) for side in high[:2] - low[:2]])
-    # texels about as large as the pixels that show them
+    # texels a little larger than the pixels that show them: the filter smooths over three
     origins, directions = rays
     pixel = np.linalg.norm(origins[1] + total / count * directions[1])
-    size = _map_size(float(extent.max() / pixel))
+    size = _map_size(float(extent.max() / (TEXEL * pixel)))
     texels = extent / (size - 2 * MARGIN - 1)
     # whole texels of a fixed grid, so that edges do not crawl when the fit moves a little
     middle = np.floor(0.5 * (low[:2] + high[:2]) / texels)
