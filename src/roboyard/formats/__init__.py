@@ -10,5 +10,5 @@
 | `definition` | RobotDefinition skeleton | OmniGibson, Roboyard |
 
 Each has a function `write(robot, where, ...)` that returns a `Written`: the files, and a note for everything
-the format has no place for. Writers translate and decide nothing; docs/concept_mapping.md says what goes where.
+the format has no place for. Writers translate and decide nothing; docs/concept_mapping.md has all the tables.
 """

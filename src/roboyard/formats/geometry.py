@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from roboyard.poses import Array
 from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh, read_only
-from roboyard.urdf.model import RGBA, Geometry, Mesh, RobotDescription, Visual
+from roboyard.urdf.model import RGBA, Geometry, Mesh, RobotDescription
 
 DEFAULT_RGBA: RGBA = (0.7, 0.7, 0.7, 1.0)
 
@@ -27,29 +26,6 @@ def mesh_triangles(geometry: Mesh) -> TriangleMesh | None:
             return None
         mesh = load_mesh(geometry.path)
     return mesh if geometry.scale == (1.0, 1.0, 1.0) else scaled(mesh, geometry.scale)
-
-
-def any_triangles(geometry: Geometry) -> TriangleMesh | None:
-    """Triangles of any geometry of finite size; None for planes and meshes that were not found."""
-    from roboyard.shapes import primitives
-    from roboyard.urdf.model import Box, Capsule, Cylinder, Heightfield, Plane, Sphere
-
-    match geometry:
-        case Box(size=(x, y, z)):
-            return primitives.box(x / 2, y / 2, z / 2)
-        case Sphere(radius=radius):
-            return primitives.sphere(radius)
-        case Cylinder(radius=radius, length=length):
-            return primitives.cylinder(radius, length)
-        case Capsule(radius=radius, length=length):
-            return primitives.capsule(radius, length) if length > 0 else primitives.sphere(radius)
-        case Heightfield(heights=heights, cell=(dx, dy)):
-            nx, ny = heights.shape
-            return primitives.heightfield(np.asarray(heights).T, (nx - 1) * dx, (ny - 1) * dy)
-        case Plane():
-            return None
-        case Mesh():
-            return mesh_triangles(geometry)
 
 
 def faces_by_color(mesh: TriangleMesh) -> list[tuple[RGBA, np.ndarray]]:
@@ -97,36 +73,8 @@ def stem(visual_name: str | None, geometry: Geometry) -> str:
 
 
 def zero_poses(description: RobotDescription) -> dict[str, Array]:
-    """(4, 4) of every link in the root link's frame, all joints at zero, those that mimic with an offset too."""
+    """(4, 4) of every link in the root link's frame, all joints at zero, followers with an offset too."""
     from roboyard.urdf.kinematics import forward_kinematics, position_size
 
     held = {j.name: 0.0 for j in description.joints if j.mimic is not None and position_size(j) == 1}
     return forward_kinematics(description, held)
-
-
-def visual_bounds(description: RobotDescription) -> Array | None:
-    """(2, 3) corners of the box round all visuals, joints at zero, in the root link's frame; None without any.
-
-    Collision shapes take the place of visuals where a robot has none.
-    """
-    poses = zero_poses(description)
-    corners: list[Array] = []
-    for link, visual in _drawn(description):
-        mesh = any_triangles(visual.geometry)
-        if mesh is None or not len(mesh.faces):
-            continue
-        transform = poses[link] @ visual.origin.matrix()
-        points = mesh.vertices[np.unique(mesh.faces)] @ transform[:3, :3].T + transform[:3, 3]
-        corners += [points.min(axis=0), points.max(axis=0)]
-    if not corners:
-        return None
-    return np.stack([np.min(corners, axis=0), np.max(corners, axis=0)])
-
-
-def _drawn(description: RobotDescription) -> Iterator[tuple[str, Visual]]:
-    has_visuals = any(link.visuals for link in description.links)
-    for link in description.links:
-        if has_visuals:
-            yield from ((link.name, visual) for visual in link.visuals)
-        else:
-            yield from ((link.name, Visual(geometry=c.geometry, origin=c.origin)) for c in link.collisions)

@@ -17,7 +17,9 @@ _CHUNK = 20_000
 def write_stl(mesh: TriangleMesh, path: Path) -> None:
     """Write a binary STL: positions as 32-bit numbers, flat normals, nothing else."""
     corners = mesh.vertices[mesh.faces].astype("<f4")
-    record = np.zeros(len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("bytes", "<u2")])
+    record = np.zeros(
+        len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("bytes", "<u2")]
+    )
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     record["normal"] = normal / np.where(length > 0, length, 1.0)

@@ -18,9 +18,7 @@ def prim_order_joints(description: RobotDescription) -> tuple[Joint, ...]:
 
     Sibling joints stand together, which plain depth-first order does not do. cuRobo files use this order.
     """
-    return tuple(
-        joint for link in depth_first_links(description) for joint in description.child_joints[link]
-    )
+    return tuple(joint for link in depth_first_links(description) for joint in description.child_joints[link])
 
 
 def breadth_first_joints(description: RobotDescription) -> tuple[Joint, ...]:

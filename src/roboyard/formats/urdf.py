@@ -3,7 +3,7 @@
 | concept | where it goes |
 | --- | --- |
 | the robot | `<folder>/<name>.urdf`, `<robot name="...">` |
-| link, joint, inertial, limits, mimic, materials | as `roboyard.urdf.write_urdf` writes them, unread XML included |
+| links, joints, materials | as `roboyard.urdf.write_urdf` writes them, unread XML included |
 | mesh file | `meshes/...`, copied once with the materials and images it names, plain file name |
 | mesh already inside the folder | stays where it is |
 | mesh made in memory | `meshes/<shape>.obj` |
@@ -105,7 +105,9 @@ class _Beside:
         if mesh.data is not None:
             return replace(mesh, uri=self._export(mesh.data, f"{link}_{stem(shape.name, mesh)}"))
         if mesh.path is None:
-            self.notes.append(f'link "{link}": mesh "{mesh.uri}" was not found; its reference stays as it was')
+            self.notes.append(
+                f'link "{link}": mesh "{mesh.uri}" was not found; its reference stays as it was'
+            )
             return mesh
         return replace(mesh, uri=self._inside(mesh.path) or self.stage.mesh(mesh.path))
 

@@ -180,7 +180,7 @@ def _is_scalar(joint: Joint) -> bool:
 
 
 def _add_excludes(root: ET.Element, robot: ImportedRobot, names: Mapping[str, str]) -> None:
-    """Pairs that never collide: joined by a joint (also past links without shapes), or told to ignore."""
+    """Pairs that must not push: joined (also past fixed links without shapes), or overlapping at rest."""
     description = robot.description
     parent = add(root, "contact")
     solid = {link.name for link in description.links if link.collisions}
@@ -192,10 +192,8 @@ def _add_excludes(root: ET.Element, robot: ImportedRobot, names: Mapping[str, st
             above = rigid.parent if rigid is not None and not rigid.is_moving else None
         if above is not None and joint.child in solid:
             pairs.setdefault(frozenset((above, joint.child)), (above, joint.child))
-    for link, others in (robot.planning.ignore if robot.planning else {}).items():
-        for other in others:
-            if link in solid and other in solid and link != other:
-                pairs.setdefault(frozenset((link, other)), (link, other))
+    for one, other in robot.filtered_pairs:
+        pairs.setdefault(frozenset((one, other)), (one, other))
     for one, two in pairs.values():
         add(parent, "exclude", body1=names[one], body2=names[two])
 

@@ -11,8 +11,8 @@ from roboyard.formats.geometry import DEFAULT_RGBA, face_areas, faces_by_color, 
 from roboyard.formats.mjcf.assets import Assets
 from roboyard.formats.mjcf.xml import add, pose
 from roboyard.poses import multiply, quaternion_from_axis_angle, rotate
+from roboyard.shapes.hulls import convex_hull
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.sim.assets import convex_hull
 from roboyard.urdf.model import (
     RGBA,
     Box,
@@ -151,8 +151,7 @@ def _collision_mesh(
             return {"type": "box", "size": np.maximum((upper - lower) / 2, 1e-6), **placed}
         radius = float(np.linalg.norm(points - middle, axis=1).max())
         return {"type": "sphere", "size": radius, **placed} if radius > 0 else None
-    vertices, faces = convex_hull(mesh)
-    hull = TriangleMesh(vertices=vertices, faces=faces)
+    hull = convex_hull(mesh, None).mesh
     asset = assets.mesh(hull, f"{link.name}_{stem(collision.name, collision.geometry)}_hull", solid=True)
     if asset is None:
         return None

@@ -134,9 +134,10 @@ def moved_inertia(description: RobotDescription) -> Mapping[str, float]:
         elif joint.type in ("revolute", "continuous"):
             at = poses[child][:3, 3]
             axis = poses[child][:3, :3] @ np.asarray(joint.axis)
-            mixed = np.dot(first[child], at) * np.eye(3) - (
-                np.outer(first[child], at) + np.outer(at, first[child])
-            ) / 2
+            mixed = (
+                np.dot(first[child], at) * np.eye(3)
+                - (np.outer(first[child], at) + np.outer(at, first[child])) / 2
+            )
             about = second[child] - 2 * mixed + _parallel(mass[child], at)
             moved[joint.name] = max(float(axis @ about @ axis), 1e-9)
     return moved

@@ -2,26 +2,26 @@
 
 | concept | where it goes |
 | --- | --- |
-| the robot | `/<name>`, Xform, default prim; `ig:nativeBB`, `ig:offsetBaseLink`, `ig:category`, `ig:model`, custom data `metadata` |
+| the robot | `/<name>`, Xform, default prim, with `ig:` attributes and custom data `metadata` |
 | units | z up, metersPerUnit 1, kilogramsPerUnit 1 |
 | link | `/<name>/<link>`, Xform with RigidBodyAPI, MassAPI, PhysxRigidBodyAPI; pose with all joints at zero |
 | inertial | `physics:mass`, `centerOfMass`, `diagonalInertia`, `principalAxes`, always all four |
 | link without mass | a trace of the robot's mass, so that no engine invents a kilogram |
 | visual | `/<name>/<link>/visuals/<shape>`: Mesh, or Cube, Sphere, Cylinder, Capsule |
-| collision | `/<name>/<link>/collisions/<shape>`, purpose guide, CollisionAPI, for meshes MeshCollisionAPI with the approximation |
+| collision | `/<name>/<link>/collisions/<shape>`, purpose guide, CollisionAPI, MeshCollisionAPI |
 | mesh | once, as a class under `/visuals/<link>` or `/colliders/<link>`; the prims above refer to it |
-| material, face colours | `/<name>/Looks/<material>`, UsdPreviewSurface; face colours as subsets; images as PNG in the textures folder |
+| material | `/<name>/Looks/<material>`, UsdPreviewSurface; colours of faces as subsets; images as PNG |
 | surface friction, restitution | `/<name>/PhysicsMaterials/<link>` |
-| joint | `/<name>/<parent link>/<joint>`: Revolute, Prismatic, Fixed, Spherical; planar: a generic joint with three locks |
+| joint | `/<name>/<parent link>/<joint>`; a planar one is a generic joint with three locks |
 | floating joint | none: a free body needs no joint |
 | axis | `physics:axis` where it is +x, +y or +z; for any other the joint frames are turned to it |
 | position limits | `physics:lowerLimit`, `upperLimit` (degrees for revolute); none for none |
-| velocity limit, friction | PhysxJointAPI `physxJoint:maxJointVelocity` (degrees/s for revolute), `physxJoint:jointFriction` |
-| drive | DriveAPI with the effort limit; gains: both zero is effort, damping alone is velocity, both is position |
+| velocity limit, friction | PhysxJointAPI: `maxJointVelocity` (degrees/s for revolute), `jointFriction` |
+| drive | DriveAPI, effort limit; no gain is effort, damping alone velocity, both position |
 | joint state | PhysicsJointStateAPI, zero |
 | mimic | NewtonMimicAPI and PhysxMimicJointAPI; no drive |
 | articulation root | ArticulationRootAPI on the root link |
-| links that may touch | FilteredPairsAPI |
+| links that overlap at rest | FilteredPairsAPI |
 | camera | `/<name>/<link>/Camera`: focal length 17, clipping from 1 mm to 1000 km |
 | lidar | `/<name>/<link>/Lidar`: type Lidar with Isaac's attributes |
 | end-effector marker | `/<name>/<link>/VisualSphere`: Mesh, 1 cm across, no collision |
@@ -34,6 +34,33 @@ types that those programs declare, which OpenUSD's validators accept.
 
 from __future__ import annotations
 
-from roboyard.formats.usd.stage import write
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-__all__ = ["write"]
+from roboyard.formats.written import Written
+
+if TYPE_CHECKING:
+    from roboyard.importer.model import ImportedRobot
+
+
+def write(robot: ImportedRobot, path: Path | str, *, textures: Path | str | None = None) -> Written:
+    """Write a robot as one USD layer; images go beside it.
+
+    Args:
+        robot: what to write.
+        path: `.usda` (or `.usd`, `.usdc` for binary).
+        textures: folder for images; `material` beside the file by default. The layer names them relatively.
+
+    Raises:
+        MissingExtraError: OpenUSD is not installed.
+        MeshError: a mesh file cannot be read.
+    """
+    from roboyard.formats.usd.stage import build
+
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    folder = Path(textures) if textures is not None else target.parent / "material"
+    stage, images, notes = build(robot, target.parent, folder)
+    if not stage.GetRootLayer().Export(str(target)):
+        raise OSError(f"{target}: OpenUSD could not write it")
+    return Written(files=(target, *images), notes=notes)

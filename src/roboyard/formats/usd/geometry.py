@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from roboyard.formats.geometry import faces_by_color, mesh_triangles
 from roboyard.formats.names import free_name, identifier
+from roboyard.formats.usd.library import Gf, Sdf, Usd, UsdGeom, Vt
 from roboyard.formats.usd.values import place
 from roboyard.poses import quaternion_from_axis_angle
 from roboyard.shapes.mesh import TriangleMesh
@@ -177,7 +177,7 @@ def shape_names(names: list[str]) -> list[str]:
 
 
 def frame_to(axis: tuple[float, float, float]) -> tuple[str, np.ndarray]:
-    """Axis token and quaternion (x, y, z, w) of a frame in the link whose token axis is the given unit axis."""
+    """Axis token and quaternion (x, y, z, w) of a frame whose token axis is the given unit axis."""
     vector = np.asarray(axis, dtype=float)
     k = int(np.argmax(np.abs(vector)))
     token = "XYZ"[k]

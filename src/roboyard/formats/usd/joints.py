@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pxr import Sdf, UsdPhysics
 
 from roboyard.formats.usd.geometry import frame_to
+from roboyard.formats.usd.library import Sdf, UsdPhysics
 from roboyard.formats.usd.naming import Paths, keep_name
 from roboyard.formats.usd.values import apply_by_name, quatf, set_attribute, vec3f
 from roboyard.poses import multiply

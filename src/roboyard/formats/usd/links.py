@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pxr import Sdf, UsdGeom, UsdPhysics
-
 from roboyard.formats.geometry import stem, zero_poses
 from roboyard.formats.masses import link_masses, trace_mass
 from roboyard.formats.usd.geometry import Masters, Placed, add_shape, shape_names
+from roboyard.formats.usd.library import Sdf, UsdGeom, UsdPhysics
 from roboyard.formats.usd.materials import Looks, add_surface
 from roboyard.formats.usd.naming import Paths, keep_name
 from roboyard.formats.usd.values import apply_by_name, place_at, quatf, set_attribute, vec3f
@@ -116,9 +115,7 @@ def _make_collider(placed: Placed, robot: ImportedRobot, link: Link, collision: 
     UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(approximation)
     if approximation == "convexHull":
         apply_by_name(prim, "PhysxConvexHullCollisionAPI")
-        set_attribute(
-            prim, "physxConvexHullCollision:hullVertexLimit", Sdf.ValueTypeNames.Int, HULL_VERTICES
-        )
+        set_attribute(prim, "physxConvexHullCollision:hullVertexLimit", Sdf.ValueTypeNames.Int, HULL_VERTICES)
 
 
 def _left_out(link: Link, kind: str, shape: Visual | Collision) -> str:
@@ -127,20 +124,10 @@ def _left_out(link: Link, kind: str, shape: Visual | Collision) -> str:
 
 
 def add_filtered_pairs(stage: Any, robot: ImportedRobot, paths: Paths) -> None:
-    """Keep the pairs that the planner ignores from colliding; joined links never collide anyway."""
-    description = robot.description
-    if robot.planning is None:
-        return
-    joined = {frozenset((joint.parent, joint.child)) for joint in description.joints}
-    solid = {link.name for link in description.links if link.collisions}
-    seen: set[frozenset[str]] = set()
-    for link, others in robot.planning.ignore.items():
-        targets = []
-        for other in others:
-            pair = frozenset((link, other))
-            if len(pair) == 2 and pair <= solid and pair not in joined | seen:
-                seen.add(pair)
-                targets.append(Sdf.Path(paths.link(other)))
-        if targets:
-            api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(paths.link(link)))
-            api.CreateFilteredPairsRel().SetTargets(targets)
+    """Keep links that overlap at rest from pushing each other; joined links never collide anyway."""
+    targets: dict[str, list[Any]] = {}
+    for one, other in robot.filtered_pairs:
+        targets.setdefault(one, []).append(Sdf.Path(paths.link(other)))
+    for link, others in targets.items():
+        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(paths.link(link)))
+        api.CreateFilteredPairsRel().SetTargets(others)

@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade, Vt
 
 from roboyard.formats.geometry import DEFAULT_RGBA, faces_by_color
 from roboyard.formats.names import free_name, identifier
 from roboyard.formats.usd.geometry import MAX_SUBSETS, Placed, subset_name
-from roboyard.shapes.mesh import TriangleMesh
+from roboyard.formats.usd.library import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade, Vt
 from roboyard.urdf.model import RGBA, Contact, Material
 
 ROUGHNESS = 0.5
@@ -154,6 +153,3 @@ def add_surface(stage: Any, root: str, link: str, contact: Contact, colliders: l
         UsdShade.MaterialBindingAPI.Apply(prim).Bind(
             material, UsdShade.Tokens.weakerThanDescendants, "physics"
         )
-
-
-

@@ -44,9 +44,7 @@ def paths_of(robot: ImportedRobot) -> Paths:
     return Paths(
         root=f"/{identifier(robot.name, 'robot')}",
         links=identifiers((link.name for link in description.links), SCOPES, "link"),
-        joints=identifiers(
-            (joint.name for joint in description.joints), (*LINK_CHILDREN, *sensors), "joint"
-        ),
+        joints=identifiers((joint.name for joint in description.joints), (*LINK_CHILDREN, *sensors), "joint"),
     )
 
 

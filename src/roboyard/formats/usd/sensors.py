@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pxr import Gf, Sdf, UsdGeom, Vt
-
 from roboyard.formats.names import free_name, identifier
 from roboyard.formats.usd.geometry import write_triangles
+from roboyard.formats.usd.library import Gf, Sdf, UsdGeom, Vt
 from roboyard.formats.usd.naming import Paths
 from roboyard.formats.usd.values import place, set_attribute
 from roboyard.shapes import primitives

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Gf, Sdf, UsdGeom, Vt
 
+from roboyard.formats.usd.library import Gf, Sdf, UsdGeom, Vt
 from roboyard.poses import Array, quaternion_from_matrix
 
 

@@ -1,0 +1,78 @@
+"""YAML that people read: short numbers, vectors in a row, notes beside the numbers of a vector."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import yaml
+
+_DIGITS = 6
+"""Significant digits of a number: micrometres in metres."""
+
+
+class Column(list):
+    """A list written one entry a line."""
+
+
+class _Dumper(yaml.SafeDumper):
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _list(dumper: yaml.SafeDumper, data: Sequence[Any]) -> yaml.Node:
+    is_vector = all(isinstance(item, int | float) for item in data)
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=is_vector)
+
+
+def _column(dumper: yaml.SafeDumper, data: Sequence[Any]) -> yaml.Node:
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=not data)
+
+
+def _dict(dumper: yaml.SafeDumper, data: Mapping[str, Any]) -> yaml.Node:
+    return dumper.represent_mapping("tag:yaml.org,2002:map", data.items(), flow_style=not data)
+
+
+def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
+    return dumper.represent_scalar("tag:yaml.org,2002:float", number(data))
+
+
+_Dumper.add_representer(list, _list)
+_Dumper.add_representer(Column, _column)
+_Dumper.add_representer(dict, _dict)
+_Dumper.add_representer(float, _float)
+
+
+def number(value: float) -> str:
+    """Six significant digits, always with a decimal point and never a bare exponent."""
+    text = f"{value:.{_DIGITS}g}"
+    if "e" in text:
+        mantissa, _, exponent = text.partition("e")
+        return f"{mantissa if '.' in mantissa else mantissa + '.0'}e{exponent}"
+    return text if "." in text or not text.lstrip("-").isdigit() else f"{text}.0"
+
+
+def dump(data: Mapping[str, Any], *, header: Sequence[str] = (), sort_keys: bool = False) -> str:
+    """YAML text of plain data, ASCII only, with comment lines above."""
+    text = yaml.dump(dict(data), Dumper=_Dumper, sort_keys=sort_keys, width=110, default_flow_style=False)
+    return "".join(f"# {line}\n" for line in header) + text
+
+
+def annotate(text: str, key: str, notes: Sequence[str]) -> str:
+    """The text with a comment behind each entry of the first column called `key`."""
+    match = re.search(
+        rf"^(?P<indent> *){re.escape(key)}:\n(?P<rows>(?:(?P=indent) *- .*\n)+)", text, re.MULTILINE
+    )
+    if match is None:
+        return text
+    rows = match["rows"].splitlines()
+    if len(rows) != len(notes):
+        return text
+    width = max(len(row) for row in rows)
+    shown = "".join(f"{row:<{width}}  # {_ascii(note)}\n" for row, note in zip(rows, notes, strict=True))
+    return text[: match.start("rows")] + shown + text[match.end("rows") :]
+
+
+def _ascii(text: str) -> str:
+    return text.encode("ascii", "backslashreplace").decode().replace("\n", " ")
