@@ -5,7 +5,7 @@
     install_omnigibson_alias()
     from omnigibson.utils.urdf_preprocessing import sanitize_names
 
-`roboyard run SCRIPT` does this by itself. The finder stands last: an installed OmniGibson is always preferred.
+`roboyard run SCRIPT` does this by itself. The finder stands last: an installed OmniGibson is preferred.
 """
 
 from __future__ import annotations

@@ -80,7 +80,8 @@ REFUSED = {
     "PLY that claims a billion vertices": with_mesh(
         "part.ply",
         b"ply\nformat binary_little_endian 1.0\nelement vertex 1000000000\n"
-        b"property float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n",
+        b"property float x\nproperty float y\nproperty float z\n"
+        b"element face 1\nproperty list uchar int vertex_indices\nend_header\n",
     ),
     "path traversal": arm(tip=INERTIAL + both(mesh("package://arm/../../secret.stl"))),
     "absolute path": arm(tip=INERTIAL + both(mesh("file:///etc/passwd"))),
