@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class DriveVector:
-    """Drives of n joints; each applies kp (position - q) + kd (velocity - v) + effort within its effort limit.
+    """Drives of n joints; each applies kp (position - q) + kd (velocity - v) + effort within its limit.
 
     Arrays are (n,) in the order of the joints given. Joints without a drive (mimics) are an error.
     """

@@ -18,9 +18,10 @@ from roboyard.sim.body import Body
 from roboyard.sim.build import build, discard, is_anchored
 from roboyard.sim.constraints import Constraints
 from roboyard.sim.drives import Drives
+from roboyard.sim.engine import Engine
 from roboyard.sim.filters import CollisionFilters
 from roboyard.sim.motors import Motors
-from roboyard.sim.options import HARD_SOLIMP, PILE_SOLIMP, Solver, apply_options, chosen_solver
+from roboyard.sim.options import Solver
 from roboyard.sim.profile import PLAIN, Profile
 from roboyard.sim.records import BuildOptions, Built
 from roboyard.sim.stepping import Stepping, alarm
@@ -32,12 +33,8 @@ if TYPE_CHECKING:
     from roboyard.cameras import Camera, Image
     from roboyard.cameras.scene import DebugLines, RenderScene
 
-MEMORY_PER_GEOM = 256 * 1024
-"""Bytes of MuJoCo's arena (contacts, constraints) a collision shape; untouched memory costs nothing."""
-MEMORY_LEAST, MEMORY_MOST = 64 * 2**20, 2 * 2**30
 
-
-class World:
+class World(Engine):
     """A world of bodies under gravity. Worlds are independent of one another and deterministic.
 
     Bodies may be added and removed at any time; such edits compile at the next step or query, and all that
@@ -63,15 +60,8 @@ class World:
                 Roboyard's cameras draw them in any case.
             profile: the engine's rules; see `roboyard.sim.profile`.
         """
-        if not timestep > 0:
-            raise RoboyardError(f"a time step is positive; got {timestep}")
-        self.spec = mujoco.MjSpec()
-        self.spec.compiler.degree = False
-        self.spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-        self.spec.compiler.boundmass = 0.0
+        super().__init__(gravity=gravity, timestep=timestep, solver=solver, profile=profile)
         self.assets = MeshAssets(self.spec)
-        self.body_by_id: dict[int, Body] = {}
-        self.profile = profile
         self.drives = Drives(self)
         self.motors = Motors(self)
         self.constraints = Constraints(self)
@@ -80,184 +70,22 @@ class World:
         self.wrenches = Wrenches(self)
         self.filters = CollisionFilters(self)
         self.visual_geoms = visual_geoms
-        self.revision = 0
-        """Grows whenever a compile moves things around in MuJoCo's arrays."""
-        self.hard_contacts = profile.hard_contacts
-        """Whether contacts are solved on the velocity level now (a pile's never are)."""
         self.before_step: list[Callable[[], None]] = []
         """Called before each time step, in order: where controllers work."""
-        self._gravity = _vector3(gravity)
-        self._timestep = float(timestep)
-        self._solver: Solver = solver
         self._next_id = 0
         self._names: set[str] = set()
-        self._model: Any = None
-        self._data: Any = None
-        self._stale = True
-        self._moved = True
-        self._velocity_moved = True
-        self._geom_owners: np.ndarray | None = None
-        self._scene: RenderScene | None = None
         self.looks = appearance.Looks(self)
 
     def __repr__(self) -> str:
         return f"<World at {self.time:.3f} s with {len(self.body_by_id)} bodies>"
 
-    # ------------------------------------------------------------------------------------------- the engine
-
-    @property
-    def is_stale(self) -> bool:
-        """Whether an edit waits for the next compile."""
-        return self._stale
-
-    @property
-    def model(self) -> Any:
-        """The compiled `mujoco.MjModel`; a new object after each structural edit."""
-        if self._stale:
-            self.ensure_compiled()
-        return self._model
-
-    @property
-    def data(self) -> Any:
-        """The `mujoco.MjData` of `model`; after writing into it call `mark_moved`."""
-        if self._stale:
-            self.ensure_compiled()
-        return self._data
-
-    def mark_stale(self) -> None:
-        """An edit of the spec: compile before the next use."""
-        self._stale = True
-
-    def mark_moved(self) -> None:
-        """Positions or velocities were written: derived quantities are computed anew when asked for."""
-        self._moved = self._velocity_moved = True
-
-    def ensure_compiled(self) -> None:
-        """Compile now if an edit waits; state of all that stays is kept.
-
-        Raises:
-            ModelError: MuJoCo refuses the model.
-        """
-        if not self._stale:
-            return
-        dofs = sum(body.built.dofs for body in self.body_by_id.values())
-        apply_options(
-            self.spec,
-            timestep=self._timestep,
-            gravity=self._gravity,
-            dofs=dofs,
-            solver=self._solver,
-            profile=self.profile,
-        )
-        shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
-        self.spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, MEMORY_LEAST, MEMORY_MOST))
+    def _before_compile(self) -> None:
         self.filters.write()
-        try:
-            if self._model is None:
-                self._model = self.spec.compile()
-                self._data = mujoco.MjData(self._model)
-            else:
-                self._model, self._data = self.spec.recompile(self._model, self._data)
-        except ValueError as error:
-            raise ModelError(f"MuJoCo refuses the world: {' '.join(str(error).split())}") from error
-        self._stale = False
-        self.revision += 1
-        self.hard_contacts = self.profile.hard_contacts and chosen_solver(self._solver, dofs) == "newton"
-        if self.profile.hard_contacts:
-            self._model.geom_margin[:] = self.profile.contact_margin if self.hard_contacts else 0.0
-            self._model.geom_solimp[:] = HARD_SOLIMP if self.hard_contacts else PILE_SOLIMP
-        for body in self.body_by_id.values():
-            body.refresh(self._model)
-        self._geom_owners = None
-        self.surfaces.invalidate()
-        self.motors.invalidate()
-        self.constraints.invalidate()
-        self.stepping.invalidate()
+
+    def _after_compile(self) -> None:
+        for room in (self.surfaces, self.motors, self.constraints, self.stepping, self.looks):
+            room.invalidate()
         self.stepping.refresh()
-        self.looks.invalidate()
-        self.mark_moved()
-
-    def kinematics(self) -> Any:
-        """MjData whose positions (xpos, xipos, geom_xpos, ...) fit the present qpos."""
-        if self._stale:
-            self.ensure_compiled()
-        if self._moved:
-            mujoco.mj_kinematics(self._model, self._data)
-            mujoco.mj_comPos(self._model, self._data)
-            self._moved = False
-        return self._data
-
-    def velocities(self) -> Any:
-        """MjData whose positions and body velocities (cvel) fit the present qpos and qvel."""
-        data = self.kinematics()
-        if self._velocity_moved:
-            mujoco.mj_fwdVelocity(self._model, data)
-            self._velocity_moved = False
-        return data
-
-    def object_velocity(self, row: int, *, at_inertial: bool) -> tuple[Array, Array]:
-        """Linear and angular velocity in world axes, at a MuJoCo body's frame or centre of mass."""
-        data = self.velocities()
-        kind = mujoco.mjtObj.mjOBJ_BODY if at_inertial else mujoco.mjtObj.mjOBJ_XBODY
-        out = np.empty(6)
-        mujoco.mj_objectVelocity(self._model, data, kind, row, out, 0)
-        return out[3:], out[:3]
-
-    @property
-    def geom_owners(self) -> np.ndarray:
-        """(ngeom, 2) int32: body id and link index of each MuJoCo geom."""
-        self.ensure_compiled()
-        if self._geom_owners is None:
-            by_row = np.full((self._model.nbody, 2), -1, dtype=np.int32)
-            for body in self.body_by_id.values():
-                by_row[body.mujoco_ids, 0] = body.id
-                by_row[body.mujoco_ids, 1] = np.arange(len(body.links))
-            self._geom_owners = by_row[self._model.geom_bodyid]
-            for body in self.body_by_id.values():
-                if body.built.is_ground:
-                    self._geom_owners[[geom.id for geom in body.built.links[0].geoms]] = (body.id, 0)
-        return self._geom_owners
-
-    # --------------------------------------------------------------------------------------------- settings
-
-    @property
-    def gravity(self) -> Array:
-        """(3,) m/s²"""
-        return np.array(self._gravity)
-
-    @gravity.setter
-    def gravity(self, value: Sequence[float]) -> None:
-        self._gravity = _vector3(value)
-        if not self._stale:
-            self._model.opt.gravity[:] = self._gravity
-
-    @property
-    def timestep(self) -> float:
-        """S"""
-        return self._timestep
-
-    @timestep.setter
-    def timestep(self, value: float) -> None:
-        if not value > 0:
-            raise RoboyardError(f"a time step is positive; got {value}")
-        self._timestep = float(value)
-        if not self._stale:
-            self._model.opt.timestep = self._timestep
-
-    @property
-    def solver(self) -> str:
-        """What solves the contacts now: "newton" or "cg"."""
-        return chosen_solver(self._solver, sum(b.built.dofs for b in self.body_by_id.values()))
-
-    @solver.setter
-    def solver(self, value: Solver) -> None:
-        self._solver = value
-        self.mark_stale()
-
-    @property
-    def time(self) -> float:
-        """S since the world began."""
-        return 0.0 if self._data is None else float(self._data.time)
 
     # --------------------------------------------------------------------------------------------- bodies
 
@@ -526,10 +354,3 @@ class World:
         if lines is not None:
             options["lines"] = lines
         return render(self.render_scene(), positions, rotations, camera, **options)
-
-
-def _vector3(value: Sequence[float]) -> tuple[float, float, float]:
-    numbers = [float(v) for v in value]
-    if len(numbers) != 3 or not np.isfinite(numbers).all():
-        raise RoboyardError(f"gravity has three finite numbers; got {tuple(value)}")
-    return numbers[0], numbers[1], numbers[2]
