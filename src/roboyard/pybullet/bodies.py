@@ -12,6 +12,7 @@ from roboyard.poses import conjugate, multiply, rotate
 from roboyard.pybullet.arguments import quaternion, vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
+from roboyard.pybullet.frames import inertial_pose
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
@@ -80,10 +81,15 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
 
 
 def base_inertial_pose(record: BodyRecord) -> tuple[Triple, Triple]:
-    """Pose of the base's inertial frame."""
+    """Pose of the base's inertial frame; kept for bodies that do not move."""
+    if record.fixed_pose is not None:
+        return record.fixed_pose
+    if record.free is not None:
+        x, y, z, w, i, j, k = record.free.tolist()
+        return inertial_pose((x, y, z), (i, j, k, w), record.base_frame)
     position, orientation = record.body.pose
-    position, orientation = record.to_inertial(position, orientation)
-    return tuple(position.tolist()), tuple(orientation.tolist())
+    record.fixed_pose = inertial_pose(position.tolist(), orientation.tolist(), record.base_frame)
+    return record.fixed_pose
 
 
 @command()
@@ -109,6 +115,7 @@ def resetBasePositionAndOrientation(
         p = np.asarray(p) - rotate(link_q, frame.position)
         q = link_q
     record.body.set_pose(p, q)
+    record.fixed_pose = None
     client.scene.frames_are_old = True
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.arguments import indices, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
+from roboyard.pybullet.frames import inertial_pose
 from roboyard.pybullet.transforms import rounded
 
 if TYPE_CHECKING:
@@ -72,21 +73,7 @@ def _state(scene: Scene, record: BodyRecord, data: Any, link: int, with_velocity
     x, y, z = data.xpos[row].tolist()
     w, i, j, k = data.xquat[row].tolist()
     frame = record.links[link + 1].frame
-    fx, fy, fz = frame.position
-    fi, fj, fk, fw = frame.quaternion
-    # v + 2 w (q x v) + 2 q x (q x v)
-    tx, ty, tz = 2.0 * (j * fz - k * fy), 2.0 * (k * fx - i * fz), 2.0 * (i * fy - j * fx)
-    position = (
-        x + fx + w * tx + j * tz - k * ty,
-        y + fy + w * ty + k * tx - i * tz,
-        z + fz + w * tz + i * ty - j * tx,
-    )
-    orientation = (
-        w * fi + i * fw + j * fk - k * fj,
-        w * fj - i * fk + j * fw + k * fi,
-        w * fk + i * fj - j * fi + k * fw,
-        w * fw - i * fi - j * fj - k * fk,
-    )
+    position, orientation = inertial_pose((x, y, z), (i, j, k, w), frame)
     rounded_frame = rounded(x, y, z, i, j, k, w)
     state = (position, orientation, frame.position, frame.quaternion, rounded_frame[:3], rounded_frame[3:])
     if not with_velocity:

@@ -67,6 +67,8 @@ class BodyRecord:
         """What each joint's motor applied in the last step in which it was on."""
         self.motored = [info[2] in DEFAULT_IMPULSE for info in self.infos]
         """Joints whose motor is on."""
+        self.fixed_pose: Any = None
+        """Of the base's inertial frame, while it is known not to have moved."""
         self.revision = -1
         self.rows: list[int] = []
         """MuJoCo row of the base, then of each link."""
@@ -94,6 +96,7 @@ class BodyRecord:
         """Look up where this body lies in the World's arrays."""
         body, data = self.body, world.data
         self.revision = world.revision
+        self.fixed_pose = None
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
         self.position_addresses = [int(a) for a in body.qpos_addresses]

@@ -63,4 +63,6 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
         scene.world.restore_state(state)
     except ModelError as problem:
         raise failure("Couldn't restore state.", str(problem)) from None
+    for record in scene.bodies.values():
+        record.fixed_pose = None
     scene.mark_moved()
