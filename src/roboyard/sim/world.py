@@ -353,4 +353,6 @@ class World(Engine):
         positions, rotations = self.frames()
         if lines is not None:
             options["lines"] = lines
+        if self.visual_geoms:
+            options.setdefault("mujoco", (self.model, self.data))
         return render(self.render_scene(), positions, rotations, camera, **options)
