@@ -36,6 +36,8 @@ GRAVITY = 9.81
 """m/s²"""
 TIPPING_SHARE = 0.15
 """Of the moment that would tip the robot: what the reaction to a sweep may use up."""
+ROLLING_SPEED = 1.2
+"""rad/s at most of joints that carry the robot: wheels are often hulls of meshes, whose flats rock it."""
 KEEP = 0.4
 """Part of the balance margin that a sweep has to leave."""
 
@@ -118,7 +120,7 @@ def make_plan(figure: Figure) -> Plan:
 
 
 def _gentle(figure: Figure, stance: Stance, sweep: Sweep, inertia: float) -> Sweep:
-    """The sweep with an acceleration whose reaction uses up only a part of the balance margin.
+    """The sweep slowed down so that its reaction uses up only a part of the balance margin.
 
     What tips a robot of mass m is a moment of m g · margin. Turning an inertia takes inertia · acceleration;
     driving off on wheels takes m · height of the weight · lever · acceleration.
@@ -126,6 +128,7 @@ def _gentle(figure: Figure, stance: Stance, sweep: Sweep, inertia: float) -> Swe
     moment = TIPPING_SHARE * figure.mass * GRAVITY * stance.margin
     lever = stance.levers.get(sweep.joint)
     if lever is not None:
+        sweep = replace(sweep, speed=min(sweep.speed, ROLLING_SPEED))
         height = float(figure.centre_of_mass(figure.poses({}))[2]) - stance.lowest
         inertia = figure.mass * height * lever
     elif figure.description.joint_by_name[sweep.joint].type == "prismatic":

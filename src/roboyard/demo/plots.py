@@ -11,6 +11,8 @@ from roboyard.demo.plan import Plan
 from roboyard.demo.story import Record
 from roboyard.urdf.model import RobotDescription
 
+MOST_POINTS = 1500
+"""Of a line; there are no more pixels to show them."""
 ROW = 0.62
 """inch"""
 POSITION, TARGET, VELOCITY, LIMITS = "#1f5fa8", "#e07b24", "#2c8f5b", "#dfe5ec"
@@ -23,10 +25,11 @@ def plot_joints(path: Path, record: Record, plan: Plan, description: RobotDescri
 
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     names = list(plan.sweeps) or list(record.joints)
-    times = np.array(record.times)
+    every = max(len(record.times) // MOST_POINTS, 1)
+    times = np.array(record.times[::every])
     columns = {name: k for k, name in enumerate(record.joints)}
     positions, velocities, targets = (
-        np.array(rows).reshape(len(times), -1)
+        np.array(rows[::every]).reshape(len(times), -1)
         for rows in (record.positions, record.velocities, record.targets)
     )
     rows = max(len(names), 1)

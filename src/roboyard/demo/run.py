@@ -18,9 +18,9 @@ Report = Callable[[str, float], None]
 """Called with the name of the act and the share of it that is over, 0 to 1."""
 
 STILL_SIZE, STILL_SIZE_SHORT = (960, 720), (480, 360)
-FILM_SIZE, FILM_SIZE_SHORT = (480, 360), (240, 180)
+FILM_SIZE, FILM_SIZE_SHORT = (420, 315), (240, 180)
 """pixels"""
-FRAMES, FRAMES_SHORT = 120, 24
+FRAMES, FRAMES_SHORT = 110, 24
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

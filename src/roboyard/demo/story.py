@@ -119,15 +119,19 @@ class Teller:
 
     def _move_group(self, group: Group, done: float, total: float) -> None:
         world = self.stage.world
-        start, first = world.time, len(self.story.record.times)
-        ahead = STEPS_PER_TICK * world.timestep
-        while (passed := world.time - start) < group.duration:
-            middle, end = (np.minimum((passed + part * ahead) / group.duration, 1.0) for part in (0.5, 1.0))
-            for sweep in group.sweeps:
-                target, slope = sweep.at(middle)
-                self.stage.drive(sweep.joint, float(target), float(slope) / group.duration)
-                self._targets[self._column[sweep.joint]] = sweep.at(end)[0]
-            self._tick("moving", (done + passed) / total)
+        first = len(self.story.record.times)
+        tick = STEPS_PER_TICK * world.timestep
+        ticks = max(int(np.ceil(group.duration / tick - 1e-9)), 1)
+        # where each joint should be half way through each tick, which the drive is told, and at its end
+        ways = [
+            (sweep, sweep.at((np.arange(ticks) + 0.5) / ticks), sweep.at((np.arange(ticks) + 1.0) / ticks)[0])
+            for sweep in group.sweeps
+        ]
+        for k in range(ticks):
+            for sweep, (target, slope), end in ways:
+                self.stage.drive(sweep.joint, float(target[k]), float(slope[k]) / (ticks * tick))
+                self._targets[self._column[sweep.joint]] = end[k]
+            self._tick("moving", (done + k * tick) / total)
         self._note_errors(group, first)
         for sweep in group.sweeps:
             self.stage.drive(sweep.joint, sweep.home)
