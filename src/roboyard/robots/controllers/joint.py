@@ -1,0 +1,202 @@
+"""JointController: positions, velocities or efforts of joints, as they are or as changes.
+
+    position   r ← r + clip(q* - r, ±v_max dt), then u = r         (r starts at the joint's position)
+    velocity   u = q̇*; once all are zero and the joints rest, u = the positions they rest at
+    effort     u = τ*
+    with use_impedances
+    position   τ = M (kp (r - q) - kd q̇) + b,  kd = 2 ζ √kp
+    velocity   τ = M vel_kp (q̇* - q̇) + b
+
+A change d of joint i means q*_i = q_i + d_i; joints whose change is zero keep the goal they have, so that an arm
+under load does not creep (OmniGibson re-targets the measured position of every joint, which sags step by step).
+Positions approach their goal no faster than the joint's velocity limit. b is gravity, Coriolis and centrifugal
+effort, as far as compensation is on.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field, model_validator
+
+from roboyard.poses import Array, multiply, normalized, quaternion_from_rpy
+from roboyard.robots.controllers.base import (
+    Control,
+    Controller,
+    ControllerSettings,
+    GroupLimits,
+    GroupState,
+    MotorType,
+)
+
+REST_SPEED = 0.01
+"""rad/s or m/s: below this a joint whose wanted velocity is zero counts as resting."""
+
+
+class JointSettings(ControllerSettings):
+    motor_type: MotorType = "position"
+    use_delta_commands: bool = False
+    compute_delta_in_quat_space: tuple[tuple[int, int, int], ...] | None = None
+    """Triples of places of joints (rx, ry, rz) whose changes are composed as rotations."""
+    use_impedances: bool = False
+    pos_kp: float | None = Field(default=None, ge=0)
+    """1/s²; 50 by default, for position with use_impedances."""
+    pos_damping_ratio: float | None = Field(default=None, ge=0)
+    """1 by default."""
+    vel_kp: float | None = Field(default=None, ge=0)
+    """1/s; 2 by default, for velocity with use_impedances."""
+    use_cc_compensation: bool = True
+    """Add Coriolis and centrifugal effort too (with use_impedances)."""
+    smoothing_filter_size: int | None = Field(default=None, ge=1)
+    """Targets are averaged over this many steps."""
+    hold_position: bool = True
+    """Velocity: stay in place, against any push, once at rest with all commands zero."""
+
+    @model_validator(mode="after")
+    def _fit(self) -> JointSettings:
+        given = [key for key in ("pos_kp", "pos_damping_ratio", "vel_kp") if getattr(self, key) is not None]
+        if self.motor_type == "velocity":
+            given = [key for key in given if key != "vel_kp"]
+        elif self.motor_type == "position":
+            given = [key for key in given if key == "vel_kp"]
+        if given:
+            raise ValueError(f"{given[0]} has no meaning with motor_type {self.motor_type!r}; leave it out")
+        if self.motor_type == "velocity" and self.isaac_kp:
+            raise ValueError("isaac_kp has no meaning with motor_type 'velocity'; leave it out")
+        if self.use_delta_commands and isinstance(self.command_output_limits, str):
+            raise ValueError("command_output_limits must be null or numbers with use_delta_commands")
+        if self.compute_delta_in_quat_space and not (
+            self.use_delta_commands and self.motor_type == "position"
+        ):
+            raise ValueError("compute_delta_in_quat_space needs motor_type 'position' and use_delta_commands")
+        return self
+
+
+class JointController(Controller):
+    Settings: ClassVar[type[ControllerSettings]] = JointSettings
+    settings: JointSettings
+
+    def __init__(self, limits: GroupLimits, settings: JointSettings) -> None:
+        super().__init__(limits, settings)
+        self.needs_mass_matrix = settings.use_impedances and settings.motor_type != "effort"  # type: ignore[misc]
+        self._kp = 50.0 if settings.pos_kp is None else settings.pos_kp
+        damping = 1.0 if settings.pos_damping_ratio is None else settings.pos_damping_ratio
+        self._kd = 2.0 * np.sqrt(self._kp) * damping
+        self._vel_kp = 2.0 if settings.vel_kp is None else settings.vel_kp
+        self._reference: Array | None = None
+        self._rest: Array | None = None
+        self._history: list[Array] = []
+        for triple in settings.compute_delta_in_quat_space or ():
+            if not all(0 <= place < limits.size for place in triple):
+                from roboyard.errors import ConfigError
+
+                raise ConfigError(
+                    f"compute_delta_in_quat_space: {triple} goes beyond the {limits.size} joints of the group"
+                )
+
+    @property
+    def command_dim(self) -> int:
+        return self.limits.size
+
+    @property
+    def control_type(self) -> MotorType:
+        settings = self.settings
+        return "effort" if settings.use_impedances else settings.motor_type
+
+    @property
+    def reference(self) -> Array | None:
+        """(n,) where a position controller has led its joints so far; None before the first step."""
+        return self._reference
+
+    def reset(self) -> None:
+        super().reset()
+        self._reference = self._rest = None
+        self._history.clear()
+
+    def _default_output_limits(self) -> tuple[ArrayLike, ArrayLike]:
+        return self.limits.of(self.settings.motor_type)
+
+    def _goal(self, command: Array, state: GroupState) -> Array:
+        kind = self.settings.motor_type
+        goal = self._changed(command, state) if self.settings.use_delta_commands else command
+        low, high = self.limits.of(kind)
+        return np.clip(goal, low, high)
+
+    def _changed(self, change: Array, state: GroupState) -> Array:
+        kind = self.settings.motor_type
+        if kind != "position":
+            last = state.v if kind == "velocity" else (np.zeros_like(change) if self.goal is None else self.goal)
+            return last + change
+        held = self.goal if self.goal is not None else state.q
+        goal = np.where(change == 0.0, held, state.q + change)
+        for triple in self.settings.compute_delta_in_quat_space or ():
+            places = list(triple)
+            if change[places].any():
+                turned = multiply(quaternion_from_rpy(change[places]), quaternion_from_rpy(state.q[places]))
+                goal[places] = _rpy(normalized(turned))
+        return goal
+
+    def _noop_goal(self, state: GroupState) -> Array:
+        return state.q.copy() if self.settings.motor_type == "position" else np.zeros(self.limits.size)
+
+    def _control(self, state: GroupState) -> Control:
+        settings = self.settings
+        if settings.motor_type == "position":
+            return self._position(self._approach(self._smoothed(self.goal), state), state)
+        goal = self._smoothed(self.goal)
+        if settings.motor_type == "effort":
+            wanted = settings.use_gravity_compensation and state.bias is not None
+            return Control(kind="effort", value=goal + state.bias if wanted else goal)  # type: ignore[operator]
+        if settings.use_impedances:
+            return self._effort(self._vel_kp * (goal - state.v), state)
+        return self._velocity(goal, state)
+
+    def _approach(self, goal: Array, state: GroupState) -> Array:
+        if self._reference is None:
+            self._reference = state.q.copy()
+        reach = self.limits.velocity * state.dt
+        self._reference = self._reference + np.minimum(np.maximum(goal - self._reference, -reach), reach)
+        return self._reference
+
+    def _position(self, target: Array, state: GroupState) -> Control:
+        if not self.settings.use_impedances:
+            return Control(kind="position", value=target)
+        return self._effort(self._kp * (target - state.q) - self._kd * state.v, state)
+
+    def _velocity(self, goal: Array, state: GroupState) -> Control:
+        if not self.settings.hold_position or goal.any():
+            self._rest = None
+            return Control(kind="velocity", value=goal)
+        if self._rest is None:
+            if np.abs(state.v).max(initial=0.0) > REST_SPEED:
+                return Control(kind="velocity", value=goal)
+            self._rest = state.q.copy()
+        return Control(kind="position", value=self._rest)
+
+    def _effort(self, acceleration: Array, state: GroupState) -> Control:
+        assert state.mass_matrix is not None
+        effort = state.mass_matrix @ acceleration
+        if state.bias is not None and self.settings.use_cc_compensation:
+            effort = effort + state.bias
+        return Control(kind="effort", value=effort)
+
+    def _smoothed(self, target: Array) -> Array:
+        size = self.settings.smoothing_filter_size
+        if not size or size == 1:
+            return target
+        self._history = [*self._history[-(size - 1) :], target]
+        return np.mean(self._history, axis=0)
+
+    def _noop(self, state: GroupState) -> Any:
+        kind, size = self.settings.motor_type, self.limits.size
+        if kind != "position" or self.settings.use_delta_commands:
+            return np.zeros(size)
+        return state.q if self.goal is None else self.goal
+
+
+def _rpy(quaternion: Array) -> Array:
+    from roboyard.poses import matrix_from_quaternion, rpy_from_matrix
+
+    return rpy_from_matrix(matrix_from_quaternion(quaternion))
