@@ -123,7 +123,9 @@ def facts_of(triangles: TriangleMesh, content: str = "") -> MeshFacts:
     hull = convex_hull(points)
     hull_volume = 0.0 if hull is None else volume_integrals(*hull)[0]
     volume = volume_integrals(points, corners)[0] if closed else hull_volume
-    own = inertia.mesh(points, corners, density=1.0)
+    own = inertia.inside_of(points, corners, density=1.0) if closed else None
+    if own is None:
+        own = inertia.hull_or_box(hull, points, density=1.0)
     return MeshFacts(
         content=content,
         triangles=len(faces),

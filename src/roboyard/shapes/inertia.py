@@ -104,16 +104,30 @@ def mesh(vertices: ArrayLike, faces: ArrayLike, density: float = DEFAULT_DENSITY
     if len(points) == 0 or not np.isfinite(points).all():
         raise ValueError("mass properties need finite vertices")
     if len(triangles) and is_closed(points, triangles):
-        volume, center, second = volume_integrals(points, triangles)
-        if volume > 1e-3 * _box_volume(points) and _is_positive(second, volume):
-            return _from_integrals(volume, center, second, density, "closed mesh")
+        solid = inside_of(points, triangles, density)
+        if solid is not None:
+            return solid
     return hull_of(points, density)
+
+
+def inside_of(vertices: Array, faces: NDArray, density: float = DEFAULT_DENSITY) -> MassProperties | None:
+    """What a closed surface bounds; None where that is next to nothing (under 0.1 % of its bounding box)."""
+    volume, center, second = volume_integrals(vertices, faces)
+    if volume > 1e-3 * _box_volume(vertices) and _is_positive(second, volume):
+        return _from_integrals(volume, center, second, density, "closed mesh")
+    return None
 
 
 def hull_of(points: ArrayLike, density: float = DEFAULT_DENSITY) -> MassProperties:
     """The convex hull of (n, 3) points, or their bounding box where they lie in a plane or on a line."""
     cloud = np.asarray(points, dtype=float)
-    hull = convex_hull(cloud)
+    return hull_or_box(convex_hull(cloud), cloud, density)
+
+
+def hull_or_box(
+    hull: tuple[Array, NDArray] | None, cloud: Array, density: float = DEFAULT_DENSITY
+) -> MassProperties:
+    """The solid of a `convex_hull`, or where there is none the bounding box of its points."""
     if hull is not None:
         volume, center, second = volume_integrals(*hull)
         if volume > 0 and _is_positive(second, volume):
