@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from roboyard.formats.images import Digests, write_png
 from roboyard.formats.mesh_files import STL_MAX_FACES, write_obj, write_stl
 from roboyard.formats.mjcf.xml import add
 from roboyard.formats.names import free_name, identifier
@@ -28,8 +29,9 @@ class Assets:
     element: ET.Element
     meshes: dict[bytes, str] = field(default_factory=dict)
     materials: dict[tuple[RGBA, str | None], str] = field(default_factory=dict)
-    textures: dict[bytes, str] = field(default_factory=dict)
+    textures: dict[str, str] = field(default_factory=dict)
     names: dict[str, set[str]] = field(default_factory=dict)
+    digests: Digests = field(default_factory=Digests)
     files: list[Path] = field(default_factory=list)
 
     def mesh(self, mesh: TriangleMesh, name: str, *, solid: bool) -> str | None:
@@ -79,14 +81,11 @@ class Assets:
 
     def texture(self, pixels: np.ndarray, name: str) -> str:
         """Name of the texture of an (h, w, 4) image."""
-        from PIL import Image
-
-        key = hashlib.blake2b(np.ascontiguousarray(pixels).data, digest_size=16).digest()
+        key = self.digests.of(pixels)
         if key not in self.textures:
             chosen = self._free("texture", name)
             file = self.folder / TEXTURES / f"{chosen}.png"
-            file.parent.mkdir(parents=True, exist_ok=True)
-            Image.fromarray(pixels).convert("RGB").save(file)
+            write_png(pixels, key, file, alpha=False)
             add(self.element, "texture", name=chosen, type="2d", file=f"{TEXTURES}/{file.name}")
             self.files.append(file)
             self.textures[key] = chosen

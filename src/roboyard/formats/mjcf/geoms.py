@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from roboyard.formats.geometry import DEFAULT_RGBA, face_areas, faces_by_color, mesh_triangles, stem, submesh
+from roboyard.formats.images import material_pixels
 from roboyard.formats.mjcf.assets import Assets
 from roboyard.formats.mjcf.xml import add, pose
 from roboyard.poses import multiply, quaternion_from_axis_angle, rotate
@@ -77,7 +78,7 @@ def _parts(
     """Pieces of one colour with the names of their materials."""
     rgba = material.rgba if material is not None else None
     label = material.name if material is not None else None
-    pixels = _pixels(material) if material is not None else None
+    pixels = material_pixels(material) if material is not None else None
     if pixels is None and rgba is None:
         pixels = mesh.texture
     if pixels is not None and mesh.uv is not None:
@@ -104,18 +105,6 @@ def _mean_color(mesh: TriangleMesh, faces: np.ndarray) -> RGBA:
     mean = weight @ colors / total if total > 0 else colors.mean(axis=0)
     r, g, b, a = (round(float(v), 4) for v in mean)
     return (r, g, b, a)
-
-
-def _pixels(material: Material) -> np.ndarray | None:
-    from PIL import Image, UnidentifiedImageError
-
-    if material.texture is None:
-        return None
-    try:
-        with Image.open(material.texture) as image:
-            return np.asarray(image.convert("RGBA"))
-    except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
-        return None
 
 
 def add_collisions(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from roboyard.formats.geometry import DEFAULT_RGBA, faces_by_color
+from roboyard.formats.images import Digests, material_pixels, write_png
 from roboyard.formats.names import free_name, identifier
 from roboyard.formats.usd.geometry import MAX_SUBSETS, Placed, subset_name
 from roboyard.formats.usd.library import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade, Vt
@@ -29,12 +29,15 @@ class Looks:
     texture_folder: Path
     materials: dict[tuple[RGBA, str | None], Any] = field(default_factory=dict)
     textures: dict[str, Path] = field(default_factory=dict)
+    digests: Digests = field(default_factory=Digests)
     notes: list[str] = field(default_factory=list)
 
     def dress(self, placed: Placed, material: Material | None) -> None:
         """Bind what a visual looks like: its own colour, else its mesh file's colours, else grey."""
         rgba = material.rgba if material is not None else None
-        image = self._image(material) if material is not None and material.texture is not None else None
+        image = material_pixels(material) if material is not None else None
+        if image is None and material is not None and material.texture is not None:
+            self.notes.append(f"image {material.texture.name} cannot be read; left out")
         mesh = placed.mesh
         has_uv = mesh is not None and mesh.uv is not None
         if image is None and rgba is None and mesh is not None and mesh.texture is not None and has_uv:
@@ -69,26 +72,12 @@ class Looks:
             self.materials[key] = _preview_surface(self.stage, path, rgba, texture)
         return self.materials[key]
 
-    def _image(self, material: Material) -> np.ndarray | None:
-        from PIL import Image, UnidentifiedImageError
-
-        assert material.texture is not None
-        try:
-            with Image.open(material.texture) as image:
-                return np.asarray(image.convert("RGBA"))
-        except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
-            self.notes.append(f"image {material.texture.name} cannot be read; left out")
-            return None
-
     def _texture(self, pixels: np.ndarray) -> str:
         """Asset path, relative to the layer, of a PNG with these pixels."""
-        from PIL import Image
-
-        digest = hashlib.blake2b(np.ascontiguousarray(pixels).data, digest_size=8).hexdigest()
+        digest = self.digests.of(pixels)
         if digest not in self.textures:
-            self.texture_folder.mkdir(parents=True, exist_ok=True)
             file = self.texture_folder / f"texture_{digest}.png"
-            Image.fromarray(pixels).save(file)
+            write_png(pixels, digest, file)
             self.textures[digest] = file
         relative = Path(os.path.relpath(self.textures[digest], self.layer_folder)).as_posix()
         return relative if relative.startswith(".") else f"./{relative}"
