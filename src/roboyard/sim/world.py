@@ -72,6 +72,8 @@ class World(Engine):
         self.visual_geoms = visual_geoms
         self.before_step: list[Callable[[], None]] = []
         """Called before each time step, in order: where controllers work."""
+        self.after_step: list[Callable[[], None]] = []
+        """Called when `step` has taken its steps: where viewers look at the world."""
         self._next_id = 0
         self._names: set[str] = set()
         self.looks = appearance.Looks(self)
@@ -276,6 +278,8 @@ class World(Engine):
         if alarm.message is not None:
             alarm.message = None
             raise ModelError(self._explosion())
+        for call in self.after_step:
+            call()
 
     def _explosion(self) -> str:
         bad = np.flatnonzero(~(np.abs(self._data.qvel) < 1e9))
