@@ -65,7 +65,7 @@ def inertial(mass: float, *tensor: float, origin: Pose | None = None) -> Inertia
 
 
 def everything() -> RobotDescription:
-    """Ten links: every joint type that a tree of rigid bodies uses, awkward names and axes, shapes of all kinds."""
+    """Ten links: every joint type that a tree of bodies uses, awkward names and axes, shapes of all kinds."""
     box = Mesh(uri="", path=None, data=two_colored_box())
     plain = inertial(1.0, 0.01, 0, 0, 0.01, 0, 0.01)
     skew = inertial(

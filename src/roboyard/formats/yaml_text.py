@@ -31,7 +31,7 @@ def _column(dumper: yaml.SafeDumper, data: Sequence[Any]) -> yaml.Node:
 
 
 def _dict(dumper: yaml.SafeDumper, data: Mapping[str, Any]) -> yaml.Node:
-    return dumper.represent_mapping("tag:yaml.org,2002:map", data.items(), flow_style=not data)
+    return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=not data)
 
 
 def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
