@@ -123,6 +123,20 @@ class Link:
                 world.model.geom_friction[geom.id] = values
                 world.model.geom_condim[geom.id] = wider
 
+    def glide(self, friction: float = 0.0) -> None:
+        """Slide with this friction whatever it touches, as omnidirectional wheels and casters do.
+
+        Elsewhere the larger friction of two touching links acts.
+        """
+        world = self.body.world
+        for geom in self._built.geoms:
+            geom.condim, geom.priority = 3 if friction > 0 else 1, 1
+            geom.friction = np.array([friction, *geom.friction[1:]])
+            if not world.is_stale:
+                model, row = world.model, geom.id
+                model.geom_condim[row], model.geom_priority[row] = geom.condim, 1
+                model.geom_friction[row, 0] = friction
+
     @property
     def restitution(self) -> float:
         """Coefficient of restitution, 0 to 1: speed after a bounce over speed before it."""

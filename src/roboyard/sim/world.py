@@ -32,6 +32,7 @@ from roboyard.urdf.model import RobotDescription
 if TYPE_CHECKING:
     from roboyard.cameras import Camera, Image
     from roboyard.cameras.scene import DebugLines, RenderScene
+    from roboyard.robots import Robot
 
 
 class World(Engine):
@@ -252,6 +253,18 @@ class World(Engine):
     add_mesh = objects.add_mesh
     add_heightfield = objects.add_heightfield
 
+    def add_robot(
+        self,
+        robot: Any,
+        position: ArrayLike = (0, 0, 0),
+        orientation: ArrayLike = (0, 0, 0, 1),
+        **options: Any,
+    ) -> Robot:
+        """Add a robot with its controllers, by its registered name or a definition; see `roboyard.robots.add_robot`."""
+        from roboyard.robots import add_robot
+
+        return add_robot(self, robot, position, orientation, **options)
+
     def add_mjcf(self, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
         """Add everything in an MJCF file: each body at its top, and its fixed shapes as one more body."""
         from roboyard.sim.mjcf import add_mjcf
@@ -268,6 +281,18 @@ class World(Engine):
         """
         if self._stale:
             self.ensure_compiled()
+        if self.before_step:
+            for _ in range(n):
+                for call in tuple(self.before_step):
+                    call()
+                self.ensure_compiled()
+                self._advance(1)
+        else:
+            self._advance(n)
+        for call in self.after_step:
+            call()
+
+    def _advance(self, n: int) -> None:
         model, data, stepping = self._model, self._data, self.stepping
         if stepping.is_plain:
             mujoco.mj_step(model, data, n)
@@ -278,8 +303,6 @@ class World(Engine):
         if alarm.message is not None:
             alarm.message = None
             raise ModelError(self._explosion())
-        for call in self.after_step:
-            call()
 
     def _explosion(self) -> str:
         bad = np.flatnonzero(~(np.abs(self._data.qvel) < 1e9))

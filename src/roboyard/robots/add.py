@@ -1,0 +1,185 @@
+"""Put a robot into a world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from roboyard.errors import ConfigError, unknown_name
+from roboyard.robots.backends import Backend
+from roboyard.robots.controller_setup import ControllerConfig
+from roboyard.robots.definition import RobotDefinition
+from roboyard.robots.description_edits import edited
+from roboyard.robots.load_definition import check_fits, load_definition, parse_definition
+from roboyard.robots.postures import ResetMode
+from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
+from roboyard.robots.robot import Robot
+from roboyard.sim.world import World
+from roboyard.urdf.model import RobotDescription
+
+DefinitionSource = str | Path | Mapping[str, Any] | RobotDefinition
+
+
+def add_robot(
+    world: World,
+    robot: str | Path | RegisteredRobot | RobotDescription,
+    position: ArrayLike = (0, 0, 0),
+    orientation: ArrayLike = (0, 0, 0, 1),
+    *,
+    definition: DefinitionSource | None = None,
+    controllers: ControllerConfig | None = None,
+    name: str | None = None,
+    self_collisions: bool = True,
+    fixed_base: bool | None = None,
+    end_effector: str | None = None,
+    scale: float = 1.0,
+    control_freq: float | None = None,
+    action_normalize: bool = True,
+    reset_joint_pos: ArrayLike | None = None,
+    default_reset_mode: ResetMode = "untuck",
+    backend: Backend = "numpy",
+) -> Robot:
+    """Add a robot with its controllers to a world.
+
+    Args:
+        world: where.
+        robot: a registered name ("r1"), one of `REGISTERED_ROBOTS`, or with `definition` a URDF file or a
+            description.
+        position: (3,) m of the root link's frame.
+        orientation: (4,) x, y, z, w.
+        definition: a definition file, its data, or a checked definition; a registered robot has its own.
+        controllers: group to a controller's name, or to its keys; the definition's by default.
+        name: in the world; the robot's own by default.
+        self_collisions: whether links of the robot may touch; a definition's `self_collisions` goes before.
+        fixed_base: bolt the root to the world. None: robots that walk or drive on wheels float, all others are
+            bolted (a holonomic base moves by its virtual joints).
+        end_effector: one of the definition's `manipulation.end_effectors`.
+        scale: uniform factor on all lengths.
+        control_freq: Hz at which goals become drive targets; 30 by default.
+        action_normalize: actions run from -1 to 1.
+        reset_joint_pos: (n,) posture to start in, in the definition's joint order.
+        default_reset_mode: which posture of `mobile_manipulation` to start in.
+        backend: what the robot's getters return.
+
+    Raises:
+        ConfigError: the definition or the configuration is wrong, or the robot unknown.
+        DescriptionError: the URDF cannot be used.
+    """
+    model, description, found, file = _loaded(robot, definition)
+    if end_effector is not None:
+        found, description, model = _with_end_effector(found, description, model, end_effector, robot)
+    check_fits(found, description, name=file.name if file is not None else f"definition of {model}", file=file)
+    floats = found.may_float if fixed_base is None else not fixed_base
+    if floats and not found.may_float:
+        raise ConfigError(
+            f"fixed_base: robot {model!r} cannot float; only locomotion without a holonomic base does"
+        )
+    collide = self_collisions if found.self_collisions is None else found.self_collisions
+    description = edited(found, description)
+    body = world.add_urdf(
+        description,
+        position,
+        orientation,
+        fixed_base=not floats,
+        scale=scale,
+        self_collision=collide,
+        name=name or model,
+    )
+    try:
+        for a, b in found.disabled_collision_pairs or ():
+            if a != b:
+                world.filters.set(body.link(a), body.link(b), collide=False)
+        return Robot(
+            body,
+            found,
+            description,
+            controllers=controllers,
+            control_freq=control_freq,
+            action_normalize=action_normalize,
+            reset_joint_pos=reset_joint_pos,
+            default_reset_mode=default_reset_mode,
+            model=model,
+            backend=backend,
+        )
+    except Exception:
+        world.before_step[:] = [call for call in world.before_step if getattr(call, "__self__", None) is None or call.__self__.body is not body]  # type: ignore[attr-defined]
+        world.remove(body)
+        raise
+
+
+def _loaded(
+    robot: str | Path | RegisteredRobot | RobotDescription, definition: DefinitionSource | None
+) -> tuple[str, RobotDescription, RobotDefinition, Path | None]:
+    """Name, description, definition and the definition's file."""
+    if isinstance(robot, str) and definition is None and not _is_file(robot):
+        robot = REGISTERED_ROBOTS.find(robot)
+    if isinstance(robot, RegisteredRobot):
+        own, file = (robot.definition, robot.file) if definition is None else _read(definition)
+        return robot.name, robot.description(own), own, file
+    if definition is None:
+        raise ConfigError("definition: is required with a URDF; name its definition file")
+    own, file = _read(definition)
+    if isinstance(robot, RobotDescription):
+        return robot.name, robot, own, file
+    from roboyard.urdf import load_urdf
+
+    return Path(robot).stem, load_urdf(robot), own, file
+
+
+def _is_file(robot: str) -> bool:
+    return robot.lower().endswith((".urdf", ".xml", ".xacro"))
+
+
+def _read(definition: DefinitionSource) -> tuple[RobotDefinition, Path | None]:
+    if isinstance(definition, RobotDefinition):
+        return definition, None
+    if isinstance(definition, Mapping):
+        return parse_definition(definition), None
+    return load_definition(definition), Path(definition)
+
+
+def _with_end_effector(
+    definition: RobotDefinition,
+    description: RobotDescription,
+    model: str,
+    wanted: str,
+    robot: object,
+) -> tuple[RobotDefinition, RobotDescription, str]:
+    """The robot with another hand."""
+    block = definition.manipulation
+    variants = (block.end_effectors if block is not None else None) or {}
+    if block is None or wanted not in variants:
+        raise ConfigError(f"end_effector: {unknown_name('end effector', wanted, variants)}")
+    variant = variants[wanted]
+    if variant.not_support_urdf:
+        raise ConfigError(f"end_effector: {wanted!r} has no URDF (not_support_urdf); choose another")
+    arms = block.model_copy(
+        update={
+            "eef_link_names": variant.eef_link_names,
+            "finger_link_names": variant.finger_link_names,
+            "finger_joint_names": variant.finger_joint_names,
+            "teleop_rotation_offset": variant.teleop_rotation_offset or block.teleop_rotation_offset,
+            "assisted_grasp_start_points": variant.ag_start_points or block.assisted_grasp_start_points,
+            "assisted_grasp_end_points": variant.ag_end_points or block.assisted_grasp_end_points,
+        }
+    )
+    changed = definition.model_copy(
+        update={
+            "manipulation": arms,
+            "default_joint_pos": variant.default_joint_pos,
+            "disabled_collision_pairs": variant.disabled_collision_pairs or definition.disabled_collision_pairs,
+            "urdf_path": variant.urdf_path or definition.urdf_path,
+            "usd_path": variant.usd_path or definition.usd_path,
+            "curobo_path": variant.curobo_path or definition.curobo_path,
+        }
+    )
+    if isinstance(robot, RegisteredRobot):
+        if variant.urdf_path is None and variant.model != robot.name:
+            other = robot.folder.parent / variant.model / f"{variant.model}.yaml"
+            robot = replace(robot, name=variant.model, file=other)
+        description = robot.description(changed)
+    return changed, description, variant.model

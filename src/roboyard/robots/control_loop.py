@@ -1,0 +1,197 @@
+"""Runs the controllers of one robot: goals to drive targets at the control rate, efforts at every time step.
+
+Called by the world before each time step. Positions and velocities go to the drives once per control step and are
+held between; efforts are worked out anew at every time step. Joints that no group claims are held at the reset
+posture if they have a range; those that turn for ever (casters) and the virtual base joints stay free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from roboyard.kinematics import forward_kinematics
+from roboyard.poses import Array
+from roboyard.robots.controller_setup import Group
+from roboyard.robots.controllers.base import EYE4, GroupLimits, GroupState
+from roboyard.robots.definition import VIRTUAL_JOINTS
+from roboyard.robots.gains import Gains, default_gains
+from roboyard.robots.joints import JointArrays
+
+POSITION, VELOCITY, EFFORT, FREE = range(4)
+KINDS = {"position": POSITION, "velocity": VELOCITY, "effort": EFFORT}
+
+
+class ControlLoop:
+    """The groups of one robot at work."""
+
+    def __init__(
+        self,
+        joints: JointArrays,
+        limits: GroupLimits,
+        groups: Mapping[str, Group],
+        *,
+        rest: Array,
+        steps_per_control: int,
+    ) -> None:
+        """Start with no goals.
+
+        Args:
+            joints: of the whole robot.
+            limits: of the same.
+            groups: with their controllers.
+            rest: (n,) where unclaimed joints are held.
+            steps_per_control: time steps for each control step.
+        """
+        self.joints = joints
+        self.limits = limits
+        self.groups = dict(groups)
+        self.steps_per_control = steps_per_control
+        count = len(joints.names)
+        self._countdown = 0
+        self._stale = True
+        self._gains: Gains | None = None
+        self._kinds = np.full(count, FREE)
+        self._written_kinds: np.ndarray | None = None
+        self._position = rest.copy()
+        self._velocity, self._effort = np.zeros(count), np.zeros(count)
+        self._compensated = np.ones(count)
+        self._claim()
+        self._effort_groups = [g for g in self.groups.values() if g.controller.control_type == "effort"]
+        self._other_groups = [g for g in self.groups.values() if g.controller.control_type != "effort"]
+
+    def _claim(self) -> None:
+        claimed: set[int] = set()
+        for group in self.groups.values():
+            claimed |= {int(i) for i in group.places}
+            self._kinds[group.places] = KINDS[group.controller.control_type]
+            asked = group.controller.settings.use_gravity_compensation
+            wanted = True if asked is None else asked
+            if group.controller.control_type == "effort":
+                wanted = False  # the controller adds it itself
+            self._compensated[group.places] = float(wanted)
+        for i, joint in enumerate(self.joints.joints):
+            if i not in claimed:
+                held = joint.limits is not None and joint.name not in VIRTUAL_JOINTS
+                self._kinds[i] = POSITION if held else FREE
+                self._compensated[i] = float(held)
+
+    @property
+    def dt(self) -> float:
+        """S between control steps."""
+        return self.steps_per_control * self.joints.world.timestep
+
+    def before_step(self) -> None:
+        """What the world calls before each time step."""
+        self._wake()
+        due = self._countdown <= 0
+        if due:
+            self._countdown = self.steps_per_control
+            self._control()
+        elif self._effort_groups:
+            self._apply_efforts(self.joints.q, self.joints.v)
+        self._countdown -= 1
+
+    def make_due(self) -> None:
+        """Work at the next time step, and count control steps from there."""
+        self._countdown = 0
+
+    def invalidate(self) -> None:
+        """Joints jumped: forget goals, look at everything anew."""
+        for group in self.groups.values():
+            group.controller.reset()
+        self._countdown = 0
+        self._stale = True
+
+    def _wake(self) -> None:
+        if self.joints.bind() or self._stale:
+            self.joints.refresh()
+            self._stale = False
+        if self._gains is None:
+            self._gains = default_gains(self.joints, self.limits)
+            self._written_kinds = None
+
+    def state_of(self, group: Group, q: Array | None = None, v: Array | None = None) -> GroupState:
+        """What a group's controller sees now."""
+        if q is None or v is None:
+            self._wake()
+            q, v = self.joints.q, self.joints.v
+        controller = group.controller
+        dt = self.joints.world.timestep if controller.control_type == "effort" else self.dt
+        state = GroupState(q=q[group.places], v=v[group.places], dt=dt, mount=self._mount(group, q))
+        if controller.control_type == "effort":
+            if controller.needs_mass_matrix:
+                state.mass_matrix = self.joints.mass_matrix(group.places)
+            if controller.settings.use_gravity_compensation is not False:
+                state.bias = self.joints.bias[group.places]
+        return state
+
+    @staticmethod
+    def _mount(group: Group, q: Array) -> Array:
+        if group.mount is None or group.mount_places is None:
+            return EYE4
+        return forward_kinematics(group.mount, q[group.mount_places])
+
+    def _control(self) -> None:
+        q, v = self.joints.q, self.joints.v
+        kinds = self._kinds
+        for group in self._other_groups:
+            control = group.controller.step(self.state_of(group, q, v))
+            kind = KINDS[control.kind]
+            kinds[group.places] = kind
+            if kind == POSITION:
+                self._position[group.places] = control.value
+                self._velocity[group.places] = 0.0
+            else:
+                self._velocity[group.places] = control.value
+        self._effort = self.joints.bias * self._compensated
+        for group in self._effort_groups:
+            self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
+        self._write_gains()
+        driven = self.joints.driven
+        self.joints.drives.write(self._position[driven], self._velocity[driven], self._effort[driven])
+
+    def _apply_efforts(self, q: Array, v: Array) -> None:
+        for group in self._effort_groups:
+            self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
+        self.joints.drives.write_effort(self._effort[self.joints.driven], np.arange(len(self.joints.driven)))
+
+    def _write_gains(self) -> None:
+        if self._written_kinds is not None and np.array_equal(self._kinds, self._written_kinds):
+            return
+        assert self._gains is not None
+        kp = np.where(self._kinds == POSITION, self._position_kp(), 0.0)
+        kd = np.where(
+            self._kinds == POSITION,
+            self._position_kd(),
+            np.where(self._kinds == VELOCITY, self._velocity_kd(), 0.0),
+        )
+        driven = self.joints.driven
+        self.joints.drives.set_gains(kp[driven], kd[driven])
+        self._written_kinds = self._kinds.copy()
+
+    def _asked(self, values: Array, key: str) -> Array:
+        """Default gains with those that settings give in their place."""
+        out = values.copy()
+        for group in self.groups.values():
+            given = getattr(group.controller.settings, key)
+            if given is not None:
+                out[group.places] = given
+        return out
+
+    def _position_kp(self) -> Array:
+        assert self._gains is not None
+        return self._asked(self._gains.position_kp, "isaac_kp")
+
+    def _position_kd(self) -> Array:
+        assert self._gains is not None
+        # a stiffness of one's own keeps its damping critical
+        ratio = np.sqrt(self._position_kp() / np.maximum(self._gains.position_kp, 1e-12))
+        return self._asked(self._gains.position_kd * ratio, "isaac_kd")
+
+    def _velocity_kd(self) -> Array:
+        assert self._gains is not None
+        return self._asked(self._gains.velocity_kd, "isaac_kd")
+
+

@@ -1,0 +1,54 @@
+"""What a definition asks of the robot's description before it goes into a world."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+
+from roboyard.robots.definition import RobotDefinition
+from roboyard.shapes.load import load_mesh
+from roboyard.urdf.model import Collision, Link, Mesh, Pose, RobotDescription, Sphere
+
+
+def edited(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:
+    """The description with collisions removed, wheels as spheres and markers hidden, as the definition says."""
+    silent = set(definition.disabled_collision_link_names or ())
+    hidden: set[str] = set()
+    if definition.visual_only_eef_links and definition.manipulation is not None:
+        hidden = set(definition.manipulation.eef_link_names.values())
+    wheels: Collection[str] = ()
+    block = definition.holonomic_base
+    if block is not None and block.force_sphere_wheel_approximation and definition.locomotion is not None:
+        wheels = definition.locomotion.floor_touching_base_link_names
+    links = tuple(_edited(link, silent, hidden, wheels) for link in description.links)
+    return replace(description, links=links)
+
+
+def _edited(link: Link, silent: Collection[str], hidden: Collection[str], wheels: Collection[str]) -> Link:
+    if link.name in hidden:
+        return replace(link, visuals=(), collisions=())
+    if link.name in silent:
+        return replace(link, collisions=())
+    if link.name in wheels:
+        return replace(link, collisions=tuple(bounding_sphere(shape) for shape in link.collisions))
+    return link
+
+
+def bounding_sphere(collision: Collision) -> Collision:
+    """A mesh as the ball around the middle of its box; other shapes as they are."""
+    geometry = collision.geometry
+    if not isinstance(geometry, Mesh):
+        return collision
+    mesh = geometry.data
+    if mesh is None:
+        if geometry.path is None:
+            return collision
+        mesh = load_mesh(geometry.path)
+    points = np.asarray(mesh.vertices, dtype=float) * np.asarray(geometry.scale)
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    radius = float(np.linalg.norm(points - centre, axis=1).max())
+    at = collision.origin.matrix() @ np.append(centre, 1.0)
+    position = (float(at[0]), float(at[1]), float(at[2]))
+    return replace(collision, geometry=Sphere(radius=radius), origin=Pose(position=position))

@@ -1,0 +1,35 @@
+"""Two postures: tucked for driving, untucked for working."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from roboyard.poses import Array
+from roboyard.robots.postures import ResetMode, tuck_posture
+
+if TYPE_CHECKING:
+    from roboyard.robots.robot import Robot
+
+
+class MobileManipulation:
+    """Sets the robot's arms and torso into one of two postures; the base stays."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+
+    def posture(self, mode: ResetMode) -> Array:
+        """(n,) the posture, in the robot's joint order."""
+        found = tuck_posture(self._robot.definition, self._robot.joint_names, mode)
+        assert found is not None
+        return found
+
+    def tuck(self) -> None:
+        """Jump into the tucked posture."""
+        self._set("tuck")
+
+    def untuck(self) -> None:
+        """Jump into the untucked posture."""
+        self._set("untuck")
+
+    def _set(self, mode: ResetMode) -> None:
+        self._robot.set_joint_positions(self._robot.keeping_base(self.posture(mode)))

@@ -1,0 +1,166 @@
+"""Which robots there are: those of the data folder and the bundled ones, looked up whenever asked.
+
+    <data>/<dataset>/models/<name>/<name>.yaml      found under <name>
+    <package>/assets/<name>/<name>.yaml             bundled; a robot of the data folder goes before it
+
+A file registers only where its stem is its folder's name. A broken one is listed with its problem and does no harm
+until it is loaded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from roboyard.assets import ROBOTS, assets_root
+from roboyard.data import data_folder
+from roboyard.errors import ConfigError, RoboyardError, unknown_name
+from roboyard.robots.definition import RobotDefinition
+from roboyard.robots.load_definition import load_definition
+from roboyard.urdf.model import RobotDescription
+
+PICTURES = ("preview.png", "thumbnail.png", "picture.png")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RegisteredRobot:
+    """One definition file that was found. Nothing is read before it is asked for."""
+
+    name: str
+    file: Path
+    """The definition."""
+    dataset: Path
+    """Folder that the definition's paths are relative to."""
+    bundled: bool = False
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the model."""
+        return self.file.parent
+
+    @property
+    def definition(self) -> RobotDefinition:
+        """What the file says.
+
+        Raises:
+            ConfigError: it is wrong; one line for each problem.
+        """
+        return load_definition(self.file)
+
+    @property
+    def problem(self) -> str | None:
+        """What is wrong with the file; None where it can be read."""
+        try:
+            self.urdf_of(self.definition)
+        except RoboyardError as error:
+            return str(error)
+        return None
+
+    @property
+    def picture(self) -> Path | None:
+        """A picture of the robot, where there is one."""
+        named = (*PICTURES, f"{self.name}.png")
+        for path in (folder / name for folder in (self.folder, self.folder / "misc") for name in named):
+            if path.is_file():
+                return path
+        return None
+
+    def urdf_of(self, definition: RobotDefinition) -> Path:
+        """The URDF that the definition belongs to.
+
+        Raises:
+            ConfigError: there is no such file.
+        """
+        if definition.urdf_path is not None:
+            given = Path(definition.urdf_path)
+            if given.is_absolute() or ".." in given.parts:
+                raise ConfigError(
+                    f"{self.file.name}: urdf_path: must be a path inside the dataset; got {definition.urdf_path!r}"
+                )
+            found = self.dataset / given
+            if not found.is_file():
+                raise ConfigError(
+                    f"{self.file.name}: urdf_path: there is no file {definition.urdf_path!r} in the dataset; check it"
+                )
+            return found
+        found = self.folder / "urdf" / f"{self.name}.urdf"
+        if not found.is_file():
+            hint = (
+                f"import it first: roboyard import --urdf ... --name {self.name}"
+                if not self.bundled
+                else f"import it first: {_bundled_hint(self.name)}"
+            )
+            raise ConfigError(f"{self.file.name}: there is no urdf/{self.name}.urdf beside it; {hint}")
+        return found
+
+    def description(self, definition: RobotDefinition) -> RobotDescription:
+        """The robot's links and joints.
+
+        Raises:
+            ConfigError: there is no URDF.
+            DescriptionError: it cannot be used.
+        """
+        from roboyard.urdf import load_urdf
+
+        return load_urdf(self.urdf_of(definition))
+
+
+def _bundled_hint(name: str) -> str:
+    return f"roboyard import --bundled {name}" if name in ROBOTS else "roboyard import"
+
+
+class Registry(Mapping[str, RegisteredRobot]):
+    """Name to robot, live: files that come and go are seen at the next look."""
+
+    def __init__(self, data: Path | str | None = None, *, with_bundled: bool = True) -> None:
+        self._data = data
+        self._with_bundled = with_bundled
+
+    @property
+    def data(self) -> Path:
+        """The data folder that is looked through."""
+        return data_folder(self._data)
+
+    def _found(self) -> dict[str, RegisteredRobot]:
+        found: dict[str, RegisteredRobot] = {}
+        if self._with_bundled:
+            root = assets_root()
+            for file in sorted(root.glob("*/*.yaml")):
+                if file.stem == file.parent.name:
+                    found[file.stem] = RegisteredRobot(name=file.stem, file=file, dataset=root, bundled=True)
+        mine: dict[str, RegisteredRobot] = {}
+        for file in sorted(self.data.glob("*/models/*/*.yaml")):
+            name = file.stem
+            if name == file.parent.name and name not in mine:
+                mine[name] = RegisteredRobot(name=name, file=file, dataset=file.parents[2])
+        return dict(sorted({**found, **mine}.items()))
+
+    def __getitem__(self, name: str) -> RegisteredRobot:
+        return self._found()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._found())
+
+    def __len__(self) -> int:
+        return len(self._found())
+
+    def find(self, name: str) -> RegisteredRobot:
+        """The robot of this name; upper and lower case are the same.
+
+        Raises:
+            ConfigError: there is none; the message lists the nearest.
+        """
+        found = self._found()
+        for key in (name, name.lower()):
+            if key in found:
+                return found[key]
+        raise ConfigError(f"{unknown_name('robot', name, found)}; robots are looked for in {self.data}/*/models")
+
+    def problems(self) -> dict[str, str]:
+        """Name to what is wrong, of every file that cannot be used."""
+        return {name: told for name, robot in self._found().items() if (told := robot.problem) is not None}
+
+
+REGISTERED_ROBOTS = Registry()
+"""All robots of the data folder (see `roboyard.data.data_folder`) and the bundled ones."""
