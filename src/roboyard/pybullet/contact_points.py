@@ -37,7 +37,7 @@ def getContactPoints(
     """
     scene = client.scene
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
-    if scene.world.is_stale:
+    if scene.world.is_stale or scene.world.data.ncon == 0:
         return ()
     from roboyard.sim.contacts import contact_arrays
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +10,7 @@ from roboyard.pybullet import constants as c
 from roboyard.pybullet.arguments import floats, indices, number, whole
 from roboyard.pybullet.clients import CLIENTS
 from roboyard.pybullet.commands import command
+from roboyard.pybullet.drives import Drives
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.joint_tables import VELOCITY_COUNT
 from roboyard.pybullet.joints import OUT_OF_RANGE, joint_of
@@ -54,6 +56,17 @@ def setJointMotorControl2(
         velocityGain: kd.
         maxVelocity: of position control; rad/s or m/s.
     """
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is not None and record.drives is not None and not scene.world.is_stale:
+        try:
+            if record.drives.set(
+                jointIndex, controlMode, targetPosition, targetVelocity, force, positionGain, velocityGain,
+                maxVelocity, scene.time_step,
+            ):  # fmt: skip
+                return
+        except (struct.error, IndexError, TypeError):
+            pass  # said below, in PyBullet's words
     record = joint_of(client, bodyUniqueId, jointIndex)
     if controlMode not in _MODES:
         raise failure("Illegal control mode.")
@@ -77,6 +90,18 @@ def setJointMotorControlArray(
     velocityGains: Vector | None = None,
 ) -> None:
     """`setJointMotorControl2` of several joints at once."""
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is not None and record.drives is not None and not scene.world.is_stale:
+        try:
+            if record.drives.set_many(
+                jointIndices, controlMode, targetPositions, targetVelocities, forces, positionGains,
+                velocityGains, scene.time_step,
+            ):  # fmt: skip
+                scene.waiting.add(record.drives)
+                return
+        except TypeError:
+            pass  # said below, in PyBullet's words
     if whole(controlMode) not in _MODES:
         raise failure("Illegal control mode.")
     joints = indices(jointIndices)
@@ -91,11 +116,11 @@ def setJointMotorControlArray(
     largest = _each(forces, count, LARGEST_FORCE, "number of forces should match the joint indices")
     kps = _each(positionGains, count, KP, "number of kps should match the joint indices")
     kds = _each(velocityGains, count, KD, f"number of kds {s}")
-    record = client.scene.bodies[bodyUniqueId]
+    record = scene.bodies[bodyUniqueId]
     for joint, position, velocity, force, kp, kd in zip(
         joints, positions, velocities, largest, kps, kds, strict=True
     ):
-        _drive(client.scene, record, joint, controlMode, position, velocity, force, kp, kd, -1.0)
+        _drive(scene, record, joint, controlMode, position, velocity, force, kp, kd, -1.0)
 
 
 @command()
@@ -215,6 +240,10 @@ def _drive(
         )
         return
     scene.give_motors_to(record)
+    if record.drives is None:
+        record.drives = Drives(record, scene.world.motors.of(record.body))
+    record.drives.flush()
+    record.drives.generation += 1
     scene.keep_applied(record, joint, off=force == 0.0)
     impulse = force * scene.time_step
     if mode == c.VELOCITY_CONTROL:

@@ -15,6 +15,7 @@ _TOPICS = (
     "bodies",
     "camera",
     "collision_shapes",
+    "constraints",
     "contact_points",
     "control",
     "debug",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.poses import Array, conjugate, multiply, rotate
+from roboyard.poses import Array
 from roboyard.pybullet.arguments import floats, number, quaternion, vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
@@ -147,9 +148,12 @@ def _chain(record: BodyRecord, links: tuple[int, ...]) -> ChainArrays:
 
 
 def _start(record: BodyRecord, current: Vector | None) -> Array:
-    places = [i for joint in record.movable() for i in _places(record, joint)]
+    places = record.chain_places
+    if places is None:
+        places = np.array([i for joint in record.movable() for i in _places(record, joint)], dtype=np.intp)
+        record.chain_places = places
     if current is None:
-        return record.qpos[places].copy()
+        return record.qpos.take(places)
     given = np.asarray(current, dtype=float).reshape(-1)
     if len(given) != len(places):
         raise failure(_WRONG_CURRENT, f"{len(places)} numbers are needed, got {len(given)}")
@@ -163,13 +167,28 @@ def _places(record: BodyRecord, joint: int) -> range:
 
 def _in_base(record: BodyRecord, position: Vector, orientation: Vector | None) -> list[float]:
     """A target in the base link frame: 3 numbers, or 7 with an orientation."""
-    base_position, base_orientation = record.body.pose
-    back = conjugate(base_orientation)
-    moved = rotate(back, np.asarray(position) - base_position).tolist()
+    origin, turn = record.body.pose
+    i, j, k, w = turn.tolist()
+    dx, dy, dz = (float(p) - o for p, o in zip(position, origin.tolist(), strict=True))
+    # q* v q = v - w t + q x t, with t = 2 q x v
+    tx, ty, tz = 2.0 * (j * dz - k * dy), 2.0 * (k * dx - i * dz), 2.0 * (i * dy - j * dx)
+    moved = [
+        dx - w * tx + j * tz - k * ty,
+        dy - w * ty + k * tx - i * tz,
+        dz - w * tz + i * ty - j * tx,
+    ]
     if orientation is None:
         return moved
-    turned = np.asarray(orientation) / (np.linalg.norm(orientation) or 1.0)
-    return [*moved, *multiply(back, turned).tolist()]
+    a, b, c, d = orientation
+    length = sqrt(a * a + b * b + c * c + d * d) or 1.0
+    a, b, c, d = a / length, b / length, c / length, d / length
+    return [
+        *moved,
+        w * a - i * d - j * c + k * b,
+        w * b - j * d - k * a + i * c,
+        w * c - k * d - i * b + j * a,
+        w * d + i * a + j * b + k * c,
+    ]
 
 
 def _full(values: Vector | None, count: int) -> Array | None:

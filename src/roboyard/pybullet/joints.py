@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roboyard.pybullet.arguments import floats, indices, number, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 State = tuple[Any, ...]
 _NO_REACTION = (0.0,) * 6
+_STILL = (0.0, 0.0, _NO_REACTION, 0.0)
 OUT_OF_RANGE = "Joint index out-of-range."
 
 
@@ -75,9 +78,25 @@ def getJointStates(
     client: Client, bodyUniqueId: int, jointIndices: Sequence[int]
 ) -> tuple[State, ...] | None:
     """`getJointState` of several joints."""
-    record = client.scene.ready(bodyUniqueId, "getJointState failed.")
-    wanted = _several(record, jointIndices)
-    return tuple(_state(client, record, joint) for joint in wanted) if wanted else None
+    scene = client.scene
+    record = scene.ready(bodyUniqueId, "getJointState failed.")
+    places = record.state_places.get(tuple(jointIndices))
+    if places is None:
+        wanted = _several(record, jointIndices)
+        if not wanted:
+            return None
+        places = _places(record, wanted)
+    if record.sensors or not places.are_plain or not all(map(record.motored.__getitem__, places.scalar)):
+        return tuple(_state(client, record, joint) for joint in places.joints)
+    applied = scene.motor_forces_of(places.velocities)
+    if applied is None:
+        return tuple(_state(client, record, joint) for joint in places.joints)
+    positions = record.qpos.take(places.positions).tolist()
+    velocities = record.qvel.take(places.velocities).tolist()
+    states = zip(positions, velocities, places.reactions, applied, strict=True)
+    if len(places.scalar) == len(places.joints):
+        return tuple(states)
+    return tuple(next(states) if moves else _STILL for moves in places.moves)
 
 
 @command()
@@ -196,6 +215,28 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
         _reaction(client, record, joint) if record.sensors else _NO_REACTION,
         applied if type(applied) is float else applied[0],
     )
+
+
+class _Places:
+    """Where several joints lie in MuJoCo's arrays."""
+
+    __slots__ = ("are_plain", "joints", "moves", "positions", "reactions", "scalar", "velocities")
+
+    def __init__(self, record: BodyRecord, joints: list[int]) -> None:
+        self.joints = tuple(joints)
+        self.are_plain = all(record.joint_type(joint) in (0, 1, 4) for joint in joints)
+        self.moves = [record.joint_type(joint) != 4 for joint in joints]
+        self.scalar = [joint for joint, moves in zip(joints, self.moves, strict=True) if moves]
+        self.positions = np.array([record.position_addresses[joint] for joint in self.scalar], dtype=np.intp)
+        self.velocities = np.array([record.velocity_addresses[joint] for joint in self.scalar], dtype=np.intp)
+        self.reactions = (_NO_REACTION,) * len(self.scalar)
+
+
+def _places(record: BodyRecord, joints: list[int]) -> _Places:
+    if len(record.state_places) > 64:
+        record.state_places.clear()
+    found = record.state_places[tuple(joints)] = _Places(record, joints)
+    return found
 
 
 def _state_of_many(client: Client, record: BodyRecord, joint: int) -> State:

@@ -61,12 +61,18 @@ class BodyRecord:
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
         self.chains: dict[tuple[int, ...], ChainArrays] = {}
         """For inverse kinematics, by the links that have targets."""
+        self.chain_places: Any = None
+        """Where the positions of all movable joints lie."""
         self.sensors: set[int] = set()
         """Joints whose force and torque are measured."""
         self.applied: list[Any] = [_nothing(info[2]) for info in self.infos]
         """What each joint's motor applied in the last step in which it was on."""
         self.motored = [info[2] in DEFAULT_IMPULSE for info in self.infos]
         """Joints whose motor is on."""
+        self.state_places: dict[tuple[int, ...], Any] = {}
+        """Where joints that are read together lie, by their indices."""
+        self.drives: Any = None
+        """The World's motors of this body and where each joint's is, once a script uses them."""
         self.fixed_pose: Any = None
         """Of the base's inertial frame, while it is known not to have moved."""
         self.revision = -1
@@ -97,6 +103,8 @@ class BodyRecord:
         body, data = self.body, world.data
         self.revision = world.revision
         self.fixed_pose = None
+        self.state_places.clear()
+        self.chain_places = None
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
         self.position_addresses = [int(a) for a in body.qpos_addresses]

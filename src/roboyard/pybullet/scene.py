@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from roboyard.pybullet.constraint_records import ConstraintRecord
+from roboyard.pybullet.drives import Drives
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.ids import Counter, Recycler, drop_from_order
 from roboyard.pybullet.models import BodyModel
@@ -32,7 +34,7 @@ class Scene:
         self.collision_shapes: dict[int, Any] = {}
         self.visual_shapes: dict[int, Any] = {}
         self.collision_ids, self.visual_ids = Recycler(), Recycler()
-        self.constraints: dict[int, Any] = {}
+        self.constraints: dict[int, ConstraintRecord] = {}
         self.constraint_ids = Counter(1)
         self.states: dict[int, Any] = {}
         self.state_ids = Recycler()
@@ -40,6 +42,8 @@ class Scene:
         self.efforts: dict[tuple[int, int], Any] = {}
         """Spring-damper torques by body and joint, worked out anew before each step."""
         self._without_motors: list[BodyRecord] = []
+        self.waiting: set[Drives] = set()
+        """Bodies with motor commands that have not reached the World yet."""
         self._groups: dict[tuple[int, int], tuple[int, int]] = {}
         self._pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
         self._spare: Any = None
@@ -107,6 +111,9 @@ class Scene:
         record = self.bodies.pop(number, None)
         if record is None:
             return
+        self.waiting.discard(record.drives)
+        for key in [key for key, held in self.constraints.items() if held.concerns(number)]:
+            del self.constraints[key]
         self.world.remove(record.body)
         del self._records_of_world[record.body.id]
         drop_from_order(self.order, number)
@@ -236,6 +243,12 @@ class Scene:
             self._motor_forces = self.world.motors.forces()
         return self._motor_forces
 
+    def motor_forces_of(self, dofs: Any) -> list[float] | None:
+        """What the motors of some dofs applied in the last step; None before any step of this world."""
+        if self._motor_revision != self.world.revision:
+            return None
+        return self.motor_forces().take(dofs).tolist()
+
     def joint_wrenches(self) -> Any:
         """(nbody, 6) torque and force that each body's joints carried in the last step; None before any step.
 
@@ -249,6 +262,12 @@ class Scene:
             mujoco.mj_rnePostConstraint(self.world.model, self.world.data)
             self._wrenches_known = True
         return self.world.data.cfrc_int
+
+    def flush_motors(self) -> None:
+        """Bring motor commands that wait for the next step into the World."""
+        for drives in self.waiting:
+            drives.flush()
+        self.waiting.clear()
 
     def keep_applied(self, record: BodyRecord, joint: int, *, off: bool) -> None:
         """Before a motor changes: a motor that is switched off goes on reporting what it applied last."""
@@ -273,6 +292,8 @@ class Scene:
         """One step of the client's clock, in as many parts as it has sub-steps."""
         self.apply_parameters()
         world = self.world
+        if self.waiting:
+            self.flush_motors()
         if self._without_motors:
             world.ensure_compiled()
             self.give_motors()

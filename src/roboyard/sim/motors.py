@@ -7,6 +7,7 @@ reference velocity; the reference is written between the two halves of a step.
 
 from __future__ import annotations
 
+import struct
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 MODE, KP, VELOCITY, KD, LARGEST = range(5)
 IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+_PACK = struct.Struct("5d").pack_into
 MOTORED = ("revolute", "continuous", "prismatic", "spherical")
 
 
@@ -31,7 +33,7 @@ class Motors:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._by_body: dict[int, tuple[Array, Array, Array]] = {}
+        self._by_body: dict[int, BodyMotors] = {}
         self._motors = np.zeros((0, 5))
         self._targets = np.zeros((0, 4))
         self._bounds = np.zeros((0, 2))
@@ -47,11 +49,11 @@ class Motors:
         joint: Joint,
         *,
         position: ArrayLike | None = None,
-        velocity: ArrayLike = 0.0,
-        kp: ArrayLike = 0.1,
-        kd: ArrayLike = 1.0,
-        max_force: ArrayLike = 0.0,
-        max_impulse: ArrayLike = 0.0,
+        velocity: Any = 0.0,
+        kp: Any = 0.1,
+        kd: Any = 1.0,
+        max_force: Any = 0.0,
+        max_impulse: Any = 0.0,
         max_velocity: float = 0.0,
     ) -> None:
         """Give a joint a motor, or another target.
@@ -65,12 +67,14 @@ class Motors:
             max_impulse: N m s or N s in a step, in addition.
             max_velocity: rad/s or m/s; 0 for none.
         """
-        motors, targets, bounds = self._by_body.get(joint.body.id) or self._rows(joint.body)
+        own = self.of(joint.body)
         start = joint.body.dof_offsets[joint.index]
         if joint.is_scalar:
-            values = motors, targets, bounds, start
-            self._set_scalar(joint, values, position, velocity, kp, kd, max_force, max_impulse, max_velocity)
+            mode = 1.0 if position is None else 2.0
+            target: Any = 0.0 if position is None else position
+            own.set(start, mode, target, velocity, kp, kd, max_force, max_impulse, max_velocity)
             return
+        motors, targets, bounds = own.motors, own.targets, own.bounds
         rows = slice(start, start + self._size(joint))
         motors[rows, MODE] = 1.0 if position is None else 2.0
         motors[rows, KP], motors[rows, KD] = kp, kd
@@ -80,46 +84,16 @@ class Motors:
             targets[start] = to_wxyz(position)
         if not np.isfinite(motors[rows]).all() or not np.isfinite(targets[rows]).all():
             raise RoboyardError(f"joint {joint.name!r}: a motor's target and gains are finite")
-        self._bounds_changed(joint.body, rows)
-
-    def _set_scalar(
-        self,
-        joint: Joint,
-        place: tuple[Array, Array, Array, int],
-        position: Any,
-        velocity: Any,
-        kp: Any,
-        kd: Any,
-        max_force: Any,
-        max_impulse: Any,
-        max_velocity: float,
-    ) -> None:
-        """The same for one degree of freedom; scripts call this for every joint in every step."""
-        motors, targets, bounds, row = place
-        total = velocity + kp + kd + max_velocity + (0.0 if position is None else position)
-        if not -np.inf < total < np.inf:
-            raise RoboyardError(f"joint {joint.name!r}: a motor's target and gains are finite")
-        if position is None:
-            motors[row, MODE] = 1.0
-        else:
-            motors[row, MODE] = 2.0
-            targets[row, 0] = position
-        motors[row, KP] = kp
-        motors[row, VELOCITY] = velocity
-        motors[row, KD] = kd
-        motors[row, LARGEST] = max_velocity
-        if bounds[row, 0] != max_force or bounds[row, 1] != max_impulse:
-            bounds[row, 0], bounds[row, 1] = max_force, max_impulse
-            self._bounds_changed(joint.body, slice(row, row + 1))
+        self.bounds_changed(joint.body, rows)
 
     def clear(self, joint: Joint) -> None:
         """Take a joint's motor away."""
-        motors, _, bounds = self._rows(joint.body)
+        own = self.of(joint.body)
         start = joint.body.dof_offsets[joint.index]
         rows = slice(start, start + self._size(joint))
-        motors[rows] = 0.0
-        bounds[rows] = 0.0
-        self._bounds_changed(joint.body, rows)
+        own.motors[rows] = 0.0
+        own.bounds[rows] = 0.0
+        self.bounds_changed(joint.body, rows)
 
     def applied(self, joint: Joint) -> Array:
         """(n,) N m or N the motor applied in the last step, one number for each degree of freedom."""
@@ -192,16 +166,17 @@ class Motors:
             raise RoboyardError(f"joint {joint.name!r} is {joint.type} and cannot have a motor")
         return VELOCITY_SIZE[joint.type]
 
-    def _rows(self, body: Body) -> tuple[Array, Array, Array]:
-        """A body's own rows: views of the world's arrays once those are gathered."""
-        if body.id not in self._by_body:
-            count = body.joint_dofs
-            self._by_body[body.id] = (np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))
+    def of(self, body: Body) -> BodyMotors:
+        """The motors of one body."""
+        found = self._by_body.get(body.id)
+        if found is None:
+            found = self._by_body[body.id] = BodyMotors(self, body)
             self._gathered = False
             self._world.stepping.refresh()
-        return self._by_body[body.id]
+        return found
 
-    def _bounds_changed(self, body: Body, rows: slice) -> None:
+    def bounds_changed(self, body: Body, rows: slice) -> None:
+        """Force bounds of some of a body's rows were written: tell MuJoCo."""
         world = self._world
         if self._gathered and not world.is_stale:
             first = body.first_dof
@@ -214,13 +189,59 @@ class Motors:
         nv = model.nv
         self._motors, self._targets = np.zeros((nv, 5)), np.zeros((nv, 4))
         self._bounds = np.zeros((nv, 2))
-        for body_id, rows in self._by_body.items():
+        for body_id, own in self._by_body.items():
             first = self._world.body_by_id[body_id].first_dof
-            here = slice(first, first + len(rows[0]))
-            views = self._motors[here], self._targets[here], self._bounds[here]
-            for view, values in zip(views, rows, strict=True):
-                view[:] = values
-            self._by_body[body_id] = views
+            here = slice(first, first + len(own.motors))
+            own.move_to(self._motors[here], self._targets[here], self._bounds[here])
             model.dof_solimp[here] = IMPEDANCE
         self._bound_timestep = 0.0
         self._gathered = True
+
+
+class BodyMotors:
+    """The motors of one body, by dof among its joints' dofs; scripts set every one in every step."""
+
+    __slots__ = ("_all", "_body", "_buffer", "_goals", "bounds", "motors", "targets")
+
+    def __init__(self, every: Motors, body: Body) -> None:
+        count = body.joint_dofs
+        self._all, self._body = every, body
+        self.move_to(np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))
+
+    def move_to(self, motors: Array, targets: Array, bounds: Array) -> None:
+        """Keep the rows in these arrays from now on (views of the world's)."""
+        if hasattr(self, "motors"):
+            motors[:], targets[:], bounds[:] = self.motors, self.targets, self.bounds
+        self.motors, self.targets, self.bounds = motors, targets, bounds
+        self._buffer = motors.reshape(-1).data if motors.size else memoryview(bytearray())
+        self._goals = targets.reshape(-1)
+
+    def set(
+        self,
+        row: int,
+        mode: float,
+        target: float,
+        velocity: float,
+        kp: float,
+        kd: float,
+        max_force: float,
+        max_impulse: float,
+        max_velocity: float,
+    ) -> None:
+        """Give the joint of one dof at `row` a motor: mode 1 velocity, 2 position; see `Motors.set`."""
+        total = target + velocity + kp + kd + max_velocity
+        if total - total != 0.0:  # inf and nan alike
+            raise RoboyardError(f"body {self._body.name!r}: a motor's target and gains are finite")
+        _PACK(self._buffer, row * 40, mode, kp, velocity, kd, max_velocity)
+        if mode == 2.0:
+            self._goals[4 * row] = target
+        bounds = self.bounds
+        if bounds[row, 0] != max_force or bounds[row, 1] != max_impulse:
+            bounds[row] = max_force, max_impulse
+            self._all.bounds_changed(self._body, slice(row, row + 1))
+
+    def set_bounds(self, rows: np.ndarray, max_impulse: Array) -> None:
+        """Bound several motors by what they may do in a step; N m s or N s."""
+        self.bounds[rows, 0] = 0.0
+        self.bounds[rows, 1] = max_impulse
+        self._all.bounds_changed(self._body, slice(int(rows.min()), int(rows.max()) + 1))
