@@ -106,9 +106,10 @@ def _check_loops(
 def drop_unusable_mimics(joints: Sequence[Joint], problems: Problems) -> list[Joint]:
     """Joints whose mimic names no moving joint, or leads back to itself, made free; `extra` keeps the XML."""
     by_name = {joint.name: joint for joint in joints}
+    rings = _ring_entries(by_name)
     out: list[Joint] = []
     for joint in joints:
-        reason = _mimic_problem(joint, by_name)
+        reason = _mimic_problem(joint, by_name, rings)
         if reason is None or joint.mimic is None:
             out.append(joint)
             continue
@@ -118,7 +119,29 @@ def drop_unusable_mimics(joints: Sequence[Joint], problems: Problems) -> list[Jo
     return out
 
 
-def _mimic_problem(joint: Joint, by_name: dict[str, Joint]) -> str | None:
+def _ring_entries(by_name: dict[str, Joint]) -> dict[str, str]:
+    """Joint to the first joint it leads to that follows itself, however far away; none for all others."""
+    entries: dict[str, str | None] = {}
+    for start in by_name:
+        way: dict[str, None] = {}
+        name = start
+        while name not in entries and name not in way:
+            mimic = by_name[name].mimic
+            if mimic is None or mimic.joint not in by_name:
+                entries[name] = None
+                break
+            way[name] = None
+            name = mimic.joint
+        if name in way:
+            names = list(way)
+            ring = names[names.index(name) :]
+            entries |= {member: member for member in ring}
+        for member in way:
+            entries.setdefault(member, entries[name])
+    return {name: entry for name, entry in entries.items() if entry is not None}
+
+
+def _mimic_problem(joint: Joint, by_name: dict[str, Joint], rings: dict[str, str]) -> str | None:
     if joint.mimic is None:
         return None
     leader = by_name.get(joint.mimic.joint)
@@ -126,15 +149,7 @@ def _mimic_problem(joint: Joint, by_name: dict[str, Joint]) -> str | None:
         return unknown_name("joint", joint.mimic.joint, by_name)
     if not leader.is_moving:
         return f'joint "{leader.name}", which it follows, is fixed'
-    seen = {joint.name}
-    while True:
-        if leader.name in seen:
-            return (
-                "it follows itself"
-                if leader is joint
-                else f'it follows "{leader.name}", which follows itself'
-            )
-        seen.add(leader.name)
-        if leader.mimic is None or leader.mimic.joint not in by_name:
-            return None
-        leader = by_name[leader.mimic.joint]
+    entry = rings.get(joint.name)
+    if entry is None:
+        return None
+    return "it follows itself" if entry == joint.name else f'it follows "{entry}", which follows itself'

@@ -13,8 +13,9 @@ import numpy as np
 
 from roboyard.errors import DescriptionError
 from roboyard.urdf.auditing import checks as checks
-from roboyard.urdf.auditing.draft import Draft, read_draft, refused
+from roboyard.urdf.auditing.draft import Draft
 from roboyard.urdf.auditing.findings import BLOCKS, Audit, Facts, Finding
+from roboyard.urdf.auditing.read_draft import read_draft, refused
 from roboyard.urdf.auditing.registry import CHECKS, Fault, Faults, check
 from roboyard.urdf.read import load_urdf
 from roboyard.urdf.resolve import Resolver

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from roboyard.errors import ConfigError, DescriptionError, unknown_name
-from roboyard.urdf.auditing.draft import Draft, read_draft
+from roboyard.urdf.auditing.draft import Draft
 from roboyard.urdf.auditing.findings import Audit, Finding
+from roboyard.urdf.auditing.read_draft import read_draft
 from roboyard.urdf.auditing.registry import CHECKS
 from roboyard.urdf.auditing.run import audit, judge, open_draft, quietly
 from roboyard.urdf.repairing import mends as mends

@@ -14,16 +14,6 @@ def _mimics(draft: Draft) -> Iterator[DraftJoint]:
     return (joint for joint in draft.joints if joint.mimic is not None and joint.mimic_of)
 
 
-def cycle_of(draft: Draft, joint: DraftJoint) -> list[str]:
-    """Names of the joints that follow each other in a ring through `joint`; empty where there is none."""
-    way: list[str] = []
-    current: DraftJoint | None = joint
-    while current is not None and current.mimic is not None and current.name not in way and len(way) < 1000:
-        way.append(current.name)
-        current = draft.joint_by_name.get(current.mimic_of)
-    return way if current is not None and current.name == joint.name else []
-
-
 @check(
     "mimic-without-joint",
     BLOCKS,
@@ -92,13 +82,13 @@ def mimic_fixed(draft: Draft) -> Faults:
 )
 def mimic_cycle(draft: Draft) -> Faults:
     """Joints follow each other in a ring, so that none leads."""
-    told: set[str] = set()
-    for joint in _mimics(draft):
-        ring = [] if joint.name in told else cycle_of(draft, joint)
+    for ring in draft.mimic_rings:
         if len(ring) > 1:
-            told.update(ring)
-            named = " -> ".join(f'"{name}"' for name in (*ring[:6], joint.name))
-            yield Fault(at=joint, message=f"mimic: joints follow each other in a ring ({named})")
+            named = " -> ".join(
+                f'"{name}"' for name in (*ring[:6], *(("...",) if len(ring) > 6 else ()), ring[0])
+            )
+            message = f"mimic: joints follow each other in a ring ({named})"
+            yield Fault(at=draft.joint_by_name[ring[0]], message=message)
 
 
 @check(
@@ -114,20 +104,9 @@ def mimic_chain(draft: Draft) -> Faults:
         leader = draft.joint_by_name.get(joint.mimic_of)
         if leader is None or leader is joint or leader.mimic is None or leader.mimic_of == leader.name:
             continue
-        if leader.mimic_of in draft.joint_by_name and not _leads_to_ring(draft, joint):
+        if leader.mimic_of in draft.joint_by_name and joint.name not in draft.endless_mimics:
             message = f'mimic: joint "{leader.name}", which it follows, follows "{leader.mimic_of}"'
             yield Fault(at=joint, message=message)
-
-
-def _leads_to_ring(draft: Draft, joint: DraftJoint) -> bool:
-    seen: set[str] = set()
-    current: DraftJoint | None = joint
-    while current is not None and current.mimic is not None:
-        if current.name in seen:
-            return True
-        seen.add(current.name)
-        current = draft.joint_by_name.get(current.mimic_of)
-    return False
 
 
 @check(

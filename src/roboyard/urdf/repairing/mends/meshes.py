@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from roboyard.urdf.auditing.checks.meshes import is_plainly_in_millimetres, unit_slip
+from roboyard.urdf.auditing.checks.mesh_sizes import is_plainly_in_millimetres, unit_slip
 from roboyard.urdf.auditing.draft import DraftLink, DraftShape
 from roboyard.urdf.auditing.registry import Fault
 from roboyard.urdf.repairing.registry import Bench, Change, Changes, change, mend, rounded, shown, text

@@ -39,18 +39,25 @@ def fixed_leader(bench: Bench, faults: Sequence[Fault]) -> Changes:
 @mend("mimic-chain")
 def first_leader(bench: Bench, faults: Sequence[Fault]) -> Changes:
     """Follow the first joint of the chain: q = a (b p + c) + d = (a b) p + (a c + d)."""
+    joints = bench.draft.joint_by_name
+    resolved: dict[str, tuple[str, float, float]] = {}
     for fault in faults:
         joint = fault.at
         assert isinstance(joint, DraftJoint)
         assert joint.mimic is not None
-        multiplier, offset = joint.multiplier, joint.offset
-        leader = bench.draft.joint_by_name[joint.mimic_of]
-        while leader.mimic is not None and leader.mimic_of in bench.draft.joint_by_name:
-            offset += multiplier * leader.offset
-            multiplier *= leader.multiplier
-            leader = bench.draft.joint_by_name[leader.mimic_of]
+        way: list[DraftJoint] = []
+        current = joint
+        while current.name not in resolved and current.mimic is not None and current.mimic_of in joints:
+            way.append(current)
+            current = joints[current.mimic_of]
+        leader, multiplier, offset = resolved.get(current.name, (current.name, 1.0, 0.0))
+        for follower in reversed(way):
+            offset = follower.multiplier * offset + follower.offset
+            multiplier *= follower.multiplier
+            resolved[follower.name] = leader, multiplier, offset
         before = shown(joint.mimic)
-        joint.mimic.set("joint", leader.name)
+        leader, multiplier, offset = resolved[joint.name]
+        joint.mimic.set("joint", leader)
         joint.mimic.set("multiplier", text(multiplier))
         joint.mimic.set("offset", text(offset))
         yield change(fault, before, shown(joint.mimic))
