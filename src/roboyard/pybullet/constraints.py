@@ -110,7 +110,7 @@ def changeConstraint(
     if jointChildFrameOrientation is not None:
         record.child_orientation = _unit(jointChildFrameOrientation)
     if number(maxForce) >= 0.0:
-        record.max_force = maxForce
+        record.max_force = float(maxForce)
         constraints.set_max_force(record.made, maxForce)
     if record.kind == c.JOINT_GEAR:
         _change_gear(client, record, gearRatio, gearAuxLink, relativePositionTarget, erp)
@@ -123,13 +123,13 @@ def _change_gear(
 ) -> None:
     old = (record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp)
     if number(ratio) != 0.0:
-        record.gear_ratio = ratio
+        record.gear_ratio = float(ratio)
     if whole(aux_link) >= 0:
         record.gear_aux_link = aux_link
     if number(target) < 1e32:
-        record.relative_position_target = target
+        record.relative_position_target = float(target)
     if number(erp) >= 0.0:
-        record.erp = erp
+        record.erp = float(erp)
     if (record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp) == old:
         return
     try:

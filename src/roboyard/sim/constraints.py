@@ -1,4 +1,4 @@
-"""Constraints that no joint of a tree makes: welds, ball joints and gears, each with a force bound."""
+"""Constraints that no joint of a tree makes: welds, slides, ball joints and gears, each with a force bound."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError, StaleHandleError
 from roboyard.poses import Array, normalized, to_wxyz
+from roboyard.sim.slide_rows import free_axis
 
 if TYPE_CHECKING:
     from roboyard.sim.joint import Joint
     from roboyard.sim.link import Link
     from roboyard.sim.world import World
 
-Kind = Literal["weld", "point", "gear"]
+Kind = Literal["weld", "slide", "point", "gear"]
 STIFF_SOLREF = (0.005, 1.0)
 STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 FORCE_ITERATIONS = 3
@@ -35,8 +36,12 @@ class Constraint:
     site_a: Any = None
     site_b: Any = None
     max_force: float = np.inf
-    """N or N m, on each row: three for a point, six for a weld, one for a gear."""
+    """N or N m, on each row: three for a point, six for a weld or slide, one for a gear."""
     gear_ratio: float = 0.0
+    axis: Array | None = None
+    """(3,) unit: of a slide, in the frame of link_a."""
+    tendon: Any = None
+    """Of a gear with a third joint."""
 
 
 class Constraints:
@@ -53,8 +58,11 @@ class Constraints:
 
     @property
     def is_bounded(self) -> bool:
-        """Whether any constraint has a force bound that steps have to watch."""
-        return any(np.isfinite(constraint.max_force) for constraint in self._by_id.values())
+        """Whether any constraint has a force bound, or an axis, that steps have to watch."""
+        return any(
+            constraint.kind == "slide" or np.isfinite(constraint.max_force)
+            for constraint in self._by_id.values()
+        )
 
     def add_weld(
         self,
@@ -86,25 +94,72 @@ class Constraints:
         kind, none = mujoco.mjtEq.mjEQ_CONNECT, (0, 0, 0, 1)
         return self._between("point", kind, link_a, link_b, position_a, none, position_b, none, max_force)
 
-    def add_gear(
-        self, joint_a: Joint, joint_b: Joint, ratio: float, *, max_force: float = np.inf
+    def add_slide(
+        self,
+        link_a: Link,
+        link_b: Link | None,
+        axis: ArrayLike,
+        *,
+        position_a: ArrayLike = (0, 0, 0),
+        orientation_a: ArrayLike = (0, 0, 0, 1),
+        position_b: ArrayLike = (0, 0, 0),
+        orientation_b: ArrayLike = (0, 0, 0, 1),
+        max_force: float = np.inf,
     ) -> Constraint:
-        """Couple two joints of one degree of freedom from here on: v_a + ratio v_b = 0."""
-        for joint in (joint_a, joint_b):
+        """Hold a frame of one link on a line through a frame of another, both turned alike.
+
+        Args:
+            axis: (3,) direction of the line, in the frame on link_a.
+        """
+        direction = np.array(axis, dtype=float)
+        length = np.linalg.norm(direction)
+        if direction.shape != (3,) or not length > 0:
+            raise RoboyardError(f"a slide needs an axis of three numbers that are not all zero; got {axis}")
+        made = self._between(
+            "slide",
+            mujoco.mjtEq.mjEQ_WELD,
+            link_a,
+            link_b,
+            position_a,
+            orientation_a,
+            position_b,
+            orientation_b,
+            max_force,
+        )
+        made.axis = direction / length
+        self._world.stepping.refresh()
+        return made
+
+    def add_gear(
+        self,
+        joint_a: Joint,
+        joint_b: Joint,
+        ratio: float,
+        *,
+        against: Joint | None = None,
+        max_force: float = np.inf,
+    ) -> Constraint:
+        """Couple joints of one degree of freedom from here on: v_a + ratio v_b = 0, or v_against."""
+        for joint in (joint_a, joint_b, *(() if against is None else (against,))):
             if not joint.is_scalar:
                 raise RoboyardError(f"joint {joint.name!r} is {joint.type}; gears couple hinges and slides")
-        element = self._world.spec.add_equality(
-            name=f"constraint{self._next}",
-            type=mujoco.mjtEq.mjEQ_JOINT,
-            objtype=mujoco.mjtObj.mjOBJ_JOINT,
-            name1=joint_a._built.joint_elements[0].name,
-            name2=joint_b._built.joint_elements[0].name,
-        )
+        name, spec = f"constraint{self._next}", self._world.spec
+        names = [j._built.joint_elements[0].name for j in (joint_a, joint_b, against) if j is not None]
+        tendon = None
+        kind, of, first, second = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtObj.mjOBJ_JOINT, names[0], names[1]
+        if against is not None:
+            tendon = spec.add_tendon(name=name)
+            for joint_name, coefficient in zip(names, (1.0, ratio, -1.0), strict=True):
+                tendon.wrap_joint(joint_name, coefficient)
+            kind, of, first, second = mujoco.mjtEq.mjEQ_TENDON, mujoco.mjtObj.mjOBJ_TENDON, name, ""
+        element = spec.add_equality(name=name, type=kind, objtype=of, name1=first, name2=second)
         constraint = Constraint(
             id=self._next, kind="gear", link_a=joint_a.child, link_b=joint_b.child, element=element
         )
+        constraint.tendon = tendon
         self._register(constraint, max_force)
-        self.set_gear(constraint, ratio, joint_a.position + ratio * joint_b.position)
+        offset = joint_a.position + ratio * joint_b.position
+        self.set_gear(constraint, ratio, offset if against is None else offset - against.position)
         return constraint
 
     def _between(
@@ -135,7 +190,7 @@ class Constraints:
             name1=site_a.name,
             name2=site_b.name,
         )
-        if kind == "weld":
+        if kind != "point":
             data = np.array(element.data)
             data[10] = 1.0
             element.data = data
@@ -197,10 +252,16 @@ class Constraints:
             world.model.site_sameframe[site.id] = 0
 
     def set_gear(self, constraint: Constraint, ratio: float, offset: float) -> None:
-        """Couple positions as q_a = offset - ratio q_b."""
+        """Couple positions as q_a = offset - ratio q_b; with a third joint as q_a = offset - ratio q_b + q_c.
+
+        Raises:
+            RoboyardError: another ratio for a gear of three joints; make a new one instead.
+        """
+        if constraint.tendon is not None and ratio != constraint.gear_ratio and constraint.gear_ratio:
+            raise RoboyardError("the ratio of a gear of three joints cannot change; make a new gear")
         constraint.gear_ratio = ratio
         data = np.zeros(len(constraint.element.data))
-        data[:2] = offset, -ratio
+        data[:2] = offset, 0.0 if constraint.tendon is not None else -ratio
         constraint.element.data = data
         if not self._world.is_stale:
             self._world.model.eq_data[constraint.element.id, :2] = data[:2]
@@ -216,6 +277,8 @@ class Constraints:
         self.get(constraint.id)
         spec = self._world.spec
         spec.delete(constraint.element)
+        if constraint.tendon is not None:
+            spec.delete(constraint.tendon)
         for site in (constraint.site_a, constraint.site_b):
             if site is not None:
                 spec.delete(site)
@@ -242,6 +305,19 @@ class Constraints:
         rows = np.arange(data.ne)
         mine = data.efc_id[: data.ne] == constraint.element.id
         return np.asarray(data.efc_force)[rows[mine]].copy()
+
+    def free_axes(self, model: Any, data: Any) -> None:
+        """Between the halves of a step: let slides slide."""
+        for constraint in self._by_id.values():
+            if constraint.axis is not None:
+                free_axis(
+                    model,
+                    data,
+                    constraint.element.id,
+                    constraint.site_a.id,
+                    constraint.site_b.id,
+                    constraint.axis,
+                )
 
     def bound_forces(self, model: Any, data: Any) -> None:
         """After the solver: where a row exceeds its bound, ask for less and solve again.

@@ -85,6 +85,8 @@ class Stepping:
     def _solve(self, model: Any, data: Any) -> None:
         """The second half by hand, with the solver repeated where the rules ask for it."""
         world = self._world
+        if self._bounded:
+            world.constraints.free_axes(model, data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         mujoco.mj_fwdConstraint(model, data)

@@ -1,0 +1,186 @@
+"""Welds, ball joints, slides and gears between bodies, against statics and kinematics worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+
+TWO_WHEELS = """
+<robot name="wheels">
+  <link name="world"/>
+  <link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="c"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="ja" type="continuous"><parent link="world"/><child link="a"/><axis xyz="0 0 1"/></joint>
+  <joint name="jb" type="continuous"><parent link="world"/><child link="b"/><axis xyz="0 0 1"/>
+    <origin xyz="1 0 0"/></joint>
+  <joint name="jc" type="continuous"><parent link="world"/><child link="c"/><axis xyz="0 0 1"/>
+    <origin xyz="2 0 0"/></joint>
+</robot>
+"""
+
+
+@pytest.fixture
+def box(client: int) -> int:
+    p.setGravity(0, 0, -10)
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    return p.createMultiBody(1.0, shape, basePosition=[1.0, 0.0, 1.0])
+
+
+@pytest.fixture
+def wheels(client: int, tmp_path) -> int:
+    (tmp_path / "wheels.urdf").write_text(TWO_WHEELS)
+    body = p.loadURDF(str(tmp_path / "wheels.urdf"), useFixedBase=1)
+    for joint in range(3):
+        p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0)
+    return body
+
+
+def _steps(count: int) -> None:
+    for _ in range(count):
+        p.stepSimulation()
+
+
+def _gear(body: int, a: int, b: int, **changes: float) -> int:
+    made = p.createConstraint(body, a, body, b, p.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
+    p.changeConstraint(made, maxForce=1e4, **changes)
+    return made
+
+
+def test_a_weld_to_the_world_carries_the_weight(box: int) -> None:
+    weld = p.createConstraint(box, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [1, 0, 1])
+    assert weld == 1
+    _steps(100)
+    position, turn = p.getBasePositionAndOrientation(box)
+    assert np.allclose(position, [1, 0, 1], atol=2e-4)
+    assert np.allclose(turn, [0, 0, 0, 1], atol=1e-5)
+    assert np.allclose(p.getConstraintState(weld), [0, 0, 10, 0, 0, 0], atol=1e-2)
+
+
+def test_a_weld_weaker_than_the_weight_gives_way(box: int) -> None:
+    weld = p.createConstraint(box, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [1, 0, 1])
+    p.changeConstraint(weld, maxForce=4)
+    p.changeDynamics(box, -1, linearDamping=0, angularDamping=0)
+    _steps(48)
+    assert p.getBaseVelocity(box)[0][2] == pytest.approx(-(10 - 4) * 0.2, rel=0.02)
+    assert p.getConstraintState(weld)[2] == pytest.approx(4, rel=0.01)
+
+
+def test_the_frame_of_a_weld_can_be_moved(box: int) -> None:
+    weld = p.createConstraint(box, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [1, 0, 1])
+    quarter = p.getQuaternionFromEuler([0, 0, np.pi / 2])
+    p.changeConstraint(weld, [1.2, 0, 1.5], jointChildFrameOrientation=quarter, maxForce=200)
+    _steps(240)
+    position, turn = p.getBasePositionAndOrientation(box)
+    assert np.allclose(position, [1.2, 0, 1.5], atol=2e-3)
+    assert abs(np.dot(turn, quarter)) == pytest.approx(1, abs=1e-4)
+
+
+def test_a_point_lets_turn(box: int) -> None:
+    point = p.createConstraint(box, -1, -1, -1, p.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 0.5], [1, 0, 1.5])
+    p.changeDynamics(box, -1, linearDamping=0, angularDamping=0)
+    p.resetBaseVelocity(box, [0.1, 0, 0], [0, -0.2, 0])
+    farthest = 0.0
+    for _ in range(240):
+        p.stepSimulation()
+        position, turn = p.getBasePositionAndOrientation(box)
+        hook, _ = p.multiplyTransforms(position, turn, [0, 0, 0.5], [0, 0, 0, 1])
+        assert np.allclose(hook, [1, 0, 1.5], atol=2e-3)
+        farthest = max(farthest, abs(position[0] - 1))
+    inertia = p.getDynamicsInfo(box, -1)[2][1]
+    period_over_2_pi = np.sqrt((inertia + 0.25) / (10 * 0.5))
+    assert farthest == pytest.approx(0.1 * period_over_2_pi, rel=0.03)
+    assert len(p.getConstraintState(point)) == 3
+
+
+def test_a_slide_moves_along_its_axis_only(box: int) -> None:
+    slide = p.createConstraint(
+        box, -1, -1, -1, p.JOINT_PRISMATIC, [0, 0, 1], [0, 0, 0], [1, 0, 1], [0, 0, 0, 1], [0, 0, 0, 1]
+    )
+    p.changeDynamics(box, -1, linearDamping=0, angularDamping=0)
+    p.resetBaseVelocity(box, [1, 2, 0], [0, 1, 0])
+    _steps(48)
+    position, _ = p.getBasePositionAndOrientation(box)
+    linear, angular = p.getBaseVelocity(box)
+    assert np.allclose(linear, [0, 0, -2], atol=0.05)
+    assert np.allclose(angular, 0, atol=0.05)
+    assert np.allclose(position[:2], [1, 0], atol=0.01)
+    assert len(p.getConstraintState(slide)) == 5
+
+
+def test_a_slide_is_carried_round_by_the_body_it_slides_on(wheels: int, box: int) -> None:
+    p.setGravity(0, 0, 0)
+    p.resetBasePositionAndOrientation(box, [0, 0.6, 0], [0, 0, 0, 1])
+    p.createConstraint(wheels, 0, box, -1, p.JOINT_PRISMATIC, [0, 1, 0], [0, 0, 0], [0, 0, 0])
+    p.setJointMotorControl2(wheels, 0, p.VELOCITY_CONTROL, targetVelocity=1, force=1e4)
+    _steps(120)
+    angle = p.getJointState(wheels, 0)[0]
+    position, turn = p.getBasePositionAndOrientation(box)
+    assert np.dot(position[:2], [np.cos(angle), np.sin(angle)]) == pytest.approx(0, abs=0.01)
+    assert p.getEulerFromQuaternion(turn)[2] == pytest.approx(angle, abs=0.01)
+    assert np.linalg.norm(position[:2]) > 0.6, "what swings round is flung outwards"
+
+
+def test_a_gear_of_minus_one_turns_both_wheels_alike(wheels: int) -> None:
+    _gear(wheels, 0, 1, gearRatio=-1)
+    p.setJointMotorControl2(wheels, 0, p.VELOCITY_CONTROL, targetVelocity=2, force=1e4)
+    _steps(60)
+    assert p.getJointState(wheels, 1)[1] == pytest.approx(2, abs=1e-3)
+
+
+def test_a_gear_holds_positions_where_erp_is_given(wheels: int) -> None:
+    gear = _gear(wheels, 0, 1, gearRatio=2, relativePositionTarget=0.5, erp=0.3)
+    _steps(240)
+    a, b = (p.getJointState(wheels, joint)[0] for joint in (0, 1))
+    assert a + 2 * b == pytest.approx(0.5, abs=1e-3)
+    assert p.getConstraintInfo(gear)[10:] == (1e4, 2.0, 0, 0.5, 0.3)
+
+
+def test_a_third_joint_replaces_the_standstill_of_a_gear(wheels: int) -> None:
+    _gear(wheels, 0, 1, gearRatio=1, gearAuxLink=2)
+    p.setJointMotorControl2(wheels, 2, p.VELOCITY_CONTROL, targetVelocity=3, force=1e4)
+    p.setJointMotorControl2(wheels, 0, p.VELOCITY_CONTROL, targetVelocity=1, force=1e4)
+    _steps(60)
+    assert p.getJointState(wheels, 1)[1] == pytest.approx(2, abs=1e-2)
+
+
+def test_constraints_are_listed_and_go_with_their_bodies(box: int) -> None:
+    other = p.createMultiBody(1.0, basePosition=[0, 0, 3])
+    first = p.createConstraint(box, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0.1], [1, 0, 1])
+    second = p.createConstraint(box, -1, other, -1, p.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 1], [0, 0, -1])
+    third = p.createConstraint(other, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 3])
+    assert [first, second, third] == [1, 2, 3]
+    assert p.getConstraintInfo(first) == (
+        *(box, -1, -1, -1, p.JOINT_FIXED, (0.0, 0.0, 0.0), (0.0, 0.0, 0.1), (1.0, 0.0, 1.0)),
+        *((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0), 500.0, 0.0, 0, 0.0, 0.0),
+    )
+    p.removeConstraint(first)
+    p.removeConstraint(99)
+    p.changeConstraint(99, maxForce=1)
+    assert [p.getConstraintUniqueId(i) for i in range(-1, 3)] == [-1, 2, 3, -1]
+    p.removeBody(box)
+    assert p.getNumConstraints() == 1
+    _steps(3)
+    p.resetSimulation()
+    assert p.getNumConstraints() == 0
+
+
+@pytest.mark.parametrize("unknown", [0, 7, -1])
+def test_unknown_constraints(client: int, unknown: int) -> None:
+    with pytest.raises(p.error, match="Couldn't get user constraint info"):
+        p.getConstraintInfo(unknown)
+    with pytest.raises(p.error, match=r"Couldn't getConstraintState\."):
+        p.getConstraintState(unknown)
+
+
+def test_what_cannot_be_held(wheels: int) -> None:
+    with pytest.raises(p.error, match=r"createConstraint failed\."):
+        p.createConstraint(55, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 0])
+    with pytest.raises(p.error, match=r"createConstraint failed\.") as caught:
+        p.createConstraint(wheels, -1, wheels, 0, p.JOINT_GEAR, [0, 0, 0], [0, 0, 0], [0, 0, 0])
+    assert "gears couple joints" in caught.value.__notes__[0]
