@@ -13,7 +13,7 @@ from roboyard.errors import ConfigError, unknown_name
 from roboyard.robots.backends import Backend
 from roboyard.robots.controller_setup import ControllerConfig
 from roboyard.robots.definition import RobotDefinition
-from roboyard.robots.description_edits import edited
+from roboyard.robots.description_edits import driven_wheels, edited, extent_along
 from roboyard.robots.load_definition import check_fits, load_definition, parse_definition
 from roboyard.robots.postures import ResetMode
 from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
@@ -79,7 +79,7 @@ def add_robot(
             f"fixed_base: robot {model!r} cannot float; only locomotion without a holonomic base does"
         )
     collide = self_collisions if found.self_collisions is None else found.self_collisions
-    description = edited(found, description)
+    original, description = description, edited(found, description)
     body = world.add_urdf(
         description,
         position,
@@ -89,6 +89,10 @@ def add_robot(
         self_collision=collide,
         name=name or model,
     )
+    for wheel, axle in driven_wheels(found, original).items():
+        if original.link_by_name[wheel].collisions:
+            low, high = extent_along(original.link_by_name[wheel], axle.axis)
+            body.link(wheel).flatten_balls(scale * (high - low) / 2)
     try:
         for a, b in found.disabled_collision_pairs or ():
             if a != b:

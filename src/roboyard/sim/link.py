@@ -137,6 +137,21 @@ class Link:
                 model.geom_condim[row], model.geom_priority[row] = geom.condim, 1
                 model.geom_friction[row, 0] = friction
 
+    def flatten_balls(self, half_width: float) -> None:
+        """Make this link's collision balls ellipsoids of this half width (m) along their z axes.
+
+        A wheel of that form touches the floor in one point below its axle, where a cylinder touches it with two
+        edges that scrub in turns.
+        """
+        import mujoco
+
+        for geom in self._built.geoms:
+            if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE:
+                radius = geom.size[0]
+                geom.type = mujoco.mjtGeom.mjGEOM_ELLIPSOID
+                geom.size = [radius, radius, min(half_width, radius)]
+        self.body.world.mark_stale()
+
     @property
     def restitution(self) -> float:
         """Coefficient of restitution, 0 to 1: speed after a bounce over speed before it."""
