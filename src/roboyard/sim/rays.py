@@ -58,8 +58,8 @@ class RayHits:
 def cast(world: World, starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> RayHits:
     """Cast rays from `starts` to `ends`, each (k, 3) or (3,) m in the world.
 
-    Rays from one common start share their broad phase and are several times faster. A surface is seen from
-    outside: a ray that starts within a shape leaves it unseen.
+    Rays from one common start share their broad phase and are several times faster. A ray that starts
+    within a shape meets that shape's surface from inside.
 
     Args:
         visual: meet the visual shapes instead of the collision shapes.
