@@ -14,7 +14,7 @@ from roboyard.formats.yaml_text import Column, annotate, dump, number
         (0.1, "0.1"),
         (0.0612345678, "0.0612346"),
         (15.0, "15.0"),
-        (-0.0, "-0.0"),
+        (-0.0, "0.0"),
         (1e-7, "1.0e-07"),
         (2e20, "2.0e+20"),
     ],

@@ -46,7 +46,7 @@ _Dumper.add_representer(float, _float)
 
 def number(value: float) -> str:
     """Six significant digits, always with a decimal point and never a bare exponent."""
-    text = f"{value:.{_DIGITS}g}"
+    text = f"{value + 0.0:.{_DIGITS}g}"
     if "e" in text:
         mantissa, _, exponent = text.partition("e")
         return f"{mantissa if '.' in mantissa else mantissa + '.0'}e{exponent}"
