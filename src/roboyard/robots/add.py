@@ -119,7 +119,7 @@ def _loaded(
     robot: str | Path | RegisteredRobot | RobotDescription, definition: DefinitionSource | None
 ) -> tuple[str, RobotDescription, RobotDefinition, Path | None]:
     """Name, description, definition and the definition's file."""
-    if isinstance(robot, str) and definition is None and not _is_file(robot):
+    if isinstance(robot, str) and not _is_file(robot):
         robot = REGISTERED_ROBOTS.find(robot)
     if isinstance(robot, RegisteredRobot):
         own, file = (robot.definition, robot.file) if definition is None else _read(definition)
