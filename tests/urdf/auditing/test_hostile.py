@@ -109,16 +109,16 @@ def test_hostile_input_is_refused_quickly(name: str, tmp_path: Path) -> None:
 
 
 def test_many_overlapping_shapes_take_no_longer(tmp_path: Path) -> None:
-    """5000 links on one hub, all in one place."""
-    links = [link(f"l{k}") for k in range(5000)]
+    """2000 links on one hub, all in one place."""
+    links = [link(f"l{k}") for k in range(2000)]
     joints = [
         f'<joint name="j{k}" type="continuous"><parent link="hub"/><child link="l{k}"/>'
         '<axis xyz="0 0 1"/></joint>'
-        for k in range(5000)
+        for k in range(2000)
     ]
     text = f'<robot name="star">{link("hub")}{"".join(links)}{"".join(joints)}</robot>'
     found = in_a_child(write_case(text, tmp_path), tmp_path / "out")
-    assert found["cpu_s"] < 20.0  # audited, repaired, and audited again
+    assert found["cpu_s"] < 10.0  # audited, repaired, and audited again
     assert found["peak_mib"] < 1024
 
 
@@ -180,16 +180,15 @@ def test_nothing_is_left_where_a_repair_is_refused(tmp_path: Path) -> None:
 
 
 def test_thousands_of_joints_that_follow_each_other_take_seconds(tmp_path: Path) -> None:
-    count = 5000
+    count = 2000
     links = "".join(f'<link name="l{k}"/>' for k in range(count))
     joints = "".join(
-        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 0 1"/>'
-        + (f'<mimic joint="j{k - 1}"/>' if k else "")
-        + "</joint>"
+        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/>'
+        '<axis xyz="0 0 1"/>' + (f'<mimic joint="j{k - 1}"/>' if k else "") + "</joint>"
         for k in range(count - 1)
     )
     file = write_case(f'<robot name="r">{links}{joints}</robot>', tmp_path)
     found = in_a_child(file, tmp_path / "out")
     assert "mimic-chain" in found["codes"]
-    assert found["cpu_s"] < 20.0  # audited, repaired, and audited again
+    assert found["cpu_s"] < 10.0  # audited, repaired, and audited again
     assert '<mimic joint="j0"' in (tmp_path / "out" / "arm.urdf").read_text()
