@@ -7,22 +7,12 @@ import pytest
 
 import roboyard.pybullet as p
 
-TWO_WHEELS = """
-<robot name="wheels">
-  <link name="world"/>
-  <link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="c"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="ja" type="continuous"><parent link="world"/><child link="a"/><axis xyz="0 0 1"/></joint>
-  <joint name="jb" type="continuous"><parent link="world"/><child link="b"/><axis xyz="0 0 1"/>
-    <origin xyz="1 0 0"/></joint>
-  <joint name="jc" type="continuous"><parent link="world"/><child link="c"/><axis xyz="0 0 1"/>
-    <origin xyz="2 0 0"/></joint>
-</robot>
-"""
+_WHEEL = """<link name="{0}"><inertial><mass value="1"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+<collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+<joint name="joint_{0}" type="continuous"><parent link="world"/><child link="{0}"/>
+<axis xyz="0 0 1"/><origin xyz="{1} 0 0"/></joint>"""
+THREE_WHEELS = "".join(_WHEEL.format(name, 3 * place) for place, name in enumerate("abc"))
 
 
 @pytest.fixture
@@ -34,7 +24,7 @@ def box(client: int) -> int:
 
 @pytest.fixture
 def wheels(client: int, tmp_path) -> int:
-    (tmp_path / "wheels.urdf").write_text(TWO_WHEELS)
+    (tmp_path / "wheels.urdf").write_text(f'<robot name="wheels"><link name="world"/>{THREE_WHEELS}</robot>')
     body = p.loadURDF(str(tmp_path / "wheels.urdf"), useFixedBase=1)
     for joint in range(3):
         p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0)

@@ -1,4 +1,4 @@
-"""Constraints that no joint of a tree makes: welds, slides, ball joints and gears, each with a force bound."""
+"""Constraints that no joint of a tree makes: welds, slides, points and gears, each with a force bound."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError, StaleHandleError
 from roboyard.poses import Array, normalized, to_wxyz
-from roboyard.sim.slide_rows import free_axis
+from roboyard.sim.constraint_rows import bound_rows, free_axis, row_scale
 
 if TYPE_CHECKING:
     from roboyard.sim.joint import Joint
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 Kind = Literal["weld", "slide", "point", "gear"]
 STIFF_SOLREF = (0.005, 1.0)
 STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
-FORCE_ITERATIONS = 3
+CORRECTION = 0.2
+"""Of a bounded constraint: share of its error closed in a step. It asks for a velocity, so that a bound that
+is too tight to brake in time cannot make it swing."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -52,6 +54,7 @@ class Constraints:
         self._by_id: dict[int, Constraint] = {}
         self._next = 1
         self._bounds: np.ndarray | None = None
+        self._tuned_timestep = 0.0
 
     def __len__(self) -> int:
         return len(self._by_id)
@@ -270,6 +273,7 @@ class Constraints:
         """N or N m, on each row."""
         constraint.max_force = max_force
         self._bounds = None
+        self._tuned_timestep = 0.0
         self._world.stepping.refresh()
 
     def remove(self, constraint: Constraint) -> None:
@@ -296,6 +300,7 @@ class Constraints:
     def invalidate(self) -> None:
         """MuJoCo's arrays are new."""
         self._bounds = None
+        self._tuned_timestep = 0.0
 
     # --------------------------------------------------------------------------------------------- in a step
 
@@ -304,7 +309,22 @@ class Constraints:
         data = self._world.data
         rows = np.arange(data.ne)
         mine = data.efc_id[: data.ne] == constraint.element.id
-        return np.asarray(data.efc_force)[rows[mine]].copy()
+        if not mine.any():
+            return np.zeros(0)
+        scale = row_scale(self._world.model, data)
+        return (np.asarray(data.efc_force)[: data.ne] * scale)[rows[mine]]
+
+    def prepare(self, model: Any) -> None:
+        """Before a step: how hard bounded constraints pull, which depends on the time step."""
+        timestep = model.opt.timestep
+        if timestep == self._tuned_timestep:
+            return
+        self._tuned_timestep = timestep
+        most = STIFF_SOLIMP[1]
+        for constraint in self._by_id.values():
+            if np.isfinite(constraint.max_force):
+                pull = (-CORRECTION * most**2 / timestep**2, -most / timestep)
+                model.eq_solref[constraint.element.id] = pull
 
     def free_axes(self, model: Any, data: Any) -> None:
         """Between the halves of a step: let slides slide."""
@@ -320,30 +340,11 @@ class Constraints:
                 )
 
     def bound_forces(self, model: Any, data: Any) -> None:
-        """After the solver: where a row exceeds its bound, ask for less and solve again.
-
-        A row's force grows with the acceleration it asks for, by about one over the row's inverse inertia;
-        a few repetitions bring it to the bound.
-        """
+        """After the solver: see that no row goes beyond its bound."""
         bounds = self._bounds
         if bounds is None:
             bounds = self._bounds = np.full(model.neq, np.inf)
             for constraint in self._by_id.values():
                 bounds[constraint.element.id] = constraint.max_force
-        ne = data.ne
-        if ne == 0:
-            return
-        bound = bounds[data.efc_id[:ne]]
-        impedance = data.efc_KBIP[:ne, 2]
-        inverse = data.efc_R[:ne] * impedance / (1.0 - impedance)  # MuJoCo's estimate of J M^-1 J'
-        acceleration = np.empty(data.nefc)
-        for _ in range(FORCE_ITERATIONS):
-            force = data.efc_force[:ne]
-            excess = force - np.clip(force, -bound, bound)
-            if not (np.abs(excess) > 1e-3 * bound).any():
-                return
-            mujoco.mj_mulJacVec(model, data, acceleration, data.qacc)
-            over = excess != 0
-            data.efc_aref[:ne][over] = (acceleration[:ne] - inverse * excess)[over]
-            data.qacc_warmstart[:] = data.qacc
-            mujoco.mj_fwdConstraint(model, data)
+        if data.ne:
+            bound_rows(model, data, bounds[data.efc_id[: data.ne]])

@@ -70,6 +70,8 @@ class Stepping:
         world = self._world
         if self._motors:
             world.motors.prepare(model)
+        if self._bounded:
+            world.constraints.prepare(model)
         mujoco.mj_step1(model, data)
         if self._surfaces:
             world.surfaces.apply(model, data)
