@@ -227,6 +227,19 @@ def test_floating_falls_and_fixed_stays(robot: ImportedRobot, tmp_path: Path) ->
         assert drop == pytest.approx(0.5 * 9.81 * 0.2**2 if floating else 0.0, rel=0.05)
 
 
+def test_robots_on_wheels_float_unless_virtual_joints_carry_them(
+    robot: ImportedRobot, tmp_path: Path
+) -> None:
+    wheeled = replace(robot, wheel_links=("puck",))
+    for case, (given, floats) in {
+        "bare": (robot, False),
+        "wheels": (wheeled, True),
+        "glides": (replace(wheeled, holonomic=True), False),
+    }.items():
+        model = load(given, tmp_path / case)
+        assert (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any() == floats
+
+
 def test_a_link_called_world_gets_another_name(robot: ImportedRobot, tmp_path: Path) -> None:
     links = tuple(replace(li, name="world") if li.name == "base" else li for li in robot.description.links)
     joints = tuple(replace(j, parent="world") if j.parent == "base" else j for j in robot.description.joints)

@@ -32,10 +32,12 @@ def faces_by_color(mesh: TriangleMesh) -> list[tuple[RGBA, np.ndarray]]:
     """Colours of a mesh with the indices of their faces, most faces first; empty for one without colours."""
     if mesh.colors is None:
         return []
-    colors, which = np.unique(mesh.colors, axis=0, return_inverse=True)
-    which = which.ravel()
+    packed = np.ascontiguousarray(mesh.colors).view(np.uint32).ravel()
+    if (packed == packed[0]).all():
+        return [(_rgba(mesh.colors[0]), np.arange(len(packed)))]
+    colors, first, which = np.unique(packed, return_index=True, return_inverse=True)
     order = np.argsort(-np.bincount(which, minlength=len(colors)), kind="stable")
-    return [(_rgba(colors[k]), np.flatnonzero(which == k)) for k in order]
+    return [(_rgba(mesh.colors[first[k]]), np.flatnonzero(which == k)) for k in order]
 
 
 def _rgba(color: np.ndarray) -> RGBA:

@@ -3,7 +3,7 @@
 | concept | where it goes |
 | --- | --- |
 | link | `<body>` of the same name and frame, never fused |
-| root | fixed to the world, or on a `<freejoint>` when asked to float |
+| root | fixed to the world; on a `<freejoint>` if asked to float, or on wheels |
 | inertial | `<inertial>` with principal moments; geoms weigh nothing |
 | moving part without mass | a trace of the robot's mass, since MuJoCo cannot move nothing |
 | visual | geom of class `visual` (group 2, no contact); a mesh of several colours becomes a geom for each |

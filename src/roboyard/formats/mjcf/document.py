@@ -30,13 +30,15 @@ CAMERA_FOVY = math.degrees(2 * math.atan(15.2908 / 2 / 17.0))
 """Degrees: of a focal length of 17 beside an aperture of 15.2908, the camera of the USD stage."""
 
 
-def write(robot: ImportedRobot, path: Path | str, *, floating: bool = False) -> Written:
+def write(robot: ImportedRobot, path: Path | str, *, floating: bool | None = None) -> Written:
     """Write a robot as MJCF with `meshes/` and `textures/` beside it.
 
     Args:
         robot: what to write.
         path: the `.xml` file.
-        floating: put the root on a free joint; else it is fixed to the world.
+        floating: put the root on a free joint, else it is fixed to the world; by default robots on wheels
+            that have no virtual joints float, as in OmniGibson.
+
 
     Raises:
         MeshError: a mesh file cannot be read.
@@ -44,6 +46,8 @@ def write(robot: ImportedRobot, path: Path | str, *, floating: bool = False) -> 
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
     description = robot.description
+    if floating is None:
+        floating = bool(robot.wheel_links) and not robot.holonomic
     notes: list[str] = []
     root = ET.Element("mujoco", model=robot.name)
     # strippath off: files keep their folders; inertiafromgeom off: masses are the file's own
