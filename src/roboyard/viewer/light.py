@@ -1,0 +1,75 @@
+"""Light, haze and the first camera of a page, as near to `roboyard.cameras` as a browser gets."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.cameras.light import Light
+from roboyard.poses import Array, quaternion_from_axis_angle, to_wxyz
+
+if TYPE_CHECKING:
+    from roboyard.sim import World
+
+FOVY = math.radians(45.0)
+"""Vertical opening angle of a fresh page."""
+VIEW_FROM = (1.0, -0.75, 0.5)
+"""Direction from what is looked at towards a fresh page's camera: robots face +x."""
+LEAST_EXTENT, MOST_EXTENT = 0.2, 12.0
+"""m: a fresh page shows at least and at most this much."""
+
+
+def set_light(server: Any) -> None:
+    """One sun with shadows and a sky, and haze in the distance."""
+    light = Light()
+    scene = server.scene
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map(None)
+    # three.js shows albedo · intensity / π
+    sun = math.pi * light.diffuse * (1.0 - light.sky)
+    above = math.pi * (light.ambient + light.diffuse * light.sky)
+    below = light.ambient / (light.ambient + light.diffuse * light.sky)
+    scene.add_light_directional(
+        "/lights/sun", intensity=sun, cast_shadow=True, wxyz=_turn_y_to(light.direction), position=(0, 0, 0)
+    )
+    ground = round(255 * below)
+    scene.add_light_hemisphere(
+        "/lights/sky",
+        intensity=above,
+        ground_color=(ground, ground, ground),
+        wxyz=_turn_y_to((0.0, 0.0, 1.0)),
+    )
+    scene.configure_fog(20.0, 60.0, color=(255, 255, 255))
+
+
+def aim_camera(server: Any, world: World) -> None:
+    """Let a fresh page look at the bodies that are no endless floor."""
+    lower, upper = extent(world)
+    centre = 0.5 * (lower + upper)
+    radius = 0.5 * float(np.clip(np.linalg.norm(upper - lower), LEAST_EXTENT, MOST_EXTENT))
+    direction = np.array(VIEW_FROM) / np.linalg.norm(VIEW_FROM)
+    camera = server.initial_camera
+    camera.fov = FOVY
+    camera.look_at = centre
+    camera.position = centre + direction * 0.9 * radius / math.sin(0.5 * FOVY)
+
+
+def extent(world: World) -> Array:
+    """(2, 3) box around all bodies that have a size; m."""
+    boxes = [body.bounds for body in world.bodies]
+    boxes = [box for box in boxes if np.isfinite(box).all() and np.ptp(box, axis=0).max() > 0]
+    if not boxes:
+        return np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 1.0]])
+    return np.stack([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
+
+
+def _turn_y_to(direction: tuple[float, float, float]) -> Array:
+    """Quaternion (w, x, y, z) that turns +y, from where three.js lets its lights shine, to a direction."""
+    target = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    axis = np.cross((0.0, 1.0, 0.0), target)
+    sine = float(np.linalg.norm(axis))
+    if sine < 1e-9:
+        return to_wxyz(quaternion_from_axis_angle((1.0, 0.0, 0.0), 0.0 if target[1] > 0 else math.pi))
+    return to_wxyz(quaternion_from_axis_angle(axis / sine, math.atan2(sine, float(target[1]))))

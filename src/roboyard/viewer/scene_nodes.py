@@ -1,0 +1,145 @@
+"""The page's scene: one frame for each link, with the link's shapes hanging from it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.cameras.scene import RenderShape
+from roboyard.poses import quaternion_from_matrix, to_wxyz
+from roboyard.viewer.glb import glb
+from roboyard.viewer.snapshot import Links
+
+log = logging.getLogger("roboyard.viewer")
+
+STILL = 1e-6
+"""m, and the same of a quaternion: less than this is no movement worth sending."""
+
+Look = tuple[Any, ...]
+
+
+class SceneNodes:
+    """Keeps the nodes of a viser scene in step with the shapes and poses it is given."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._frames: dict[str, Any] = {}
+        self._shapes: dict[Look, tuple[Any, RenderShape]] = {}
+        self._shown: Sequence[RenderShape] | None = None
+        self._links: Links | None = None
+        self._rows = np.zeros(0, dtype=np.intp)
+        self._positions = np.zeros((0, 3))
+        self._quaternions = np.zeros((0, 4))
+        self._count = 0
+        self.on_click: Callable[[tuple[int, int]], None] | None = None
+        """Called with body id and link index when someone clicks a shape; set it before `show`."""
+        self.visible = True
+
+    def show(self, shapes: Sequence[RenderShape], links: Links) -> None:
+        """Make the nodes those of these links and shapes; what stays is not sent again."""
+        if shapes is self._shown and links is self._links:
+            return
+        self._show_links(links)
+        wanted = {
+            _look(links.paths[shape.owner], shape): shape for shape in shapes if shape.owner in links.paths
+        }
+        for look in [look for look in self._shapes if look not in wanted]:
+            handle, _ = self._shapes.pop(look)
+            if look[0] in self._frames:
+                handle.remove()
+        for look, shape in wanted.items():
+            if look not in self._shapes:
+                handle = self._add(look[0], shape)
+                if handle is not None:
+                    self._shapes[look] = handle, shape
+        self._shown = shapes
+
+    def _show_links(self, links: Links) -> None:
+        if links is self._links:
+            return
+        for path in [path for path in self._frames if path not in links.rows]:
+            for look in [look for look in self._shapes if look[0] == path]:
+                self._shapes.pop(look)[0].remove()
+            self._frames.pop(path).remove()
+        for path in links.rows:
+            if path not in self._frames:
+                self._frames[path] = self._scene.add_frame(path, show_axes=False)
+        self._drop_empty_bodies(links)
+        self._links = links
+        paths = list(self._frames)
+        self._rows = np.array([links.rows[path] for path in paths], dtype=np.intp)
+        self._positions = np.array([self._frames[path].position for path in paths]).reshape(-1, 3)
+        self._quaternions = np.array([self._frames[path].wxyz for path in paths]).reshape(-1, 4)
+
+    def _drop_empty_bodies(self, links: Links) -> None:
+        kept = {path.split("/")[1] for path in links.rows}
+        bodies = {path.split("/")[1] for path in (self._links.rows if self._links is not None else ())}
+        for body in bodies - kept:
+            self._scene.remove_by_name(f"/{body}")
+
+    def _add(self, path: str, shape: RenderShape) -> Any:
+        try:
+            data = glb(shape)
+        except (ValueError, OSError) as error:
+            log.warning("a shape of %s cannot be shown: %s", path, error)
+            return None
+        self._count += 1
+        handle = self._scene.add_glb(
+            f"{path}/visual {self._count}",
+            data,
+            position=tuple(float(v) for v in shape.position),
+            wxyz=tuple(to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float)))),
+            cast_shadow=not shape.infinite,
+            visible=self.visible,
+        )
+        if self.on_click is not None:
+            click, owner = self.on_click, shape.owner
+            handle.on_click(lambda _: click(owner))
+        return handle
+
+    def set_visible(self, visible: bool) -> None:
+        """Show or hide all shapes that are no floor."""
+        self.visible = visible
+        for handle, shape in self._shapes.values():
+            handle.visible = visible or shape.infinite
+
+    def move(self, positions: NDArray, quaternions: NDArray) -> int:
+        """Send the poses of links that moved; returns how many did.
+
+        Args:
+            positions: (nbody, 3) m, rows as in MuJoCo.
+            quaternions: (nbody, 4) w, x, y, z.
+        """
+        if not len(self._rows):
+            return 0
+        places, turns = positions[self._rows], quaternions[self._rows]
+        shifted = np.abs(places - self._positions).max(axis=1) > STILL
+        turned = np.abs(turns - self._quaternions).max(axis=1) > STILL
+        frames = list(self._frames.values())
+        for k in np.flatnonzero(shifted):
+            frames[k].position = places[k]
+        for k in np.flatnonzero(turned):
+            frames[k].wxyz = turns[k]
+        self._positions[shifted], self._quaternions[turned] = places[shifted], turns[turned]
+        return int((shifted | turned).sum())
+
+
+def _look(path: str, shape: RenderShape) -> Look:
+    """What tells one drawn shape from another; the node's path comes first."""
+    return (
+        path,
+        id(shape.mesh),
+        shape.scale,
+        tuple(shape.rgba),
+        shape.use_mesh_colors,
+        shape.checker,
+        id(shape.texture),
+        shape.specular,
+        shape.infinite,
+        np.asarray(shape.position, dtype=float).tobytes(),
+        np.asarray(shape.rotation, dtype=float).tobytes(),
+    )

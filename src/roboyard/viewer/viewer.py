@@ -1,0 +1,186 @@
+"""`Viewer`: a world on a web page, live."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from dataclasses import replace
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from roboyard.viewer.light import aim_camera, set_light
+from roboyard.viewer.notebook import frame_html
+from roboyard.viewer.scene_nodes import SceneNodes
+from roboyard.viewer.server import DEFAULT_PORT, open_server, stop_server
+from roboyard.viewer.snapshot import Links, Poser, Snapshot, gather_links, take
+
+if TYPE_CHECKING:
+    from roboyard.sim import World
+
+log = logging.getLogger("roboyard.viewer")
+
+RATE = 60.0
+"""Hz: most pictures a second."""
+
+
+class Viewer:
+    """A page that shows a world while it is stepped; any number of browsers may have it open.
+
+    Stepping never waits for a browser: at the end of `World.step` the joint positions are copied, and a
+    thread of the viewer's own sends what moved, up to 60 times a second. With nobody watching not even the
+    copy is made. Changes without a step (a joint set by hand, say) show after `sync`.
+
+    Whoever can reach the port sees the world, so a viewer listens on this machine alone by default. Over SSH,
+    forward the port: `ssh -L 8080:localhost:8080 host`.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        host: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        *,
+        title: str = "Roboyard",
+        quiet: bool = False,
+    ) -> None:
+        """Open the page of a world; call it from the thread that steps the world.
+
+        Args:
+            world: what to show.
+            host: address to listen at; "0.0.0.0" is every network this machine is on.
+            port: first port to try; the next free one is taken where it is in use.
+            title: heading of the page's panel.
+            quiet: do not print the address.
+
+        Raises:
+            MissingExtraError: viser is not installed; the extra `gui` brings it.
+            ConfigError: nothing can listen at `host`, or no port is free.
+        """
+        self.world = world
+        self.server: Any = open_server(host, port, title)
+        """The `viser.ViserServer`: add panels and shapes of your own."""
+        self.host = host
+        self.port: int = self.server.get_port()
+        self.nodes = SceneNodes(self.server.scene)
+        self.watchers = 0
+        """How many browsers have the page open."""
+        self.frames_sent = 0
+        """Moments published so far."""
+        self._links = Links(paths={}, rows={})
+        self._revision = -1
+        self._latest: Snapshot | None = None
+        self._published: Snapshot | None = None
+        self._poser = Poser()
+        self._publishing = threading.Lock()
+        self._counting = threading.Lock()
+        self._wake = threading.Event()
+        self._closed = False
+        set_light(self.server)
+        aim_camera(self.server, world)
+        self.sync(wait=True)
+        world.after_step.append(self._after_step)
+        self.server.on_client_connect(self._on_connect)
+        self.server.on_client_disconnect(self._on_disconnect)
+        self._thread = threading.Thread(target=self._publish_forever, name="roboyard-viewer", daemon=True)
+        self._thread.start()
+        if not quiet:
+            print(f"{title} is at {self.url}", flush=True)
+
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else f"{self.watchers} watching"
+        return f"<Viewer at {self.url}: {state}>"
+
+    def __enter__(self) -> Viewer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def url(self) -> str:
+        """Address of the page on this machine."""
+        host = "localhost" if self.host in ("0.0.0.0", "::", "") else self.host  # noqa: S104
+        return f"http://[{host}]:{self.port}" if ":" in host else f"http://{host}:{self.port}"
+
+    def sync(self, *, wait: bool = False) -> None:
+        """Show the present moment without a step; call it from the thread that steps the world.
+
+        `wait` returns only when the page's state is written (browsers fetch it in their own time).
+        """
+        self._take()
+        if wait:
+            self._publish()
+
+    def close(self) -> None:
+        """Take the page down; the world goes on."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._after_step in self.world.after_step:
+            self.world.after_step.remove(self._after_step)
+        self._wake.set()
+        self._thread.join(timeout=2.0)
+        stop_server(self.server)
+
+    def _repr_html_(self) -> str:
+        return frame_html(self.url)
+
+    # ------------------------------------------------------------------------------- in the world's thread
+
+    def _after_step(self) -> None:
+        if self.watchers or self.world.revision != self._revision:
+            self._take()
+
+    def _take(self) -> None:
+        world = self.world
+        world.ensure_compiled()
+        if world.revision != self._revision:
+            self._links = gather_links(world)
+            self._revision = world.revision
+        self._latest = take(world, self._links)
+
+    # ------------------------------------------------------------------------------- in the server's threads
+
+    def _on_connect(self, _: Any) -> None:
+        with self._counting:
+            self.watchers += 1
+            first = self.watchers == 1
+        latest = self._latest
+        if first and latest is not None:
+            # nobody watched, so nothing was copied: catch up, in case the world is no longer stepped
+            self._latest = replace(latest, qpos=latest.latest_qpos())
+        self._wake.set()
+
+    def _on_disconnect(self, _: Any) -> None:
+        with self._counting:
+            self.watchers -= 1
+
+    # ----------------------------------------------------------------------------- in the viewer's own thread
+
+    def _publish_forever(self) -> None:
+        period = 1.0 / RATE
+        while not self._closed:
+            if not self.watchers:
+                self._wake.wait(timeout=1.0)
+                self._wake.clear()
+                continue
+            start = perf_counter()
+            try:
+                self._publish()
+            except Exception:
+                if self._closed:
+                    return
+                log.exception("a moment could not be shown")
+            self._wake.clear()
+            self._wake.wait(timeout=max(period - (perf_counter() - start), 0.001))
+
+    def _publish(self) -> None:
+        with self._publishing:
+            snapshot = self._latest
+            if snapshot is None or snapshot is self._published:
+                return
+            with self.server.atomic():
+                self.nodes.show(snapshot.shapes, snapshot.links)
+                self.nodes.move(*self._poser.poses(snapshot.model, snapshot.qpos))
+            self._published = snapshot
+            self.frames_sent += 1

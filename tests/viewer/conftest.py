@@ -1,0 +1,115 @@
+"""A browser's half of the conversation, spoken without a browser."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+
+class FakeBrowser:
+    """Connects as a page does and remembers what it is told."""
+
+    def __init__(self, viewer: Any) -> None:
+        import viser
+        from websockets.sync.client import connect
+
+        protocol = f"viser-v{viser.__version__}"
+        self.socket = connect(
+            f"ws://127.0.0.1:{viewer.port}", subprotocols=[protocol], max_size=None, compression=None
+        )
+        self.messages: list[dict[str, Any]] = []
+        self.send(
+            type="ViewerCameraMessage",
+            wxyz=(1.0, 0.0, 0.0, 0.0),
+            position=(3.0, 0.0, 1.0),
+            fov=1.0,
+            near=0.01,
+            far=100.0,
+            image_height=480,
+            image_width=640,
+            look_at=(0.0, 0.0, 0.0),
+            up_direction=(0.0, 0.0, 1.0),
+        )
+
+    def send(self, **message: Any) -> None:
+        import msgspec
+
+        self.socket.send(msgspec.msgpack.encode(message))
+
+    def listen(self, until: Callable[[dict[str, Any]], bool], seconds: float = 10.0) -> dict[str, Any]:
+        """The first message that fits; fails the test when there is none in time."""
+        import msgspec
+        import zstandard
+
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            try:
+                raw = self.socket.recv(timeout=0.2)
+            except TimeoutError:
+                continue
+            size = int.from_bytes(raw[8:16], "little")
+            packet = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(raw[16 : 16 + size]))
+            self.messages.extend(packet["messages"])
+            for message in packet["messages"]:
+                if until(message):
+                    return message
+        pytest.fail(f"not told in {seconds} s; {len(self.messages)} other messages")
+
+    def close(self) -> None:
+        self.socket.close()
+
+
+@pytest.fixture
+def browser() -> Iterator[Callable[[Any], FakeBrowser]]:
+    """Opens pages; they are closed when the test ends."""
+    opened = []
+
+    def open_page(viewer: Any) -> FakeBrowser:
+        opened.append(FakeBrowser(viewer))
+        return opened[-1]
+
+    yield open_page
+    for page in opened:
+        page.close()
+
+
+@pytest.fixture
+def wait() -> Callable[..., None]:
+    """Waits until something is so; fails the test when it takes too long."""
+
+    def wait_until(so: Callable[[], object], seconds: float = 10.0) -> None:
+        end = time.monotonic() + seconds
+        while not so():
+            if time.monotonic() > end:
+                pytest.fail("waited in vain")
+            time.sleep(0.01)
+
+    return wait_until
+
+
+PENDULUM = """
+<robot name="pendulum">
+  <link name="base"><visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual></link>
+  <link name="bob">
+    <inertial><origin xyz="0 0 -0.4"/><mass value="1"/>
+      <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><origin xyz="0 0 -0.4"/><geometry><sphere radius="0.08"/></geometry></visual>
+    <collision><origin xyz="0 0 -0.4"/><geometry><sphere radius="0.08"/></geometry></collision>
+  </link>
+  <joint name="hinge" type="revolute">
+    <parent link="base"/><child link="bob"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="10" velocity="5"/>
+  </joint>
+</robot>
+"""
+
+
+@pytest.fixture
+def pendulum(tmp_path: Any) -> Any:
+    """URDF file of a pendulum with one limited hinge."""
+    file = tmp_path / "pendulum.urdf"
+    file.write_text(PENDULUM)
+    return file
