@@ -16,7 +16,7 @@ from roboyard.poses import Array
 from roboyard.robots.controller_setup import Group
 from roboyard.robots.controllers.base import EYE4, GroupLimits, GroupState
 from roboyard.robots.definition import VIRTUAL_JOINTS
-from roboyard.robots.gains import Gains, default_gains
+from roboyard.robots.gains import firmness, position_damping, position_gain, velocity_gain
 from roboyard.robots.joints import JointArrays
 
 POSITION, VELOCITY, EFFORT, FREE = range(4)
@@ -51,9 +51,16 @@ class ControlLoop:
         count = len(joints.names)
         self._countdown = 0
         self._stale = True
-        self._gains: Gains | None = None
         self._kinds = np.full(count, FREE)
-        self._written_kinds: np.ndarray | None = None
+        slides = np.array([joint.type == "prismatic" for joint in joints.joints], dtype=bool)
+        self._firm = firmness(limits.effort, slides)
+        self._given_kp, self._given_kd = np.full(count, np.nan), np.full(count, np.nan)
+        for group in self.groups.values():
+            settings = group.controller.settings
+            if settings.isaac_kp is not None:
+                self._given_kp[group.places] = settings.isaac_kp
+            if settings.isaac_kd is not None:
+                self._given_kd[group.places] = settings.isaac_kd
         self._position = rest.copy()
         self._velocity, self._effort = np.zeros(count), np.zeros(count)
         self._compensated = np.ones(count)
@@ -106,11 +113,9 @@ class ControlLoop:
 
     def _wake(self) -> None:
         if self.joints.bind() or self._stale:
+            self._countdown = 0
             self.joints.refresh()
             self._stale = False
-        if self._gains is None:
-            self._gains = default_gains(self.joints, self.limits)
-            self._written_kinds = None
 
     def state_of(self, group: Group, q: Array | None = None, v: Array | None = None) -> GroupState:
         """What a group's controller sees now."""
@@ -158,40 +163,12 @@ class ControlLoop:
         self.joints.drives.write_effort(self._effort[self.joints.driven], np.arange(len(self.joints.driven)))
 
     def _write_gains(self) -> None:
-        if self._written_kinds is not None and np.array_equal(self._kinds, self._written_kinds):
-            return
-        assert self._gains is not None
-        kp = np.where(self._kinds == POSITION, self._position_kp(), 0.0)
-        kd = np.where(
-            self._kinds == POSITION,
-            self._position_kd(),
-            np.where(self._kinds == VELOCITY, self._velocity_kd(), 0.0),
-        )
+        inertia = self.joints.inertia
+        kp = position_gain(inertia, self._firm)
+        kp = np.where(np.isnan(self._given_kp), kp, self._given_kp)
+        is_position = self._kinds == POSITION
+        kd = np.where(is_position, position_damping(inertia, kp), velocity_gain(inertia))
+        kd = np.where(np.isnan(self._given_kd), kd, self._given_kd)
+        kd[self._kinds >= EFFORT] = 0.0
         driven = self.joints.driven
-        self.joints.drives.set_gains(kp[driven], kd[driven])
-        self._written_kinds = self._kinds.copy()
-
-    def _asked(self, values: Array, key: str) -> Array:
-        """Default gains with those that settings give in their place."""
-        out = values.copy()
-        for group in self.groups.values():
-            given = getattr(group.controller.settings, key)
-            if given is not None:
-                out[group.places] = given
-        return out
-
-    def _position_kp(self) -> Array:
-        assert self._gains is not None
-        return self._asked(self._gains.position_kp, "isaac_kp")
-
-    def _position_kd(self) -> Array:
-        assert self._gains is not None
-        # a stiffness of one's own keeps its damping critical
-        ratio = np.sqrt(self._position_kp() / np.maximum(self._gains.position_kp, 1e-12))
-        return self._asked(self._gains.position_kd * ratio, "isaac_kd")
-
-    def _velocity_kd(self) -> Array:
-        assert self._gains is not None
-        return self._asked(self._gains.velocity_kd, "isaac_kd")
-
-
+        self.joints.drives.write_gains(np.where(is_position, kp, 0.0)[driven], kd[driven])

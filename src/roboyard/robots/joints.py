@@ -30,7 +30,7 @@ class JointArrays:
         """Joints that have a drive; mimics have none."""
         self.drives = body.world.drives.vector([self.joints[i] for i in self.driven])
         self._revision = -1
-        self._qpos = self._dofs = np.zeros(0, dtype=np.intp)
+        self._qpos = self._dofs = self._diagonal = np.zeros(0, dtype=np.intp)
         self._full = np.zeros((0, 0))
 
     @property
@@ -52,6 +52,7 @@ class JointArrays:
         self._qpos = body.qpos_addresses[order].astype(np.intp)
         self._dofs = body.dof_addresses[order].astype(np.intp)
         self._full = np.zeros((world.model.nv, world.model.nv))
+        self._diagonal = (world.model.M_rowadr + world.model.M_rownnz - 1)[self._dofs]
         self._revision = world.revision
         return True
 
@@ -95,6 +96,11 @@ class JointArrays:
         found = np.zeros(len(self.names))
         found[self.driven] = self.drives.applied
         return found
+
+    @property
+    def inertia(self) -> Array:
+        """kg m² or kg that each joint moved at the last step, all others held."""
+        return self.world.data.M[self._diagonal]
 
     def mass_matrix(self, places: Indices) -> Array:
         """(k, k) joint-space inertia of some joints at the last step, all others held."""

@@ -61,19 +61,16 @@ class DriveVector:
             self._bind()
         self._world.data.ctrl[self._effort[where]] = effort
 
-    def set_gains(self, stiffness: Array, damping: Array) -> None:
-        """Set kp (N m/rad or N/m) and kd (N m s/rad or N s/m) of all joints."""
-        kp, kd = np.asarray(stiffness, dtype=float), np.asarray(damping, dtype=float)
-        if not (np.isfinite(kp).all() and np.isfinite(kd).all() and (kp >= 0).all() and (kd >= 0).all()):
-            raise RoboyardError("drive gains must be finite and at least 0")
-        self._bind()
-        for element, p, d in zip(self._elements, kp, kd, strict=True):
-            bias = element.biasprm
-            bias[1], bias[2] = -p, -d
-            element.biasprm = bias
-        model = self._world.model
-        model.actuator_biasprm[self._rows, 1] = -kp
-        model.actuator_biasprm[self._rows, 2] = -kd
+    def write_gains(self, stiffness: Array, damping: Array) -> None:
+        """Set kp (N m/rad or N/m) and kd (N m s/rad or N s/m) of all joints.
+
+        They last until bodies come or go: who drives a robot writes them at every control step.
+        """
+        if self._revision != self._world.revision or self._world.is_stale:
+            self._bind()
+        bias = self._world.model.actuator_biasprm
+        bias[self._rows, 1] = -stiffness
+        bias[self._rows, 2] = -damping
 
     @property
     def inputs(self) -> tuple[Array, Array, Array]:

@@ -2,7 +2,8 @@
 
 ω_left = (v - ω L/2) / r, ω_right = (v + ω L/2) / r with wheel radius r and axle length L. A command of one means
 v_max = w_max r, or ω_max = 2 v_max / L. Where both together ask more of a wheel than it can, both wheels slow
-down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends it).
+down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends it). An integral brings
+the wheels to their speeds under load, see `velocity_integral`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from roboyard.robots.controllers.base import (
     GroupState,
     MotorType,
 )
+from roboyard.robots.controllers.velocity_integral import VelocityIntegral
 
 
 class DifferentialDriveSettings(ControllerSettings):
@@ -45,6 +47,7 @@ class DifferentialDriveController(Controller):
                 f"both wheels need the same velocity limit; they have {limits.velocity[0]} and {limits.velocity[1]}"
             )
         super().__init__(limits, settings)
+        self._integral = VelocityIntegral(limits.velocity)
 
     @property
     def command_dim(self) -> int:
@@ -70,7 +73,11 @@ class DifferentialDriveController(Controller):
         return np.zeros(2)
 
     def _control(self, state: GroupState) -> Control:
-        return Control(kind="velocity", value=self.goal)
+        return Control(kind="velocity", value=self._integral.corrected(self.goal, state.v, state.dt))
+
+    def reset(self) -> None:
+        super().reset()
+        self._integral.reset()
 
     def _noop(self, state: GroupState) -> Array:
         return np.zeros(2)

@@ -1,7 +1,8 @@
 """JointController: positions, velocities or efforts of joints, as they are or as changes.
 
     position   r ← r + clip(q* - r, ±v_max dt), then u = r         (r starts at the joint's position)
-    velocity   u = q̇*; once all are zero and the joints rest, u = the positions they rest at
+    velocity   u = q̇* + i, with i the integral of `velocity_integral`; once all are zero and the joints rest,
+               u = the positions they rest at
     effort     u = τ*
     with use_impedances
     position   τ = M (kp (r - q) - kd q̇) + b,  kd = 2 ζ √kp
@@ -30,6 +31,7 @@ from roboyard.robots.controllers.base import (
     GroupState,
     MotorType,
 )
+from roboyard.robots.controllers.velocity_integral import VelocityIntegral
 
 REST_SPEED = 0.01
 """rad/s or m/s: below this a joint whose wanted velocity is zero counts as resting."""
@@ -88,6 +90,7 @@ class JointController(Controller):
         self._reference: Array | None = None
         self._rest: Array | None = None
         self._history: list[Array] = []
+        self._integral = VelocityIntegral(limits.velocity)
         for triple in settings.compute_delta_in_quat_space or ():
             if not all(0 <= place < limits.size for place in triple):
                 from roboyard.errors import ConfigError
@@ -114,6 +117,7 @@ class JointController(Controller):
         super().reset()
         self._reference = self._rest = None
         self._history.clear()
+        self._integral.reset()
 
     def _default_output_limits(self) -> tuple[ArrayLike, ArrayLike]:
         return self.limits.of(self.settings.motor_type)
@@ -168,12 +172,15 @@ class JointController(Controller):
     def _velocity(self, goal: Array, state: GroupState) -> Control:
         if not self.settings.hold_position or goal.any():
             self._rest = None
-            return Control(kind="velocity", value=goal)
+            return self._moving(goal, state)
         if self._rest is None:
             if np.abs(state.v).max(initial=0.0) > REST_SPEED:
-                return Control(kind="velocity", value=goal)
+                return self._moving(goal, state)
             self._rest = state.q.copy()
         return Control(kind="position", value=self._rest)
+
+    def _moving(self, goal: Array, state: GroupState) -> Control:
+        return Control(kind="velocity", value=self._integral.corrected(goal, state.v, state.dt))
 
     def _effort(self, acceleration: Array, state: GroupState) -> Control:
         assert state.mass_matrix is not None
