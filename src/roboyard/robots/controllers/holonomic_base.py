@@ -5,6 +5,8 @@ With R, p the pose of the base in the frame its virtual joints start from, and a
     velocity   (v_x, v_y) = R_xy(ω dt / 2) R (c_x, c_y),  ω = c_ω
     position   (x, y) = p + R (c_x, c_y),  rz = rz + c_ω
 
+Velocities change by `max_acceleration` at most, in the base's frame, so that a tall robot does not tip over.
+
 The goal is the command itself, turned into the base's present frame at every step, and by half the turn that
 the base makes before the next one; so a held command drives an arc (OmniGibson freezes the direction at the time
 of the command). A base told to stand holds its place. Joint angles keep growing over a full turn.
@@ -31,11 +33,15 @@ from roboyard.robots.controllers.joint import JointController, JointSettings
 
 class HolonomicBaseSettings(JointSettings):
     motor_type: MotorType = "velocity"
+    max_acceleration: tuple[float, float, float] | None = (1.5, 1.5, 3.0)
+    """m/s², m/s², rad/s²: how fast commanded velocities are approached; None: at once."""
 
     @model_validator(mode="after")
     def _is_absolute(self) -> HolonomicBaseSettings:
         if self.use_delta_commands:
             raise ValueError("use_delta_commands: commands to a holonomic base are relative to it already")
+        if self.max_acceleration is not None and not min(self.max_acceleration) > 0:
+            raise ValueError("max_acceleration: must be three positive numbers, or null")
         return self
 
 
@@ -47,6 +53,19 @@ class HolonomicBaseJointController(JointController):
         if limits.size != 3:
             raise ConfigError(f"a holonomic base has 3 joints (x, y, rz); got {limits.size}")
         super().__init__(limits, settings)
+        self._velocity_now = np.zeros(3)
+
+    def reset(self) -> None:
+        super().reset()
+        self._velocity_now = np.zeros(3)
+
+    def _approached(self, command: Array, dt: float) -> Array:
+        """The command, as near as the acceleration allows."""
+        if self.settings.max_acceleration is None or self.settings.motor_type != "velocity":
+            return command
+        reach = np.asarray(self.settings.max_acceleration) * dt
+        self._velocity_now = self._velocity_now + np.clip(command - self._velocity_now, -reach, reach)
+        return self._velocity_now
 
     def _goal(self, command: Array, state: GroupState) -> Array:
         if self.settings.motor_type != "position":
@@ -59,7 +78,7 @@ class HolonomicBaseJointController(JointController):
     def _control(self, state: GroupState) -> Control:
         if self.settings.motor_type == "position":
             return super()._control(state)
-        command = self.goal
+        command = self._approached(self.goal, state.dt)
         half = command[2] * state.dt / 2 if self.settings.motor_type == "velocity" else 0.0
         turned = state.mount[:2, :2] @ command[:2]
         c, s = np.cos(half), np.sin(half)
