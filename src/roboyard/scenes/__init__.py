@@ -1,0 +1,18 @@
+"""Places for robots: an empty floor, a table, rough ground, a flat, and anybody's scene files.
+
+>>> from roboyard.scenes import load_scene
+>>> scene = load_scene("home")
+>>> robot = scene.world.add_urdf("robot.urdf", scene.spawn, scene.spawn_orientation)
+>>> scene.joints["bedroom_door/hinge"].position = 1.2
+"""
+
+from __future__ import annotations
+
+from roboyard.scenes.empty import empty
+from roboyard.scenes.home import home
+from roboyard.scenes.load import SCENES, load_scene
+from roboyard.scenes.scene import Scene, let_sleep
+from roboyard.scenes.tabletop import tabletop
+from roboyard.scenes.terrain import terrain
+
+__all__ = ["SCENES", "Scene", "empty", "home", "let_sleep", "load_scene", "tabletop", "terrain"]

@@ -1,0 +1,7 @@
+"""An interactive flat: rooms, doors and drawers that open, furniture and small things."""
+
+from __future__ import annotations
+
+from roboyard.scenes.home.flat import home
+
+__all__ = ["home"]
