@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard.errors import ModelError, RoboyardError
 from roboyard.poses import Array
-from roboyard.sim.options import HARD_SOLIMP, PILE_SOLIMP, Solver, apply_options, chosen_solver
+from roboyard.sim.options import HARD_SOLIMP, PILE_SOLIMP, PILE_SOLREF, Solver, apply_options, chosen_solver
 from roboyard.sim.profile import Profile
 
 if TYPE_CHECKING:
@@ -114,15 +114,25 @@ class Engine:
             raise ModelError(f"MuJoCo refuses the world: {' '.join(str(error).split())}") from error
         self._stale = False
         self.revision += 1
-        self.hard_contacts = self.profile.hard_contacts and chosen_solver(self._solver, dofs) == "newton"
-        if self.profile.hard_contacts:
-            self._model.geom_margin[:] = self.profile.contact_margin if self.hard_contacts else 0.0
-            self._model.geom_solimp[:] = HARD_SOLIMP if self.hard_contacts else PILE_SOLIMP
+        self._set_contact_law(is_pile=chosen_solver(self._solver, dofs) == "cg")
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
+
+    def _set_contact_law(self, *, is_pile: bool) -> None:
+        """How rigid contacts are: by the profile, but soft in a pile. Shapes of MJCF files keep their own."""
+        model, profile = self._model, self.profile
+        self.hard_contacts = profile.hard_contacts and not is_pile
+        if not (is_pile or profile.hard_contacts):
+            return
+        records = [r for body in self.body_by_id.values() for r in body.built.links if r.link is not None]
+        ours = np.array([geom.id for record in records for geom in record.geoms], dtype=np.intp)
+        model.geom_margin[ours] = profile.contact_margin if self.hard_contacts else 0.0
+        model.geom_solimp[ours] = PILE_SOLIMP if is_pile else HARD_SOLIMP
+        if is_pile:
+            model.geom_solref[ours] = PILE_SOLREF
 
     def kinematics(self) -> Any:
         """MjData whose positions (xpos, xipos, geom_xpos, ...) fit the present qpos."""
