@@ -304,15 +304,31 @@ def test_colliders_and_their_approximations(robot: ImportedRobot, tmp_path: Path
 
 
 def test_a_mesh_used_twice_is_stored_once(stage: Any) -> None:
-    layer = stage.GetRootLayer()
-    masters = layer.GetPrimAtPath("/colliders")
-    assert [child.name for child in masters.nameChildren] == ["arm_1_2"]
+    masters = stage.GetPrimAtPath("/colliders")
+    assert [child.GetName() for child in masters.GetAllChildren()] == ["arm_1_2"]
+    assert masters.IsAbstract(), "so that nothing there is drawn or collides"
     arm, puck = (
         UsdGeom.Mesh(stage.GetPrimAtPath(f"/everything/{link}/collisions/mesh"))
         for link in ("arm_1_2", "puck")
     )
     assert len(arm.GetPointsAttr().Get()) == len(puck.GetPointsAttr().Get()) == 24
-    assert not stage.GetPrimAtPath("/colliders").IsDefined() or stage.GetPrimAtPath("/colliders").IsAbstract()
+
+
+def test_meshes_lie_in_a_binary_layer(robot: ImportedRobot, tmp_path: Path) -> None:
+    written = usd.write(robot, tmp_path / "everything.usda")
+    text, meshes = written.files
+    assert meshes == tmp_path / "everything_meshes.usdc"
+    assert meshes.read_bytes().startswith(b"PXR-USDC")
+    stage = Usd.Stage.Open(str(text))
+    arrays = [
+        f"{prim.GetPath()}.{attribute.GetName()}"
+        for prim in stage.Traverse()
+        for attribute in prim.GetAttributes()
+        if attribute.GetName() in ("points", "faceVertexIndices", "normals") and attribute.HasAuthoredValue()
+        for spec in attribute.GetPropertyStack()
+        if spec.layer == stage.GetRootLayer()
+    ]
+    assert not arrays
 
 
 def color_of(prim: Any) -> tuple[float, ...]:
@@ -343,7 +359,7 @@ def test_surfaces(stage: Any) -> None:
 def test_images_lie_beside_the_stage(bundled: Callable[[str], ImportedRobot], tmp_path: Path) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
     written = usd.write(bundled("r1"), here / "usd" / "r1.usda", textures=here / "material")
-    assert {p.parent for p in written.files[1:]} == {here / "material"}
+    assert {p.parent for p in written.files[2:]} == {here / "material"}
     here.rename(there)
     stage = Usd.Stage.Open(str(there / "usd" / "r1.usda"))
     assets = [

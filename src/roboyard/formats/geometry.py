@@ -47,8 +47,19 @@ def _rgba(color: np.ndarray) -> RGBA:
 
 def face_areas(mesh: TriangleMesh) -> Array:
     """(m,) area of each face; m²."""
+    return np.linalg.norm(_crosses(mesh), axis=1) / 2
+
+
+def face_normals(mesh: TriangleMesh) -> Array:
+    """(m, 3) outward unit normal of each face; +z for faces without area."""
+    cross = _crosses(mesh)
+    length = np.linalg.norm(cross, axis=1, keepdims=True)
+    return np.where(length > 0, cross / np.where(length > 0, length, 1.0), (0.0, 0.0, 1.0))
+
+
+def _crosses(mesh: TriangleMesh) -> Array:
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    return np.cross(b - a, c - a)
 
 
 def submesh(mesh: TriangleMesh, faces: np.ndarray) -> TriangleMesh:

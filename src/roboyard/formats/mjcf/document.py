@@ -39,7 +39,6 @@ def write(robot: ImportedRobot, path: Path | str, *, floating: bool | None = Non
         floating: put the root on a free joint, else it is fixed to the world; by default robots on wheels
             that have no virtual joints float, as in OmniGibson.
 
-
     Raises:
         MeshError: a mesh file cannot be read.
     """

@@ -9,7 +9,7 @@
 | link without mass | a trace of the robot's mass, so that no engine invents a kilogram |
 | visual | `/<name>/<link>/visuals/<shape>`: Mesh, or Cube, Sphere, Cylinder, Capsule |
 | collision | `/<name>/<link>/collisions/<shape>`, purpose guide, CollisionAPI, MeshCollisionAPI |
-| mesh | once, as a class under `/visuals/<link>` or `/colliders/<link>`; the prims above refer to it |
+| mesh | once, a class under `/visuals/<link>` or `/colliders/<link>` of the sublayer `<name>_meshes.usdc` |
 | material | `/<name>/Looks/<material>`, UsdPreviewSurface; colours of faces as subsets; images as PNG |
 | surface friction, restitution | `/<name>/PhysicsMaterials/<link>` |
 | joint | `/<name>/<parent link>/<joint>`; a planar one is a generic joint with three locks |
@@ -44,23 +44,22 @@ if TYPE_CHECKING:
 
 
 def write(robot: ImportedRobot, path: Path | str, *, textures: Path | str | None = None) -> Written:
-    """Write a robot as one USD layer; images go beside it.
+    """Write a robot as a USD layer, with a binary one for its meshes and its images beside it.
 
     Args:
         robot: what to write.
-        path: `.usda` (or `.usd`, `.usdc` for binary).
+        path: `.usda` (or `.usd`, `.usdc` for binary); the meshes go to `<stem>_meshes.usdc`.
         textures: folder for images; `material` beside the file by default. The layer names them relatively.
 
     Raises:
         MissingExtraError: OpenUSD is not installed.
         MeshError: a mesh file cannot be read.
+        OSError: a file cannot be written.
     """
     from roboyard.formats.usd.stage import build
 
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
     folder = Path(textures) if textures is not None else target.parent / "material"
-    stage, images, notes = build(robot, target.parent, folder)
-    if not stage.GetRootLayer().Export(str(target)):
-        raise OSError(f"{target}: OpenUSD could not write it")
-    return Written(files=(target, *images), notes=notes)
+    built = build(robot, target.parent, folder)
+    return Written(files=(*built.save(target), *built.images), notes=built.notes)

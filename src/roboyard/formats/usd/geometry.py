@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.formats.geometry import faces_by_color, mesh_triangles
+from roboyard.formats.geometry import face_normals, faces_by_color, mesh_triangles
 from roboyard.formats.names import free_name, identifier
 from roboyard.formats.usd.library import Gf, Sdf, Usd, UsdGeom, Vt
 from roboyard.formats.usd.values import place
@@ -25,6 +25,8 @@ class Masters:
     """Mesh prims under `/visuals` and `/colliders`, one for each distinct mesh."""
 
     stage: Any
+    layer: Any
+    """Sublayer of the stage that holds them."""
     made: dict[tuple[Any, ...], tuple[str, TriangleMesh]] = field(default_factory=dict)
     names: dict[str, set[str]] = field(default_factory=dict)
 
@@ -41,17 +43,20 @@ class Masters:
         """
         identity = (scope, colored, key)
         if identity not in self.made:
-            for path in (f"/{scope}", f"/{scope}/{link}"):
-                if not self.stage.GetPrimAtPath(path):
-                    prim = self.stage.CreateClassPrim(path)
-                    prim.SetTypeName("Scope" if path.count("/") == 1 else "Xform")
             used = self.names.setdefault(f"{scope}/{link}", set())
             chosen = free_name(name, used)
             used.add(chosen)
             path = f"/{scope}/{link}/{chosen}"
-            _define_mesh(self.stage, path, mesh, colored=colored, visual=scope == "visuals")
+            with Usd.EditContext(self.stage, self.layer):
+                self._parents(scope, link)
+                _define_mesh(self.stage, path, mesh, colored=colored, visual=scope == "visuals")
             self.made[identity] = (path, mesh)
         return self.made[identity][0]
+
+    def _parents(self, scope: str, link: str) -> None:
+        for path, kind in ((f"/{scope}", "Scope"), (f"/{scope}/{link}", "Xform")):
+            if not self.stage.GetPrimAtPath(path):
+                self.stage.CreateClassPrim(path).SetTypeName(kind)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -112,13 +117,10 @@ def _define_mesh(stage: Any, path: str, mesh: TriangleMesh, *, colored: bool, vi
     prim = stage.CreateClassPrim(path)
     prim.SetTypeName("Mesh")
     shape = UsdGeom.Mesh(prim)
-    write_triangles(shape, mesh)
+    _write_triangles(shape, mesh)
     if not visual:
         return
     shape.CreateDoubleSidedAttr(True)
-    if mesh.normals is not None:
-        shape.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(mesh.normals, np.float32)))
-        shape.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     if mesh.uv is not None:
         uv = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(
             "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex
@@ -128,13 +130,18 @@ def _define_mesh(stage: Any, path: str, mesh: TriangleMesh, *, colored: bool, vi
         _write_colors(shape, mesh)
 
 
-def write_triangles(shape: Any, mesh: TriangleMesh) -> None:
-    """Author points, faces and extent."""
+def _write_triangles(shape: Any, mesh: TriangleMesh) -> None:
+    """Author points, faces, extent and normals: the mesh's own, else those of its faces."""
     shape.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(mesh.vertices, np.float32)))
     shape.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(mesh.faces), 3, np.int32)))
     shape.CreateFaceVertexIndicesAttr(
         Vt.IntArray.FromNumpy(np.ascontiguousarray(mesh.faces, np.int32).ravel())
     )
+    normals, interpolation = mesh.normals, UsdGeom.Tokens.vertex
+    if normals is None:
+        normals, interpolation = face_normals(mesh), UsdGeom.Tokens.uniform
+    shape.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(normals, np.float32)))
+    shape.SetNormalsInterpolation(interpolation)
     shape.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     shape.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(shape.GetPointsAttr().Get()))
 

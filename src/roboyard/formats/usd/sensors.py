@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roboyard.formats.names import free_name, identifier
-from roboyard.formats.usd.geometry import write_triangles
+from roboyard.formats.usd.geometry import Masters
 from roboyard.formats.usd.library import Gf, Sdf, UsdGeom, Vt
 from roboyard.formats.usd.naming import Paths
 from roboyard.formats.usd.values import place, set_attribute
 from roboyard.shapes import primitives
+from roboyard.shapes.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from roboyard.importer.model import ImportedRobot
@@ -35,14 +38,17 @@ _LIDAR = {
 _LIDAR_FLAGS = ("highLod", "drawPoints", "drawLines", "enableSemantics")
 
 
-def add_sensors(stage: Any, robot: ImportedRobot, paths: Paths) -> None:
+def add_sensors(stage: Any, robot: ImportedRobot, paths: Paths, masters: Masters) -> None:
     """Define every sensor as a direct child of its link."""
     for sensor in robot.sensors:
         link = stage.GetPrimAtPath(paths.link(sensor.link))
         used = {child.GetName() for child in link.GetAllChildren()}
         name = identifier(sensor.name or PRIM_NAMES[sensor.kind], PRIM_NAMES[sensor.kind])
         path = f"{paths.link(sensor.link)}/{free_name(name, used)}"
-        prim = {"camera": _camera, "lidar": _lidar, "visual_sphere": _marker}[sensor.kind](stage, path)
+        if sensor.kind == "visual_sphere":
+            prim = _marker(masters, path, paths.links[sensor.link])
+        else:
+            prim = (_camera if sensor.kind == "camera" else _lidar)(stage, path)
         place(prim, sensor.offset.position, sensor.offset.quaternion)
 
 
@@ -62,8 +68,20 @@ def _lidar(stage: Any, path: str) -> Any:
     return prim
 
 
-def _marker(stage: Any, path: str) -> Any:
-    mesh = UsdGeom.Mesh.Define(stage, path)
-    write_triangles(mesh, primitives.sphere(MARKER_RADIUS, 16))
+def _marker(masters: Masters, path: str, link: str) -> Any:
+    master = masters.master(_ball(), "marker", "visuals", link, "VisualSphere", colored=False)
+    mesh = UsdGeom.Mesh.Define(masters.stage, path)
+    mesh.GetPrim().GetReferences().AddInternalReference(Sdf.Path(master))
     mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set(Vt.Vec3fArray([Gf.Vec3f(0.9, 0.1, 0.1)]))
     return mesh.GetPrim()
+
+
+def _ball() -> TriangleMesh:
+    """A sphere whose vertices are shared across the seam of its texture."""
+    ball = primitives.sphere(MARKER_RADIUS, 16)
+    _, first, index = np.unique(ball.vertices.round(9), axis=0, return_index=True, return_inverse=True)
+    return TriangleMesh(
+        vertices=ball.vertices[first],
+        faces=index.ravel()[ball.faces].astype(np.int32),
+        normals=ball.vertices[first] / MARKER_RADIUS,
+    )

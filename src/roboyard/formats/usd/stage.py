@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,10 +20,32 @@ if TYPE_CHECKING:
     from roboyard.importer.model import ImportedRobot
 
 
-def build(
-    robot: ImportedRobot, layer_folder: Path, textures: Path
-) -> tuple[Any, tuple[Path, ...], tuple[str, ...]]:
-    """The stage of a robot, the images written for it and what it has no place for.
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Built:
+    """A robot's stage, not yet on disk."""
+
+    stage: Any
+    """Its root layer holds everything but the meshes."""
+    meshes: Any
+    """Sublayer with the meshes."""
+    images: tuple[Path, ...]
+    """Written already."""
+    notes: tuple[str, ...]
+
+    def save(self, path: Path) -> tuple[Path, ...]:
+        """Write `path` and, beside it, `<stem>_meshes.usdc`; returns both."""
+        beside = path.with_name(f"{path.stem}_meshes.usdc")
+        top = Sdf.Layer.CreateAnonymous()
+        top.TransferContent(self.stage.GetRootLayer())
+        top.subLayerPaths = [f"./{beside.name}"]
+        for layer, file in ((self.meshes, beside), (top, path)):
+            if not layer.Export(str(file)):
+                raise OSError(f"{file}: OpenUSD could not write it")
+        return path, beside
+
+
+def build(robot: ImportedRobot, layer_folder: Path, textures: Path) -> Built:
+    """The stage of a robot.
 
     Args:
         robot: what to show.
@@ -30,19 +53,27 @@ def build(
         textures: folder that gets the images.
     """
     stage = Usd.Stage.CreateInMemory()
+    meshes = Sdf.Layer.CreateAnonymous("meshes.usdc")
+    stage.GetRootLayer().subLayerPaths.append(meshes.identifier)
     paths = paths_of(robot)
     notes: list[str] = []
     _write_units(stage)
     root = UsdGeom.Xform.Define(stage, Sdf.Path(paths.root)).GetPrim()
     stage.SetDefaultPrim(root)
     looks = Looks(stage=stage, root=paths.root, layer_folder=layer_folder, texture_folder=textures)
-    add_links(stage, robot, paths, Masters(stage=stage), looks, notes)
+    masters = Masters(stage=stage, layer=meshes)
+    add_links(stage, robot, paths, masters, looks, notes)
     add_joints(stage, robot, paths, notes)
     add_filtered_pairs(stage, robot, paths)
-    add_sensors(stage, robot, paths)
+    add_sensors(stage, robot, paths, masters)
     _write_metadata(root, robot)
     _add_scene(stage)
-    return stage, tuple(looks.textures.values()), (*notes, *looks.notes)
+    return Built(
+        stage=stage,
+        meshes=meshes,
+        images=tuple(looks.textures.values()),
+        notes=(*notes, *looks.notes),
+    )
 
 
 def _write_units(stage: Any) -> None:
