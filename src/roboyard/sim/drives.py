@@ -3,9 +3,11 @@
 The force is kp (target - q) + kd (target velocity - v) + feedforward, clamped to the joint's effort limit
 (MuJoCo's pid actuator). Where no gains are given they follow from the joint's inertia M at the zero pose:
 
-    kp = M ω²,  kd = 2 M ω,  ω = 2π · 10 Hz
+    kp = min(max(M ω², E / e), M ω_s²),  kd = 2 √(kp M),  ω = 2π · 10 Hz,  ω_s = 2π · 30 Hz
 
-which is critically damped and means the same at every time step, since MuJoCo integrates kd implicitly.
+with E the effort limit and e = 0.15 rad or 0.02 m, so that a joint which moves little (a wrist, a finger)
+uses its effort at a small error. That is critically damped and means the same at every time step, since
+MuJoCo integrates kd implicitly.
 """
 
 from __future__ import annotations
@@ -25,6 +27,10 @@ if TYPE_CHECKING:
 
 NATURAL_FREQUENCY = 2 * np.pi * 10.0
 """rad/s"""
+STIFFEST_FREQUENCY = 2 * np.pi * 30.0
+"""rad/s: below 1 over the usual time step."""
+FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.15, 0.02
+"""rad and m: error at which a light joint uses its whole effort."""
 VELOCITY_GAIN_FREQUENCY = 2 * np.pi * 40.0
 """rad/s: kd = M times this for velocity drives."""
 
@@ -45,7 +51,7 @@ class Drives:
         max_effort: float | None,
     ) -> None:
         inertia = self._inertia(joint)
-        kp = inertia * NATURAL_FREQUENCY**2 if stiffness is None else stiffness
+        kp = self._usual_stiffness(joint, inertia) if stiffness is None else stiffness
         kd = 2 * np.sqrt(kp * inertia) if damping is None else damping
         self._write(joint, kp, kd, (target, velocity, 0.0), max_effort)
 
@@ -97,6 +103,12 @@ class Drives:
         self._world.ensure_compiled()
         dof = joint.body.dof_addresses[joint.index]
         return float(self._world.model.dof_M0[dof])
+
+    def _usual_stiffness(self, joint: Joint, inertia: float) -> float:
+        effort = self.effort_limit(joint)
+        error = FULL_EFFORT_SLIDE if joint.type == "prismatic" else FULL_EFFORT_TURN
+        firm = effort / error if np.isfinite(effort) else 0.0
+        return min(max(inertia * NATURAL_FREQUENCY**2, firm), inertia * STIFFEST_FREQUENCY**2)
 
     def _write(
         self,
