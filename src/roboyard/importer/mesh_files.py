@@ -25,7 +25,7 @@ def write_obj(mesh: TriangleMesh, path: Path) -> None:
         lines += _rows("vn", mesh.normals)
     corner = _corner(has_uv=mesh.uv is not None, has_normal=mesh.normals is not None)
     materials, of_face = _materials(mesh)
-    if materials:
+    if len(materials):
         for index in range(len(materials)):
             lines.append(f"usemtl material_{index}")
             lines += _faces(mesh.faces[of_face == index], corner)

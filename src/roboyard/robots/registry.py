@@ -13,9 +13,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from roboyard.assets import ROBOTS, assets_root
+from roboyard.assets import asset_path, assets_root
 from roboyard.data import data_folder
 from roboyard.errors import ConfigError, RoboyardError, unknown_name
+from roboyard.robots.bundled import SOURCE_CONFIGS, bundled_urdf
 from roboyard.robots.definition import RobotDefinition
 from roboyard.robots.load_definition import load_definition
 from roboyard.urdf.model import RobotDescription
@@ -67,7 +68,8 @@ class RegisteredRobot:
         return None
 
     def urdf_of(self, definition: RobotDefinition) -> Path:
-        """The URDF that the definition belongs to.
+        """The URDF that the definition belongs to (of a bundled robot shipped like a vendor's, its import
+        configuration).
 
         Raises:
             ConfigError: there is no such file.
@@ -84,14 +86,14 @@ class RegisteredRobot:
                     f"{self.file.name}: urdf_path: there is no file {definition.urdf_path!r} in the dataset; check it"
                 )
             return found
+        if self.bundled and self.name in SOURCE_CONFIGS:
+            return asset_path(SOURCE_CONFIGS[self.name])
         found = self.folder / "urdf" / f"{self.name}.urdf"
         if not found.is_file():
-            hint = (
-                f"import it first: roboyard import --urdf ... --name {self.name}"
-                if not self.bundled
-                else f"import it first: {_bundled_hint(self.name)}"
+            raise ConfigError(
+                f"{self.file.name}: there is no urdf/{self.name}.urdf beside it; copy the import there"
+                f" (roboyard import --name {self.name} does), or give urdf_path"
             )
-            raise ConfigError(f"{self.file.name}: there is no urdf/{self.name}.urdf beside it; {hint}")
         return found
 
     def description(self, definition: RobotDefinition) -> RobotDescription:
@@ -103,11 +105,20 @@ class RegisteredRobot:
         """
         from roboyard.urdf import load_urdf
 
-        return load_urdf(self.urdf_of(definition))
+        file = self.urdf_of(definition)
+        if self.bundled and self.name in SOURCE_CONFIGS:
+            file = bundled_urdf(self.name) or file
+        return load_urdf(file)
 
-
-def _bundled_hint(name: str) -> str:
-    return f"roboyard import --bundled {name}" if name in ROBOTS else "roboyard import"
+    @property
+    def sensors(self) -> Path | None:
+        """File that names the robot's cameras (the MJCF of an import), where there is one."""
+        folder = self.folder
+        if self.bundled and self.name in SOURCE_CONFIGS:
+            urdf = bundled_urdf(self.name)
+            folder = folder if urdf is None else urdf.parent.parent
+        found = folder / "mjcf" / f"{self.name}.xml"
+        return found if found.is_file() else None
 
 
 class Registry(Mapping[str, RegisteredRobot]):
