@@ -37,6 +37,7 @@ _TOPICS = (
     "user_data",
     "visual_shapes",
     "visualizer",
+    "world_files",
 )
 
 FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (

@@ -24,6 +24,8 @@ POSITION_COUNT = {0: 1, 1: 1, 2: 4, 3: 3, 4: 0}
 VELOCITY_COUNT = {0: 1, 1: 1, 2: 3, 3: 3, 4: 0}
 FIRST_Q, FIRST_U = 7, 6
 _NO_LIMIT = (0.0, -1.0)
+AXIS_AS_GIVEN = "axis"
+"""Attribute of a joint whose file gives an axis of another length than 1, which Bullet reports as it is."""
 
 
 def joint_infos(model: BodyModel) -> list[tuple[Any, ...]]:
@@ -66,7 +68,9 @@ def axis_in_inertial_frame(link: LinkModel, joint: Joint) -> tuple[float, float,
     """The joint's axis in the child's inertial frame; zero for joints that have none."""
     if joint.type not in ("revolute", "continuous", "prismatic", "planar"):
         return 0.0, 0.0, 0.0
-    x, y, z = rotate(conjugate(link.frame.quaternion), joint.axis)
+    given = next((value for key, value in joint.attributes if key == AXIS_AS_GIVEN), None)
+    axis = joint.axis if given is None else [float(token) for token in given.split()]
+    x, y, z = rotate(conjugate(link.frame.quaternion), axis)
     return float(x), float(y), float(z)
 
 

@@ -4,12 +4,12 @@ it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.merging import merge_fixed_links
-from roboyard.pybullet.shape_inertia import shape_moments
+from roboyard.pybullet.shape_inertia import Moments, shape_moments
 from roboyard.sim.inertials import mass_properties
 from roboyard.urdf.model import (
     Box,
@@ -29,6 +29,8 @@ from roboyard.urdf.model import (
 
 MASS_WITHOUT_INERTIAL = 1.0
 STATIC_LINK_NAME = "world"
+MomentsOf = Callable[[float, Pose, tuple[Collision, ...]], Moments]
+"""Moments from mass (kg), inertial frame and shapes of a link."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -64,27 +66,32 @@ class BodyModel:
 
 
 def bullet_model(
-    description: RobotDescription, *, flags: int = 0, scale: float = 1.0, fixed_base: bool = False
+    description: RobotDescription,
+    *,
+    flags: int = 0,
+    scale: float = 1.0,
+    fixed_base: bool = False,
+    moments_of: MomentsOf | None = None,
 ) -> BodyModel:
     """Bullet's reading of a description, with the flags of loadURDF.
 
     Lengths are scaled; masses are not, and moments follow from shapes or, with URDF_USE_INERTIA_FROM_FILE,
-    from the file as it is.
+    from the file as it is. `moments_of` replaces the rule for moments from shapes.
     """
     description = scaled(description, scale)
     if flags & c.URDF_IGNORE_COLLISION_SHAPES:
         description = _edited(description, collisions=())
     if flags & c.URDF_IGNORE_VISUAL_SHAPES:
         description = _edited(description, visuals=())
-    implicit = bool(flags & c.URDF_USE_IMPLICIT_CYLINDER)
+    implicit = moments_of is not None or bool(flags & c.URDF_USE_IMPLICIT_CYLINDER)
     if flags & c.URDF_MERGE_FIXED_LINKS:
         description = merge_fixed_links(description, fixed_base=fixed_base)
     base = description.root
     joints = ordered_joints(description, keep_link_order=bool(flags & c.URDF_MAINTAIN_LINK_ORDER))
-    links = [_link_model(base, flags, implicit)]
+    links = [_link_model(base, flags, implicit, moments_of)]
     index = {base.name: -1}
     for k, joint in enumerate(joints):
-        link = _link_model(description.link_by_name[joint.child], flags, implicit)
+        link = _link_model(description.link_by_name[joint.child], flags, implicit, moments_of)
         link.joint, link.parent = bullet_joint(joint), index[joint.parent]
         index[joint.child] = k
         links.append(link)
@@ -129,7 +136,7 @@ def bullet_joint(joint: Joint) -> Joint:
     return replace(joint, type=kind, mimic=None)
 
 
-def _link_model(link: Link, flags: int, implicit_cylinder: bool) -> LinkModel:
+def _link_model(link: Link, flags: int, implicit_cylinder: bool, moments_of: MomentsOf | None) -> LinkModel:
     inertial = link.inertial
     if inertial is None:
         mass = 0.0 if link.name == STATIC_LINK_NAME else MASS_WITHOUT_INERTIAL
@@ -137,6 +144,8 @@ def _link_model(link: Link, flags: int, implicit_cylinder: bool) -> LinkModel:
     frame = inertial.origin
     if flags & c.URDF_USE_INERTIA_FROM_FILE:
         frame, moments = _file_moments(inertial)
+    elif moments_of is not None:
+        moments = moments_of(inertial.mass, frame, link.collisions)
     else:
         moments = shape_moments(inertial.mass, frame, link.collisions, implicit_cylinder=implicit_cylinder)
     return LinkModel(

@@ -1,0 +1,144 @@
+"""loadSDF and loadMJCF: Bullet's links, names, frames and masses for files worked out by hand."""
+
+from __future__ import annotations
+
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+
+SDF = """<sdf version="1.6"><world name="default">
+<model name="ground"><static>1</static><link name="slab"><pose>0 0 -0.5 0 0 0</pose>
+  <collision name="c"><geometry><box><size>4 4 1</size></box></geometry></collision></link></model>
+<model name="arm"><pose>1 0 2 0 0 1.5707963267948966</pose>
+  <link name="base"><pose>0 0 0.1 0 0 0</pose>
+    <inertial><pose>0 0 0.2 0 0 0</pose><mass>3</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>
+    <visual name="v"><geometry><sphere><radius>0.1</radius></sphere></geometry>
+      <material><diffuse>1 0 0 1</diffuse></material></visual></link>
+  <link name="tip"><pose>0.5 0 0.1 0 0.3 0</pose><inertial><mass>1</mass></inertial>
+    <collision name="c"><geometry><cylinder><radius>0.1</radius><length>0.4</length></cylinder></geometry>
+    </collision></link>
+  <joint name="hinge" type="revolute"><parent>base</parent><child>tip</child>
+    <axis><xyz>0 1 0</xyz><limit><lower>-1</lower><upper>2</upper><effort>5</effort></limit>
+    <dynamics><damping>0.25</damping></dynamics></axis></joint>
+</model></world></sdf>"""
+
+MJCF = """<mujoco model="toy"><compiler angle="degree"/>
+<default><joint limited="true"/><geom friction="0.7 0.1 0.1"/></default>
+<worldbody><geom name="floor" type="plane" size="1 1 1"/>
+<body name="swing" pos="0 0 2">
+  <joint name="first" type="hinge" axis="0 1 0" range="-90 45" pos="0 0 0.5"/>
+  <joint name="second" type="slide" axis="0 0 1" limited="false" pos="0 0 0.5"/>
+  <geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.1"/>
+  <body pos="0 0 -0.5"><geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0" friction="0.9"/></body>
+</body>
+<body name="loose" pos="2 0 1"><joint type="free"/><geom type="sphere" size="0.2" pos="0.1 0 0"/></body>
+</worldbody></mujoco>"""
+
+
+@pytest.fixture
+def sdf(client: int, tmp_path: Path) -> tuple[int, ...]:
+    (tmp_path / "arm.sdf").write_text(SDF)
+    return p.loadSDF(str(tmp_path / "arm.sdf"))
+
+
+@pytest.fixture
+def mjcf(client: int, tmp_path: Path) -> tuple[int, ...]:
+    (tmp_path / "toy.xml").write_text(MJCF)
+    return p.loadMJCF(str(tmp_path / "toy.xml"))
+
+
+def test_an_sdf_gives_one_body_per_model(sdf: tuple[int, ...]) -> None:
+    assert sdf == (0, 1)
+    assert [p.getBodyInfo(body) for body in sdf] == [(b"slab", b"ground"), (b"base", b"arm")]
+    assert p.getDynamicsInfo(0, -1)[0] == 0.0, "a static model has no mass"
+
+
+def test_poses_of_an_sdf_nest(sdf: tuple[int, ...]) -> None:
+    position, turn = p.getBasePositionAndOrientation(1)
+    assert np.allclose(position, [1, 0, 2 + 0.1 + 0.2])
+    assert np.allclose(turn, [0, 0, np.sqrt(0.5), np.sqrt(0.5)])
+    link = p.getLinkState(1, 0)
+    assert np.allclose(link[4], [1, 0.5, 2.1], atol=1e-6)
+    assert np.allclose(p.getEulerFromQuaternion(link[5]), [0, 0.3, pi / 2], atol=1e-6)
+
+
+def test_an_sdf_joint(sdf: tuple[int, ...]) -> None:
+    info = p.getJointInfo(1, 0)
+    assert info[1:3] == (b"hinge", p.JOINT_REVOLUTE)
+    assert info[6] == 0.25
+    assert info[8:12] == (-1.0, 2.0, 5.0, 0.0)
+    assert info[12:14] == (b"tip", (0.0, 1.0, 0.0))
+    assert p.getVisualShapeData(1)[0][7] == (1.0, 0.0, 0.0, 1.0)
+
+
+def test_an_sdf_grows(client: int, tmp_path: Path) -> None:
+    (tmp_path / "arm.sdf").write_text(SDF)
+    _, arm = p.loadSDF(str(tmp_path / "arm.sdf"), globalScaling=2.0)
+    assert np.allclose(p.getBasePositionAndOrientation(arm)[0], [2, 0, 4.6])
+
+
+def test_an_mjcf_makes_a_link_of_every_joint(mjcf: tuple[int, ...]) -> None:
+    assert len(mjcf) == 3
+    assert [p.getBodyInfo(body) for body in mjcf] == [
+        (b"floor", b"toy"), (b"link1_1", b"toy"), (b"loose", b"toy")
+    ]  # fmt: skip
+    infos = [p.getJointInfo(mjcf[1], j) for j in range(p.getNumJoints(mjcf[1]))]
+    kinds = [info[2] for info in infos]
+    assert kinds == [p.JOINT_REVOLUTE, p.JOINT_PRISMATIC, p.JOINT_FIXED, p.JOINT_FIXED]
+    assert [info[12] for info in infos] == [b"link1_2", b"link1_3", b"swing", b"link1_4"]
+    assert infos[0][1] == b"first"
+    assert infos[2][1].startswith(b"jointfix_")
+    assert infos[2][1].endswith(b"_3"), "the number of the link it hangs from"
+    assert infos[0][8:10] == pytest.approx((-pi / 2, pi / 4))
+    assert infos[1][8:10] == (1.0, 0.0), "without a range"
+
+
+def test_masses_of_an_mjcf_follow_from_volumes(mjcf: tuple[int, ...]) -> None:
+    capsule = 1000 * (pi * 0.01 * 0.4 + 4 / 3 * pi * 0.001)
+    assert p.getDynamicsInfo(mjcf[1], 2)[0] == pytest.approx(capsule)
+    assert p.getDynamicsInfo(mjcf[1], 2)[3] == pytest.approx((0, 0, -0.2)), "between the two ends"
+    assert p.getDynamicsInfo(mjcf[1], 3)[0] == pytest.approx(1000 * 8 * 0.1 * 0.2 * 0.3)
+    assert p.getDynamicsInfo(mjcf[1], -1)[0] == 0.0
+    assert [p.getDynamicsInfo(mjcf[1], link)[1] for link in (2, 3)] == [0.7, 0.9]
+
+
+def test_an_mjcf_chain_hangs_and_turns_about_its_joint(mjcf: tuple[int, ...]) -> None:
+    body = mjcf[1]
+    p.resetJointState(body, 0, 0.5)
+    position = np.array(p.getLinkState(body, 2)[4])
+    assert np.allclose(position, [-0.5 * np.sin(0.5), 0, 2.5 - 0.5 * np.cos(0.5)], atol=1e-6)
+
+
+def test_a_free_body_of_an_mjcf_falls_onto_the_floor(mjcf: tuple[int, ...]) -> None:
+    assert np.allclose(p.getBasePositionAndOrientation(mjcf[2])[0], [2, 0, 1])
+    p.setGravity(0, 0, -10)
+    for _ in range(480):
+        p.stepSimulation()
+    assert p.getBasePositionAndOrientation(mjcf[2])[0][2] == pytest.approx(0.2, abs=2e-3)
+
+
+def test_contype_and_conaffinity_filter(mjcf: tuple[int, ...]) -> None:
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 1])
+    block = p.createMultiBody(0, shape, basePosition=[0, 0, 1.5])
+    p.performCollisionDetection()
+    touched = {contact[3] for contact in p.getContactPoints(mjcf[1], block)}
+    assert touched == {2}, "the box has contype 0 and conaffinity 0"
+
+
+def test_files_that_cannot_be_used(client: int, tmp_path: Path) -> None:
+    with pytest.raises(p.error, match=r"Cannot load SDF file\."):
+        p.loadSDF("missing.sdf")
+    with pytest.raises(p.error, match=r"Couldn't load \.mjcf file\."):
+        p.loadMJCF("missing.xml")
+    (tmp_path / "bad.sdf").write_text(SDF.replace("0.5 0 0.1 0 0.3 0", "0.5 zero"))
+    with pytest.raises(p.error, match=r"Cannot load SDF file\.") as caught:
+        p.loadSDF(str(tmp_path / "bad.sdf"))
+    assert "six finite numbers" in " ".join(caught.value.__notes__)
+    (tmp_path / "bad.xml").write_text(MJCF.replace("0.1 0.2 0.3", "0.1 nan 0.3"))
+    with pytest.raises(p.error, match=r"Couldn't load \.mjcf file\.") as caught:
+        p.loadMJCF(str(tmp_path / "bad.xml"))
+    assert "bad.xml:9" in " ".join(caught.value.__notes__)
