@@ -16,7 +16,14 @@ from roboyard.poses import Array
 from roboyard.robots.controller_setup import Group
 from roboyard.robots.controllers.base import EYE4, GroupLimits, GroupState
 from roboyard.robots.definition import VIRTUAL_JOINTS
-from roboyard.robots.gains import firmness, position_damping, position_gain, velocity_gain
+from roboyard.robots.gains import (
+    GRIPPER_FREQUENCY,
+    NATURAL_FREQUENCY,
+    firmness,
+    position_damping,
+    position_gain,
+    velocity_gain,
+)
 from roboyard.robots.joints import JointArrays
 
 POSITION, VELOCITY, EFFORT, FREE = range(4)
@@ -55,8 +62,11 @@ class ControlLoop:
         slides = np.array([joint.type == "prismatic" for joint in joints.joints], dtype=bool)
         self._firm = firmness(limits.effort, slides)
         self._given_kp, self._given_kd = np.full(count, np.nan), np.full(count, np.nan)
+        self._damping_frequency = np.full(count, NATURAL_FREQUENCY)
         for group in self.groups.values():
             settings = group.controller.settings
+            if group.kind == "gripper":
+                self._damping_frequency[group.places] = GRIPPER_FREQUENCY
             if settings.isaac_kp is not None:
                 self._given_kp[group.places] = settings.isaac_kp
             if settings.isaac_kd is not None:
@@ -167,7 +177,7 @@ class ControlLoop:
         kp = position_gain(inertia, self._firm)
         kp = np.where(np.isnan(self._given_kp), kp, self._given_kp)
         is_position = self._kinds == POSITION
-        kd = np.where(is_position, position_damping(inertia, kp), velocity_gain(inertia))
+        kd = np.where(is_position, position_damping(inertia, kp, self._damping_frequency), velocity_gain(inertia))
         kd = np.where(np.isnan(self._given_kd), kd, self._given_kd)
         kd[self._kinds >= EFFORT] = 0.0
         driven = self.joints.driven

@@ -1,11 +1,12 @@
 """Gains of the drives where nobody gives any: from what each joint moves now, and what it can exert.
 
-    position   kp = min(max(M ω², E / e), M ω_s²),  kd = 2 √(kp M)
+    position   kp = min(max(M ω², E / e), M ω_s²),  kd = max(2 √(kp M), 2 kp / ω_d)
     velocity   kd = M ω_v
 
 M is the inertia that the joint sees in the present posture (all other joints held), E its effort limit;
 ω = 2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.5 rad or 0.05 m. The second term gives a joint that
-moves little (a finger, a wrist) a firm grip: full effort at an error of e.
+moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is ω, and ω / 4 for grippers: a light
+finger under full effort closes at the speed of a real one and does not bounce off what it grasps.
 
 Drives integrate kd implicitly, so these mean the same at every time step. Gains taken once for all postures are
 too stiff in some: they saturate at small speeds and chatter there. (OmniGibson's kp = 1e7, kd = 1e5 mean "as stiff
@@ -21,6 +22,7 @@ from roboyard.poses import Array
 NATURAL_FREQUENCY = 2 * np.pi * 10.0
 STIFFEST_FREQUENCY = 2 * np.pi * 30.0
 VELOCITY_FREQUENCY = 2 * np.pi * 40.0
+GRIPPER_FREQUENCY = NATURAL_FREQUENCY / 4
 """rad/s. Below 1 over the time step, so that a saturated drive does not swing from one limit to the other."""
 FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.5, 0.05
 """rad and m"""
@@ -36,11 +38,19 @@ def position_gain(inertia: Array, firm: Array) -> Array:
     return np.minimum(np.maximum(inertia * NATURAL_FREQUENCY**2, firm), inertia * STIFFEST_FREQUENCY**2)
 
 
-def position_damping(inertia: Array, kp: Array) -> Array:
-    """(n,) critical kd in N m s/rad or N s/m."""
-    return 2.0 * np.sqrt(kp * inertia)
+def position_damping(inertia: Array, kp: Array, frequency: Array) -> Array:
+    """(n,) kd in N m s/rad or N s/m: critical or more; `frequency` is ω_d in rad/s."""
+    return np.maximum(2.0 * np.sqrt(kp * inertia), 2.0 * kp / frequency)
 
 
 def velocity_gain(inertia: Array) -> Array:
     """(n,) kd in N m s/rad or N s/m, for joints driven by velocity."""
     return inertia * VELOCITY_FREQUENCY
+
+
+def gripper_armature(firm: Array) -> Array:
+    """(n,) kg m² or kg: what a geared motor of this effort weighs at the finger, so that M ω² = E / e.
+
+    Without it a finger of 60 g under 100 N has no inertia to speak of, and chatters on what it holds.
+    """
+    return firm / NATURAL_FREQUENCY**2

@@ -17,6 +17,7 @@ from roboyard.robots.control_loop import ControlLoop
 from roboyard.robots.controller_setup import ControllerConfig, Group, Setup, make_groups
 from roboyard.robots.controllers import Controller
 from roboyard.robots.definition import VIRTUAL_JOINTS, RobotDefinition
+from roboyard.robots.gains import firmness, gripper_armature
 from roboyard.robots.groups import plan_groups
 from roboyard.robots.joint_order import robot_joint_names
 from roboyard.robots.joints import Indices, JointArrays
@@ -81,7 +82,17 @@ class Robot:
         self._add_interfaces()
         self.loop = self._make_loop(controllers or {})
         self.world.before_step.append(self._before_step)
+        self._weigh_fingers()
         self._put_into(self.keeping_base(self._reset_posture))
+
+    def _weigh_fingers(self) -> None:
+        """Give fingers the inertia of a motor, where nobody gave them any."""
+        block = self.definition.manipulation
+        for name in (name for names in (block.finger_joint_names if block else {}).values() for name in names):
+            joint, place = self.joints.joints[self.joints.index[name]], self.joints.index[name]
+            if joint.armature == 0.0:
+                is_slide = np.array([joint.type == "prismatic"])
+                joint.armature = float(gripper_armature(firmness(self.limits.effort[[place]], is_slide))[0])
 
     def _add_interfaces(self) -> None:
         definition, block = self.definition, self.definition.manipulation

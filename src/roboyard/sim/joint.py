@@ -121,6 +121,23 @@ class Joint:
             world.model.dof_damping[self.dof_slice] = value
 
     @property
+    def armature(self) -> float:
+        """Inertia of the motor as the joint feels it through its gears, beside that of the links; kg m² or kg."""
+        elements = self._built.joint_elements
+        return float(elements[0].armature) if elements else 0.0
+
+    @armature.setter
+    def armature(self, value: float) -> None:
+        if not value >= 0:
+            raise RoboyardError(f"joint {self.name!r}: armature is at least 0; got {value}")
+        for element in self._built.joint_elements:
+            element.armature = value
+        world = self.body.world
+        if self._built.joint_elements and not world.is_stale:
+            world.model.dof_armature[self.dof_slice] = value
+            world.mark_moved()
+
+    @property
     def qpos_slice(self) -> slice:
         """Where this joint's position lies in MuJoCo's qpos."""
         self.body.world.ensure_compiled()
