@@ -15,7 +15,8 @@ SDF = """<sdf version="1.6"><world name="default">
   <collision name="c"><geometry><box><size>4 4 1</size></box></geometry></collision></link></model>
 <model name="arm"><pose>1 0 2 0 0 1.5707963267948966</pose>
   <link name="base"><pose>0 0 0.1 0 0 0</pose>
-    <inertial><pose>0 0 0.2 0 0 0</pose><mass>3</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>
+    <inertial><pose>0 0 0.2 0 0 0</pose><mass>3</mass>
+      <inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>
     <visual name="v"><geometry><sphere><radius>0.1</radius></sphere></geometry>
       <material><diffuse>1 0 0 1</diffuse></material></visual></link>
   <link name="tip"><pose>0.5 0 0.1 0 0.3 0</pose><inertial><mass>1</mass></inertial>
@@ -35,7 +36,7 @@ MJCF = """<mujoco model="toy"><compiler angle="degree"/>
   <geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.1"/>
   <body pos="0 0 -0.5"><geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0" friction="0.9"/></body>
 </body>
-<body name="loose" pos="2 0 1"><joint type="free"/><geom type="sphere" size="0.2" pos="0.1 0 0"/></body>
+<body name="loose" pos="2 0 1"><joint type="free"/><geom type="sphere" size="0.2"/></body>
 </worldbody></mujoco>"""
 
 
@@ -141,4 +142,4 @@ def test_files_that_cannot_be_used(client: int, tmp_path: Path) -> None:
     (tmp_path / "bad.xml").write_text(MJCF.replace("0.1 0.2 0.3", "0.1 nan 0.3"))
     with pytest.raises(p.error, match=r"Couldn't load \.mjcf file\.") as caught:
         p.loadMJCF(str(tmp_path / "bad.xml"))
-    assert "bad.xml:9" in " ".join(caught.value.__notes__)
+    assert "bad.xml:8" in " ".join(caught.value.__notes__)

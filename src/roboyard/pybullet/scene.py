@@ -77,6 +77,7 @@ class Scene:
             fixed_base=model.fixed_base,
             self_collision=self_collision,
             drives=False,
+            keep_link_order=True,
         )
         number = self._ids.take()
         record = BodyRecord(number, model, body, file=file, kind=kind)

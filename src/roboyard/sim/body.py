@@ -62,7 +62,10 @@ class Body:
         self.joint_dofs = sum(VELOCITY_SIZE[joint.type] for joint in self.joints)
         """How many dofs the joints have together."""
         sizes = [VELOCITY_SIZE[joint.type] for joint in self.joints]
-        self.dof_offsets: tuple[int, ...] = tuple(int(n) for n in np.cumsum([0, *sizes])[:-1])
+        places = np.argsort([record.place for record in built.links[1:]], kind="stable")
+        offsets = np.zeros(len(sizes), dtype=int)
+        offsets[places] = np.cumsum([0, *np.array(sizes, dtype=int)[places]])[:-1]
+        self.dof_offsets: tuple[int, ...] = tuple(offsets.tolist())
         """Place of each joint's first dof among the dofs of all joints."""
         self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
         self._positions: slice | np.ndarray = slice(0, 0)

@@ -129,10 +129,25 @@ def _build_into(
         built.links.append(record)
         add_joint(record, spec, prefix, options, built)
         _fill_link(record, spec, assets, prefix, options, built.notes)
+    for place, record in enumerate(built.links):
+        record.place = place
     add_mimics(built, spec, description, prefix)
+    if options.keep_link_order:
+        _reorder(built, description)
     for record in built.links:
         if record.mass is not None and record.mass.note:
             built.notes.append(f'link "{record.name}": {record.mass.note}')
+
+
+def _reorder(built: Built, description: RobotDescription) -> None:
+    """Links in the description's order, the root first."""
+    names = [record.name for record in built.links]
+    order = [names[0], *(link.name for link in description.links if link.name != names[0])]
+    new = {name: i for i, name in enumerate(order)}
+    for record in built.links:
+        if record.parent >= 0:
+            record.parent = new[names[record.parent]]
+    built.links.sort(key=lambda record: new[record.name])
 
 
 def _fill_link(

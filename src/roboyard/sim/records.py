@@ -28,6 +28,8 @@ class BuiltLink:
     visuals: list[Any] = field(default_factory=list)
     meshes: list[str] = field(default_factory=list)
     mass: MassProperties | None = None
+    place: int = 0
+    """Among the links as MuJoCo has them, depth first."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -46,6 +48,8 @@ class Built:
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BuildOptions:
     fixed_base: bool
+    keep_link_order: bool = False
+    """Number links as the description lists them instead of depth first."""
     scale: float = 1.0
     visual_geoms: bool = True
     drives: bool = True

@@ -77,7 +77,7 @@ class Stepping:
             world.surfaces.apply(model, data)
         if self._motors:
             world.motors.apply(model, data)
-        if world.hard_contacts or self._bounded:
+        if world.hard_contacts or self._bounded or world.profile.largest_velocity is not None:
             self._solve(model, data)
         else:
             mujoco.mj_step2(model, data)

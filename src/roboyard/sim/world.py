@@ -171,8 +171,12 @@ class World(Engine):
         drives: bool = True,
         joint_damping: bool = True,
         joint_friction: bool = True,
+        keep_link_order: bool = False,
     ) -> Body:
-        """Add any description; `add_urdf`, `add_box` and their siblings all end here."""
+        """Add any description; `add_urdf`, `add_box` and their siblings all end here.
+
+        Links are numbered depth first, or with `keep_link_order` as the description lists them, root first.
+        """
         unique = self._unique_name(name or description.name or "body")
         contype, conaffinity = self.filters.masks(description, self_collision)
         options = BuildOptions(
@@ -182,6 +186,7 @@ class World(Engine):
             drives=drives and self.profile.pid_drives,
             joint_damping=joint_damping,
             joint_friction=joint_friction and self.profile.joint_friction,
+            keep_link_order=keep_link_order,
             hard=self.profile.hard_contacts,
             contype=contype,
             conaffinity=conaffinity,
