@@ -115,8 +115,10 @@ def _add_bodies(
         mass = trace if name in weightless else masses[name]
         if mass is not None:
             _add_inertial(body, mass)
-            if mass.note:
+            if mass is trace:
                 notes.append(f'link "{name}": {mass.note}')
+            elif mass.note:
+                notes.append(f'link "{name}": {mass.note}; changed to what a body can have')
         if name in description.parent_joint:
             joints[description.parent_joint[name].name] = add_joint(body, description.parent_joint[name])
         else:

@@ -35,7 +35,10 @@ def add_links(
         place_at(prim, poses[name])
         UsdPhysics.RigidBodyAPI.Apply(prim)
         apply_by_name(prim, "PhysxRigidBodyAPI")
-        _write_mass(prim, masses[name] or trace)
+        mass = masses[name] or trace
+        _write_mass(prim, mass)
+        if mass is not trace and mass.note:
+            notes.append(f'link "{name}": {mass.note}; changed to what a body can have')
         _add_visuals(stage, link, paths, masters, looks, notes)
         _add_collisions(stage, robot, link, paths, masters, notes)
     root = stage.GetPrimAtPath(paths.link(description.root.name))
