@@ -113,3 +113,36 @@ def pendulum(tmp_path: Any) -> Any:
     file = tmp_path / "pendulum.urdf"
     file.write_text(PENDULUM)
     return file
+
+
+GRIPPER = """
+<robot name="gripper">
+  <link name="palm"><inertial><mass value="2"/>
+      <inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual>
+    <collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+  <link name="left"><inertial><origin xyz="0.1 0 0"/><mass value="0.5"/>
+      <inertia ixx="0.001" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.02 0.02"/></geometry></visual>
+    <collision><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.02 0.02"/></geometry></collision></link>
+  <link name="right"><inertial><origin xyz="0.1 0 0"/><mass value="0.5"/>
+      <inertia ixx="0.001" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.02 0.02"/></geometry></visual></link>
+  <link name="nail"/>
+  <joint name="grip" type="revolute"><parent link="palm"/><child link="left"/>
+    <origin xyz="0.05 0.03 0.2"/><axis xyz="0 0 1"/>
+    <limit lower="-0.2" upper="0.8" effort="20" velocity="2"/></joint>
+  <joint name="follow" type="revolute"><parent link="palm"/><child link="right"/>
+    <origin xyz="0.05 -0.03 0.2"/><axis xyz="0 0 1"/>
+    <limit lower="-0.8" upper="0.2" effort="20" velocity="2"/><mimic joint="grip" multiplier="-1"/></joint>
+  <joint name="tip" type="fixed"><parent link="left"/><child link="nail"/><origin xyz="0.2 0 0"/></joint>
+</robot>
+"""
+
+
+@pytest.fixture
+def gripper(tmp_path: Any) -> Any:
+    """URDF file of a gripper whose right finger follows the left one."""
+    file = tmp_path / "gripper.urdf"
+    file.write_text(GRIPPER)
+    return file

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,9 @@ log = logging.getLogger("roboyard.viewer")
 
 STILL = 1e-6
 """m, and the same of a quaternion: less than this is no movement worth sending."""
+
+HIGHLIGHT = (1.0, 0.45, 0.05, 1.0)
+"""rgba of a link that was picked."""
 
 Look = tuple[Any, ...]
 
@@ -37,16 +41,19 @@ class SceneNodes:
         self._count = 0
         self.on_click: Callable[[tuple[int, int]], None] | None = None
         """Called with body id and link index when someone clicks a shape; set it before `show`."""
-        self.visible = True
+        self._visible = True
+        self._tinted: tuple[int, int] | None = None
 
     def show(self, shapes: Sequence[RenderShape], links: Links) -> None:
         """Make the nodes those of these links and shapes; what stays is not sent again."""
         if shapes is self._shown and links is self._links:
             return
         self._show_links(links)
-        wanted = {
-            _look(links.paths[shape.owner], shape): shape for shape in shapes if shape.owner in links.paths
-        }
+        wanted: dict[Look, RenderShape] = {}
+        for shape in shapes:
+            if shape.owner in links.paths:
+                drawn = _tinted(shape) if shape.owner == self._tinted else shape
+                wanted[_look(links.paths[shape.owner], drawn)] = drawn
         for look in [look for look in self._shapes if look not in wanted]:
             handle, _ = self._shapes.pop(look)
             if look[0] in self._frames:
@@ -94,7 +101,7 @@ class SceneNodes:
             position=tuple(float(v) for v in shape.position),
             wxyz=tuple(to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float)))),
             cast_shadow=not shape.infinite,
-            visible=self.visible,
+            visible=self._visible or shape.infinite,
         )
         if self.on_click is not None:
             click, owner = self.on_click, shape.owner
@@ -103,9 +110,18 @@ class SceneNodes:
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide all shapes that are no floor."""
-        self.visible = visible
+        self._visible = visible
         for handle, shape in self._shapes.values():
             handle.visible = visible or shape.infinite
+
+    def tint(self, owner: tuple[int, int] | None) -> None:
+        """Draw the shapes of this link (body id, link index) in the highlight's colour; None: of no link."""
+        if owner == self._tinted:
+            return
+        self._tinted = owner
+        shapes, self._shown = self._shown, None
+        if shapes is not None and self._links is not None:
+            self.show(shapes, self._links)
 
     def move(self, positions: NDArray, quaternions: NDArray) -> int:
         """Send the poses of links that moved; returns how many did.
@@ -126,6 +142,10 @@ class SceneNodes:
             frames[k].wxyz = turns[k]
         self._positions[shifted], self._quaternions[turned] = places[shifted], turns[turned]
         return int((shifted | turned).sum())
+
+
+def _tinted(shape: RenderShape) -> RenderShape:
+    return replace(shape, rgba=HIGHLIGHT, use_mesh_colors=False, texture=None, checker=None)
 
 
 def _look(path: str, shape: RenderShape) -> Look:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from roboyard.viewer.snapshot import Links, Poser, Snapshot, gather_links, take
 
 if TYPE_CHECKING:
     from roboyard.sim import World
+    from roboyard.sim.link import Link
 
 log = logging.getLogger("roboyard.viewer")
 
@@ -42,6 +44,7 @@ class Viewer:
         *,
         title: str = "Roboyard",
         quiet: bool = False,
+        on_click: Callable[[tuple[int, int]], None] | None = None,
     ) -> None:
         """Open the page of a world; call it from the thread that steps the world.
 
@@ -51,6 +54,7 @@ class Viewer:
             port: first port to try; the next free one is taken where it is in use.
             title: heading of the page's panel.
             quiet: do not print the address.
+            on_click: called in a thread of the server with body id and link index of a clicked shape.
 
         Raises:
             MissingExtraError: viser is not installed; the extra `gui` brings it.
@@ -62,6 +66,7 @@ class Viewer:
         self.host = host
         self.port: int = self.server.get_port()
         self.nodes = SceneNodes(self.server.scene)
+        self.nodes.on_click = on_click
         self.watchers = 0
         """How many browsers have the page open."""
         self.frames_sent = 0
@@ -110,6 +115,20 @@ class Viewer:
         self._take()
         if wait:
             self._publish()
+
+    def highlight(self, link: Link | None) -> None:
+        """Draw one link in a colour that stands out; None: no link."""
+        with self._publishing, self.server.atomic():
+            self.nodes.tint(None if link is None else (link.body.id, link.index))
+
+    def show_visuals(self, visible: bool) -> None:
+        """Show or hide what bodies look like; floors stay."""
+        with self._publishing, self.server.atomic():
+            self.nodes.set_visible(visible)
+
+    def path_of(self, link: Link) -> str:
+        """Where a link's frame is in the page's scene; what is added below it moves with the link."""
+        return self._links.paths[(link.body.id, link.index)]
 
     def close(self) -> None:
         """Take the page down; the world goes on."""

@@ -1,0 +1,59 @@
+"""`roboyard view`: a robot on a web page, with everything there is to check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def view(
+    robot: Annotated[
+        str, typer.Argument(help="A URDF, or the name of a robot.", metavar="ROBOT", show_default=False)
+    ],
+    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="First port to try; the next free one is taken.")] = 8080,
+    free: Annotated[bool, typer.Option("--free", help="Do not bolt the base to the world.")] = False,
+    self_collision: Annotated[
+        bool, typer.Option("--self-collision", help="Let links of the robot touch one another.")
+    ] = False,
+    spheres: Annotated[
+        Path | None,
+        typer.Option(help="Planner's YAML with collision_spheres to show.", show_default=False),
+    ] = None,
+    package: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--package",
+            metavar="NAME=PATH",
+            help="Folder of a package:// name; may be given again.",
+            show_default=False,
+        ),
+    ] = None,
+    open_browser: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open a browser where there is a display.")
+    ] = True,
+) -> None:
+    """Look a robot over in the browser: shapes, inertias, frames, joints, findings; runs until interrupted.
+
+    Whoever can reach the port can move the robot on the page, so keep it on this machine (the default).
+    """
+    from roboyard.cli.packages import read_packages
+    from roboyard.viewer.browser import open_page
+    from roboyard.viewer.inspector import Inspector, find_robot
+
+    inspector = Inspector(
+        find_robot(robot, spheres),
+        host=host,
+        port=port,
+        fixed_base=not free,
+        self_collision=self_collision,
+        packages=read_packages(package or []),
+    )
+    try:
+        if open_browser:
+            open_page(inspector.viewer.url)
+        inspector.run()
+    finally:
+        inspector.close()

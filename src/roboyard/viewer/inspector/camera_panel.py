@@ -1,0 +1,56 @@
+"""What Roboyard's own camera sees from where a page looks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.cameras import Camera
+
+if TYPE_CHECKING:
+    from roboyard.sim import World
+
+WIDTH, HEIGHT = 320, 240
+"""pixels"""
+KINDS = ("colour", "depth", "segmentation")
+
+
+class CameraPanel:
+    """A button that takes a picture with `roboyard.cameras` from the place of the page that pressed it."""
+
+    def __init__(self, gui: Any, world: World, do: Callable[[Callable[[], None]], None]) -> None:
+        self._world = world
+        self.kind = gui.add_dropdown("shows", KINDS, initial_value=KINDS[0])
+        button = gui.add_button("Take a picture from here", hint="rendered by roboyard.cameras")
+        self.picture = gui.add_image(np.full((HEIGHT, WIDTH, 3), 235, dtype=np.uint8), format="jpeg")
+
+        @button.on_click
+        def _(event: Any) -> None:
+            if event.client is None:
+                return
+            place = event.client.camera
+            camera = camera_of(place.position, place.look_at, place.up_direction, place.fov)
+            do(lambda: self.take(camera))
+
+    def take(self, camera: Camera) -> None:
+        """Show what this camera sees; call it from the thread that steps the world."""
+        from roboyard.cameras import depth_to_rgb, segmentation_to_rgb
+
+        image = self._world.render(camera)
+        if self.kind.value == "depth":
+            shown = depth_to_rgb(image.depth)
+        elif self.kind.value == "segmentation":
+            shown = segmentation_to_rgb(image.segmentation)
+        else:
+            shown = image.rgb
+        self.picture.image = np.ascontiguousarray(shown[..., :3])
+
+
+def camera_of(position: Any, look_at: Any, up: Any, fovy: float) -> Camera:
+    """The page's camera as one of `roboyard.cameras`."""
+    return Camera.look_at(
+        position, look_at, up, width=WIDTH, height=HEIGHT, fovy=float(np.clip(fovy, 0.05, math.pi - 0.1))
+    )

@@ -1,0 +1,263 @@
+"""`Inspector`: one robot on a page, with switches, sliders and findings; it owns its world and steps it."""
+
+from __future__ import annotations
+
+import logging
+import queue
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from roboyard.sim import World
+from roboyard.urdf import Audit, audit, load_urdf
+from roboyard.viewer.inspector.camera_panel import CameraPanel
+from roboyard.viewer.inspector.joint_panel import JointPanel
+from roboyard.viewer.inspector.link_panel import LinkPanel, findings_text
+from roboyard.viewer.inspector.overlays import Overlays
+from roboyard.viewer.inspector.robot_source import RobotSource
+from roboyard.viewer.inspector.velocity_plot import VelocityPlot
+from roboyard.viewer.server import DEFAULT_PORT
+from roboyard.viewer.viewer import Viewer
+
+log = logging.getLogger("roboyard.viewer")
+
+TICK = 1.0 / 60.0
+"""s: how often the page's wishes are looked at."""
+LONGEST_CATCH_UP = 0.1
+"""s: simulated time falls behind real time rather than that a tick takes longer."""
+CLEARANCE = 0.001
+"""m between the robot's lowest point and the floor."""
+STATUS_PERIOD = 0.25
+"""s"""
+
+
+class Inspector:
+    """A robot on a floor, paused until someone plays. All edits happen in the thread that calls `tick`."""
+
+    def __init__(
+        self,
+        source: RobotSource,
+        *,
+        host: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        fixed_base: bool = True,
+        self_collision: bool = False,
+        packages: Mapping[str, Path] | None = None,
+        quiet: bool = False,
+    ) -> None:
+        """Read, audit and show a robot.
+
+        Args:
+            source: which robot; see `find_robot`.
+            host: address to listen at.
+            port: first port to try.
+            fixed_base: bolt the root link to the world.
+            self_collision: let links of the robot touch one another.
+            packages: folders of `package://` names.
+            quiet: do not print the address.
+
+        Raises:
+            DescriptionError: the URDF cannot be used; the message says what is wrong and how to mend it.
+            MissingExtraError: viser is not installed.
+            ConfigError: a planner file is wrong, or nothing can listen at `host` and `port`.
+        """
+        spheres = source.spheres()
+        description = load_urdf(source.urdf, packages=packages, missing_meshes="note")
+        self.audit: Audit = audit(source.urdf, packages=packages)
+        self.world = World()
+        self.world.add_plane()
+        self.body = self.world.add_urdf(
+            description, fixed_base=fixed_base, self_collision=self_collision, name=source.name
+        )
+        self._stand()
+        self._start = self.world.save_state()
+        self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._wiggle: Iterator[str] | None = None
+        self._behind = 0.0
+        self._last_status = 0.0
+        self._stopped = False
+        self.is_playing = False
+        self.viewer = Viewer(self.world, host, port, title=source.name, quiet=quiet, on_click=self._on_click)
+        self.overlays = Overlays(self.viewer, self.body, spheres)
+        self.switches: dict[str, Any] = {}
+        self._add_panels(self.viewer.server.gui)
+        self._show_status()
+
+    def _stand(self) -> None:
+        """Put the robot on the floor, joints at zero or as near to it as their limits let them."""
+        body = self.body
+        limits = body.joint_limits
+        body.joint_positions = np.clip(0.0, limits[:, 0], limits[:, 1])
+        lowest = float(body.bounds[0, 2])
+        body.set_pose(position=(0.0, 0.0, body.position[2] - lowest + CLEARANCE))
+
+    # ----------------------------------------------------------------------------------------------- panels
+
+    def _add_panels(self, gui: Any) -> None:
+        self._status = gui.add_markdown("")
+        with gui.add_folder("Time"):
+            self.play_button = gui.add_button("Play", color="green")
+            self.step_button = gui.add_button("Step", hint="one time step")
+            self.reset_button = gui.add_button("Reset", hint="back to how it was loaded")
+            self.gravity_box = gui.add_checkbox("gravity", True)
+            self.hold_box = gui.add_checkbox("drives hold the joints", True)
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Show"):
+            self._add_switch(gui, "visual meshes", True, self.viewer.show_visuals)
+            for kind in self.overlays.kinds:
+                self._add_switch(gui, kind, False, lambda on, kind=kind: self.overlays.switch(kind, on))
+        with tabs.add_tab("Links"):
+            self.links = LinkPanel(gui, self.body, self.audit, self.viewer.highlight)
+        with tabs.add_tab(f"Findings ({len(self.audit.findings)})"):
+            gui.add_markdown(findings_text(self.audit))
+        with tabs.add_tab("Joints"):
+            self.wiggle_button = gui.add_button("Wiggle every joint")
+            self.joints = JointPanel(gui, self.body, self.do)
+        with tabs.add_tab("Plot"):
+            self.plot = VelocityPlot(gui, self.body.joint_names)
+        with tabs.add_tab("Camera"):
+            self.camera = CameraPanel(gui, self.world, self.do)
+        self.play_button.on_click(lambda _: self.do(lambda: self.play(not self.is_playing)))
+        self.step_button.on_click(lambda _: self.do(self.step_once))
+        self.reset_button.on_click(lambda _: self.do(self.reset))
+        self.wiggle_button.on_click(lambda _: self.do(self.wiggle))
+        self.gravity_box.on_update(lambda event: self.do(lambda on=event.target.value: self.set_gravity(on)))
+        self.hold_box.on_update(lambda event: self.do(lambda on=event.target.value: self.joints.hold(on)))
+
+    def _add_switch(self, gui: Any, label: str, on: bool, switch: Callable[[bool], None]) -> None:
+        box = self.switches[label] = gui.add_checkbox(label, on)
+        box.on_update(lambda event: self.do(lambda on=event.target.value: switch(on)))
+
+    def _on_click(self, owner: tuple[int, int]) -> None:
+        body_id, index = owner
+        self.do(lambda: self.links.pick(self.body.links[index] if body_id == self.body.id else None))
+
+    # ----------------------------------------------------------------------------------------------- wishes
+
+    def do(self, wish: Callable[[], None]) -> None:
+        """Have something done at the next tick; may be called from any thread."""
+        self._wishes.put(wish)
+
+    def play(self, playing: bool) -> None:
+        """Let time run, or stop it."""
+        if playing:
+            self._end_wiggle()
+        self.is_playing = playing
+        self._behind = 0.0
+        self.joints.play(playing)
+        self.play_button.label = "Pause" if playing else "Play"
+        self.play_button.color = "orange" if playing else "green"
+        self._show_status()
+
+    def step_once(self) -> None:
+        """One time step; stops playing."""
+        if self.is_playing:
+            self.play(False)
+        self._end_wiggle()
+        self.joints.play(True)
+        self.world.step()
+        self.joints.play(False)
+        self._after_moving()
+
+    def reset(self) -> None:
+        """Back to how the robot was loaded, paused."""
+        self._end_wiggle()
+        self.play(False)
+        self.world.restore_state(self._start)
+        self.joints.show_positions()
+        self.plot.clear()
+        self._after_moving()
+
+    def wiggle(self) -> None:
+        """Take every joint to its limits and back, without physics; a second call ends it."""
+        if self._wiggle is not None:
+            self._end_wiggle()
+            return
+        self.play(False)
+        self._wiggle = self.joints.wiggle()
+        self.wiggle_button.label = "Stop wiggling"
+
+    def _end_wiggle(self) -> None:
+        if self._wiggle is not None:
+            self._wiggle = None
+            self.wiggle_button.label = "Wiggle every joint"
+            self._show_status()
+
+    def set_gravity(self, on: bool) -> None:
+        """Switch gravity on or off."""
+        self.world.gravity = (0.0, 0.0, -9.81 if on else 0.0)
+
+    # ------------------------------------------------------------------------------------------------- loop
+
+    def run(self) -> None:
+        """Serve the page until `stop` is called or the process is interrupted."""
+        last = perf_counter()
+        while not self._stopped:
+            now = perf_counter()
+            self.tick(now - last)
+            last = now
+            rest = TICK - (perf_counter() - now)
+            if rest > 0:
+                self._wait(rest)
+
+    def _wait(self, seconds: float) -> None:
+        """Sleep, but for a wish that arrives."""
+        try:
+            wish = self._wishes.get(timeout=seconds)
+        except queue.Empty:
+            return
+        self._fulfil(wish)
+
+    def _fulfil(self, wish: Callable[[], None]) -> None:
+        try:
+            wish()
+        except Exception as error:
+            # one wish of one page must not end the page of everyone
+            log.exception("a wish of the page failed")
+            self._status.content = f"That did not work: {type(error).__name__}"
+        else:
+            self._after_moving()
+
+    def tick(self, elapsed: float) -> None:
+        """Fulfil what the page asked for, then let `elapsed` seconds pass, if time runs."""
+        for _ in range(self._wishes.qsize()):
+            self._fulfil(self._wishes.get())
+        if self.is_playing:
+            self._behind = min(self._behind + elapsed, LONGEST_CATCH_UP)
+            steps = int(self._behind / self.world.timestep)
+            if steps:
+                self._behind -= steps * self.world.timestep
+                self._fulfil(lambda: self.world.step(steps))
+                self.plot.sample(self.world.time, self.body.joint_velocities)
+        elif self._wiggle is not None:
+            name = next(self._wiggle, None)
+            if name is None:
+                self._end_wiggle()
+            else:
+                self._status.content = f"Wiggling **{name}**"
+            self._after_moving()
+
+    def _after_moving(self) -> None:
+        self.viewer.sync()
+        self.overlays.update()
+        if self._wiggle is None and perf_counter() - self._last_status > STATUS_PERIOD:
+            self._show_status()
+
+    def _show_status(self) -> None:
+        self._last_status = perf_counter()
+        state = "playing" if self.is_playing else "paused"
+        contacts = len(self.world.contacts(self.body))
+        touching = f", {contacts} contacts" if contacts else ""
+        self._status.content = f"{self.world.time:.2f} s, {state}{touching}"
+
+    def stop(self) -> None:
+        """Let `run` return; may be called from any thread."""
+        self._stopped = True
+
+    def close(self) -> None:
+        """Take the page down."""
+        self.stop()
+        self.viewer.close()

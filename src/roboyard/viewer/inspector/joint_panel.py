@@ -1,0 +1,164 @@
+"""Sliders for the joints: paused they place the robot, playing they are what its drives hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.joint import Joint
+
+FREE_RANGE = {"continuous": math.pi, "revolute": math.pi, "prismatic": 1.0}
+"""Half a slider's range for joints without limits; rad or m."""
+WIGGLE_TICKS = 40
+"""Pictures for one joint's way to its limits and back."""
+
+
+class JointPanel:
+    """The sliders of one robot."""
+
+    def __init__(self, gui: Any, body: Body, do: Callable[[Callable[[], None]], None]) -> None:
+        """Add the sliders; `do` runs a function in the thread that steps the world."""
+        self._body = body
+        self._do = do
+        self.sliders: dict[str, Any] = {}
+        self.is_playing = False
+        self.is_held = True
+        """Whether drives hold the joints while playing."""
+        self._followers = _followers(body)
+        for joint in body.joints:
+            if joint.is_scalar:
+                self.sliders[joint.name] = self._add(gui, joint)
+
+    def _add(self, gui: Any, joint: Joint) -> Any:
+        lower, upper = slider_range(joint)
+        unit = "m" if joint.type == "prismatic" else "rad"
+        limit = joint.limit
+        told = [f"{joint.type}, {unit}"]
+        told.append("no limits" if joint.limits is None else f"from {lower:.4g} to {upper:.4g}")
+        if limit is not None and limit.effort is not None:
+            told.append(f"effort {limit.effort:.4g}")
+        if limit is not None and limit.velocity is not None:
+            told.append(f"velocity {limit.velocity:.4g}")
+        follows = joint.name in self._followers
+        if follows:
+            leader, multiplier, offset = self._followers[joint.name]
+            told.append(f"follows {leader}: {multiplier:.4g} q + {offset:.4g}")
+        moving = upper > lower
+        slider = gui.add_slider(
+            joint.name,
+            min=lower,
+            max=upper if moving else lower + 1e-3,
+            step=max(round((upper - lower) / 1000, 4), 1e-4),
+            initial_value=float(np.clip(joint.position, lower, upper)),
+            hint="; ".join(told),
+            disabled=follows or not moving,
+        )
+
+        @slider.on_update
+        def _(event: Any) -> None:
+            if event.client_id is not None:
+                value = float(event.target.value)
+                self._do(lambda: self.move(joint.name, value))
+
+        return slider
+
+    def move(self, name: str, value: float) -> None:
+        """Put a joint somewhere, or let its drive pull it there."""
+        self._put(name, value)
+        for follower in self._followers:
+            if follower != name and follower in self.sliders:
+                target = self._target(follower)
+                self.sliders[follower].value = target
+                self._put(follower, target)
+
+    def _put(self, name: str, value: float) -> None:
+        joint = self._body.joint(name)
+        if not self.is_playing:
+            joint.position = value
+            joint.velocity = 0.0
+        elif self.is_held and name not in self._followers:
+            joint.drive_position(value)
+
+    def _target(self, name: str) -> float:
+        """Where a slider stands, or where its leader's slider wants it."""
+        if name in self._followers:
+            leader, multiplier, offset = self._followers[name]
+            if leader in self.sliders and leader != name:
+                return multiplier * self._target(leader) + offset
+        return float(self.sliders[name].value)
+
+    def play(self, playing: bool) -> None:
+        """Tell the joints that time runs, or no longer does."""
+        self.is_playing = playing
+        if playing:
+            self.hold(self.is_held)
+        else:
+            self.show_positions()
+
+    def hold(self, held: bool) -> None:
+        """Let drives hold the joints where the sliders stand, or let go of them."""
+        self.is_held = held
+        if not self.is_playing:
+            return
+        for name in self.sliders:
+            if name in self._followers:
+                continue
+            joint = self._body.joint(name)
+            if held:
+                joint.drive_position(float(joint.position))
+                self.sliders[name].value = self._shown(joint)
+            else:
+                joint.release()
+
+    def show_positions(self) -> None:
+        """Move the sliders to where the joints are."""
+        for name, slider in self.sliders.items():
+            slider.value = self._shown(self._body.joint(name))
+
+    def _shown(self, joint: Joint) -> float:
+        return float(np.clip(joint.position, *slider_range(joint)))
+
+    def wiggle(self) -> Iterator[str]:
+        """Take each joint to both its limits and back, one picture at each `next`; gives the joint's name."""
+        before = {name: float(self._body.joint(name).position) for name in self.sliders}
+        for name in self.sliders:
+            joint = self._body.joint(name)
+            lower, upper = slider_range(joint)
+            if name in self._followers or upper <= lower:
+                continue
+            start = before[name]
+            for tick in range(WIGGLE_TICKS + 1):
+                way = math.sin(2 * math.pi * tick / WIGGLE_TICKS)
+                place = start + way * (upper - start) if way >= 0 else start + way * (start - lower)
+                self.sliders[name].value = float(np.clip(place, lower, upper))
+                self.move(name, place)
+                yield name
+            self.sliders[name].value = float(np.clip(start, lower, upper))
+        for name, place in before.items():
+            self._body.joint(name).position = place
+        self.show_positions()
+
+
+def slider_range(joint: Joint) -> tuple[float, float]:
+    """(lower, upper) that a slider spans: the joint's limits, else a turn or a metre either way."""
+    limits = joint.limits
+    if limits is None:
+        half = FREE_RANGE[joint.type]
+        return -half, half
+    return limits
+
+
+def _followers(body: Body) -> dict[str, tuple[str, float, float]]:
+    """Mimic joints: name to leader, multiplier and offset."""
+    if body.description is None:
+        return {}
+    return {
+        joint.name: (joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset)
+        for joint in body.description.joints
+        if joint.mimic is not None
+    }
