@@ -21,6 +21,8 @@ class Wrenches:
     def __init__(self, world: World) -> None:
         self._world = world
         self._pending = False
+        self.of_last_push: tuple[float, np.ndarray] | None = None
+        """World time after the last step in which something pushed, and (nbody, 6) what pushed."""
 
     @property
     def pending(self) -> bool:
@@ -58,6 +60,8 @@ class Wrenches:
 
     def clear(self) -> None:
         """Forget everything that was added."""
+        if self._pending:
+            self.of_last_push = (self._world.time, self._world.data.xfrc_applied.copy())
         self._world.data.xfrc_applied[:] = 0.0
         self._world.data.qfrc_applied[:] = 0.0
         if self._pending:

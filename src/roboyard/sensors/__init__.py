@@ -1,0 +1,33 @@
+"""What a robot senses: pictures, lidar scans, acceleration, forces and touch, each at its own rate.
+
+>>> from roboyard.sensors import CameraSensor, Lidar, Sensors
+>>> sensors = Sensors(world)
+>>> sensors.add(CameraSensor(robot.link("eyes"), rate=30))
+>>> sensors.add(Lidar(robot.link("laser"), rate=10))
+>>> world.step(8)
+>>> sensors.observe()["r1:eyes:Camera:0"]["rgb"]
+"""
+
+from __future__ import annotations
+
+from roboyard.sensors.base import Mount, Sensor
+from roboyard.sensors.camera import CameraSensor, link_names
+from roboyard.sensors.contact import ContactSensor
+from roboyard.sensors.force_torque import ForceTorqueSensor
+from roboyard.sensors.inertial import Imu
+from roboyard.sensors.lidar import Lidar, LidarPattern, Scan
+from roboyard.sensors.rates import Sensors
+
+__all__ = [
+    "CameraSensor",
+    "ContactSensor",
+    "ForceTorqueSensor",
+    "Imu",
+    "Lidar",
+    "LidarPattern",
+    "Mount",
+    "Scan",
+    "Sensor",
+    "Sensors",
+    "link_names",
+]

@@ -1,0 +1,58 @@
+"""Force and torque between a link and the link that carries it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from roboyard.sensors.base import Observation, Sensor
+
+if TYPE_CHECKING:
+    from roboyard.sim import World
+
+
+class ForceTorqueSensor(Sensor):
+    """What a link hands on to its parent, as a wrist sensor between the two reads it.
+
+    A hanging weight reads its weight, pointing down. Drives and friction of the joint between the two are
+    part of what is handed on.
+    """
+
+    kind: ClassVar[str] = "ForceTorque"
+    modalities: ClassVar[tuple[str, ...]] = ("force", "torque")
+
+    def observe(self) -> Observation:
+        """Force and torque of the last step, in the sensor's frame.
+
+        "force" (3,) N; "torque" (3,) N m about the sensor's origin.
+        """
+        world = self.world
+        data = world.velocities()
+        model = world.model
+        internal_forces(world)
+        row = int(self.link.body.mujoco_ids[self.link.index])
+        position, rotation = self.mount.in_world()
+        from_parent = data.cfrc_int[row]  # what the parent does to the link, about the tree's centre of mass
+        force = from_parent[3:]
+        arm = data.subtree_com[model.body_rootid[row]] - position
+        torque = from_parent[:3] + np.cross(arm, force)
+        return {"force": -rotation.T @ force, "torque": -rotation.T @ torque}
+
+
+def internal_forces(world: World) -> None:
+    """Work out `cacc`, `cfrc_ext` and `cfrc_int` of the last step, pushes from outside included."""
+    import mujoco
+
+    data = world.data
+    push = world.wrenches.of_last_push
+    is_fresh = push is not None and push[0] == world.time and push[1].shape == data.xfrc_applied.shape
+    if not is_fresh or world.wrenches.pending:
+        mujoco.mj_rnePostConstraint(world.model, data)
+        return
+    assert push is not None
+    data.xfrc_applied[:] = push[1]
+    try:
+        mujoco.mj_rnePostConstraint(world.model, data)
+    finally:
+        data.xfrc_applied[:] = 0.0

@@ -1,0 +1,128 @@
+"""Scans against geometry done by hand and against single rays."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from roboyard.errors import RoboyardError
+from roboyard.scenes import home
+from roboyard.sensors import Lidar, LidarPattern
+from roboyard.sensors.lidar import IMPORTED_PATTERN
+from roboyard.sim import Body, World
+
+
+def test_patterns_are_the_documents() -> None:
+    assert (LidarPattern().rows, LidarPattern().columns) == (1, 360)
+    assert (IMPORTED_PATTERN.rows, IMPORTED_PATTERN.columns) == (8, 900)
+    assert np.allclose(np.diff(np.degrees(IMPORTED_PATTERN.azimuths)), 0.4)
+    assert np.allclose(np.degrees(IMPORTED_PATTERN.elevations), np.arange(14, -15, -4))
+    half = LidarPattern(horizontal_fov_deg=90, horizontal_resolution_deg=30, yaw_offset_deg=10)
+    assert np.allclose(np.degrees(half.azimuths), [-20, 10, 40])
+    assert np.allclose(np.linalg.norm(IMPORTED_PATTERN.directions, axis=-1), 1.0)
+
+
+def test_a_room_of_four_walls_is_measured(world: World, mast: Body) -> None:
+    """Distance to a wall at x = d along azimuth a is d / cos(a)."""
+    for k, d in enumerate((2.0, 3.0, 2.5, 4.0)):
+        angle = k * np.pi / 2
+        size = (0.2, 9, 3)
+        turn = (0, 0, np.sin(angle / 2), np.cos(angle / 2))
+        at = (d + 0.1) * np.array([np.cos(angle), np.sin(angle), 0]) + (0, 0, 1.5)
+        world.add_box(size, at, turn, mass=0)
+    scan = Lidar(mast.link("head")).scan()
+    a = scan.pattern.azimuths
+    with np.errstate(divide="ignore"):
+        walls = np.stack(
+            [
+                np.where(np.cos(a - k * np.pi / 2) > 1e-9, d / np.cos(a - k * np.pi / 2), np.inf)
+                for k, d in enumerate((2.0, 3.0, 2.5, 4.0))
+            ]
+        )
+    assert np.allclose(scan.ranges[0], walls.min(axis=0), atol=1e-9)
+    assert np.allclose(scan.points()[:, 2], 0.6)
+
+
+def test_it_turns_with_its_link(world: World, mast: Body) -> None:
+    box = world.add_box((0.4, 0.4, 2), (0, 2, 1), mass=0)
+    lidar = Lidar(mast.link("head"))
+    ahead = 180
+    assert np.isinf(lidar.scan().ranges[0, ahead])
+    mast.joint("neck").position = np.pi / 2
+    scan = lidar.scan()
+    assert scan.ranges[0, ahead] == pytest.approx(1.8)
+    assert tuple(scan.owners[0, ahead]) == (box.id, 0)
+    assert np.allclose(scan.points(world=False)[:, 0].max(), 1.8)
+
+
+def test_its_own_robot_is_in_its_way_only_if_asked(world: World, mast: Body) -> None:
+    wall = world.add_box((0.2, 4, 2), (3.1, 0, 1), mass=0)
+    seen = Lidar(mast.link("head")).scan()
+    assert seen.ranges[0, 180] == pytest.approx(3.0)
+    assert tuple(seen.owners[0, 180]) == (wall.id, 0)
+    groups = world.model.geom_group.copy()
+    blocked = Lidar(mast.link("head"), sees_itself=True).scan()
+    assert blocked.ranges[0, 180] == pytest.approx(0.25)
+    assert mast.links[blocked.owners[0, 180, 1]].name == "ear"
+    assert np.array_equal(world.model.geom_group, groups)
+
+
+def test_ranges_have_ends(world: World, mast: Body) -> None:
+    world.add_box((0.2, 4, 2), (3.1, 0, 1), mass=0)
+    near = Lidar(mast.link("head"), pattern=LidarPattern(max_range=2.9)).scan()
+    assert np.isinf(near.ranges[0, 180]) and near.normalized()[0, 180] == 1.0
+    close = Lidar(mast.link("head"), pattern=LidarPattern(min_range=3.5)).scan()
+    assert np.isinf(close.ranges[0, 180]) and (close.owners[0, 180] == -1).all()
+    plain = Lidar(mast.link("head"), pattern=LidarPattern(min_range=1, max_range=5)).scan()
+    assert plain.normalized()[0, 180] == pytest.approx(0.5)
+
+
+def test_in_the_flat_it_agrees_with_single_rays() -> None:
+    scene = home()
+    place = scene.world.add_box((0.02, 0.02, 0.02), (*scene.spawn[:2], 1.0), mass=0, name="post")
+    pattern = LidarPattern(
+        vertical_fov_deg=32, vertical_resolution_deg=4, horizontal_resolution_deg=5, max_range=12
+    )
+    scan = Lidar(place.links[0], pattern=pattern).scan()
+    assert scan.ranges.shape == (8, 72)
+    ends = scan.position + pattern.directions.reshape(-1, 3) * 12
+    for k in range(0, 576, 7):
+        start = scan.position + 0.02 * pattern.directions.reshape(-1, 3)[k]
+        hit = scene.world.ray(start, ends[k])
+        measured = scan.ranges.reshape(-1)[k]
+        assert (hit is None) == bool(np.isinf(measured))
+        if hit is not None:
+            assert np.linalg.norm(hit.position - scan.position) == pytest.approx(measured, abs=1e-6)
+            assert (hit.body.id, hit.link.index) == tuple(scan.owners.reshape(-1, 2)[k])
+
+
+def test_a_scan_of_the_flat_is_quick() -> None:
+    scene = home()
+    place = scene.world.add_box((0.02, 0.02, 0.02), (*scene.spawn[:2], 1.0), mass=0, name="post")
+    lidar = Lidar(
+        place.links[0], pattern=LidarPattern(vertical_fov_deg=30, vertical_resolution_deg=4, max_range=10)
+    )
+    assert lidar.scan().ranges.shape == (8, 360)
+    times = []
+    for _ in range(15):
+        start = time.perf_counter()
+        lidar.scan()
+        times.append(time.perf_counter() - start)
+    assert min(times) < 0.010, "under 3 ms on a quiet machine"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"horizontal_fov_deg": 400},
+        {"vertical_resolution_deg": 0},
+        {"min_range": 5, "max_range": 1},
+        {"max_range": float("nan")},
+        {"horizontal_resolution_deg": 1e-6},
+    ],
+)
+def test_impossible_lidars_are_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(RoboyardError, match=r"lidar sees|too large"):
+        LidarPattern(**wrong)
