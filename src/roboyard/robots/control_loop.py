@@ -27,6 +27,8 @@ from roboyard.robots.gains import (
 from roboyard.robots.joints import JointArrays
 
 POSITION, VELOCITY, EFFORT, FREE = range(4)
+OFFSET_TIME = 0.5
+"""s"""
 KINDS = {"position": POSITION, "velocity": VELOCITY, "effort": EFFORT}
 
 
@@ -74,6 +76,8 @@ class ControlLoop:
         self._position = rest.copy()
         self._velocity, self._effort = np.zeros(count), np.zeros(count)
         self._compensated = np.ones(count)
+        self._offset = np.zeros(count)
+        """Slow part of how far joints are from where they are led."""
         self._claim()
         self._effort_groups = [g for g in self.groups.values() if g.controller.control_type == "effort"]
         self._other_groups = [g for g in self.groups.values() if g.controller.control_type != "effort"]
@@ -125,6 +129,9 @@ class ControlLoop:
         if self.joints.bind() or self._stale:
             self._countdown = 0
             self.joints.refresh()
+            if self._stale:
+                self._position[:] = np.where(self._kinds == FREE, self._position, self.joints.q)
+                self._offset[:] = 0.0
             self._stale = False
 
     def state_of(self, group: Group, q: Array | None = None, v: Array | None = None) -> GroupState:
@@ -142,15 +149,23 @@ class ControlLoop:
                 state.bias = self.joints.bias[group.places]
         return state
 
-    @staticmethod
-    def _mount(group: Group, q: Array) -> Array:
+    def _mount(self, group: Group, q: Array) -> Array:
+        """Pose of what a group hangs from. Joints below it count as they are led, not as they tremble: an arm that
+        answers every deflection of the torso rocks it.
+        """
         if group.mount is None or group.mount_places is None:
             return EYE4
-        return forward_kinematics(group.mount, q[group.mount_places])
+        places = group.mount_places
+        here = q[places]
+        if group.kind != "base":
+            led = self._kinds[places] == POSITION
+            here = np.where(led, self._position[places] + self._offset[places], here)
+        return forward_kinematics(group.mount, here)
 
     def _control(self) -> None:
         q, v = self.joints.q, self.joints.v
         kinds = self._kinds
+        self._offset += min(1.0, self.dt / OFFSET_TIME) * (q - self._position - self._offset)
         for group in self._other_groups:
             control = group.controller.step(self.state_of(group, q, v))
             kind = KINDS[control.kind]
