@@ -79,7 +79,8 @@ def test_a_mesh_used_twice_is_copied_once(bundled: Callable[[str], ImportedRobot
 
 
 def test_meshes_made_in_memory_become_files(robot: ImportedRobot, tmp_path: Path) -> None:
-    urdf.write(robot, tmp_path)
+    written = urdf.write(robot, tmp_path)
+    assert ["colours" in note for note in written.notes] == [True]
     read = load_urdf(tmp_path / "everything.urdf")
     mesh = read.link_by_name["arm.1"].visuals[0].geometry
     assert isinstance(mesh, Mesh) and mesh.path is not None

@@ -139,4 +139,6 @@ class _Beside:
         self.made[id(mesh)] = (mesh, uri)
         (self.folder / "meshes").mkdir(exist_ok=True)
         write_obj(mesh, self.folder / uri)
+        if mesh.colors is not None or mesh.texture is not None:
+            self.notes.append(f"{uri}: made in memory; written without the colours of its faces")
         return uri
