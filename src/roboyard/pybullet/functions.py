@@ -6,7 +6,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from roboyard.pybullet import camera_matrices, clients, control, loading, rotations, transforms
+from roboyard.pybullet import camera_matrices, clients, control, loading, old_camera, rotations, transforms
 from roboyard.pybullet.calling import builtin, public
 from roboyard.pybullet.commands import COMMANDS
 
@@ -27,6 +27,7 @@ _TOPICS = (
     "links",
     "loading",
     "logs",
+    "meshes",
     "multibody",
     "parameters",
     "raycasts",
@@ -49,6 +50,7 @@ FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
     clients.isNumpyEnabled,
     control.setJointMotorControl,
     loading.loadURDF,
+    old_camera.renderImage,
     camera_matrices.computeProjectionMatrix,
     camera_matrices.computeProjectionMatrixFOV,
     camera_matrices.computeViewMatrix,

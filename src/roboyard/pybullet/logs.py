@@ -9,13 +9,16 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
 
 from roboyard.pybullet import constants as c
-from roboyard.pybullet.arguments import text, whole
+from roboyard.pybullet.arguments import indices, text, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import unavailable
 from roboyard.pybullet.ids import Counter
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
+
+
+DEFAULT_LOG_DOFS = 12
 
 
 class Recorder(Protocol):
@@ -123,6 +126,9 @@ def startStateLogging(
 ) -> int | None:
     """Start a log file and give its id.
 
+    Each record of a robot's or contact's file is 0xaa 0xbb and then the fields that the file's second line
+    types (as `struct` does) and its first line names. Videos show the visualizer's camera in simulated time.
+
     Args:
         loggingType: STATE_LOGGING_GENERIC_ROBOT, _CONTACT_POINTS, _VIDEO_MP4, _PROFILE_TIMINGS, ...
         fileName: what to write.
@@ -133,7 +139,7 @@ def startStateLogging(
         linkIndexA: contacts: only those of this link.
         linkIndexB: contacts: only those with this link.
         deviceTypeFilter: of VR devices, of which there are none.
-        logFlags: STATE_LOG_JOINT_TORQUES and its parts.
+        logFlags: STATE_LOG_JOINT_TORQUES and its parts: also what the motors applied.
     """
     name = text(fileName)
     kind = whole(loggingType)
@@ -144,7 +150,24 @@ def startStateLogging(
         return client.logs.start(client.logs.timings)
     if kind in _NOT_HERE:
         raise unavailable(f"startStateLogging({kind})", _NOT_HERE[kind])
-    raise unavailable(f"startStateLogging({kind})", "this kind of log file is not written yet")
+    if kind in (c.STATE_LOGGING_GENERIC_ROBOT, c.STATE_LOGGING_MINITAUR):
+        from roboyard.pybullet.robot_logs import RobotLog
+
+        flags = whole(logFlags)
+        bodies = indices(objectUniqueIds, "expected a sequence of object ids")
+        dofs = whole(maxLogDof) if whole(maxLogDof) >= 0 else DEFAULT_LOG_DOFS
+        torques = flags > 0 and bool(flags & c.STATE_LOG_JOINT_TORQUES)
+        return client.logs.start(RobotLog(name, bodies, dofs, torques=torques))
+    if kind == c.STATE_LOGGING_CONTACT_POINTS:
+        from roboyard.pybullet.robot_logs import ContactLog
+
+        wanted = whole(bodyUniqueIdA), whole(bodyUniqueIdB), whole(linkIndexA), whole(linkIndexB)
+        return client.logs.start(ContactLog(name, wanted))
+    if kind == c.STATE_LOGGING_VIDEO_MP4:
+        from roboyard.pybullet.videos import open_video
+
+        return client.logs.start(open_video(name))
+    raise unavailable(f"startStateLogging({kind})", "no log file is of this kind")
 
 
 _NOT_HERE = {

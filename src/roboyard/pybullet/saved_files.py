@@ -87,3 +87,29 @@ def _joint_places(record: BodyRecord) -> tuple[list[int], list[int]]:
         i for j in joints for i in range(record.velocities_of(j).start, record.velocities_of(j).stop)
     ]
     return positions, velocities
+
+
+@command()
+def saveWorld(client: Client, worldFileName: str) -> None:
+    """Write a script that loads the same files at the present poses, and sets joints and gravity.
+
+    Bodies made by createMultiBody come from no file and are left out, as is what was changed after loading.
+    """
+    from roboyard.pybullet.world_scripts import world_script
+
+    try:
+        Path(text(worldFileName)).write_text(world_script(client), encoding="utf-8")
+    except OSError as problem:
+        raise failure("saveWorld command execution failed.", str(problem)) from None
+
+
+@command()
+def loadBullet(client: Client, bulletFileName: str) -> tuple[int, ...]:
+    """Bullet's own files hold its internal structures and cannot be read; always raises."""
+    path = find_file(client, text(bulletFileName))
+    remedy = (
+        not_found_remedy(client, bulletFileName)
+        if path is None
+        else "load bodies from their own files; restoreState(fileName=...) reads what saveBullet wrote"
+    )
+    raise failure("Couldn't load .bullet file.", remedy)
