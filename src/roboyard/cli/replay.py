@@ -1,0 +1,42 @@
+"""`roboyard replay`: a recorded motion once more, to the bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def replay(
+    log: Annotated[Path, typer.Argument(help="State log (.npz).")],
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Film to write, .gif or .mp4.", show_default=False)
+    ] = None,
+    fps: Annotated[float, typer.Option("--fps", help="Pictures a second of the film.")] = 20.0,
+    width: Annotated[int, typer.Option("--width", min=16, max=4096, help="Pixels.")] = 480,
+    height: Annotated[int, typer.Option("--height", min=16, max=4096, help="Pixels.")] = 360,
+) -> None:
+    """Tell what a state log holds; with --record, set its world up again and film the motion."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from roboyard.recording import load_log
+
+    found = load_log(log)
+    console = Console()
+    seconds = float(found.time[-1] - found.time[0]) if len(found) else 0.0
+    setup = ", ".join(f"{name} {value}" for name, value in found.setup.items() if isinstance(value, str))
+    console.print(f"{log.name}: {len(found)} moments in {seconds:.2f} s; {setup or 'a world of its own'}")
+    table = Table("moves", "from", "to", "unit", box=None)
+    for k, name in enumerate(found.position_names):
+        low, high = (float(v) for v in (found.positions[:, k].min(), found.positions[:, k].max()))
+        if high - low > 1e-3:
+            table.add_row(name, f"{low:.3f}", f"{high:.3f}", found.position_units[k])
+    console.print(table)
+    if record is None:
+        return
+    from roboyard.recording.play import film_of
+
+    count = film_of(found, record, fps=fps, width=width, height=height)
+    console.print(f"{record}: {count} pictures", highlight=False, soft_wrap=True)

@@ -1,0 +1,59 @@
+"""A state log as a film."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from roboyard.errors import ConfigError
+from roboyard.recording.film import Film
+from roboyard.recording.log import StateLog
+from roboyard.recording.stage import Stage, set_up
+
+
+def moments(log: StateLog, fps: float) -> Iterator[int]:
+    """For each picture of a film, the last moment at or before its time."""
+    if not len(log):
+        return
+    count = int(np.floor((log.time[-1] - log.time[0]) * fps + 1e-9)) + 1
+    for k in range(count):
+        at = log.time[0] + k / fps
+        yield max(int(np.searchsorted(log.time, at + 1e-9, side="right")) - 1, 0)
+
+
+def film_of(
+    log: StateLog,
+    path: str | Path,
+    *,
+    fps: float = 20.0,
+    width: int = 480,
+    height: int = 360,
+    stage: Stage | None = None,
+) -> int:
+    """Film a log in its world, from the scene's own view; returns how many pictures.
+
+    Args:
+        log: what to show.
+        path: .gif or .mp4.
+        fps: pictures a second.
+        width: pixels.
+        height: pixels.
+        stage: the world; set up again from the log by default.
+
+    Raises:
+        ConfigError: the log does not say how its world was set up, or the world is another one now.
+    """
+    if stage is None:
+        if not log.setup:
+            raise ConfigError("the log does not say how its world was set up; only who made it can show it")
+        stage = set_up(log.setup)
+    world = stage.scene.world
+    log.check_fits(world)
+    camera = stage.scene.camera(width=width, height=height)
+    with Film(path, fps=fps) as film:
+        for k in moments(log, fps):
+            log.restore(world, k)
+            film.add(world.render(camera))
+        return film.count
