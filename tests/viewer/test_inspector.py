@@ -226,12 +226,13 @@ def test_contacts_and_the_centre_of_mass_follow_the_world(inspect) -> None:
     assert total.position == pytest.approx(inspector.body.center_of_mass, abs=1e-3)
 
 
-def test_a_clicked_shape_picks_its_link(inspect, browser, wait) -> None:
+@pytest.mark.parametrize("shape", ["visual", "collision"])
+def test_a_clicked_shape_picks_its_link(inspect, browser, wait, shape: str) -> None:
     inspector = inspect()
     page = browser(inspector.viewer)
-    name = next(
-        h.name for h, s in inspector.viewer.nodes._shapes.values() if h.name.startswith("/gripper/left/")
-    )
+    inspector.overlays.switch("collision shapes", True)
+    nodes = inspector.viewer.server.scene._handle_from_node_name
+    name = next(node for node in nodes if node.startswith(f"/gripper/left/{shape} "))
     page.send(
         type="SceneNodeClickMessage",
         name=name,
@@ -316,6 +317,20 @@ def test_a_wish_that_fails_ends_nothing(inspect, caplog: pytest.LogCaptureFixtur
     inspector.tick(0.1)
     assert inspector.is_playing
     assert "a wish of the page failed" in caplog.text
+
+
+def test_an_explosion_stops_time_and_is_told(inspect) -> None:
+    inspector = inspect(fixed_base=False)
+    inspector.play(True)
+    inspector.tick(0.05)
+    inspector.body.set_velocity(angular=(1e12, 0, 1e12))
+    inspector.tick(0.05)
+    assert not inspector.is_playing
+    assert "exploded" in inspector._status.content
+    inspector.reset()
+    inspector.play(True)
+    inspector.tick(0.05)
+    assert inspector.is_playing
 
 
 def test_spheres_come_from_a_planners_file(planner_file: Path, tmp_path: Path) -> None:

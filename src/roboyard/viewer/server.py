@@ -37,7 +37,9 @@ def open_server(host: str, port: int, title: str) -> Any:
 
     with _quiet():
         server = Server(host=host, port=free, label=title, verbose=False)
-    server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(38, 96, 164))
+    server.gui.configure_theme(
+        show_logo=False, show_share_button=False, control_width="large", brand_color=(38, 96, 164)
+    )
     server.gui.main_panel.dock_right()
     server.scene.world_axes.visible = False
     return server

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.errors import RoboyardError
 from roboyard.sim import World
 from roboyard.urdf import Audit, audit, load_urdf
 from roboyard.viewer.inspector.camera_panel import CameraPanel
 from roboyard.viewer.inspector.joint_panel import JointPanel
-from roboyard.viewer.inspector.link_panel import LinkPanel, findings_text
+from roboyard.viewer.inspector.link_panel import LinkPanel, findings_text, plain
 from roboyard.viewer.inspector.overlays import Overlays
 from roboyard.viewer.inspector.robot_source import RobotSource
 from roboyard.viewer.inspector.velocity_plot import VelocityPlot
@@ -32,6 +33,8 @@ CLEARANCE = 0.001
 """m between the robot's lowest point and the floor."""
 STATUS_PERIOD = 0.25
 """s"""
+COMPLAINT_PERIOD = 5.0
+"""s that a complaint stays on the page at least."""
 
 
 class Inspector:
@@ -211,15 +214,23 @@ class Inspector:
             return
         self._fulfil(wish)
 
-    def _fulfil(self, wish: Callable[[], None]) -> None:
+    def _fulfil(self, wish: Callable[[], None]) -> bool:
+        """Do it; what goes wrong is told on the page, since one page must not end the page of everyone."""
         try:
             wish()
+        except RoboyardError as error:
+            self._complain(str(error))
         except Exception as error:
-            # one wish of one page must not end the page of everyone
             log.exception("a wish of the page failed")
-            self._status.content = f"That did not work: {type(error).__name__}"
+            self._complain(f"that did not work: {type(error).__name__}: {error}")
         else:
             self._after_moving()
+            return True
+        return False
+
+    def _complain(self, words: str) -> None:
+        self._last_status = perf_counter() + COMPLAINT_PERIOD
+        self._status.content = f"**{plain(words)}**"
 
     def tick(self, elapsed: float) -> None:
         """Fulfil what the page asked for, then let `elapsed` seconds pass, if time runs."""
@@ -230,8 +241,12 @@ class Inspector:
             steps = int(self._behind / self.world.timestep)
             if steps:
                 self._behind -= steps * self.world.timestep
-                self._fulfil(lambda: self.world.step(steps))
-                self.plot.sample(self.world.time, self.body.joint_velocities)
+                if self._fulfil(lambda: self.world.step(steps)):
+                    self.plot.sample(self.world.time, self.body.joint_velocities)
+                else:
+                    told = self._status.content
+                    self.play(False)
+                    self._status.content = told
         elif self._wiggle is not None:
             name = next(self._wiggle, None)
             if name is None:

@@ -96,8 +96,16 @@ class Overlays:
                     collision.geometry, collision.origin, Material(rgba=GREEN), self._body.scale, (0, 0)
                 )
                 if shape is not None:
-                    made.append(self._add_shape(f"{self._viewer.path_of(link)}/collision {k + 1}", shape))
+                    node = self._add_shape(f"{self._viewer.path_of(link)}/collision {k + 1}", shape)
+                    self._let_pick(node, (self._body.id, link.index))
+                    made.append(node)
         return made
+
+    def _let_pick(self, node: Any, owner: tuple[int, int]) -> None:
+        """A click on this node is a click on the link."""
+        click = self._viewer.nodes.on_click
+        if click is not None:
+            node.on_click(lambda _: click(owner))
 
     def _add_shape(self, name: str, shape: RenderShape) -> Any:
         return self._scene.add_glb(
@@ -153,14 +161,13 @@ class Overlays:
             radius=radius,
             color=color,
             subdivisions=2,
-            opacity=0.8,
             position=position,
             cast_shadow=False,
             receive_shadow=False,
         )
 
     def _frames(self) -> list[Any]:
-        length = 0.08 * self.size
+        length = 0.06 * self.size
         return [
             self._scene.add_frame(
                 f"{self._viewer.path_of(link)}/frame", axes_length=length, axes_radius=0.04 * length
