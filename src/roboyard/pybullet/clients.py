@@ -61,7 +61,9 @@ class Client:
         return self.scene
 
     def _let_go(self) -> None:
-        self.__dict__.pop("scene", None)
+        scene = self.__dict__.pop("scene", None)
+        if scene is not None:
+            scene.let_go()
 
     def reset(self) -> None:
         """Let go of everything in the world; settings stay but for gravity and iterations."""

@@ -112,6 +112,8 @@ def changeDynamics(
             joint.damping = jointDamping
         if number(jointLowerLimit) <= number(jointUpperLimit) and joint.is_scalar:
             joint.set_limits(jointLowerLimit, jointUpperLimit)
+        if number(maxJointVelocity) >= 0:
+            scene.world.stepping.set_velocity_limit(record.body.id, linkIndex, maxJointVelocity)
 
 
 def _set_mass(

@@ -121,7 +121,7 @@ def read_description(client: Client, path: Path) -> RobotDescription:
     found = _read.get(key) if client.parameters.file_caching else None
     if found is None:
         search = [client.search_path.absolute()] if client.search_path else []
-        found = load_urdf(path, search_paths=search, missing_meshes="note")
+        found = load_urdf(path, search_paths=search, missing_meshes="note", words_are_zero=True)
         for joint in found.joints:
             if joint.type in ("revolute", "prismatic") and joint.limit is None:
                 raise DescriptionError(

@@ -298,7 +298,12 @@ class Scene:
         if self._without_motors:
             world.ensure_compiled()
             self.give_motors()
-        for _ in range(max(1, self._parameters.sub_steps)):
+        parts = max(1, self._parameters.sub_steps)
+        pushes = self._pushes() if parts > 1 else None
+        for part in range(parts):
+            if part and pushes is not None:
+                world.data.xfrc_applied[:], world.data.qfrc_applied[:] = pushes
+                world.wrenches.pending = True
             for effort in self.efforts.values():
                 effort()
             world.step()
@@ -306,6 +311,18 @@ class Scene:
         self._frames_revision = self._motor_revision = world.revision
         self._motor_forces = None
         self._wrenches_known = False
+
+    def _pushes(self) -> tuple[Any, Any] | None:
+        """Copies of what pushes on links and joints in the coming step; it lasts through all sub-steps."""
+        world = self.world
+        if not world.wrenches.pending:
+            return None
+        return world.data.xfrc_applied.copy(), world.data.qfrc_applied.copy()
+
+    def let_go(self) -> None:
+        """Free everything now: the parts refer to one another, and MuJoCo's arrays are large."""
+        vars(self.world).clear()
+        vars(self).clear()
 
     def frames(self, *, fresh: bool) -> Any:
         """MjData for reading link frames: as the last step left them, or worked out from the present

@@ -64,7 +64,7 @@ def _read_model(model: ET.Element, path: Path, search_paths: Sequence[Path]) -> 
     robot.extend(_link(link) for link in model.findall("link"))
     robot.extend(_joint(joint, poses) for joint in model.findall("joint"))
     try:
-        description = load_urdf(robot, search_paths=search_paths, missing_meshes="note")
+        description = load_urdf(robot, search_paths=search_paths, missing_meshes="note", words_are_zero=True)
     except DescriptionError as problem:
         raise DescriptionError(
             str(problem), file=path, line=line_of(model), element=f'model "{model.get("name", "")}"'

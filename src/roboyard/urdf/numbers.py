@@ -67,6 +67,8 @@ def _shown(element: ET.Element, key: str) -> str:
 
 
 def _read(text: str, element: ET.Element, key: str, who: str, problems: Problems) -> tuple[float, ...] | None:
+    if problems.words_are_zero:
+        return tuple(_prefix(token) or 0.0 for token in text.split())
     default = _OPTENV.match(text.strip())
     if default is not None:
         problems.note(element, who, f"{_shown(element, key)} was left by xacro; its default is taken")

@@ -15,9 +15,11 @@ MAX_REPORTED = 100
 class Problems:
     """Errors and notes of one reading, in the order in which they were met."""
 
-    def __init__(self, file: Path | None, *, strict: bool = False) -> None:
+    def __init__(self, file: Path | None, *, strict: bool = False, words_are_zero: bool = False) -> None:
         self.file = file
         self.strict = strict
+        self.words_are_zero = words_are_zero
+        """Whether a word among numbers counts as 0, as C's strtod has it, instead of being wrong."""
         self.errors: list[DescriptionError] = []
         self.notes: list[str] = []
 

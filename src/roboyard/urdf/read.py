@@ -33,6 +33,7 @@ def load_urdf(
     search_paths: Sequence[Path] = (),
     missing_meshes: MissingMeshes = "error",
     strict: bool = False,
+    words_are_zero: bool = False,
 ) -> RobotDescription:
     """The robot that a URDF describes, its mesh files found but not yet opened.
 
@@ -42,6 +43,7 @@ def load_urdf(
         search_paths: more folders in which to look for packages and files; see `roboyard.urdf.resolve`.
         missing_meshes: "error", or "note" to keep such shapes with `Mesh.path` None.
         strict: treat as an error everything that would otherwise be put right and noted.
+        words_are_zero: read every word among numbers as 0, as Bullet does, unexpanded xacro included.
 
     Returns:
         The description; its `notes` tell what was put right. Masses, inertias and limits are as written, also
@@ -51,7 +53,7 @@ def load_urdf(
         DescriptionError: the file cannot be used; `problems` lists everything that is wrong with it.
     """
     root, file, notes = _root_element(source)
-    problems = Problems(file, strict=strict)
+    problems = Problems(file, strict=strict, words_are_zero=words_are_zero)
     for note in notes:
         problems.note(None, "", note)
     if root.tag != "robot":
