@@ -4,8 +4,8 @@ At every step the reference r of the joints moves by the d that minimises
 
     |J(r) d - e|² + λ² |d|²   within the joint limits and |d| ≤ v_max dt
 
-with e the error of the goal against the tip's pose at r; joints free of the task go to the reset posture (rate
-1/s, in the null space of J). Drives then follow u = r. Source: damped least squares, Wampler 1986; Nakamura and
+with e the error of the goal against the tip's pose at r; on the way, joints free of the task go to the reset posture
+(rate 1/s, in the null space of J). Once r is at the goal it stays. Drives follow u = r. Source: damped least squares, Wampler 1986; Nakamura and
 Hanafusa 1986; see `roboyard.kinematics.differential_step`.
 
 OmniGibson takes one undamped pseudo-inverse step from the *measured* joints, u = clip(q + J⁺ e): it jumps near
@@ -16,6 +16,7 @@ another posture found by `roboyard.kinematics.solve_ik` (`way_round`).
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -24,7 +25,7 @@ from pydantic import Field
 from roboyard.kinematics import ChainArrays, differential_step, forward_kinematics, solve_ik
 from roboyard.poses import Array
 from roboyard.robots.controllers.base import Control, ControllerSettings, GroupLimits, GroupState, MotorType
-from roboyard.robots.controllers.rotations import inverse, vector_of_matrix
+from roboyard.robots.controllers.rotations import vector_of_matrix
 from roboyard.robots.controllers.task import TaskController, TaskSettings
 
 DAMPING = 0.03
@@ -33,6 +34,8 @@ REST_RATE = 1.0
 """1/s"""
 CHECK_EVERY = 10
 """Steps between looks at whether the reference still comes nearer."""
+THERE_POSITION, THERE_ORIENTATION = 1e-5, 1e-4
+"""m and rad: the reference is at the goal."""
 NEAR_POSITION, NEAR_ORIENTATION = 1e-3, 5e-3
 """m and rad: an error below these is no stall."""
 
@@ -72,6 +75,7 @@ class InverseKinematicsController(TaskController):
         self._last_error = np.inf
         self._no_way = False
         self._history: list[Array] = []
+        self._reached: Array | None = None
 
     @property
     def control_type(self) -> MotorType:
@@ -91,30 +95,39 @@ class InverseKinematicsController(TaskController):
     def _control(self, state: GroupState) -> Control:
         if self._reference is None:
             self._reference = np.clip(state.q, self.limits.lower, self.limits.upper)
-        target = inverse(state.mount) @ self.goal
+        target = self.target(state)
         reach = self.limits.velocity * state.dt
         if self._detour is not None:
             self._follow_detour(reach)
-        else:
-            self._reference = differential_step(
-                self.chain,
-                self._reference,
-                target,
-                damping=self.settings.damping,
-                max_step=reach,
-                rest=self.rest,
-                rest_gain=REST_RATE * state.dt,
-                orientation_weights=self._weight,
-            )
-            self._count += 1
-            if self.settings.way_round and self._count % CHECK_EVERY == 0:
-                self._look_around(target)
+        elif self._reached is None or np.abs(target - self._reached).max() > THERE_POSITION:
+            self._step_towards(target, reach, state.dt)
         target_q = self._smoothed(self._reference)
         if not self.settings.use_impedances:
             return Control(kind="position", value=target_q)
         assert state.mass_matrix is not None
         effort = state.mass_matrix @ (self.settings.pos_kp * (target_q - state.q) - self._kd * state.v)
         return Control(kind="effort", value=effort if state.bias is None else effort + state.bias)
+
+    def _step_towards(self, target: Array, reach: Array, dt: float) -> None:
+        assert self._reference is not None
+        position, turn = self.error(target)
+        if position < THERE_POSITION and turn < THERE_ORIENTATION:
+            self._reached = target
+            return
+        self._reached = None
+        self._reference = differential_step(
+            self.chain,
+            self._reference,
+            target,
+            damping=self.settings.damping,
+            max_step=reach,
+            rest=self.rest,
+            rest_gain=REST_RATE * dt,
+            orientation_weights=self._weight,
+        )
+        self._count += 1
+        if self.settings.way_round and self._count % CHECK_EVERY == 0:
+            self._look_around(target, position, turn)
 
     def _follow_detour(self, reach: Array) -> None:
         """All joints together towards the other posture, none faster than it may."""
@@ -126,8 +139,8 @@ class InverseKinematicsController(TaskController):
         else:
             self._reference = self._reference + way / slowest
 
-    def _look_around(self, target: Array) -> None:
-        error, near = self.error(target)
+    def _look_around(self, target: Array, position: float, turn: float) -> None:
+        error, near = position + turn, position < NEAR_POSITION and turn < NEAR_ORIENTATION
         stalled = error > 0.9 * self._last_error and not near
         self._last_error = error
         if not stalled or self._no_way:
@@ -141,17 +154,18 @@ class InverseKinematicsController(TaskController):
         else:
             self._no_way = True
 
-    def error(self, target: Array) -> tuple[float, bool]:
-        """Distance of the reference's tip from a target in the chain's frame (m, with rad counted as m), and
-        whether it is there.
+    def error(self, target: Array) -> tuple[float, float]:
+        """Distance (m) and angle (rad) of the reference's tip from a target in the chain's frame; an orientation
+        that is free counts as reached.
         """
         assert self._reference is not None
         here = forward_kinematics(self.chain, self._reference)
-        position = float(np.linalg.norm(target[:3, 3] - here[:3, 3]))
-        turn = 0.0
-        if not self.is_orientation_free:
-            turn = float(np.linalg.norm(vector_of_matrix(target[:3, :3] @ here[:3, :3].T)))
-        return position + turn, position < NEAR_POSITION and turn < NEAR_ORIENTATION
+        gap = target[:3, 3] - here[:3, 3]
+        position = math.sqrt(float(gap @ gap))
+        if self.is_orientation_free:
+            return position, 0.0
+        x, y, z = vector_of_matrix(target[:3, :3] @ here[:3, :3].T)
+        return position, math.sqrt(x * x + y * y + z * z)
 
     def _smoothed(self, target: Array) -> Array:
         size = self.settings.smoothing_filter_size

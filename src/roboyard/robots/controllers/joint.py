@@ -1,6 +1,6 @@
 """JointController: positions, velocities or efforts of joints, as they are or as changes.
 
-    position   r ← r + clip(q* - r, ±v_max dt), then u = r         (r starts at the joint's position)
+    position   u = r, which runs from the joint's position to q* at v_max at most, with accelerations a = v_max / 0.2 s
     velocity   u = q̇* + i, with i the integral of `velocity_integral`; once all are zero and the joints rest,
                u = the positions they rest at
     effort     u = τ*
@@ -10,7 +10,7 @@
 
 A change d of joint i means q*_i = q_i + d_i; joints whose change is zero keep the goal they have, so that an arm
 under load does not creep (OmniGibson re-targets the measured position of every joint, which sags step by step).
-Positions approach their goal no faster than the joint's velocity limit. b is gravity, Coriolis and centrifugal
+b is gravity, Coriolis and centrifugal
 effort, as far as compensation is on.
 """
 
@@ -33,6 +33,8 @@ from roboyard.robots.controllers.base import (
 )
 from roboyard.robots.controllers.velocity_integral import VelocityIntegral
 
+RISE_TIME = 0.2
+"""s to full speed"""
 REST_SPEED = 0.01
 """rad/s or m/s: below this a joint whose wanted velocity is zero counts as resting."""
 
@@ -88,6 +90,7 @@ class JointController(Controller):
         self._kd = 2.0 * np.sqrt(self._kp) * damping
         self._vel_kp = 2.0 if settings.vel_kp is None else settings.vel_kp
         self._reference: Array | None = None
+        self._speed = np.zeros(limits.size)
         self._rest: Array | None = None
         self._history: list[Array] = []
         self._integral = VelocityIntegral(limits.velocity)
@@ -159,9 +162,19 @@ class JointController(Controller):
 
     def _approach(self, goal: Array, state: GroupState) -> Array:
         if self._reference is None:
-            self._reference = state.q.copy()
-        reach = self.limits.velocity * state.dt
-        self._reference = self._reference + np.minimum(np.maximum(goal - self._reference, -reach), reach)
+            self._reference, self._speed = state.q.copy(), np.zeros(self.limits.size)
+        gap, fastest, dt = goal - self._reference, self.limits.velocity, state.dt
+        if not gap.any():
+            return self._reference
+        acceleration = fastest / RISE_TIME
+        braking = np.sqrt(2.0 * acceleration * np.abs(gap))
+        wanted = np.sign(gap) * np.minimum(np.minimum(fastest, braking), np.abs(gap) / dt)
+        change = acceleration * dt
+        self._speed = np.minimum(np.maximum(wanted, self._speed - change), self._speed + change)
+        move = self._speed * dt
+        arrives = (np.sign(move) == np.sign(gap)) & (np.abs(move) >= np.abs(gap))
+        self._reference = np.where(arrives, goal, self._reference + move)
+        self._speed[arrives] = 0.0
         return self._reference
 
     def _position(self, target: Array, state: GroupState) -> Control:

@@ -69,11 +69,11 @@ class OperationalSpaceController(TaskController):
     def _control(self, state: GroupState) -> Control:
         mass = state.mass_matrix
         assert mass is not None
-        tip = self.tip(state)
+        tip, goal = self.tip(state), state.mount @ self.target(state)
         J = jacobian(self.chain, state.q)
         axes = state.mount[:3, :3]
         J = np.concatenate([axes @ J[:3], axes @ J[3:]])
-        error = np.concatenate([self.goal[:3, 3] - tip[:3, 3], vector_of_matrix(self.goal[:3, :3] @ tip[:3, :3].T)])
+        error = np.concatenate([goal[:3, 3] - tip[:3, 3], vector_of_matrix(goal[:3, :3] @ tip[:3, :3].T)])
         acceleration = self._kp * error - self._kd * (J @ state.v)
         if self.is_orientation_free:
             J, acceleration = J[:3], acceleration[:3]

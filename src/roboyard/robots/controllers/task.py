@@ -1,6 +1,7 @@
 """What inverse kinematics and operational space control share: commands to a tip become a goal pose.
 
-All poses are in the robot's base frame. Commands by mode (positions m, rotations as rotation vectors, rad):
+Commands are in the robot's base frame. Absolute poses are kept there; goals of the other modes are kept in the frame
+that the joints hang from, so that an arm rides along when the torso moves. Commands by mode (positions m, rotations as rotation vectors, rad):
 
     absolute_pose            6   the pose itself; needs both command limits null
     pose_absolute_ori        6   change of position, orientation itself
@@ -26,8 +27,14 @@ from pydantic import model_validator
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.kinematics import ChainArrays, forward_kinematics
 from roboyard.poses import Array, matrix_from_quaternion, quaternion_from_matrix
-from roboyard.robots.controllers.base import Controller, ControllerSettings, GroupLimits, GroupState
-from roboyard.robots.controllers.rotations import matrix_of_vector, vector_of_matrix
+from roboyard.robots.controllers.base import (
+    EYE4,
+    Controller,
+    ControllerSettings,
+    GroupLimits,
+    GroupState,
+)
+from roboyard.robots.controllers.rotations import inverse, matrix_of_vector, vector_of_matrix
 
 Mode = Literal[
     "absolute_pose", "pose_absolute_ori", "pose_delta_ori", "position_fixed_ori", "position_compliant_ori"
@@ -85,6 +92,7 @@ class TaskController(Controller):
         if self.rest.shape != (chain.size,):
             raise ConfigError(f"reset_joint_pos: has {len(self.rest)} values for {chain.size} joints")
         self._fixed: Array | None = None
+        self._goal_mount: Array = EYE4
 
     @property
     def command_dim(self) -> int:
@@ -97,6 +105,11 @@ class TaskController(Controller):
     def reset(self) -> None:
         super().reset()
         self._fixed = None
+
+    def target(self, state: GroupState) -> Array:
+        """(4, 4) goal in the frame that the joints hang from."""
+        mount = state.mount if self.settings.mode == "absolute_pose" else self._goal_mount
+        return inverse(mount) @ self.goal
 
     def tip(self, state: GroupState) -> Array:
         """(4, 4) measured pose of the tip in the base frame."""
@@ -112,7 +125,8 @@ class TaskController(Controller):
     def _goal(self, command: Array, state: GroupState) -> Array:
         mode = self.settings.mode
         measured = self.tip(state)
-        held = measured if self.goal is None else self.goal
+        held = measured if self.goal is None else state.mount @ self.target(state)
+        self._goal_mount = state.mount
         origin = held if self.settings.goal_update_mode == "target" else measured
         goal = np.eye(4)
         if mode == "absolute_pose":
@@ -150,11 +164,12 @@ class TaskController(Controller):
         return goal
 
     def _noop_goal(self, state: GroupState) -> Array:
+        self._goal_mount = state.mount
         return self.tip(state)
 
     def _noop(self, state: GroupState) -> Array:
         command = np.zeros(self.command_dim)
-        kept = self.tip(state) if self.goal is None else self.goal
+        kept = self.tip(state) if self.goal is None else state.mount @ self.target(state)
         if self.settings.mode == "absolute_pose":
             command[:3] = kept[:3, 3]
         if self.settings.mode in ("absolute_pose", "pose_absolute_ori"):

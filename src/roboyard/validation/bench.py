@@ -1,0 +1,68 @@
+"""A robot on a floor, ready to be tried: every gate starts from a fresh one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from roboyard.poses import Array
+from roboyard.robots import RegisteredRobot, Robot, add_robot
+from roboyard.robots.definition import RobotDefinition
+from roboyard.robots.sensor_frames import CameraFrame
+from roboyard.sim.world import World
+from roboyard.urdf.model import RobotDescription
+
+
+@dataclass(kw_only=True, slots=True)
+class Bench:
+    """Builds worlds with the robot under test."""
+
+    name: str
+    source: RegisteredRobot | RobotDescription
+    definition: RobotDefinition
+    timestep: float = 1 / 240
+    seed: int = 0
+    cameras: tuple[CameraFrame, ...] = ()
+    scene: Any = None
+    """Called with each new world; a floor by default."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Of `add_robot`."""
+
+    def robot(self, **options: Any) -> Robot:
+        """A fresh robot on the floor of a fresh world."""
+        world = World(timestep=self.timestep)
+        if self.scene is None:
+            world.add_plane()
+        else:
+            self.scene(world)
+        return add_robot(
+            world, self.source, definition=self.definition, name=self.name, **{**self.options, **options}
+        )
+
+
+def advance(robot: Robot, seconds: float, action: Array | None = None) -> None:
+    """Step on, with an action repeated at each control step if one is given."""
+    steps = max(1, round(seconds * robot.control_freq))
+    for _ in range(steps):
+        if action is not None:
+            robot.apply_action(action)
+        robot.world.step(robot.steps_per_control)
+
+
+def zero_action(robot: Robot) -> Array:
+    """(action_dim,) zeros."""
+    return np.zeros(robot.action_dim)
+
+
+def own_contacts(robot: Robot) -> list[tuple[str, str, float]]:
+    """Links of the robot that overlap one another now, with the depth in m, the deepest first; one entry a pair."""
+    robot.world.detect_contacts()
+    deepest: dict[tuple[str, str], float] = {}
+    for contact in robot.world.contacts(robot.body, robot.body):
+        pair = tuple(sorted((contact.link_a.name, contact.link_b.name)))
+        key = (pair[0], pair[1])
+        deepest[key] = max(deepest.get(key, 0.0), -contact.distance)
+    return sorted(((a, b, depth) for (a, b), depth in deepest.items()), key=lambda entry: -entry[2])

@@ -1,0 +1,26 @@
+"""The gates, one a file, in the order they run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from roboyard.validation.bench import Bench
+from roboyard.validation.gates.ik_reach import ik_reach
+from roboyard.validation.gates.limits import limits
+from roboyard.validation.gates.response import response
+from roboyard.validation.gates.rest import drift, self_collision, settle
+from roboyard.validation.gates.sensors import sensors
+from roboyard.validation.gates.tuck import tuck
+from roboyard.validation.report import Gate
+
+GATES: dict[str, Callable[[Bench], tuple[Gate, ...]]] = {
+    "limits": limits,
+    "self_collision": self_collision,
+    "settle": settle,
+    "drift": drift,
+    "response": response,
+    "ik_reach": ik_reach,
+    "tuck": tuck,
+    "sensors": sensors,
+}
+"""Name to the function that answers; one function may answer several questions."""
