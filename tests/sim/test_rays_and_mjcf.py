@@ -45,7 +45,8 @@ def test_misses_end_at_the_end():
     np.testing.assert_array_equal(hits.position, [(1, 0, 0), (0, 2, 0)])
 
 
-MJCF = """<mujoco model="cart"><worldbody><geom type="plane" size="5 5 .1"/>
+MJCF = """<mujoco model="cart"><option timestep=".01" integrator="RK4" gravity="0 0 -1"/>
+<worldbody><geom type="plane" size="5 5 .1"/>
 <body name="cart" pos="0 0 .5"><joint name="rail" type="slide" axis="1 0 0"/>
 <geom type="box" size=".1 .1 .1"/>
 <body name="pole"><joint name="pivot" axis="0 1 0" range="-90 90"/>
@@ -61,6 +62,7 @@ def test_mjcf_files_bring_their_bodies_and_actuators(tmp_path):
     ground, cart, ball = world.add_mjcf(path)
     assert [joint.name for joint in cart.joints] == ["rail", "pivot"]
     assert world.model.nu == 1
+    assert world.model.opt.timestep == world.timestep and world.model.opt.gravity[2] == -9.81
     cart.joint("rail").position = 0.4
     np.testing.assert_allclose(cart.link("pole").pose[0], [0.4, 0, 0.5], atol=1e-9)
     assert cart.joint("pivot").limits == pytest.approx((-np.pi / 2, np.pi / 2))

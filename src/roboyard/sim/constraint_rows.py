@@ -99,10 +99,10 @@ def _row(model: Any, data: Any, row: int) -> tuple[slice, Any]:
 
 def across(axis: Array) -> Array:
     """(3, 3) rows: two unit directions across an axis, and zero in the place of the axis itself."""
-    helper = np.eye(3)[np.argmin(np.abs(axis))]
+    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
     first = np.cross(axis, helper)
     first /= np.linalg.norm(first)
-    return np.array([first, np.cross(axis, first), np.zeros(3)])
+    return np.stack([first, np.cross(axis, first), np.zeros(3)]).astype(float)
 
 
 def _velocity_of(model: Any, data: Any, site: int, point: Array) -> Array:

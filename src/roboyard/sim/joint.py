@@ -122,7 +122,7 @@ class Joint:
 
     @property
     def armature(self) -> float:
-        """Inertia of the motor as the joint feels it through its gears, beside that of the links; kg m² or kg."""
+        """Motor inertia as the joint feels it through its gears, beside the links' own; kg m² or kg."""
         elements = self._built.joint_elements
         return float(elements[0].armature) if elements else 0.0
 

@@ -140,8 +140,8 @@ class Link:
     def flatten_balls(self, half_width: float) -> None:
         """Make this link's collision balls ellipsoids of this half width (m) along their z axes.
 
-        A wheel of that form touches the floor in one point below its axle, where a cylinder touches it with two
-        edges that scrub in turns.
+        A wheel of that form touches the floor in one point below its axle, where a cylinder touches it with
+        two edges that scrub in turns.
         """
         import mujoco
 

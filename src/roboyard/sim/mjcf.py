@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
-    """Attach an MJCF file to a world.
+    """Attach an MJCF file to a world. The world's own options (time step, gravity, solver) hold.
 
     Args:
         source: path of the file, or the XML itself.
@@ -53,6 +53,7 @@ def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) 
         *child.worldbody.cameras,
         *child.worldbody.lights,
     ]
+    _take_over_options(child, world)
     ground = world.spec.worldbody
     before = len(ground.geoms)
     world.spec.attach(child, prefix=f"{name}/", frame=ground.add_frame(pos=np.asarray(position, dtype=float)))
@@ -66,6 +67,18 @@ def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) 
         built = _collect(element, f"{name}/")
         bodies.append(world.register(f"{name}/{top}", built, None, fixed_base=built.free_joint is None))
     return tuple(bodies)
+
+
+def _take_over_options(child: Any, world: World) -> None:
+    """A world has one set of options: the file's own make way before it is attached."""
+    for name in dir(child.option):
+        if name.startswith("_"):
+            continue
+        value = getattr(world.spec.option, name)
+        if isinstance(value, np.ndarray):
+            getattr(child.option, name)[:] = value
+        else:
+            setattr(child.option, name, value)
 
 
 def _name_everything(spec: Any) -> None:

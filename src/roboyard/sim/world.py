@@ -82,6 +82,11 @@ class World(Engine):
     def __repr__(self) -> str:
         return f"<World at {self.time:.3f} s with {len(self.body_by_id)} bodies>"
 
+    def _repr_html_(self) -> str:
+        from roboyard.viewer.notebook import world_html
+
+        return world_html(self)
+
     def _before_compile(self) -> None:
         self.filters.write()
 
@@ -265,7 +270,7 @@ class World(Engine):
         orientation: ArrayLike = (0, 0, 0, 1),
         **options: Any,
     ) -> Robot:
-        """Add a robot with its controllers, by its registered name or a definition; see `roboyard.robots.add_robot`."""
+        """Add a robot with its controllers, by name or definition; see `roboyard.robots.add_robot`."""
         from roboyard.robots import add_robot
 
         return add_robot(self, robot, position, orientation, **options)
