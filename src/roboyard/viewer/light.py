@@ -46,14 +46,18 @@ def set_light(server: Any) -> None:
 
 def aim_camera(server: Any, world: World) -> None:
     """Let a fresh page look at the bodies that are no endless floor."""
+    camera = server.initial_camera
+    camera.fov = FOVY
+    camera.position, camera.look_at = viewpoint(world)
+
+
+def viewpoint(world: World) -> tuple[Array, Array]:
+    """(3,) eye and (3,) target, m, from where everything but endless floors is in the picture."""
     lower, upper = extent(world)
     centre = 0.5 * (lower + upper)
     radius = 0.5 * float(np.clip(np.linalg.norm(upper - lower), LEAST_EXTENT, MOST_EXTENT))
     direction = np.array(VIEW_FROM) / np.linalg.norm(VIEW_FROM)
-    camera = server.initial_camera
-    camera.fov = FOVY
-    camera.look_at = centre
-    camera.position = centre + direction * 0.9 * radius / math.sin(0.5 * FOVY)
+    return centre + direction * 0.9 * radius / math.sin(0.5 * FOVY), centre
 
 
 def extent(world: World) -> Array:
