@@ -73,19 +73,31 @@ def calculateJacobian(
 
 @command()
 def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector, flags: int = 0) -> Rows:
-    """Joint-space mass matrix (kg m², kg) at joint positions; a base that moves adds six leading rows."""
+    """Joint-space mass matrix (kg m², kg) at joint positions; a base that moves adds six leading rows.
+
+    With flags 1 the base's seven numbers come first, always, and every quaternion has four rows, the last of
+    them zero.
+    """
     import mujoco
 
     scene = client.scene
     record = scene.ready(bodyUniqueId, _BAD_MASS_MATRIX)
-    whole(flags)
+    padded, base = bool(whole(flags) & 1), None
+    if padded:
+        base, objPositions = _split_base(objPositions, _BAD_MASS_MATRIX)
     q = _joint_values(record, objPositions, POSITION_COUNT, _BAD_MASS_MATRIX)
-    model, data = scene.world.model, _at(scene, record, q)
+    model, data = scene.world.model, _at(scene, record, q, base if record.free is not None else None)
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     columns = _columns(record, data)
-    return _rows(columns.T @ full @ columns)
+    matrix = columns.T @ full @ columns
+    if not padded:
+        return _rows(matrix)
+    size, places = _padding(record)
+    out = np.zeros((size, size))
+    out[np.ix_(places, places)] = matrix
+    return _rows(out)
 
 
 @command(aliases={"bodyIndex": "bodyUniqueId"})
@@ -100,16 +112,23 @@ def calculateInverseDynamics(
     """Joint torques (N m, N) that bring about accelerations, gravity included and joint damping left out.
 
     A body whose base moves takes 7 + n positions, 6 + n velocities and accelerations (the base's angular
-    before linear) and gives 6 + n numbers.
+    before linear) and gives 6 + n numbers. With flags 1 all are laid out as positions are, base first, with a
+    zero in the fourth place of every quaternion's velocity.
     """
     import mujoco
 
     scene = client.scene
     message = _BAD_DYNAMICS + "[joint velocities], [joint accelerations] need to match the number of DoF."
     record = scene.ready(bodyUniqueId, message)
-    whole(flags)
     floating = record.free is not None
     given = [np.asarray(v, dtype=float).reshape(-1) for v in (objPositions, objVelocities, objAccelerations)]
+    padded = bool(whole(flags) & 1)
+    if padded:
+        size, places = _padding(record)
+        if any(len(values) != size for values in given):
+            raise failure(message, f"{size} numbers are needed, got {[len(v) for v in given]}")
+        positions = given[0] if floating else given[0][7:]
+        given = [positions, given[1][places], given[2][places]]
     extra = (7, 6, 6) if floating else (0, 0, 0)
     counts = (POSITION_COUNT, VELOCITY_COUNT, VELOCITY_COUNT)
     for values, more, count in zip(given, extra, counts, strict=True):
@@ -124,10 +143,33 @@ def calculateInverseDynamics(
     mujoco.mj_comVel(model, data)
     result = np.zeros(model.nv)
     mujoco.mj_rne(model, data, 1, result)
-    return tuple((columns.T @ result).tolist())
+    efforts = columns.T @ result
+    if not padded:
+        return tuple(efforts.tolist())
+    out = np.zeros(size)
+    out[places] = efforts
+    return tuple(out.tolist())
 
 
 # ------------------------------------------------------------------------------------------------- helpers
+
+
+def _split_base(positions: Vector, message: str) -> tuple[Array, Array]:
+    """The base's seven numbers, and the joints'."""
+    given = np.asarray(positions, dtype=float).reshape(-1)
+    if len(given) < 7:
+        raise failure(message, f"with flags 1 the base's seven numbers come first; got {len(given)} in all")
+    return given[:7], given[7:]
+
+
+def _padding(record: BodyRecord) -> tuple[int, list[int]]:
+    """How many numbers the layout of flags 1 has, and where the columns of `_columns` are in it."""
+    places = [3, 4, 5, 0, 1, 2] if record.free is not None else []
+    size = 7
+    for info in record.infos:
+        places += range(size, size + VELOCITY_COUNT[info[2]])
+        size += POSITION_COUNT[info[2]]
+    return size, places
 
 
 def _joint_values(record: BodyRecord, values: Vector, count: dict[int, int], message: str) -> Array:

@@ -29,7 +29,6 @@ _ONE_WINDOW = (
     "and connect over SHARED_MEMORY, UDP or TCP instead."
 )
 _NOT_HERE = {
-    c.SHARED_MEMORY_SERVER: "start `roboyard serve` and connect over TCP, UDP or SHARED_MEMORY",
     c.GRAPHICS_CLIENT: "pictures are rendered in this process",
     c.GRAPHICS_SERVER: "pictures are rendered in this process",
     c.GRAPHICS_SERVER_TCP: "pictures are rendered in this process",
@@ -110,7 +109,7 @@ def connect(method: int, *args: Any, **kwargs: Any) -> int:
 
     connect(method, key=SHARED_MEMORY_KEY, options="") or
     connect(method, hostName="localhost", port=..., options="").
-    DIRECT and GUI make a world in this process. TCP, UDP and SHARED_MEMORY share the one of `roboyard serve`.
+    DIRECT and GUI make a world in this process; SHARED_MEMORY_SERVER makes one that other clients can share. TCP, UDP and SHARED_MEMORY share the one of `roboyard serve`.
     """
     if isinstance(method, bool) or not hasattr(method, "__index__"):
         raise TypeError(f"method must be an integer, not {type(method).__name__}")
@@ -154,6 +153,10 @@ def _opener(method: int, key: int, host: str, port: int | None) -> Callable[[], 
         return lambda: Client(method)
     if method in _WINDOW_METHODS:
         return lambda: _open_window(method)
+    if method == c.SHARED_MEMORY_SERVER:
+        from roboyard.pybullet.remote.own_server import open_own_server
+
+        return lambda: open_own_server(key)
     if method in (c.TCP, c.UDP, c.SHARED_MEMORY):
         from roboyard.pybullet.remote import client
 

@@ -293,9 +293,9 @@ def _spread(values: Vector, size: int) -> list[float]:
     given = [number(v) for v in values]
     if len(given) == 1:
         return given * size
-    if len(given) != size:
+    if len(given) < size:
         raise failure(OUT_OF_RANGE, f"{size} forces are needed, got {len(given)}")
-    return given
+    return given[:size]
 
 
 class SpringDamper:
