@@ -1,0 +1,109 @@
+"""A real browser without a window, driven over its debugging port."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import shutil
+import subprocess
+import time
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+PROGRAM = shutil.which("chromium") or shutil.which("chromium-browser")
+FLAGS = (
+    *("--headless=new", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader"),
+    *("--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-background-networking"),
+    *(
+        "--disable-component-update",
+        "--disable-sync",
+        "--remote-allow-origins=*",
+        "--remote-debugging-port=0",
+    ),
+)
+
+
+class Page:
+    """One page of a browser of its own; `close` ends both."""
+
+    def __init__(self, url: str, profile: Path, size: tuple[int, int] = (900, 600)) -> None:
+        from websockets.sync.client import connect
+
+        assert PROGRAM is not None
+        self._process = subprocess.Popen(
+            [
+                PROGRAM,
+                *FLAGS,
+                f"--user-data-dir={profile}",
+                f"--window-size={size[0]},{size[1]}",
+                "about:blank",
+            ],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        port = self._debugging_port(profile / "DevToolsActivePort")
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=10) as answer:
+            tabs = json.load(answer)
+        address = next(tab["webSocketDebuggerUrl"] for tab in tabs if tab["type"] == "page")
+        self._socket = connect(address, max_size=None)
+        self._number = 0
+        self._call("Page.enable")
+        self._call("Page.navigate", url=url)
+
+    def _debugging_port(self, file: Path) -> int:
+        end = time.monotonic() + 30
+        while time.monotonic() < end:
+            words = file.read_text().split() if file.exists() else []
+            if words:
+                return int(words[0])
+            time.sleep(0.1)
+        raise TimeoutError("the browser did not start")
+
+    def _call(self, method: str, **parameters: Any) -> Any:
+        self._number += 1
+        self._socket.send(json.dumps({"id": self._number, "method": method, "params": parameters}))
+        while True:
+            answer = json.loads(self._socket.recv(timeout=60))
+            if answer.get("id") == self._number:
+                return answer.get("result")
+
+    def evaluate(self, script: str) -> Any:
+        """Value of a JavaScript expression."""
+        return self._call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")
+
+    def picture(self) -> np.ndarray:
+        """(h, w, 3) int16 of the page."""
+        from PIL import Image
+
+        data = base64.b64decode(self._call("Page.captureScreenshot", format="png")["data"])
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(np.int16)
+
+    def click(self, x: float, y: float) -> None:
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def place_of(self, script: str, x: float = 0.5, y: float = 0.5) -> tuple[float, float] | None:
+        """A point of the element that a JavaScript expression gives; None where there is none."""
+        box = self.evaluate(
+            f"(() => {{ const e = {script}; if (!e) return null; e.scrollIntoView({{block: 'nearest'}});"
+            "const b = e.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()"
+        )
+        return None if box is None else (box[0] + x * box[2], box[1] + y * box[3])
+
+    def with_text(self, text: str) -> str:
+        """JavaScript for the innermost element that says exactly this."""
+        return (
+            "[...document.querySelectorAll('button,label,span,p,div')]"
+            f".filter(e => e.textContent.trim() === {json.dumps(text)}).pop()"
+        )
+
+    def close(self) -> None:
+        if self._process.poll() is not None:
+            return
+        self._socket.close()
+        self._process.terminate()
+        self._process.wait(timeout=20)
