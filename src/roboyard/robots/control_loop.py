@@ -61,7 +61,7 @@ class ControlLoop:
         self._countdown = 0
         self._stale = True
         self._kinds = np.full(count, FREE)
-        slides = np.array([joint.type == "prismatic" for joint in joints.joints], dtype=bool)
+        self._slides = slides = np.array([joint.type == "prismatic" for joint in joints.joints], dtype=bool)
         self._firm = firmness(limits.effort, slides)
         self._given_kp, self._given_kd = np.full(count, np.nan), np.full(count, np.nan)
         self._damping_frequency = np.full(count, NATURAL_FREQUENCY)
@@ -142,6 +142,7 @@ class ControlLoop:
         controller = group.controller
         dt = self.joints.world.timestep if controller.control_type == "effort" else self.dt
         state = GroupState(q=q[group.places], v=v[group.places], dt=dt, mount=self._mount(group, q))
+        state.inertia = self.joints.inertia[group.places]
         if controller.control_type == "effort":
             if controller.needs_mass_matrix:
                 state.mass_matrix = self.joints.mass_matrix(group.places)
@@ -189,10 +190,14 @@ class ControlLoop:
 
     def _write_gains(self) -> None:
         inertia = self.joints.inertia
-        kp = position_gain(inertia, self._firm)
+        kp = position_gain(inertia, self._firm, self._slides)
         kp = np.where(np.isnan(self._given_kp), kp, self._given_kp)
         is_position = self._kinds == POSITION
-        kd = np.where(is_position, position_damping(inertia, kp, self._damping_frequency), velocity_gain(inertia))
+        kd = np.where(
+            is_position,
+            position_damping(inertia, kp, self._damping_frequency),
+            velocity_gain(inertia, self.limits.effort, self.limits.velocity),
+        )
         kd = np.where(np.isnan(self._given_kd), kd, self._given_kd)
         kd[self._kinds >= EFFORT] = 0.0
         driven = self.joints.driven

@@ -1,12 +1,13 @@
 """Gains of the drives where nobody gives any: from what each joint moves now, and what it can exert.
 
-    position   kp = min(max(M ω², E / e), M ω_s²),  kd = max(2 √(kp M), 2 kp / ω_d)
-    velocity   kd = M ω_v
+    position   kp = min(max(M ω², E / e), M ω_s², E / e_s),  kd = max(2 √(kp M), 2 kp / ω_d)
+    velocity   kd = min(M ω_v, E / (0.1 v_max))
 
 M is the inertia that the joint sees in the present posture (all other joints held), E its effort limit;
-ω = 2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.5 rad or 0.05 m. The second term gives a joint that
+ω = 2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.5 rad or 0.05 m, e_s = 0.03 rad or 0.005 m. The second term gives a joint that
 moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is ω, and ω / 4 for grippers: a light
-finger under full effort closes at the speed of a real one and does not bounce off what it grasps.
+finger under full effort closes at the speed of a real one and does not bounce off what it grasps. The last terms keep
+weak drives of heavy parts out of saturation, where they would swing from one effort limit to the other.
 
 Drives integrate kd implicitly, so these mean the same at every time step. Gains taken once for all postures are
 too stiff in some: they saturate at small speeds and chatter there. (OmniGibson's kp = 1e7, kd = 1e5 mean "as stiff
@@ -25,7 +26,11 @@ VELOCITY_FREQUENCY = 2 * np.pi * 40.0
 GRIPPER_FREQUENCY = NATURAL_FREQUENCY / 4
 """rad/s. Below 1 over the time step, so that a saturated drive does not swing from one limit to the other."""
 FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.5, 0.05
-"""rad and m"""
+"""e; rad and m"""
+SATURATED_TURN, SATURATED_SLIDE = 0.03, 0.005
+"""e_s; rad and m"""
+SATURATED_SPEED = 0.1
+"""Share of the velocity limit."""
 
 
 def firmness(effort: Array, is_slide: np.ndarray) -> Array:
@@ -33,9 +38,13 @@ def firmness(effort: Array, is_slide: np.ndarray) -> Array:
     return np.where(np.isfinite(effort), effort, 0.0) / np.where(is_slide, FULL_EFFORT_SLIDE, FULL_EFFORT_TURN)
 
 
-def position_gain(inertia: Array, firm: Array) -> Array:
+def position_gain(inertia: Array, firm: Array, is_slide: np.ndarray) -> Array:
     """(n,) kp in N m/rad or N/m, for joints that see this inertia; `firm` as `firmness` gives it."""
-    return np.minimum(np.maximum(inertia * NATURAL_FREQUENCY**2, firm), inertia * STIFFEST_FREQUENCY**2)
+    saturated = firm * np.where(
+        is_slide, FULL_EFFORT_SLIDE / SATURATED_SLIDE, FULL_EFFORT_TURN / SATURATED_TURN
+    )
+    stiffest = np.minimum(inertia * STIFFEST_FREQUENCY**2, saturated)
+    return np.minimum(np.maximum(inertia * NATURAL_FREQUENCY**2, firm), stiffest)
 
 
 def position_damping(inertia: Array, kp: Array, frequency: Array) -> Array:
@@ -43,9 +52,9 @@ def position_damping(inertia: Array, kp: Array, frequency: Array) -> Array:
     return np.maximum(2.0 * np.sqrt(kp * inertia), 2.0 * kp / frequency)
 
 
-def velocity_gain(inertia: Array) -> Array:
+def velocity_gain(inertia: Array, effort: Array, fastest: Array) -> Array:
     """(n,) kd in N m s/rad or N s/m, for joints driven by velocity."""
-    return inertia * VELOCITY_FREQUENCY
+    return np.minimum(inertia * VELOCITY_FREQUENCY, effort / (SATURATED_SPEED * fastest))
 
 
 def gripper_armature(firm: Array) -> Array:

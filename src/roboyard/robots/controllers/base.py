@@ -59,6 +59,8 @@ class GroupState:
     """(n,) rad/s or m/s"""
     dt: float
     """s until the next call of `step`"""
+    inertia: Array | None = None
+    """(n,) kg m² or kg that each joint moves, all others held; bounds how fast references speed up"""
     mass_matrix: Array | None = None
     """(n, n) of the group's joints, all others held; for controllers with `needs_mass_matrix`"""
     bias: Array | None = None
@@ -66,6 +68,20 @@ class GroupState:
     mount: Array = field(default_factory=lambda: EYE4)
     """(4, 4) pose, in the robot's base frame, of the frame that the group hangs from. For a base: pose of the
     base in the frame of its virtual joints."""
+
+
+RISE_TIME = 0.2
+"""s: shortest time to full speed"""
+EFFORT_SHARE = 0.4
+"""Of the effort limit that speeding up may take; the rest is for gravity and for what comes."""
+
+
+def acceleration(limits: GroupLimits, inertia: Array | None) -> Array:
+    """(n,) min(v_max / 0.2 s, 0.4 E / M): how fast the drives can follow a reference; rad/s² or m/s²."""
+    usual = limits.velocity / RISE_TIME
+    if inertia is None:
+        return usual
+    return np.minimum(usual, EFFORT_SHARE * limits.effort / np.maximum(inertia, 1e-9))
 
 
 @dataclass(kw_only=True, slots=True)

@@ -2,9 +2,9 @@
 
 At every step the reference r of the joints moves by the d that minimises
 
-    |J(r) d - e|² + λ² |d|²   within the joint limits and |d| ≤ v_max dt
+    |J(r) d - g e|² + λ² |d|²   within the joint limits and |d| ≤ v dt
 
-with e the error of the goal against the tip's pose at r; on the way, joints free of the task go to the reset posture
+with v growing by min(v_max / 0.2 s, 0.4 E / M) up to v_max, g = 15 dt / s (at most 1), and e the error of the goal against the tip's pose at r; on the way, joints free of the task go to the reset posture
 (rate 1/s, in the null space of J). Once r is at the goal it stays. Drives follow u = r. Source: damped least squares, Wampler 1986; Nakamura and
 Hanafusa 1986; see `roboyard.kinematics.differential_step`.
 
@@ -24,10 +24,19 @@ from pydantic import Field
 
 from roboyard.kinematics import ChainArrays, differential_step, forward_kinematics, solve_ik
 from roboyard.poses import Array
-from roboyard.robots.controllers.base import Control, ControllerSettings, GroupLimits, GroupState, MotorType
+from roboyard.robots.controllers.base import (
+    Control,
+    ControllerSettings,
+    GroupLimits,
+    GroupState,
+    MotorType,
+    acceleration,
+)
 from roboyard.robots.controllers.rotations import vector_of_matrix
 from roboyard.robots.controllers.task import TaskController, TaskSettings
 
+APPROACH_RATE = 15.0
+"""1/s: share of the error that is closed in time"""
 DAMPING = 0.03
 """λ, m or rad per rad."""
 REST_RATE = 1.0
@@ -76,6 +85,7 @@ class InverseKinematicsController(TaskController):
         self._no_way = False
         self._history: list[Array] = []
         self._reached: Array | None = None
+        self._speed = np.zeros(self.limits.size)
 
     @property
     def control_type(self) -> MotorType:
@@ -96,11 +106,15 @@ class InverseKinematicsController(TaskController):
         if self._reference is None:
             self._reference = np.clip(state.q, self.limits.lower, self.limits.upper)
         target = self.target(state)
-        reach = self.limits.velocity * state.dt
+        before, dt = self._reference, state.dt
+        reach = np.minimum(
+            self.limits.velocity, self._speed + acceleration(self.limits, state.inertia) * dt
+        ) * dt
         if self._detour is not None:
             self._follow_detour(reach)
         elif self._reached is None or np.abs(target - self._reached).max() > THERE_POSITION:
             self._step_towards(target, reach, state.dt)
+        self._speed = np.abs(self._reference - before) / dt
         target_q = self._smoothed(self._reference)
         if not self.settings.use_impedances:
             return Control(kind="position", value=target_q)
@@ -119,6 +133,7 @@ class InverseKinematicsController(TaskController):
             self.chain,
             self._reference,
             target,
+            gain=min(1.0, APPROACH_RATE * dt),
             damping=self.settings.damping,
             max_step=reach,
             rest=self.rest,

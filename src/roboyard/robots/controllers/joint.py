@@ -1,6 +1,7 @@
 """JointController: positions, velocities or efforts of joints, as they are or as changes.
 
-    position   u = r, which runs from the joint's position to q* at v_max at most, with accelerations a = v_max / 0.2 s
+    position   u = r, which runs from the joint's position to q* with speeds up to v_max and accelerations up to
+               min(v_max / 0.2 s, 0.4 E / M), so that the drive can follow
     velocity   u = q̇* + i, with i the integral of `velocity_integral`; once all are zero and the joints rest,
                u = the positions they rest at
     effort     u = τ*
@@ -30,11 +31,10 @@ from roboyard.robots.controllers.base import (
     GroupLimits,
     GroupState,
     MotorType,
+    acceleration,
 )
 from roboyard.robots.controllers.velocity_integral import VelocityIntegral
 
-RISE_TIME = 0.2
-"""s to full speed"""
 REST_SPEED = 0.01
 """rad/s or m/s: below this a joint whose wanted velocity is zero counts as resting."""
 
@@ -166,10 +166,10 @@ class JointController(Controller):
         gap, fastest, dt = goal - self._reference, self.limits.velocity, state.dt
         if not gap.any():
             return self._reference
-        acceleration = fastest / RISE_TIME
-        braking = np.sqrt(2.0 * acceleration * np.abs(gap))
+        rise = acceleration(self.limits, state.inertia)
+        braking = np.sqrt(2.0 * rise * np.abs(gap))
         wanted = np.sign(gap) * np.minimum(np.minimum(fastest, braking), np.abs(gap) / dt)
-        change = acceleration * dt
+        change = rise * dt
         self._speed = np.minimum(np.maximum(wanted, self._speed - change), self._speed + change)
         move = self._speed * dt
         arrives = (np.sign(move) == np.sign(gap)) & (np.abs(move) >= np.abs(gap))
@@ -195,9 +195,9 @@ class JointController(Controller):
     def _moving(self, goal: Array, state: GroupState) -> Control:
         return Control(kind="velocity", value=self._integral.corrected(goal, state.v, state.dt))
 
-    def _effort(self, acceleration: Array, state: GroupState) -> Control:
+    def _effort(self, wanted: Array, state: GroupState) -> Control:
         assert state.mass_matrix is not None
-        effort = state.mass_matrix @ acceleration
+        effort = state.mass_matrix @ wanted
         if state.bias is not None and self.settings.use_cc_compensation:
             effort = effort + state.bias
         return Control(kind="effort", value=effort)
