@@ -72,7 +72,9 @@ def add_robot(
     model, description, found, file = _loaded(robot, definition)
     if end_effector is not None:
         found, description, model = _with_end_effector(found, description, model, end_effector, robot)
-    check_fits(found, description, name=file.name if file is not None else f"definition of {model}", file=file)
+    check_fits(
+        found, description, name=file.name if file is not None else f"definition of {model}", file=file
+    )
     floats = found.may_float if fixed_base is None else not fixed_base
     if floats and not found.may_float:
         raise ConfigError(
@@ -110,7 +112,11 @@ def add_robot(
             backend=backend,
         )
     except Exception:
-        world.before_step[:] = [call for call in world.before_step if getattr(call, "__self__", None) is None or call.__self__.body is not body]  # type: ignore[attr-defined]
+        world.before_step[:] = [
+            call
+            for call in world.before_step
+            if getattr(call, "__self__", None) is None or call.__self__.body is not body
+        ]  # type: ignore[attr-defined]
         world.remove(body)
         raise
 
@@ -175,7 +181,8 @@ def _with_end_effector(
         update={
             "manipulation": arms,
             "default_joint_pos": variant.default_joint_pos,
-            "disabled_collision_pairs": variant.disabled_collision_pairs or definition.disabled_collision_pairs,
+            "disabled_collision_pairs": variant.disabled_collision_pairs
+            or definition.disabled_collision_pairs,
             "urdf_path": variant.urdf_path or definition.urdf_path,
             "usd_path": variant.usd_path or definition.usd_path,
             "curobo_path": variant.curobo_path or definition.curobo_path,

@@ -1,6 +1,6 @@
 """Bundled robots that come as a vendor ships them: imported once into the data folder, when first asked for.
 
-    <data>/.bundled/<version of Roboyard>/...    laid out as a data folder; the registry does not look into it
+<data>/.bundled/<version of Roboyard>/...    laid out as a data folder; the registry does not look into it
 """
 
 from __future__ import annotations
@@ -15,14 +15,22 @@ SOURCE_CONFIGS = {"r1": "r1/r1_description/urdf/r1_source_config.yaml"}
 """Import configuration of each such robot, in the assets folder."""
 
 
+def imported_urdf(name: str) -> Path:
+    """Where the URDF of such a robot lies once it is imported."""
+    return models_folder(_cache(), DEFAULT_DATASET, name) / "urdf" / f"{name}.urdf"
+
+
 def bundled_urdf(name: str) -> Path | None:
     """The imported URDF of a bundled robot; None for one that is not shipped that way."""
     if name not in SOURCE_CONFIGS:
         return None
-    data = data_folder() / ".bundled" / __version__
-    file = models_folder(data, DEFAULT_DATASET, name) / "urdf" / f"{name}.urdf"
+    file = imported_urdf(name)
     if not file.is_file():
         from roboyard.importer import import_robot
 
-        import_robot(asset_path(SOURCE_CONFIGS[name]), data=data, overwrite=True, report=False)
+        import_robot(asset_path(SOURCE_CONFIGS[name]), data=_cache(), overwrite=True, report=False)
     return file
+
+
+def _cache() -> Path:
+    return data_folder() / ".bundled" / __version__

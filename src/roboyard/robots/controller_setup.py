@@ -70,7 +70,9 @@ def make_groups(setup: Setup, plans: Mapping[str, GroupPlan], config: Controller
     for name, plan in plans.items():
         if name in subsumed:
             continue
-        taken = tuple(joint for other in keys[name].get("subsume_controllers", ()) for joint in plans[other].joints)
+        taken = tuple(
+            joint for other in keys[name].get("subsume_controllers", ()) for joint in plans[other].joints
+        )
         groups[name] = _group(setup, replace(plan, joints=(*taken, *plan.joints)), keys[name])
     return groups
 
@@ -86,7 +88,9 @@ def _keys_of(group: str, given: str | Mapping[str, Any], usual: str, setup: Setu
     name = given.get("name", usual)
     allowed = setup.definition.allowed_controllers()[group]
     if name not in allowed:
-        raise ConfigError(f"controllers.{group}.name: {unknown_name('controller for this group', str(name), allowed)}")
+        raise ConfigError(
+            f"controllers.{group}.name: {unknown_name('controller for this group', str(name), allowed)}"
+        )
     keys = {"name": name, **_defaults(group, name, setup), **given}
     if setup.action_normalize:
         keys["command_input_limits"] = "default"
@@ -148,7 +152,9 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
         controller = cls(of_group(setup.limits, places), settings, **extra)
     except ConfigError as error:
         text = str(error)
-        raise ConfigError(text if text.startswith((where, "default_joint_pos")) else f"{where}: {text}") from None
+        raise ConfigError(
+            text if text.startswith((where, "default_joint_pos")) else f"{where}: {text}"
+        ) from None
     return Group(
         name=plan.name,
         kind=plan.kind,
@@ -156,7 +162,9 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
         places=places,
         controller=controller,
         mount=mount,
-        mount_places=None if mount is None else np.array([index[n] for n in mount.joint_names], dtype=np.intp),
+        mount_places=None
+        if mount is None
+        else np.array([index[n] for n in mount.joint_names], dtype=np.intp),
     )
 
 
@@ -223,5 +231,3 @@ def _told(where: str, detail: Any, cls: type[Controller]) -> str:
             return f"{key}: must be one of {detail['ctx']['expected']}"
         case _:
             return f"{key}: {detail['msg'][0].lower()}{detail['msg'][1:]}"
-
-

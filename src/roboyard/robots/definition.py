@@ -252,7 +252,7 @@ class RobotDefinition(Section):
 
     def controller_names(self) -> dict[str, str]:
         """Group to controller: the file's, else the usual one of the capability; in action order."""
-        usual = {group: "JointController" for group in self.allowed_controllers()}
+        usual = dict.fromkeys(self.allowed_controllers(), "JointController")
         if self.holonomic_base is not None:
             usual["base"] = "HolonomicBaseJointController"
         elif self.two_wheel is not None:

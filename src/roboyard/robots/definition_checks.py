@@ -93,7 +93,10 @@ def _bases(definition: RobotDefinition) -> Found:
             if not getattr(wheels, key) > 0:
                 yield ("two_wheel", key), f"must be a positive length in metres; got {getattr(wheels, key)}"
         if locomotion is None:
-            yield ("locomotion",), "is required with two_wheel; give base_joint_names [left wheel, right wheel]"
+            yield (
+                ("locomotion",),
+                "is required with two_wheel; give base_joint_names [left wheel, right wheel]",
+            )
         elif len(locomotion.base_joint_names) != 2:
             told = f"must name two joints with two_wheel, left then right; it names {len(locomotion.base_joint_names)}"
             yield ("locomotion", "base_joint_names"), told
@@ -161,7 +164,9 @@ def _postures(definition: RobotDefinition) -> Found:
     if block is not None:
         names, count = block.joint_names, len(block.untucked_default_joint_pos)
         if len(block.tucked_default_joint_pos) != count:
-            told = f"has {len(block.tucked_default_joint_pos)} values but untucked_default_joint_pos has {count}"
+            told = (
+                f"has {len(block.tucked_default_joint_pos)} values but untucked_default_joint_pos has {count}"
+            )
             yield ("mobile_manipulation", "tucked_default_joint_pos"), told
         if names is not None and len(names) != count:
             told = f"has {len(names)} names for {count} values"
@@ -221,7 +226,9 @@ def joint_names(definition: RobotDefinition) -> Found:
         names = definition.articulated_trunk.trunk_joint_names
         yield from _listed(names, ("articulated_trunk", "trunk_joint_names"))
     if definition.active_camera is not None:
-        yield from _listed(definition.active_camera.camera_joint_names, ("active_camera", "camera_joint_names"))
+        yield from _listed(
+            definition.active_camera.camera_joint_names, ("active_camera", "camera_joint_names")
+        )
     if definition.mobile_manipulation is not None:
         yield from _listed(definition.mobile_manipulation.joint_names, ("mobile_manipulation", "joint_names"))
     if definition.manipulation is not None:
@@ -243,7 +250,9 @@ def _unknown(names: Found, kind: str, known: Sequence[str]) -> Found:
 
 
 def _lengths(definition: RobotDefinition, joints: Sequence[str]) -> Found:
-    vectors: dict[Where, Sequence[float] | None] = {("default_joint_pos",): definition.default_joint_pos or None}
+    vectors: dict[Where, Sequence[float] | None] = {
+        ("default_joint_pos",): definition.default_joint_pos or None
+    }
     block = definition.mobile_manipulation
     if block is not None and block.joint_names is None:
         for key in ("untucked_default_joint_pos", "tucked_default_joint_pos"):

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from roboyard.poses import Array
 from roboyard.robots.definition import RobotDefinition
 from roboyard.shapes.load import load_mesh
-from roboyard.poses import Array
 from roboyard.urdf.model import (
     Box,
     Capsule,

@@ -35,7 +35,9 @@ SATURATED_SPEED = 0.1
 
 def firmness(effort: Array, is_slide: np.ndarray) -> Array:
     """(n,) E / e of joints with these effort limits."""
-    return np.where(np.isfinite(effort), effort, 0.0) / np.where(is_slide, FULL_EFFORT_SLIDE, FULL_EFFORT_TURN)
+    return np.where(np.isfinite(effort), effort, 0.0) / np.where(
+        is_slide, FULL_EFFORT_SLIDE, FULL_EFFORT_TURN
+    )
 
 
 def position_gain(inertia: Array, firm: Array, is_slide: np.ndarray) -> Array:

@@ -63,7 +63,7 @@ class JointArrays:
 
     @property
     def q(self) -> Array:
-        """rad or m"""
+        """Rad or m"""
         self.bind()
         return self.world.data.qpos[self._qpos]
 
@@ -99,7 +99,7 @@ class JointArrays:
 
     @property
     def inertia(self) -> Array:
-        """kg m² or kg that each joint moved at the last step, all others held."""
+        """Kg m² or kg that each joint moved at the last step, all others held."""
         return self.world.data.M[self._diagonal]
 
     def mass_matrix(self, places: Indices) -> Array:

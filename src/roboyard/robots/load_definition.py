@@ -40,7 +40,11 @@ def parse_definition(
 
 
 def check_fits(
-    definition: RobotDefinition, description: RobotDescription, *, name: str = "definition", file: Path | None = None
+    definition: RobotDefinition,
+    description: RobotDescription,
+    *,
+    name: str = "definition",
+    file: Path | None = None,
 ) -> None:
     """Check names and vector lengths against the robot.
 
@@ -107,9 +111,9 @@ def _place(location: Sequence[str | int], data: Any) -> Where:
     where: list[str | int] = []
     current = data
     for k, part in enumerate(location):
-        if isinstance(current, dict) and part in current:
-            current = current[part]
-        elif isinstance(current, list | tuple) and isinstance(part, int) and part < len(current):
+        if (isinstance(current, dict) and part in current) or (
+            isinstance(current, list | tuple) and isinstance(part, int) and part < len(current)
+        ):
             current = current[part]
         elif not (isinstance(current, dict) and isinstance(part, str) and k == len(location) - 1):
             continue

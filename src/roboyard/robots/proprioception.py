@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from roboyard.robots.robot import Robot
 
 
-def proprioception(robot: Robot, keys: tuple[str, ...] | None, backend: Backend) -> tuple[Any, dict[str, Any]]:
+def proprioception(
+    robot: Robot, keys: tuple[str, ...] | None, backend: Backend
+) -> tuple[Any, dict[str, Any]]:
     """The vector of `keys`, and every key's array."""
     found = everything(robot)
     for key in keys or ():

@@ -16,7 +16,7 @@ from pathlib import Path
 from roboyard.assets import asset_path, assets_root
 from roboyard.data import data_folder
 from roboyard.errors import ConfigError, RoboyardError, unknown_name
-from roboyard.robots.bundled import SOURCE_CONFIGS, bundled_urdf
+from roboyard.robots.bundled import SOURCE_CONFIGS, bundled_urdf, imported_urdf
 from roboyard.robots.definition import RobotDefinition
 from roboyard.robots.load_definition import load_definition
 from roboyard.urdf.model import RobotDescription
@@ -111,6 +111,11 @@ class RegisteredRobot:
         return load_urdf(file)
 
     @property
+    def is_imported(self) -> bool:
+        """Whether its URDF is there already; a bundled robot shipped like a vendor's is imported on first use."""
+        return not (self.bundled and self.name in SOURCE_CONFIGS) or imported_urdf(self.name).is_file()
+
+    @property
     def sensors(self) -> Path | None:
         """File that names the robot's cameras (the MJCF of an import), where there is one."""
         folder = self.folder
@@ -166,7 +171,9 @@ class Registry(Mapping[str, RegisteredRobot]):
         for key in (name, name.lower()):
             if key in found:
                 return found[key]
-        raise ConfigError(f"{unknown_name('robot', name, found)}; robots are looked for in {self.data}/*/models")
+        raise ConfigError(
+            f"{unknown_name('robot', name, found)}; robots are looked for in {self.data}/*/models"
+        )
 
     def problems(self) -> dict[str, str]:
         """Name to what is wrong, of every file that cannot be used."""

@@ -57,9 +57,7 @@ class Robot:
     ) -> None:
         """Take over a body; `roboyard.robots.add_robot` is how users get here."""
         if default_reset_mode not in ("tuck", "untuck"):
-            raise ConfigError(
-                f'default_reset_mode: must be "tuck" or "untuck"; got {default_reset_mode!r}'
-            )
+            raise ConfigError(f'default_reset_mode: must be "tuck" or "untuck"; got {default_reset_mode!r}')
         self.body = body
         self.definition = definition
         self.description = description
@@ -88,7 +86,9 @@ class Robot:
     def _weigh_fingers(self) -> None:
         """Give fingers the inertia of a motor, where nobody gave them any."""
         block = self.definition.manipulation
-        for name in (name for names in (block.finger_joint_names if block else {}).values() for name in names):
+        for name in (
+            name for names in (block.finger_joint_names if block else {}).values() for name in names
+        ):
             joint, place = self.joints.joints[self.joints.index[name]], self.joints.index[name]
             if joint.armature == 0.0:
                 is_slide = np.array([joint.type == "prismatic"])
@@ -97,7 +97,11 @@ class Robot:
     def _add_interfaces(self) -> None:
         definition, block = self.definition, self.definition.manipulation
         self.manipulation = None if block is None else interfaces.Manipulation(self, block)
-        locomotion, trunk, camera = definition.locomotion, definition.articulated_trunk, definition.active_camera
+        locomotion, trunk, camera = (
+            definition.locomotion,
+            definition.articulated_trunk,
+            definition.active_camera,
+        )
         self.locomotion: interfaces.Locomotion | None = None
         if locomotion is not None:
             floor = locomotion.floor_touching_base_link_names
@@ -308,7 +312,10 @@ class Robot:
         q = self.joints.q
         if normalized:
             bounded = np.isfinite(self.limits.lower) & np.isfinite(self.limits.upper)
-            lower, upper = np.where(bounded, self.limits.lower, -1.0), np.where(bounded, self.limits.upper, 1.0)
+            lower, upper = (
+                np.where(bounded, self.limits.lower, -1.0),
+                np.where(bounded, self.limits.upper, 1.0),
+            )
             q = np.where(upper > lower, (2 * q - upper - lower) / np.maximum(upper - lower, 1e-12), 0.0)
         return self._given(q, backend)
 
@@ -465,7 +472,9 @@ class Robot:
         """(4,) x, y, z, w, in the world."""
         return self.get_eef_pose(arm, backend=backend)[1]
 
-    def get_relative_eef_pose(self, arm: str = "default", *, backend: Backend | None = None) -> tuple[Any, Any]:
+    def get_relative_eef_pose(
+        self, arm: str = "default", *, backend: Backend | None = None
+    ) -> tuple[Any, Any]:
         """Pose of an end effector in the robot's base frame."""
         return self.get_eef_pose(arm, frame="base", backend=backend)
 

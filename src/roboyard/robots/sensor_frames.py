@@ -36,7 +36,9 @@ def camera_frames(mjcf: Path) -> tuple[CameraFrame, ...]:
             position = np.array((camera.get("pos") or "0 0 0").split(), dtype=float)
             given = camera.get("quat")
             quaternion = (
-                np.array(IDENTITY_QUATERNION) if given is None else from_wxyz(normalized(np.array(given.split(), float)))
+                np.array(IDENTITY_QUATERNION)
+                if given is None
+                else from_wxyz(normalized(np.array(given.split(), float)))
             )
             name = camera.get("name") or "camera"
             found.append(

@@ -73,7 +73,9 @@ class Gate:
         if self.skipped:
             return f"  --  {self.title}: {self.skipped}"
         mark = " ok " if self.passed else "FAIL"
-        return f" {mark} {self.title}: {self.figure:.4g} {self.unit} ({self.sense} {self.threshold:g})".rstrip()
+        return (
+            f" {mark} {self.title}: {self.figure:.4g} {self.unit} ({self.sense} {self.threshold:g})".rstrip()
+        )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

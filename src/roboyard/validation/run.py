@@ -88,7 +88,9 @@ def _bench(robot: Any, definition: Any, seed: int, scene: Any, options: Mapping[
         own = robot.definition
         if definition is not None:
             own, file = _read(definition)
-        check_fits(own, robot.description(own), name=file.name if file else f"definition of {name}", file=file)
+        check_fits(
+            own, robot.description(own), name=file.name if file else f"definition of {name}", file=file
+        )
         if robot.sensors is not None:
             cameras = camera_frames(robot.sensors)
         return Bench(

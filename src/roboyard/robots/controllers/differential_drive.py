@@ -39,7 +39,9 @@ class DifferentialDriveController(Controller):
 
     def __init__(self, limits: GroupLimits, settings: DifferentialDriveSettings) -> None:
         if limits.size != 2:
-            raise ConfigError(f"a differential drive has 2 joints (left wheel, right wheel); got {limits.size}")
+            raise ConfigError(
+                f"a differential drive has 2 joints (left wheel, right wheel); got {limits.size}"
+            )
         if not (settings.wheel_radius > 0 and settings.wheel_axle_length > 0):
             raise ConfigError("a differential drive needs wheel_radius and wheel_axle_length; give both in m")
         if limits.velocity[0] != limits.velocity[1]:

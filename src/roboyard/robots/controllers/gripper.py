@@ -73,7 +73,9 @@ class MultiFingerGripperController(Controller):
         if len(given) != self.limits.size:
             raise ConfigError(f"{key}: has {len(given)} values for {self.limits.size} fingers")
         if self.settings.motor_type != "position":
-            raise ConfigError(f"{key}: has no meaning with motor_type {self.settings.motor_type!r}; leave it out")
+            raise ConfigError(
+                f"{key}: has no meaning with motor_type {self.settings.motor_type!r}; leave it out"
+            )
         return np.array(given)
 
     @property

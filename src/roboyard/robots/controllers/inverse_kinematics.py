@@ -107,9 +107,9 @@ class InverseKinematicsController(TaskController):
             self._reference = np.clip(state.q, self.limits.lower, self.limits.upper)
         target = self.target(state)
         before, dt = self._reference, state.dt
-        reach = np.minimum(
-            self.limits.velocity, self._speed + acceleration(self.limits, state.inertia) * dt
-        ) * dt
+        reach = (
+            np.minimum(self.limits.velocity, self._speed + acceleration(self.limits, state.inertia) * dt) * dt
+        )
         if self._detour is not None:
             self._follow_detour(reach)
         elif self._reached is None or np.abs(target - self._reached).max() > THERE_POSITION:

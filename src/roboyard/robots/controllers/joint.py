@@ -134,7 +134,9 @@ class JointController(Controller):
     def _changed(self, change: Array, state: GroupState) -> Array:
         kind = self.settings.motor_type
         if kind != "position":
-            last = state.v if kind == "velocity" else (np.zeros_like(change) if self.goal is None else self.goal)
+            last = (
+                state.v if kind == "velocity" else (np.zeros_like(change) if self.goal is None else self.goal)
+            )
             return last + change
         held = self.goal if self.goal is not None else state.q
         goal = np.where(change == 0.0, held, state.q + change)

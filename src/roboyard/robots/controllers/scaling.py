@@ -17,7 +17,7 @@ from roboyard.poses import Array
 
 
 def _limit_setting(value: Any) -> Any:
-    """"default", None, or (low, high) with numbers or lists of numbers."""
+    """ "default", None, or (low, high) with numbers or lists of numbers."""
     if value is None or (isinstance(value, str) and value == "default"):
         return value
     wrong = ValueError('must be "default", null, or [low, high] of numbers or lists of numbers')
@@ -82,7 +82,9 @@ class Scaling:
         """(n,) what a command means."""
         if self.low is None:
             return command
-        return (np.minimum(np.maximum(command, self.low), self.high) - self.middle) * self.factor + self.offset
+        return (
+            np.minimum(np.maximum(command, self.low), self.high) - self.middle
+        ) * self.factor + self.offset
 
     def invert(self, value: Array) -> Array:
         """(n,) the command that means this; not clipped."""

@@ -74,7 +74,9 @@ class TaskController(Controller):
     settings: TaskSettings
     needs_mount: ClassVar[bool] = True
 
-    def __init__(self, limits: GroupLimits, settings: TaskSettings, *, chain: ChainArrays, rest: Array) -> None:
+    def __init__(
+        self, limits: GroupLimits, settings: TaskSettings, *, chain: ChainArrays, rest: Array
+    ) -> None:
         """Take the joints' chain.
 
         Args:

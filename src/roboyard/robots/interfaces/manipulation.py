@@ -137,5 +137,12 @@ class Manipulation:
     @property
     def default_proprioception(self) -> tuple[str, ...]:
         """What is observed where nobody asks for anything else."""
-        keys = ("arm_{}_qpos_sin", "arm_{}_qpos_cos", "eef_{}_pos", "eef_{}_quat", "gripper_{}_qpos", "grasp_{}")
+        keys = (
+            "arm_{}_qpos_sin",
+            "arm_{}_qpos_cos",
+            "eef_{}_pos",
+            "eef_{}_quat",
+            "gripper_{}_qpos",
+            "grasp_{}",
+        )
         return tuple(key.format(arm) for arm in self.arm_names for key in keys)

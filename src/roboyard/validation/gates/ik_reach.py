@@ -46,7 +46,7 @@ def ik_reach(bench: Bench, poses: int = POSES) -> tuple[Gate, ...]:
             ),
         )
     absolute = {"mode": "absolute_pose", "command_output_limits": None, "command_input_limits": None}
-    robot = bench.robot(action_normalize=False, controllers={arm: absolute for arm in arms})
+    robot = bench.robot(action_normalize=False, controllers=dict.fromkeys(arms, absolute))
     errors, labels, findings = [], [], []
     for arm in arms:
         for k, way in enumerate(sample_ways(robot, arm, poses, bench.seed)):

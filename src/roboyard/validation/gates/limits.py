@@ -55,7 +55,9 @@ def _joints(robot: Robot) -> list[str]:
 def _postures(robot: Robot) -> list[str]:
     definition, names = robot.definition, robot.joint_names
     postures = {
-        "default_joint_pos": None if not definition.default_joint_pos else np.array(definition.default_joint_pos),
+        "default_joint_pos": None
+        if not definition.default_joint_pos
+        else np.array(definition.default_joint_pos),
         "mobile_manipulation.untucked_default_joint_pos": tuck_posture(definition, names, "untuck"),
         "mobile_manipulation.tucked_default_joint_pos": tuck_posture(definition, names, "tuck"),
     }
@@ -63,7 +65,9 @@ def _postures(robot: Robot) -> list[str]:
     for key, posture in postures.items():
         if posture is None:
             continue
-        for name, value, low, high in zip(names, posture, robot.limits.lower, robot.limits.upper, strict=True):
+        for name, value, low, high in zip(
+            names, posture, robot.limits.lower, robot.limits.upper, strict=True
+        ):
             if not low - SLACK <= value <= high + SLACK:
                 found.append(f"{key}: {name} = {value:g} lies outside {low:g} to {high:g}")
     return found

@@ -1,0 +1,64 @@
+"""`roboyard robots`: which robots there are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from roboyard.robots import RegisteredRobot
+
+
+def robots(
+    as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+) -> None:
+    """List the robots of the data folder and the bundled ones, with what they can do.
+
+    Exit code 0 also where a definition is broken: it is listed with its problem.
+    """
+    from roboyard.robots.registry import REGISTERED_ROBOTS
+
+    rows = [_row(robot) for robot in REGISTERED_ROBOTS.values()]
+    if as_json:
+        import json
+
+        print(json.dumps({"data": str(REGISTERED_ROBOTS.data), "robots": rows}, indent=2, ensure_ascii=False))
+        return
+    for row in rows:
+        if row["problem"]:
+            print(f"{row['name']}: broken: {row['problem'].splitlines()[0]}")
+            continue
+        joints = (
+            f"{row['joints']} joints" if row["joints"] is not None else "joints known after its first import"
+        )
+        where = "bundled" if row["bundled"] else row["file"]
+        print(f"{row['name']}: {joints}; {', '.join(row['capabilities']) or 'no capabilities'} ({where})")
+        if row["picture"]:
+            print(f"    picture: {row['picture']}")
+    print(f"{len(rows)} robots; data folder: {REGISTERED_ROBOTS.data}")
+
+
+def _row(robot: RegisteredRobot) -> dict[str, Any]:
+    from roboyard.errors import RoboyardError
+    from roboyard.robots.joint_order import robot_joint_names
+
+    row: dict[str, Any] = {
+        "name": robot.name,
+        "file": str(robot.file),
+        "bundled": robot.bundled,
+        "capabilities": [],
+        "groups": {},
+        "joints": None,
+        "picture": None if robot.picture is None else str(robot.picture),
+        "problem": None,
+    }
+    try:
+        definition = robot.definition
+        row["capabilities"] = list(definition.capabilities)
+        row["groups"] = definition.controller_names()
+        if robot.is_imported:
+            row["joints"] = len(robot_joint_names(robot.description(definition)))
+    except RoboyardError as error:
+        row["problem"] = str(error)
+    return row

@@ -1,0 +1,56 @@
+"""`roboyard validate`: does a robot work?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def validate(
+    robot: Annotated[
+        str, typer.Argument(help="A registered robot, or a URDF with --definition.", show_default=False)
+    ],
+    definition: Annotated[
+        Path | None,
+        typer.Option(
+            "--definition", help="A definition file instead of the robot's own.", show_default=False
+        ),
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--gate", metavar="NAME", help="Run this gate; may be given again.", show_default=False),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    html: Annotated[
+        Path | None, typer.Option("--html", help="Write a page with curves here.", show_default=False)
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Of the poses that arms are sent to.")] = 0,
+) -> None:
+    """Load a robot in a scene and try it: it settles, stays, obeys each controller, reaches, sees.
+
+    Exit code 0: every gate passed; 1: one failed, with a word on what to look at.
+    """
+    from roboyard.validation import validate as run_validation
+
+    report = run_validation(robot, definition=definition, gates=only or None, seed=seed)
+    if html is not None:
+        from roboyard.validation.page import write_page
+
+        write_page(report, html)
+    if as_json:
+        import json
+
+        print(json.dumps(report.to_json(), indent=2, ensure_ascii=False))
+    else:
+        print(f"{report.robot}: {'passed' if report.passed else 'failed'} in {report.seconds:.1f} s")
+        for gate in report.gates:
+            print(gate.line())
+            if not gate.passed:
+                for finding in list(gate.findings)[:8]:
+                    print(f"        {finding}")
+                print(f"        look at: {gate.advice}")
+        if html is not None:
+            print(f"wrote {html}")
+    raise typer.Exit(0 if report.passed else 1)
