@@ -16,7 +16,19 @@ import typer
 
 from roboyard.errors import RoboyardError
 
-COMMANDS = ("demo", "audit", "repair", "view", "drive", "replay", "robots", "validate", "run", "serve", "version")
+COMMANDS = (
+    "demo",
+    "audit",
+    "repair",
+    "view",
+    "drive",
+    "replay",
+    "robots",
+    "validate",
+    "run",
+    "serve",
+    "version",
+)
 """In the order of the help text; `name` is the function `name` of the module `roboyard.cli.name`."""
 
 _DEBUG_VARIABLE = "ROBOYARD_DEBUG"

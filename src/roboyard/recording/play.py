@@ -14,13 +14,15 @@ from roboyard.recording.stage import Stage, set_up
 
 
 def moments(log: StateLog, fps: float) -> Iterator[int]:
-    """For each picture of a film, the last moment at or before its time."""
+    """For each picture of a film, the last moment at or before its time; jumps back in time are cut out."""
     if not len(log):
         return
-    count = int(np.floor((log.time[-1] - log.time[0]) * fps + 1e-9)) + 1
+    steps = np.diff(log.time)
+    steps[steps < 0] = np.median(steps[steps >= 0]) if (steps >= 0).any() else 0.0
+    played = np.concatenate([[0.0], np.cumsum(steps)])
+    count = int(np.floor(played[-1] * fps + 1e-9)) + 1
     for k in range(count):
-        at = log.time[0] + k / fps
-        yield max(int(np.searchsorted(log.time, at + 1e-9, side="right")) - 1, 0)
+        yield max(int(np.searchsorted(played, k / fps + 1e-9, side="right")) - 1, 0)
 
 
 def film_of(

@@ -1,0 +1,74 @@
+"""`roboyard drive`: a robot in a scene, by keys or by chance."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class Mode(StrEnum):
+    """How the robot is driven."""
+
+    RANDOM = "random"
+    TELEOP = "teleop"
+
+
+def drive(
+    robot: Annotated[str | None, typer.Argument(help="A registered robot.", show_default=False)] = None,
+    scene: Annotated[
+        str | None,
+        typer.Option("--scene", help="empty, tabletop, home, terrain, or a scene file.", show_default=False),
+    ] = None,
+    control_mode: Annotated[
+        Mode | None, typer.Option("--control-mode", help="By chance or by keys.", show_default=False)
+    ] = None,
+    quickstart: Annotated[
+        bool, typer.Option("--quickstart", help="r1 at home, its own controllers, by keys; asks nothing.")
+    ] = False,
+    short_exec: Annotated[bool, typer.Option("--short-exec", help="Stop after 100 actions.")] = False,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Film to write, .gif or .mp4.", show_default=False)
+    ] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", help="State log to write (.npz), for `roboyard replay`.", show_default=False),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", help="Of the random mode.", show_default=False)
+    ] = None,
+) -> None:
+    """Put a robot into a scene and drive it; asks for whatever no flag says."""
+    from roboyard.drive import drive as run
+    from roboyard.drive.choices import choose
+    from roboyard.errors import ConfigError
+    from roboyard.recording import set_up
+    from roboyard.robots import REGISTERED_ROBOTS
+    from roboyard.scenes import SCENES
+
+    if log is not None and (log.suffix != ".npz" or not log.parent.is_dir()):
+        raise ConfigError(f"--log {log}: give a .npz file in a folder that exists")
+    if quickstart:
+        robot, scene, control_mode = robot or "r1", scene or "home", control_mode or Mode.TELEOP
+    asks = robot is None or scene is None or control_mode is None
+    if scene is None:
+        scene = choose("Scene?", list(SCENES), "home")
+    if robot is None:
+        robot = choose("Robot?", list(REGISTERED_ROBOTS), "r1")
+    found = REGISTERED_ROBOTS.find(robot)
+    controllers: dict[str, str] = {}
+    if asks:
+        usual = found.definition.controller_names()
+        for group, allowed in found.definition.allowed_controllers().items():
+            if group in usual:
+                controllers[group] = choose(f"Controller of {group}?", sorted(allowed), usual[group])
+    if control_mode is None:
+        control_mode = Mode(choose("Control mode?", [m.value for m in Mode], Mode.TELEOP.value))
+    stage = set_up({"scene": scene, "robot": robot, "controllers": controllers})
+    taken = run(stage, control_mode.value, short=short_exec, record=record, log=log, seed=seed)
+    print(f"{robot} in {stage.scene.name}: {taken} actions")
+    for what in (record, log):
+        if what is not None and what.is_file():
+            print(f"wrote {what}")

@@ -1,0 +1,18 @@
+"""A picture in a terminal: two pixels a character, in true colours."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def as_text(rgb: NDArray[np.uint8]) -> str:
+    """Lines of half blocks for a (h, w, 3) picture; an odd last row is left out."""
+    lines = []
+    for upper, lower in zip(rgb[0:-1:2], rgb[1::2], strict=False):
+        cells = [
+            f"\x1b[38;2;{a[0]};{a[1]};{a[2]}m\x1b[48;2;{b[0]};{b[1]};{b[2]}m▀"
+            for a, b in zip(upper.tolist(), lower.tolist(), strict=True)
+        ]
+        lines.append("".join(cells) + "\x1b[0m")
+    return "\n".join(lines)
