@@ -50,3 +50,79 @@ def test_a_client_that_left_frees_its_world(client: int) -> None:
     p.disconnect(other)
     assert freed() is None, "without waiting for the garbage collector"
     assert np.isfinite(p.getAPIVersion())
+
+
+def test_stable_pd_brings_a_stiff_joint_to_its_target(client: int) -> None:
+    p.setAdditionalSearchPath(data.getDataPath())
+    p.setGravity(0, 0, -10)
+    cart = p.loadURDF("cartpole.urdf")
+    joints = [0, 1]
+    for joint in joints:
+        p.setJointMotorControl2(cart, joint, p.VELOCITY_CONTROL, force=0)
+    for _ in range(240):
+        p.setJointMotorControlMultiDofArray(
+            cart,
+            joints,
+            p.STABLE_PD_CONTROL,
+            targetPositions=[[0.3], [0.5]],
+            positionGains=[1e5, 1e5],
+            velocityGains=[1e4, 1e4],
+            forces=[[1e6], [1e6]],
+        )
+        p.stepSimulation()
+    assert [p.getJointState(cart, j)[0] for j in joints] == pytest.approx([0.3, 0.5], abs=2e-3)
+
+
+def test_padded_dynamics_agree_with_the_plain_ones(client: int) -> None:
+    p.setAdditionalSearchPath(data.getDataPath())
+    p.setGravity(0, 0, -10)
+    robot = p.loadURDF("r2d2.urdf")
+    count = sum(p.getJointInfo(robot, j)[3] >= 0 for j in range(p.getNumJoints(robot)))
+    rng = np.random.default_rng(1)
+    base, joints = [0.1, 0.2, 0.3, 0, 0, 0, 1], rng.uniform(-0.2, 0.2, count).tolist()
+    plain = np.array(p.calculateMassMatrix(robot, joints))
+    padded = np.array(p.calculateMassMatrix(robot, [*base, *joints], flags=1))
+    order = [3, 4, 5, 0, 1, 2, *range(6, 6 + count)]
+    places = [0, 1, 2, 3, 4, 5, *range(7, 7 + count)]
+    assert padded.shape == (7 + count, 7 + count)
+    p.resetBasePositionAndOrientation(robot, base[:3], base[3:])
+    assert np.allclose(padded[np.ix_(places, places)], plain[np.ix_(order, order)], atol=1e-9)
+    assert padded[6, 6] == 1.0
+    v, a = rng.normal(size=(2, 6 + count))
+    wide = np.zeros((2, 7 + count))
+    wide[:, places] = np.stack([v, a])[:, order]
+    torques = np.array(p.calculateInverseDynamics(robot, [*base, *joints], v.tolist(), a.tolist()))
+    spread = np.array(p.calculateInverseDynamics(robot, [*base, *joints], *wide.tolist(), flags=1))
+    assert np.allclose(spread[places], torques[order], atol=1e-6)
+
+
+def test_user_data_of_a_file(client: int, tmp_path) -> None:
+    entry = '<bullet><user-data key="{0}">of {0}</user-data></bullet>'
+    (tmp_path / "noted.urdf").write_text(
+        f'<robot name="noted">{entry.format("robot")}<link name="base">{entry.format("link")}<visual>'
+        f'{entry.format("visual")}<geometry><sphere radius="1"/></geometry></visual></link></robot>'
+    )
+    body = p.loadURDF(str(tmp_path / "noted.urdf"))
+    infos = [p.getUserDataInfo(body, i) for i in range(p.getNumUserData(body))]
+    assert [info[1:] for info in infos] == [
+        (b"robot", body, -1, -1), (b"link", body, -1, -1), (b"visual", body, -1, 0)
+    ]  # fmt: skip
+    assert p.getUserData(infos[2][0]) == b"of visual"
+
+
+def test_a_script_can_serve(tmp_path) -> None:
+    server = p.connect(p.SHARED_MEMORY_SERVER, key=48151623)
+    try:
+        other = p.connect(p.SHARED_MEMORY, key=48151623)
+        shape = p.createCollisionShape(p.GEOM_BOX, physicsClientId=other)
+        body = p.createMultiBody(1.0, shape, basePosition=[1, 2, 3], physicsClientId=other)
+        position, _ = p.getBasePositionAndOrientation(body, physicsClientId=server)
+        assert position == (1.0, 2.0, 3.0)
+        entry = p.addUserData(body, "key", "value", physicsClientId=other)
+        assert p.getUserData(entry, physicsClientId=server) is None
+        p.syncUserData(physicsClientId=server)
+        assert p.getUserData(entry, physicsClientId=server) == b"value"
+        p.disconnect(other)
+    finally:
+        p.disconnect(server)
+    assert p.connect(p.SHARED_MEMORY, key=48151623) == -1

@@ -75,8 +75,8 @@ def calculateJacobian(
 def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector, flags: int = 0) -> Rows:
     """Joint-space mass matrix (kg m², kg) at joint positions; a base that moves adds six leading rows.
 
-    With flags 1 the base's seven numbers come first, always, and every quaternion has four rows, the last of
-    them zero.
+    With flags 1 the base's seven numbers come first, always, and every quaternion has four rows. The fourth
+    of these, and all seven of a base that does not move, are those of a unit matrix.
     """
     import mujoco
 
@@ -95,7 +95,7 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     if not padded:
         return _rows(matrix)
     size, places = _padding(record)
-    out = np.zeros((size, size))
+    out = np.eye(size)
     out[np.ix_(places, places)] = matrix
     return _rows(out)
 

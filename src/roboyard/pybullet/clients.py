@@ -109,7 +109,8 @@ def connect(method: int, *args: Any, **kwargs: Any) -> int:
 
     connect(method, key=SHARED_MEMORY_KEY, options="") or
     connect(method, hostName="localhost", port=..., options="").
-    DIRECT and GUI make a world in this process; SHARED_MEMORY_SERVER makes one that other clients can share. TCP, UDP and SHARED_MEMORY share the one of `roboyard serve`.
+    DIRECT and GUI make a world in this process, SHARED_MEMORY_SERVER one that other clients can share.
+    TCP, UDP and SHARED_MEMORY share the one of `roboyard serve`.
     """
     if isinstance(method, bool) or not hasattr(method, "__index__"):
         raise TypeError(f"method must be an integer, not {type(method).__name__}")

@@ -163,7 +163,7 @@ def setJointMotorControlMultiDofArray(
     maxVelocities: Vector | None = None,
 ) -> None:
     """`setJointMotorControlMultiDof` of several joints at once."""
-    if whole(controlMode) not in _MODES:
+    if whole(controlMode) not in (*_MODES, c.STABLE_PD_CONTROL):
         raise failure("Illegal control mode.")
     joints = indices(jointIndices)
     count = len(joints)
@@ -180,6 +180,13 @@ def setJointMotorControlMultiDofArray(
                 else "number of forces should match the joint indices"
             )
         lists.append([None] * count if values is None else values)
+    if controlMode == c.STABLE_PD_CONTROL:
+        from roboyard.pybullet.stable_pd import drive
+
+        records = [joint_of(client, bodyUniqueId, joint) for joint in joints]
+        if records:
+            drive(client.scene, records[0], joints, *lists, kps, kds)
+        return
     for i, joint in enumerate(joints):
         record = joint_of(client, bodyUniqueId, joint)
         position, velocity, force = (values[i] for values in lists)

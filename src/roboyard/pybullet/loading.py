@@ -15,6 +15,7 @@ from roboyard.pybullet.errors import failure
 from roboyard.pybullet.models import bullet_model
 from roboyard.pybullet.records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.search import find_file, not_found_remedy
+from roboyard.pybullet.user_data import attach_from_file
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
@@ -105,6 +106,7 @@ def _load_urdf_command(
         )
     except RoboyardError as problem:
         raise failure(_NOT_LOADED, *str(problem).splitlines()) from problem
+    attach_from_file(client, record)
     return record.number
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 from zipfile import BadZipFile
@@ -11,12 +12,11 @@ import numpy as np
 from roboyard.pybullet.arguments import text
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
-from roboyard.pybullet.joint_tables import POSITION_COUNT
 from roboyard.pybullet.search import find_file, not_found_remedy
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
-    from roboyard.pybullet.records import BodyRecord
+    from roboyard.pybullet.scene import Scene
 
 _NOT_SAVED, _NOT_RESTORED = "Couldn't save .bullet file.", "Couldn't restore state."
 _FORMAT = 1
@@ -30,14 +30,11 @@ def saveBullet(client: Client, bulletFileName: str) -> None:
         "format": np.array(_FORMAT),
         "bodies": np.array(scene.order, dtype=np.int64),
     }
-    for number in scene.order:
-        record = scene.ready(number, _NOT_SAVED)
-        position, orientation = record.body.pose
-        linear, angular = record.body.velocity
-        positions, velocities = _joint_places(record)
-        arrays[f"base{number}"] = np.concatenate([position, orientation, linear, angular])
-        arrays[f"positions{number}"] = record.qpos[positions]
-        arrays[f"velocities{number}"] = record.qvel[velocities]
+    moment = scene.world.save_state()
+    arrays["values"] = moment.values
+    arrays["static_positions"] = moment.static_positions
+    arrays["static_quaternions"] = moment.static_quaternions
+    arrays["joints"] = _joint_counts(scene)
     try:
         with Path(text(bulletFileName)).open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
@@ -60,33 +57,33 @@ def restore_from_file(client: Client, file_name: str) -> None:
     except (OSError, ValueError, BadZipFile, EOFError) as problem:
         raise failure(_NOT_RESTORED, f"{path.name} was not written by saveBullet: {problem}") from None
     scene = client.scene
+    scene.world.ensure_compiled()
     if arrays.get("bodies") is None or arrays["bodies"].tolist() != scene.order:
         raise failure(_NOT_RESTORED, "the file was saved with other bodies in the world")
-    for number in scene.order:
-        record = scene.ready(number, _NOT_RESTORED)
-        positions, velocities = _joint_places(record)
-        base, q, v = (arrays.get(f"{name}{number}") for name in ("base", "positions", "velocities"))
-        if (
-            base is None
-            or q is None
-            or v is None
-            or (len(base), len(q), len(v)) != (13, len(positions), len(velocities))
-        ):
-            raise failure(_NOT_RESTORED, f"body {number} was another one when the file was saved")
-        record.body.set_pose(base[:3], base[3:7])
-        record.body.set_velocity(base[7:10], base[10:13])
-        record.qpos[positions], record.qvel[velocities] = q, v
+    present = scene.world.save_state()
+    fits = arrays.get("joints") is not None and np.array_equal(arrays["joints"], _joint_counts(scene))
+    for name in ("values", "static_positions", "static_quaternions"):
+        there = arrays.get(name)
+        fits = fits and there is not None and there.shape == getattr(present, name).shape
+        fits = fits and there.dtype == np.float64
+    if not fits:
+        raise failure(_NOT_RESTORED, "a body was another one when the file was saved")
+    scene.world.restore_state(
+        replace(
+            present,
+            values=arrays["values"],
+            static_positions=arrays["static_positions"],
+            static_quaternions=arrays["static_quaternions"],
+        )
+    )
+    for record in scene.bodies.values():
+        record.fixed_pose = None
     scene.mark_moved()
 
 
-def _joint_places(record: BodyRecord) -> tuple[list[int], list[int]]:
-    """Places of a body's joints in qpos and in qvel."""
-    joints = [info[0] for info in record.infos if POSITION_COUNT[info[2]]]
-    positions = [i for j in joints for i in range(record.positions_of(j).start, record.positions_of(j).stop)]
-    velocities = [
-        i for j in joints for i in range(record.velocities_of(j).start, record.velocities_of(j).stop)
-    ]
-    return positions, velocities
+def _joint_counts(scene: Scene) -> np.ndarray:
+    """How many joints each body has, in the order of listing."""
+    return np.array([scene.bodies[number].joint_count for number in scene.order], dtype=np.int64)
 
 
 @command()

@@ -12,8 +12,10 @@ from roboyard.pybullet.ids import Recycler
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+    from xml.etree.ElementTree import Element
 
     from roboyard.pybullet.clients import Client
+    from roboyard.pybullet.records import BodyRecord
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +70,24 @@ class UserData:
         gone = set(bodies)
         for number in [n for n, place in self._places.items() if place.body in gone]:
             self.remove(number)
+
+
+def attach_from_file(client: Client, record: BodyRecord) -> None:
+    """Attach a URDF file's `<bullet><user-data key="...">` entries, of the robot, links and visuals."""
+    description = record.model.description
+    _attach(client, record.number, -1, -1, description.extra)
+    for index, link in enumerate(record.model.links, start=-1):
+        _attach(client, record.number, index, -1, description.link_by_name[link.name].extra)
+        for shape, visual in enumerate(link.visuals):
+            _attach(client, record.number, index, shape, visual.extra)
+
+
+def _attach(client: Client, body: int, link: int, shape: int, extra: tuple[Element, ...]) -> None:
+    for element in extra:
+        for entry in element.findall("user-data") if element.tag == "bullet" else ():
+            key = entry.get("key")
+            if key is not None:
+                client.user_data.put(Place(body, link, shape, key), entry.text or "")
 
 
 @command()

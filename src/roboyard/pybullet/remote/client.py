@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from roboyard.pybullet import constants as c
@@ -13,6 +13,8 @@ from roboyard.pybullet.commands import COMMANDS
 from roboyard.pybullet.errors import error, failure
 from roboyard.pybullet.remote import rendezvous, wire
 from roboyard.pybullet.remote.datagrams import DatagramChannel
+from roboyard.pybullet.remote.known_user_data import KnownUserData
+from roboyard.pybullet.user_data import Place
 
 DEFAULT_PORTS = {c.TCP: 6667, c.UDP: 6667}
 CONNECT_SECONDS = 5.0
@@ -68,6 +70,7 @@ class RemoteClient:
         self.is_alive = True
         self._channel = channel
         self._requests = 0
+        self.known_user_data = KnownUserData(self.ask)
 
     def ask(self, name: str, *arguments: Any) -> Any:
         """The answer to a command.
@@ -94,6 +97,36 @@ class RemoteClient:
                 raise TypeError(message)
             case _:
                 raise self._lost("the server sent something else than an answer")
+
+    def addUserData(self, body: int, key: str, value: str, link: int = -1, shape: int = -1) -> int:
+        """See `roboyard.pybullet.user_data`; entries of others are known after a sync."""
+        return self.known_user_data.add(body, key, value, link, shape)
+
+    def getUserData(self, number: int) -> bytes | None:
+        return self.known_user_data.value(number)
+
+    def getUserDataId(self, body: int, key: str, link: int = -1, shape: int = -1) -> int:
+        return self.known_user_data.find(Place(body, link, shape, key))
+
+    def getNumUserData(self, body: int) -> int:
+        return len(self.known_user_data.of_body(body))
+
+    def getUserDataInfo(self, body: int, index: int) -> tuple[int, bytes, int, int, int]:
+        return self.known_user_data.info(body, index)
+
+    def removeUserData(self, number: int) -> None:
+        self.known_user_data.remove(number)
+
+    def syncUserData(self, bodies: int | Iterable[int] = -1) -> None:
+        self.known_user_data.sync(bodies)
+
+    def removeBody(self, body: int) -> None:
+        self.ask("removeBody", body)
+        self.known_user_data.forget([body])
+
+    def resetSimulation(self, flags: int = 0) -> None:
+        self.ask("resetSimulation", flags)
+        self.known_user_data.clear()
 
     def setTimeOut(self, timeOutInSeconds: float) -> None:
         """How long to wait for an answer; s."""
@@ -135,7 +168,13 @@ def open_at(method: int, host: str, port: int | None) -> RemoteClient | None:
             f"roboyard: no server at {host}:{address[1]} ({problem}); start `roboyard serve`", file=sys.stderr
         )
         return None
-    return RemoteClient(method, channel)
+    return _greeted(RemoteClient(method, channel))
+
+
+def _greeted(client: RemoteClient) -> RemoteClient:
+    """A new client that knows what user data there is."""
+    client.known_user_data.sync(-1)
+    return client
 
 
 def open_by_key(key: int) -> RemoteClient | None:
@@ -144,6 +183,6 @@ def open_by_key(key: int) -> RemoteClient | None:
     if address is None:
         return None
     try:
-        return RemoteClient(c.SHARED_MEMORY, StreamChannel(*address))
+        return _greeted(RemoteClient(c.SHARED_MEMORY, StreamChannel(*address)))
     except (OSError, wire.WireError):
         return None
