@@ -17,6 +17,8 @@ FOVY = math.radians(45.0)
 """Vertical opening angle of a fresh page."""
 VIEW_FROM = (1.0, -0.75, 0.5)
 """Direction from what is looked at towards a fresh page's camera: robots face +x."""
+SUN_GAIN, SKY_GAIN = 1.25, 0.6
+"""Shares of the light of `roboyard.cameras`, which adds up display colours."""
 LEAST_EXTENT, MOST_EXTENT = 0.2, 12.0
 """m: a fresh page shows at least and at most this much."""
 
@@ -27,9 +29,9 @@ def set_light(server: Any) -> None:
     scene = server.scene
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map(None)
-    # three.js shows albedo · intensity / π
-    sun = math.pi * light.diffuse * (1.0 - light.sky)
-    above = math.pi * (light.ambient + light.diffuse * light.sky)
+    # three.js shows albedo · intensity / π, in linear light, where a white side needs more shade to be seen
+    sun = SUN_GAIN * math.pi * light.diffuse * (1.0 - light.sky)
+    above = SKY_GAIN * math.pi * (light.ambient + light.diffuse * light.sky)
     below = light.ambient / (light.ambient + light.diffuse * light.sky)
     scene.add_light_directional(
         "/lights/sun", intensity=sun, cast_shadow=True, wxyz=_turn_y_to(light.direction), position=(0, 0, 0)
