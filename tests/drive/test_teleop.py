@@ -44,7 +44,8 @@ def _changed(teleop: Teleop, key: str) -> dict[int, float]:
     ("key", "component", "value"),
     [
         ("up", 0, 0.1), ("down", 0, -0.1), ("left", 1, 0.1), ("right", 1, -0.1),
-        ("p", 2, 0.1), (";", 2, -0.1), ("n", 3, 0.1), ("b", 3, -0.1), ("o", 4, 0.1), ("u", 4, -0.1), ("v", 5, 0.1), ("c", 5, -0.1),
+        ("p", 2, 0.1), (";", 2, -0.1), ("n", 3, 0.1), ("b", 3, -0.1),
+        ("o", 4, 0.1), ("u", 4, -0.1), ("v", 5, 0.1), ("c", 5, -0.1),
     ],
 )  # fmt: skip
 def test_hand_keys_write_one_component_of_the_selected_hand(

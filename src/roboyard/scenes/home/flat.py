@@ -118,14 +118,14 @@ def _shell(flat: Flat) -> None:
     half = 0.06
     walls = [
         *wall("x", SOUTH, WEST - half, EAST + half,
-              [Opening(start=-0.8, end=0.15), Opening(start=1.7, end=3.4, bottom=1.15, top=2.05)]),
+              [Opening(start=-0.85, end=0.2), Opening(start=1.7, end=3.4, bottom=1.15, top=2.05)]),
         *wall("x", NORTH, WEST - half, EAST + half,
               [Opening(start=-3.6, end=-1.8, **window), Opening(start=-0.2, end=0.6, bottom=1.5, top=2.05),
                Opening(start=2.2, end=3.7, **window)]),
         *wall("y", WEST, SOUTH + half, NORTH - half, [Opening(start=-2.9, end=-0.6, **window)]),
         *wall("y", EAST, SOUTH + half, NORTH - half, [Opening(start=-1.6, end=-0.2, **window)]),
         *wall("x", ACROSS, WEST + half, EAST - half,
-              [Opening(start=-2.2, end=-1.25), Opening(start=-0.35, end=0.55), Opening(start=1.6, end=2.55)]),
+              [Opening(start=-2.25, end=-1.2), Opening(start=-0.4, end=0.6), Opening(start=1.6, end=2.65)]),
         *wall("y", KITCHEN, SOUTH + half, ACROSS - half, [Opening(start=-2.1, end=-0.5, top=2.2)]),
         *wall("y", BATH, ACROSS + half, NORTH - half),
         *wall("y", STUDY, ACROSS + half, NORTH - half),
@@ -134,10 +134,10 @@ def _shell(flat: Flat) -> None:
 
 
 def _doors(flat: Flat) -> None:
-    flat.stand(door("front_door", 0.95, NAVY), -0.325, SOUTH)
-    flat.stand(door("bedroom_door", 0.95), -1.725, ACROSS)
-    flat.stand(door("bathroom_door", 0.90, PAINT), 0.10, ACROSS)
-    flat.stand(door("study_door", 0.95), 2.075, ACROSS)
+    flat.stand(door("front_door", 1.05, NAVY), -0.325, SOUTH)
+    flat.stand(door("bedroom_door", 1.05, opening=math.radians(92)), -1.725, ACROSS)
+    flat.stand(door("bathroom_door", 1.0, PAINT), 0.10, ACROSS)
+    flat.stand(door("study_door", 1.05), 2.125, ACROSS)
 
 
 def _living_room(flat: Flat) -> None:
