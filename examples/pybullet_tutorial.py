@@ -215,4 +215,6 @@ def set_local_frame(p, robot):
 set_local_frame(p, husky)
 show_render(p)
 
+# %% 9. Shutting down
+
 p.disconnect()

@@ -1,4 +1,4 @@
-"""STABLE_PD_CONTROL: spring-damper torques worked out for the end of the step, so that stiff gains are stable.
+"""STABLE_PD_CONTROL: spring-damper torques worked out for the end of the step: stiff gains stay stable.
 
 tau = kp (q* - q - dt v) + kd (v* - v - dt a), with the acceleration a that this very torque brings about.
 Source: Tan, Liu, Turk: Stable Proportional-Derivative Controllers (2011).
