@@ -1,0 +1,103 @@
+"""Which robots are found, live."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from roboyard.assets import asset_path
+from roboyard.cli import main
+from roboyard.errors import ConfigError
+from roboyard.robots import REGISTERED_ROBOTS, Registry
+from roboyard.sim import World
+
+ARM = """
+raw_controller_order: [arm_0]
+default_controllers: {arm_0: InverseKinematicsController}
+default_joint_pos: [0, 0.5, 0, -1, 0, 0.5, 0]
+manipulation:
+  arm_joint_names: {"0": [joint1, joint2, joint3, joint4, joint5, joint6, joint7]}
+  eef_link_names: {"0": tool}
+"""
+
+
+def place(data: Path, name: str, text: str, dataset: str = "mine") -> Path:
+    folder = data / dataset / "models" / name
+    (folder / "urdf").mkdir(parents=True)
+    (folder / f"{name}.yaml").write_text(text)
+    shutil.copytree(asset_path("arm7").parent / "meshes", folder / "urdf" / "meshes")
+    shutil.copy(asset_path("arm7"), folder / "urdf" / f"{name}.urdf")
+    return folder
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path))
+    return tmp_path
+
+
+def test_bundled_robots_are_there_without_any_data(own: Path) -> None:
+    assert {"r1", "rover"} <= set(REGISTERED_ROBOTS)
+    assert REGISTERED_ROBOTS["rover"].bundled
+    assert REGISTERED_ROBOTS.problems() == {}
+
+
+def test_files_are_seen_as_they_come_and_go(own: Path) -> None:
+    assert "gripper_bot" not in REGISTERED_ROBOTS
+    folder = place(own, "gripper_bot", ARM)
+    assert "gripper_bot" in REGISTERED_ROBOTS
+    assert REGISTERED_ROBOTS["gripper_bot"].definition.arm_names == ("0",)
+    robot = World().add_robot("Gripper_Bot")
+    assert robot.n_dof == 7
+    shutil.rmtree(folder)
+    assert "gripper_bot" not in REGISTERED_ROBOTS
+
+
+def test_only_a_file_named_as_its_folder_registers(own: Path) -> None:
+    folder = place(own, "one", ARM)
+    (folder / "two.yaml").write_text(ARM)
+    assert "two" not in REGISTERED_ROBOTS
+    assert "one" in REGISTERED_ROBOTS
+
+
+def test_an_own_robot_goes_before_a_bundled_one(own: Path) -> None:
+    place(own, "rover", ARM)
+    assert not REGISTERED_ROBOTS["rover"].bundled
+    assert REGISTERED_ROBOTS["rover"].definition.capabilities == ("manipulation",)
+
+
+def test_a_broken_file_is_reported_and_does_no_harm(own: Path, capsys: pytest.CaptureFixture) -> None:
+    place(own, "good", ARM)
+    place(own, "bad", "raw_controller_order: 3\ndefault_controllers: {}\n")
+    (own / "mine" / "models" / "lost").mkdir()
+    (own / "mine" / "models" / "lost" / "lost.yaml").write_text(ARM)
+    told = REGISTERED_ROBOTS.problems()
+    assert set(told) == {"bad", "lost"}
+    assert told["bad"] == "bad.yaml:1: raw_controller_order: must be a list"
+    assert "urdf/lost.urdf" in told["lost"]
+    with pytest.raises(ConfigError, match=r"bad\.yaml:1: raw_controller_order"):
+        World().add_robot("bad")
+    assert main(["robots", "--json"]) == 0
+    rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)["robots"]}
+    assert rows["bad"]["problem"] == told["bad"]
+    assert rows["good"]["joints"] == 7
+    assert rows["good"]["capabilities"] == ["manipulation"]
+
+
+def test_unknown_names_say_what_there_is(own: Path) -> None:
+    with pytest.raises(ConfigError, match="no robot named 'rovr'; did you mean 'rover'"):
+        World().add_robot("rovr")
+
+
+def test_paths_stay_inside_the_dataset(own: Path) -> None:
+    place(own, "sly", ARM + "urdf_path: ../../secret.urdf\n")
+    with pytest.raises(ConfigError, match="urdf_path: must be a path inside the dataset"):
+        World().add_robot("sly")
+
+
+def test_a_registry_of_another_folder(tmp_path: Path) -> None:
+    place(tmp_path, "one", ARM)
+    assert list(Registry(tmp_path, with_bundled=False)) == ["one"]
