@@ -126,3 +126,21 @@ def test_a_script_can_serve(tmp_path) -> None:
     finally:
         p.disconnect(server)
     assert p.connect(p.SHARED_MEMORY, key=48151623) == -1
+
+
+def test_mass_0_leaves_a_body_to_itself(ball: int) -> None:
+    p.setGravity(0, 0, -10)
+    p.changeDynamics(ball, -1, mass=0)
+    hammer = p.createMultiBody(
+        5.0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.3), basePosition=[1.2, 0, 5]
+    )
+    p.resetBaseVelocity(hammer, [-8, 0, 0])
+    for _ in range(60):
+        p.stepSimulation()
+    assert np.allclose(p.getBasePositionAndOrientation(ball)[0], [0, 0, 5], atol=1e-3)
+    assert p.getBaseVelocity(hammer)[0][0] > -4, "it bounced or stopped"
+    assert p.getDynamicsInfo(ball, -1)[0] == 0.0
+    p.changeDynamics(ball, -1, mass=2)
+    for _ in range(24):
+        p.stepSimulation()
+    assert p.getBaseVelocity(ball)[0][2] == pytest.approx(-1, rel=0.05)

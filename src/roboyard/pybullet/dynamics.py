@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.scene import Scene
 
 Vector = Sequence[float]
+IMMOVABLE_MASS = 1e6
+"""kg and kg m²: what a body that may move has inside while its mass is 0, so that nothing pushes it."""
 
 
 @command()
@@ -77,7 +79,7 @@ def changeDynamics(
     """Change physical properties of a link (-1: the base); those left out stay. An unknown body is no error.
 
     A new mass (kg) brings the inertia of the collision shapes for it, unless localInertiaDiagonal (kg m²) is
-    given.
+    given. With mass 0 a base that could move is pushed by nothing any more: it stays, or glides on as it is.
     Damping holds for the whole body. Bodies do not sleep here, so the sleeping arguments have no effect.
     """
     if (number(contactStiffness) >= 0) != (number(contactDamping) >= 0):
@@ -128,7 +130,10 @@ def _set_mass(
             margin=record.model.collision_margin,
             implicit_cylinder=record.model.implicit_cylinder,
         )
-    state.mass, state.moments = mass, moments
+    state.mass, state.moments = float(mass), moments
+    scene.set_weightless(record, link, mass == 0.0)
+    if mass == 0.0 and link == -1 and not record.model.fixed_base:
+        mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS,) * 3
     x, y, z = moments
     inertial = Inertial(mass=mass, origin=state.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
     record.body.links[link + 1].set_inertial(inertial)

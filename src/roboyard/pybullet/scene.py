@@ -107,6 +107,19 @@ class Scene:
                     link, linear, angular, linear_quadratic=linear, angular_quadratic=angular
                 )
 
+    def set_weightless(self, record: BodyRecord, link: int, weightless: bool) -> None:
+        """Whether gravity and drag leave a link of a body alone."""
+        handle = record.body.links[link + 1]
+        element = handle._built.element
+        if bool(element.gravcomp) != weightless:
+            element.gravcomp = float(weightless)
+            self.world.mark_stale()
+        linear, angular = (0.0, 0.0) if weightless else (record.linear_damping, record.angular_damping)
+        if record.kind == MULTIBODY:
+            self.world.surfaces.set_damping(
+                handle, linear, angular, linear_quadratic=linear, angular_quadratic=angular
+            )
+
     def remove(self, number: int) -> None:
         """Take a body away; an unknown id is no error."""
         record = self.bodies.pop(number, None)
