@@ -1,0 +1,70 @@
+"""Robots on two driven wheels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard.robots import Robot
+from roboyard.sim import World
+
+
+@pytest.fixture
+def rover() -> Robot:
+    world = World()
+    world.add_plane()
+    return world.add_robot("rover")
+
+
+def drive(robot: Robot, twist, seconds: float) -> tuple[float, float]:
+    """Mean forward speed and turning rate over the drive."""
+    action = robot.controllers["base"].scaling.invert(np.array(twist, float))
+    seen = []
+    for _ in range(round(seconds * 30)):
+        robot.apply_action(action)
+        robot.world.step(8)
+        linear, angular = robot.get_relative_velocity()
+        seen.append((linear[0], angular[2]))
+    v, w = np.mean(seen, axis=0)
+    return float(v), float(w)
+
+
+@pytest.mark.parametrize("twist", [(0.3, 0.0), (0.5, 0.5), (0.0, 1.0), (-0.3, 0.4), (0.1, 0.0), (0.8, -1.0)])
+def test_twists_are_followed_within_two_per_cent(rover: Robot, twist) -> None:
+    drive(rover, twist, 1.0)
+    v, w = drive(rover, twist, 2.0)
+    assert v == pytest.approx(twist[0], rel=0.02, abs=0.003)
+    assert w == pytest.approx(twist[1], rel=0.02, abs=0.003)
+    assert rover.two_wheel.odometry() == pytest.approx((v, w), rel=0.02, abs=0.003)
+
+
+def test_a_circle_comes_back(rover: Robot) -> None:
+    drive(rover, (0.4, 0.8), 0.5)
+    start = rover.get_position_orientation()[0]
+    drive(rover, (0.4, 0.8), 2 * np.pi / 0.8)
+    assert np.linalg.norm((rover.get_position_orientation()[0] - start)[:2]) < 0.03
+
+
+def test_it_stands_on_wheels_and_caster_and_floats(rover: Robot) -> None:
+    assert not rover.body.is_fixed
+    for _ in range(60):
+        rover.apply_action(np.zeros(2))
+        rover.world.step(8)
+    assert np.abs(rover.get_position_orientation()[0]).max() < 1e-3
+    touching = {contact.link_a.name for contact in rover.world.contacts(rover.body)}
+    assert touching == {"left_wheel", "right_wheel", "caster"}
+
+
+def test_discrete_actions(rover: Robot) -> None:
+    forwards, backwards, left, right, stand = rover.two_wheel.discrete_commands()
+    assert forwards == pytest.approx([0.5, 0.0])
+    assert backwards == pytest.approx(-forwards)
+    assert left == pytest.approx(-right)
+    assert stand == pytest.approx([0.0, 0.0])
+
+
+def test_moving_the_robot_moves_it_whole(rover: Robot) -> None:
+    rover.set_position_orientation((2.0, 1.0, 0.0), (0, 0, 1, 0))
+    v, _ = drive(rover, (0.4, 0.0), 1.0)
+    assert v > 0.3
+    assert rover.get_position_orientation()[0][0] < 1.75
