@@ -134,3 +134,18 @@ def test_timings_are_a_trace(client: int, tmp_path: Path) -> None:
     p.stopStateLogging(66)
     with pytest.raises(p.error, match="virtual reality"):
         p.startStateLogging(p.STATE_LOGGING_VR_CONTROLLERS, "x")
+
+
+def test_points_show_in_pictures(client: int) -> None:
+    view = p.computeViewMatrix([4, 0, 0], [0, 0, 0], [0, 0, 1])
+    projection = p.computeProjectionMatrixFOV(60, 1, 0.1, 50)
+    p.addUserDebugPoints([[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [0, 0, 1]], pointSize=6)
+    picture = p.getCameraImage(100, 100, view, projection)[2][..., :3].astype(int)
+    red = (picture[..., 0] > 200) & (picture[..., 1] < 60)
+    blue = (picture[..., 2] > 200) & (picture[..., 1] < 60)
+    assert 20 <= red.sum() <= 60
+    assert 20 <= blue.sum() <= 60
+    rows, columns = red.nonzero()
+    assert abs(rows.mean() - 50) < 2
+    assert abs(columns.mean() - 50) < 2
+    assert blue.nonzero()[1].mean() > 65

@@ -12,7 +12,7 @@ from roboyard.pybullet import constants as c
 from roboyard.pybullet.arguments import floats, number, vector3, whole
 from roboyard.pybullet.camera_matrices import computeProjectionMatrixFOV, computeViewMatrixFromYawPitchRoll
 from roboyard.pybullet.commands import command
-from roboyard.pybullet.debug_items import Line
+from roboyard.pybullet.debug_items import Line, Points
 from roboyard.pybullet.errors import failure
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 _BAD_MATRIX = "Error parsing view or projection matrix."
+_DOT = np.array([0.0, 0.0, 1e-6])  # m: a point is a line too short to see, as wide as the point
 _LIGHT_FROM = (-50.0, 30.0, 100.0)
 _AMBIENT, _DIFFUSE, _SPECULAR = 0.6, 0.35, 0.05
 
@@ -132,27 +133,32 @@ def _ids(scene: Scene, owners: np.ndarray, flags: int) -> np.ndarray:
 
 
 def debug_lines(client: Client, scene: Scene) -> DebugLines | None:
-    """The client's debug lines in the world, or None."""
+    """The client's debug lines and points in the world, or None; texts are not drawn into pictures."""
     from roboyard.cameras import DebugLines
 
     starts, ends, colors, widths = [], [], [], []
     for _, item in client.debug_items.drawings():
-        if not isinstance(item, Line):
+        if isinstance(item, Line):
+            points, rgb, width = np.array([item.start, item.end]), np.array([item.rgb]), item.width
+        elif isinstance(item, Points) and len(item.positions):
+            points, rgb, width = item.positions, item.rgb, item.size
+        else:
             continue
-        ends_of_line = np.array([item.start, item.end])
-        if item.parent is not None:
-            moved = _in_world(scene, item.parent, ends_of_line)
-            if moved is None:
-                continue
-            ends_of_line = moved
-        starts.append(ends_of_line[0])
-        ends.append(ends_of_line[1])
-        colors.append(item.rgb)
-        widths.append(item.width)
+        placed = points if item.parent is None else _in_world(scene, item.parent, points)
+        if placed is None:
+            continue
+        first, second = (placed[:1], placed[1:]) if isinstance(item, Line) else (placed, placed + _DOT)
+        starts.append(first)
+        ends.append(second)
+        colors.append(rgb)
+        widths.append(np.full(len(first), float(width)))
     if not starts:
         return None
     return DebugLines(
-        start=np.array(starts), end=np.array(ends), rgb=np.array(colors), width=np.array(widths, dtype=float)
+        start=np.concatenate(starts),
+        end=np.concatenate(ends),
+        rgb=np.concatenate(colors),
+        width=np.concatenate(widths),
     )
 
 

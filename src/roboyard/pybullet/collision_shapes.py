@@ -85,9 +85,14 @@ def createCollisionShape(
         heightfieldData: height at (i, j) is item i + j · numHeightfieldRows, i along x.
         numHeightfieldRows: points along x.
         numHeightfieldColumns: points along y.
-        replaceHeightfieldIndex: a heightfield's id whose heights these are from now on.
+        replaceHeightfieldIndex: -1; terrain that is there cannot be replaced, which is an error.
     """
     kind = whole(shapeType)
+    if whole(replaceHeightfieldIndex) >= 0:
+        raise failure(
+            _FAILED,
+            "heights of terrain cannot be replaced; remove its body and make another with a new shape",
+        )
     if kind == c.GEOM_HEIGHTFIELD:
         geometry = _heightfield(heightfieldData, numHeightfieldRows, numHeightfieldColumns, meshScale)
     else:
