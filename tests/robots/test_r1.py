@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.poses import matrix_from_quaternion, quaternion_from_rpy
-from roboyard.robots import REGISTERED_ROBOTS, Robot
+from roboyard.robots import Robot
 from roboyard.robots.controllers.rotations import vector_of_matrix
 from roboyard.sim import World
-from roboyard.validation.bench import Bench
 from roboyard.validation.gates.ik_reach import command, reach, sample_ways
 
 ABSOLUTE = {"mode": "absolute_pose", "command_output_limits": None}
@@ -256,9 +254,10 @@ def test_faster_than_real_time_by_far(robot: Robot) -> None:
     assert 3.0 / (time.process_time() - began) > 10.0
 
 
-def test_scaled_and_renamed(data: Path) -> None:
-    bench = Bench(name="r1", source=REGISTERED_ROBOTS["r1"], definition=REGISTERED_ROBOTS["r1"].definition)
-    small = bench.robot(scale=0.5)
-    assert small.get_relative_eef_pose("left")[0] == pytest.approx(
-        bench.robot().get_relative_eef_pose("left")[0] / 2, rel=1e-6
-    )
+def test_a_robot_of_half_the_size_reaches_half_as_far(robot: Robot) -> None:
+    small = floor(scale=0.5, name="small")
+    start = small.get_relative_eef_pose("left")[0]
+    assert start == pytest.approx(robot.get_relative_eef_pose("left")[0] / 2, rel=1e-6)
+    small.apply_action({"arm_left": [0.25, 0, 0.1, 0, 0, 0]})
+    small.world.step(720)
+    assert small.get_relative_eef_pose("left")[0] - start == pytest.approx([0.05, 0, 0.02], abs=2e-3)

@@ -52,6 +52,8 @@ class Setup:
     """The link whose frame is the robot's base frame."""
     reset_posture: Array | None
     action_normalize: bool
+    scale: float = 1.0
+    """Of all lengths of the description."""
 
 
 def make_groups(setup: Setup, plans: Mapping[str, GroupPlan], config: ControllerConfig) -> dict[str, Group]:
@@ -144,7 +146,7 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
             chain, mount, extra = _chains(setup, plan, where)
             joints = chain.joint_names
         elif keys["name"] == "HolonomicBaseJointController":
-            mount = from_description(setup.description, setup.base_link)
+            mount = scaled(from_description(setup.description, setup.base_link), setup.scale)
         index = {name: i for i, name in enumerate(setup.joint_names)}
         places = np.array([index[name] for name in joints], dtype=np.intp)
         if keys["name"] == "NullJointController" and "default_goal" not in keys:
@@ -196,9 +198,9 @@ def _chains(setup: Setup, plan: GroupPlan, where: str) -> tuple[ChainArrays, Cha
     hanger = description.joint_by_name[own[0]].parent
     between = [name for name in above[above.index(own[0]) :] if name not in own]
     locked = {name: posture[name] for name in between if name in posture}
-    chain = from_description(description, plan.tip, hanger, locked)
+    chain = scaled(from_description(description, plan.tip, hanger, locked), setup.scale)
     try:
-        mount = from_description(description, hanger, setup.base_link)
+        mount = scaled(from_description(description, hanger, setup.base_link), setup.scale)
     except ValueError:
         raise ConfigError(
             f"{where}: link {hanger!r} does not hang from the base link {setup.base_link!r};"
@@ -206,6 +208,23 @@ def _chains(setup: Setup, plan: GroupPlan, where: str) -> tuple[ChainArrays, Cha
         ) from None
     rest = np.array([posture[name] for name in chain.joint_names])
     return chain, mount, {"chain": chain, "rest": rest}
+
+
+def scaled(chain: ChainArrays, factor: float) -> ChainArrays:
+    """The chain of a robot of another size."""
+    if factor == 1.0:
+        return chain
+    slides = np.zeros(chain.size, dtype=bool)
+    slides[chain.q_index[chain.is_prismatic]] = True
+    by_joint = np.where(slides, factor, 1.0)
+    return replace(
+        chain,
+        lower=chain.lower * by_joint,
+        upper=chain.upper * by_joint,
+        origin_position=chain.origin_position * factor,
+        link_position=chain.link_position * factor,
+        offset=chain.offset * np.where(chain.is_prismatic, factor, 1.0),
+    )
 
 
 def _joints_above(description: RobotDescription, link: str) -> list[str]:

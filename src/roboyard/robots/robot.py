@@ -158,6 +158,7 @@ class Robot:
             base_link=self.base_link.name,
             reset_posture=self._reset_posture if self.has_reset_pose else None,
             action_normalize=self._action_normalize,
+            scale=self.body.scale,
         )
         groups = make_groups(setup, plan_groups(self.definition, child_of), config)
         steps = 1.0 / (self._control_frequency * self.world.timestep)
