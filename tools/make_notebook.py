@@ -64,11 +64,13 @@ def run(script: str) -> list[list[dict[str, Any]]]:
 
 def _run_cell(source: str, values: dict[str, Any], number: int) -> list[dict[str, Any]]:
     tree = ast.parse(source)
-    last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+    last = tree.body[-1] if tree.body else None
+    if isinstance(last, ast.Expr):
+        tree.body.pop()
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         exec(compile(tree, f"cell {number}", "exec"), values)
-        expression = None if last is None else ast.Expression(last.value)
+        expression = ast.Expression(last.value) if isinstance(last, ast.Expr) else None
         result = None if expression is None else eval(compile(expression, f"cell {number}", "eval"), values)
     outputs: list[dict[str, Any]] = []
     if printed.getvalue():

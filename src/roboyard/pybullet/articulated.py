@@ -123,8 +123,8 @@ def calculateInverseDynamics(
     floating = record.free is not None
     given = [np.asarray(v, dtype=float).reshape(-1) for v in (objPositions, objVelocities, objAccelerations)]
     padded = bool(whole(flags) & 1)
+    size, places = _padding(record)
     if padded:
-        size, places = _padding(record)
         if any(len(values) != size for values in given):
             raise failure(message, f"{size} numbers are needed, got {[len(v) for v in given]}")
         positions = given[0] if floating else given[0][7:]

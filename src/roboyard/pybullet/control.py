@@ -185,7 +185,7 @@ def setJointMotorControlMultiDofArray(
 
         records = [joint_of(client, bodyUniqueId, joint) for joint in joints]
         if records:
-            drive(client.scene, records[0], joints, *lists, kps, kds)
+            drive(client.scene, records[0], joints, lists[0], lists[1], lists[2], kps, kds)
         return
     for i, joint in enumerate(joints):
         record = joint_of(client, bodyUniqueId, joint)

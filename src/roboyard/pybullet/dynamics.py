@@ -133,7 +133,7 @@ def _set_mass(
     state.mass, state.moments = float(mass), moments
     scene.set_weightless(record, link, mass == 0.0)
     if mass == 0.0 and link == -1 and not record.model.fixed_base:
-        mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS,) * 3
+        mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS)
     x, y, z = moments
     inertial = Inertial(mass=mass, origin=state.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
     record.body.links[link + 1].set_inertial(inertial)

@@ -156,9 +156,9 @@ def _body(element: ET.Element, reader: Reader, defaults: Look, tree: _Tree, pare
             link = tree.add_link(None)
             if not has_joint:
                 joint_pose = pose_of(child, reader)
-                at, place = place @ joint_pose, np.linalg.inv(joint_pose)
+                at, place = place @ joint_pose, np.linalg.inv(joint_pose).astype(np.float64)
             else:
-                at = np.linalg.inv(joint_pose) @ pose_of(child, reader)
+                at = (np.linalg.inv(joint_pose) @ pose_of(child, reader)).astype(np.float64)
             _joint(child, reader, defaults, tree, parent, link, at)
             parent, has_joint = link, True
         elif child.tag == "geom":

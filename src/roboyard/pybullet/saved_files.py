@@ -64,8 +64,8 @@ def restore_from_file(client: Client, file_name: str) -> None:
     fits = arrays.get("joints") is not None and np.array_equal(arrays["joints"], _joint_counts(scene))
     for name in ("values", "static_positions", "static_quaternions"):
         there = arrays.get(name)
-        fits = fits and there is not None and there.shape == getattr(present, name).shape
-        fits = fits and there.dtype == np.float64
+        like = getattr(present, name)
+        fits = fits and there is not None and there.shape == like.shape and there.dtype == like.dtype
     if not fits:
         raise failure(_NOT_RESTORED, "a body was another one when the file was saved")
     scene.world.restore_state(
