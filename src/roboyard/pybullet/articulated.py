@@ -83,9 +83,10 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     scene = client.scene
     record = scene.ready(bodyUniqueId, _BAD_MASS_MATRIX)
     padded, base = bool(whole(flags) & 1), None
+    joints: Vector | Array = objPositions
     if padded:
-        base, objPositions = _split_base(objPositions, _BAD_MASS_MATRIX)
-    q = _joint_values(record, objPositions, POSITION_COUNT, _BAD_MASS_MATRIX)
+        base, joints = _split_base(objPositions, _BAD_MASS_MATRIX)
+    q = _joint_values(record, joints, POSITION_COUNT, _BAD_MASS_MATRIX)
     model, data = scene.world.model, _at(scene, record, q, base if record.free is not None else None)
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
@@ -172,7 +173,7 @@ def _padding(record: BodyRecord) -> tuple[int, list[int]]:
     return size, places
 
 
-def _joint_values(record: BodyRecord, values: Vector, count: dict[int, int], message: str) -> Array:
+def _joint_values(record: BodyRecord, values: Vector | Array, count: dict[int, int], message: str) -> Array:
     given = np.asarray(values, dtype=float).reshape(-1)
     wanted = sum(count[info[2]] for info in record.infos)
     if len(given) != wanted:
