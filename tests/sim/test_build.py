@@ -243,3 +243,14 @@ def test_scaled_robots_have_scaled_lengths_and_cubed_masses():
     assert body.link("upper").mass == pytest.approx(8.0)
     assert body.joint("left_finger").limits == (0.0, 0.1)
     assert angle_between(body.link("left").pose[1], np.array([0, 0, 0, 1.0])) < 1e-9
+
+
+def test_bounds_of_turned_meshes_are_tight():
+    quaternion = quaternion_from_rpy((0.4, 0.7, 0.2))
+    world = World(gravity=(0, 0, 0))
+    ball = primitives.sphere(0.5, 64)
+    body = world.add_mesh(ball, (1, 2, 3), quaternion, scale=(1, 2, 1))
+    from roboyard.poses import matrix_from_quaternion
+
+    points = (ball.vertices * (1, 2, 1)) @ matrix_from_quaternion(quaternion).T + (1, 2, 3)
+    np.testing.assert_allclose(body.bounds, [points.min(axis=0), points.max(axis=0)], atol=1e-5)

@@ -361,14 +361,20 @@ class World(Engine):
         model = self._model
         of_body = np.isin(model.geom_bodyid, mujoco_ids)
         plane = model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)
-        rows = np.flatnonzero(of_body & ~plane)
+        mesh = model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)
+        rows = np.flatnonzero(of_body & ~plane & ~mesh)
         corners = [data.xpos[mujoco_ids]]
+        for row in np.flatnonzero(of_body & mesh):  # MuJoCo's own boxes lie along principal axes: too large
+            first, count = (int(a[model.geom_dataid[row]]) for a in (model.mesh_vertadr, model.mesh_vertnum))
+            points = model.mesh_vert[first : first + count] @ data.geom_xmat[row].reshape(3, 3).T
+            corners.append(points.min(axis=0)[None] + data.geom_xpos[row])
+            corners.append(points.max(axis=0)[None] + data.geom_xpos[row])
         if len(rows):
             rotation = data.geom_xmat[rows].reshape(-1, 3, 3)
             box = model.geom_aabb[rows]
             centre = data.geom_xpos[rows] + np.einsum("nij,nj->ni", rotation, box[:, :3])
             half = np.einsum("nij,nj->ni", np.abs(rotation), box[:, 3:])
-            corners = [centre - half, centre + half]
+            corners += [centre - half, centre + half]
         points = np.concatenate(corners)
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
