@@ -38,9 +38,14 @@ class Bench:
             world.add_plane()
         else:
             self.scene(world)
-        return add_robot(
+        robot = add_robot(
             world, self.source, definition=self.definition, name=self.name, **{**self.options, **options}
         )
+        if not robot.body.is_fixed:
+            lowest = float(robot.body.bounds[0, 2])
+            position, _ = robot.get_position_orientation(backend="numpy")
+            robot.set_position_orientation(position - [0.0, 0.0, lowest])
+        return robot
 
 
 def advance(robot: Robot, seconds: float, action: Array | None = None) -> None:
