@@ -4,8 +4,8 @@
     velocity   kd = min(M ω_v, E / (0.1 v_max))
 
 M is the inertia that the joint sees in the present posture (all other joints held), E its effort limit;
-ω = 2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.5 rad or 0.05 m, e_s = 0.03 rad or 0.005 m. The second term gives a joint that
-moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is ω, and ω / 4 for grippers: a light
+ω = 2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.2 rad or 0.05 m, e_s = 0.03 rad or 0.005 m. The second term gives a joint that
+moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is ω / 4 for grippers and none for others: a light
 finger under full effort closes at the speed of a real one and does not bounce off what it grasps. The last terms keep
 weak drives of heavy parts out of saturation, where they would swing from one effort limit to the other.
 
@@ -25,7 +25,7 @@ STIFFEST_FREQUENCY = 2 * np.pi * 30.0
 VELOCITY_FREQUENCY = 2 * np.pi * 40.0
 GRIPPER_FREQUENCY = NATURAL_FREQUENCY / 4
 """rad/s. Below 1 over the time step, so that a saturated drive does not swing from one limit to the other."""
-FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.5, 0.05
+FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.2, 0.05
 """e; rad and m"""
 SATURATED_TURN, SATURATED_SLIDE = 0.03, 0.005
 """e_s; rad and m"""
@@ -59,9 +59,10 @@ def velocity_gain(inertia: Array, effort: Array, fastest: Array) -> Array:
     return np.minimum(inertia * VELOCITY_FREQUENCY, effort / (SATURATED_SPEED * fastest))
 
 
-def gripper_armature(firm: Array) -> Array:
-    """(n,) kg m² or kg: what a geared motor of this effort weighs at the finger, so that M ω² = E / e.
+def motor_inertia(firm: Array) -> Array:
+    """(n,) kg m² or kg: what a geared motor of this effort adds at the joint, so that M ω² = E / e.
 
-    Without it a finger of 60 g under 100 N has no inertia to speak of, and chatters on what it holds.
+    For fingers and legs. Without it a finger of 60 g under 100 N has no inertia to speak of, and chatters on what
+    it holds; so does a leg on the floor.
     """
     return firm / NATURAL_FREQUENCY**2

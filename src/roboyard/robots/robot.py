@@ -17,7 +17,7 @@ from roboyard.robots.control_loop import ControlLoop
 from roboyard.robots.controller_setup import ControllerConfig, Group, Setup, make_groups
 from roboyard.robots.controllers import Controller
 from roboyard.robots.definition import VIRTUAL_JOINTS, RobotDefinition
-from roboyard.robots.gains import firmness, gripper_armature
+from roboyard.robots.gains import firmness, motor_inertia
 from roboyard.robots.groups import plan_groups
 from roboyard.robots.joint_order import robot_joint_names
 from roboyard.robots.joints import Indices, JointArrays
@@ -80,19 +80,21 @@ class Robot:
         self._add_interfaces()
         self.loop = self._make_loop(controllers or {})
         self.world.before_step.append(self._before_step)
-        self._weigh_fingers()
+        self._add_motor_inertia()
         self._put_into(self.keeping_base(self._reset_posture))
 
-    def _weigh_fingers(self) -> None:
-        """Give fingers the inertia of a motor, where nobody gave them any."""
+    def _add_motor_inertia(self) -> None:
+        """Give fingers and legs the inertia of their motors, where nobody gave them any."""
         block = self.definition.manipulation
-        for name in (
-            name for names in (block.finger_joint_names if block else {}).values() for name in names
-        ):
-            joint, place = self.joints.joints[self.joints.index[name]], self.joints.index[name]
+        names = [name for finger in (block.finger_joint_names if block else {}).values() for name in finger]
+        if self.locomotion is not None and self.two_wheel is None and self.definition.holonomic_base is None:
+            names += self.locomotion.joint_names
+        for place in self.joints.places(names):
+            joint = self.joints.joints[place]
             if joint.armature == 0.0:
                 is_slide = np.array([joint.type == "prismatic"])
-                joint.armature = float(gripper_armature(firmness(self.limits.effort[[place]], is_slide))[0])
+                firm = firmness(self.limits.effort[[place]], is_slide)
+                joint.armature = float(motor_inertia(firm)[0])
 
     def _add_interfaces(self) -> None:
         definition, block = self.definition, self.definition.manipulation
@@ -124,6 +126,11 @@ class Robot:
                 link.glide()
             return
         self.base = interfaces.FixedBase(self) if self.body.is_fixed else interfaces.FloatingBase(self)
+        if self.two_wheel is not None and self.locomotion is not None:
+            driven = {joint.child.name for joint in map(self.body.joint, self.locomotion.joint_names)}
+            for link in self.locomotion.floor_touching_links:
+                if link.name not in driven:
+                    link.glide()
         for link in self.description.links:
             given = link.contact.lateral_friction if link.contact is not None else None
             if given is not None and given < SLIDES:

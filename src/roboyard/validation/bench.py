@@ -16,6 +16,10 @@ from roboyard.sim.world import World
 from roboyard.urdf.model import RobotDescription
 
 
+SUNK = 2e-3
+"""m: a robot that reaches further below the floor is lifted onto it"""
+
+
 @dataclass(kw_only=True, slots=True)
 class Bench:
     """Builds worlds with the robot under test."""
@@ -41,8 +45,8 @@ class Bench:
         robot = add_robot(
             world, self.source, definition=self.definition, name=self.name, **{**self.options, **options}
         )
-        if not robot.body.is_fixed:
-            lowest = float(robot.body.bounds[0, 2])
+        lowest = float(robot.body.bounds[0, 2])
+        if not robot.body.is_fixed or lowest < -SUNK:
             position, _ = robot.get_position_orientation(backend="numpy")
             robot.set_position_orientation(position - [0.0, 0.0, lowest])
         return robot
@@ -60,6 +64,17 @@ def advance(robot: Robot, seconds: float, action: Array | None = None) -> None:
 def zero_action(robot: Robot) -> Array:
     """(action_dim,) zeros."""
     return np.zeros(robot.action_dim)
+
+
+def all_contacts(robot: Robot) -> set[tuple[str, str]]:
+    """Pairs that touch now: links of the robot with one another ("arm", "base"), or with another body."""
+    robot.world.detect_contacts()
+    found = set()
+    for contact in robot.world.contacts(robot.body):
+        other = contact.link_b.name if contact.body_b is robot.body else f"{contact.body_b.name}/"
+        a, b = sorted((contact.link_a.name, other))
+        found.add((a, b))
+    return found
 
 
 def own_contacts(robot: Robot) -> list[tuple[str, str, float]]:

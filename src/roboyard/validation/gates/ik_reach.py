@@ -1,7 +1,7 @@
 """Do arms under inverse kinematics reach poses that they can reach?
 
-Poses come from random postures of the arm whose straight way from the reset posture, joint by joint, is free of
-self-collision. The arm's own controller is led along that way by absolute poses (controllers do not plan), and then
+Poses come from random postures of the arm whose straight way from the reset posture, joint by joint, touches
+nothing. The arm's own controller is led along that way by absolute poses (controllers do not plan), and then
 has to come to rest at the last.
 """
 
@@ -13,7 +13,7 @@ from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.robots import Robot
 from roboyard.robots.controllers.rotations import vector_of_matrix
 from roboyard.robots.controllers.task import TaskController
-from roboyard.validation.bench import Bench, own_contacts
+from roboyard.validation.bench import Bench, all_contacts
 from roboyard.validation.report import Curve, Gate
 
 POSES = 20
@@ -109,7 +109,7 @@ def sample_ways(robot: Robot, group: str, count: int, seed: int) -> list[list[Ar
     robot.reset()
     robot.world.step(1)
     resting = robot.joints.q
-    usual = {(a, b) for a, b, _ in own_contacts(robot)}
+    usual = all_contacts(robot)
     found: list[list[Array]] = []
     for _ in range(count * 20):
         if len(found) == count:
@@ -132,7 +132,7 @@ def _free_way(
         q = resting.copy()
         q[places] += share * (wanted - resting[places])
         robot.joints.q = q
-        if any((a, b) not in usual for a, b, _ in own_contacts(robot)):
+        if all_contacts(robot) - usual:
             return []
         poses.append(controller.tip(robot.loop.state_of(robot.groups[group])))
     return poses
