@@ -25,7 +25,9 @@ def package_folder(distribution: str, marker: str) -> Path:
     for file in files:
         before, found, _ = str(file).partition(marker)
         if found:
-            return Path(file.locate()).parents[len(Path(str(file)).parts) - len(Path(before + marker).parts) - 1]
+            return Path(file.locate()).parents[
+                len(Path(str(file)).parts) - len(Path(before + marker).parts) - 1
+            ]
     pytest.skip(f"{distribution} has no {marker}")
 
 
@@ -67,14 +69,24 @@ ROBOTS: dict[str, dict[str, Any]] = {
     },
     "ur5": {
         "urdf": "ur_description/urdf/ur5_robot.urdf",
-        "rest": {"shoulder_lift_joint": -1.5, "elbow_joint": 1.5, "wrist_1_joint": -1.5, "wrist_2_joint": -1.5},
+        "rest": {
+            "shoulder_lift_joint": -1.5,
+            "elbow_joint": 1.5,
+            "wrist_1_joint": -1.5,
+            "wrist_2_joint": -1.5,
+        },
         "definition": {
             "raw_controller_order": ["arm_0"],
             "default_controllers": {"arm_0": "InverseKinematicsController"},
             "manipulation": manipulation(
                 arm(
                     "0",
-                    ["shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", *numbered("wrist_{}_joint", 3)],
+                    [
+                        "shoulder_pan_joint",
+                        "shoulder_lift_joint",
+                        "elbow_joint",
+                        *numbered("wrist_{}_joint", 3),
+                    ],
                     "tool0",
                 )
             ),
@@ -102,7 +114,9 @@ ROBOTS: dict[str, dict[str, Any]] = {
     },
     "baxter": {
         "urdf": "baxter_description/urdf/baxter.urdf",
-        "rest": {f"{s}_{j}": v for s in ("left", "right") for j, v in [("s1", -0.5), ("e1", 1.2), ("w1", 0.6)]},
+        "rest": {
+            f"{s}_{j}": v for s in ("left", "right") for j, v in [("s1", 0.5), ("e1", 1.8), ("w1", 0.6)]
+        },
         "definition": {
             "raw_controller_order": ["camera", "arm_left", "gripper_left", "arm_right", "gripper_right"],
             "default_controllers": {

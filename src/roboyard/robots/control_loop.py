@@ -18,6 +18,7 @@ from roboyard.robots.controllers.base import EYE4, GroupLimits, GroupState
 from roboyard.robots.definition import VIRTUAL_JOINTS
 from roboyard.robots.gains import (
     GRIPPER_FREQUENCY,
+    NATURAL_FREQUENCY,
     firmness,
     position_damping,
     position_gain,
@@ -63,7 +64,7 @@ class ControlLoop:
         self._slides = slides = np.array([joint.type == "prismatic" for joint in joints.joints], dtype=bool)
         self._firm = firmness(limits.effort, slides)
         self._given_kp, self._given_kd = np.full(count, np.nan), np.full(count, np.nan)
-        self._damping_frequency = np.full(count, np.inf)
+        self._damping_frequency = np.full(count, NATURAL_FREQUENCY)
         for group in self.groups.values():
             settings = group.controller.settings
             if group.kind == "gripper":

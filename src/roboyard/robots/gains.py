@@ -5,7 +5,7 @@
 
 M is the inertia that the joint sees in the present posture (all other joints held), E its effort limit;
 ω = 2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.2 rad or 0.05 m, e_s = 0.03 rad or 0.005 m. The second term gives a joint that
-moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is ω / 4 for grippers and none for others: a light
+moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is ω, and ω / 4 for grippers: a light
 finger under full effort closes at the speed of a real one and does not bounce off what it grasps. The last terms keep
 weak drives of heavy parts out of saturation, where they would swing from one effort limit to the other.
 
