@@ -20,6 +20,7 @@ COMMANDS = (
     "demo",
     "audit",
     "repair",
+    "import",
     "view",
     "drive",
     "replay",
@@ -30,6 +31,8 @@ COMMANDS = (
     "version",
 )
 """In the order of the help text; `name` is the function `name` of the module `roboyard.cli.name`."""
+
+_RENAMED = {"import": "importing"}  # a word of the language cannot name a module's function
 
 _DEBUG_VARIABLE = "ROBOYARD_DEBUG"
 
@@ -77,13 +80,15 @@ def _run(words: list[str]) -> int:
         no_args_is_help=True,
         add_completion=False,
         pretty_exceptions_enable=False,
+        rich_markup_mode=None,
     )
     app.callback()(_options)
     named = words[0] if words else ""
     for name in (named,) if named in COMMANDS else COMMANDS:
-        module = import_module(f"{__name__}.{name}")
+        home = _RENAMED.get(name, name)
+        module = import_module(f"{__name__}.{home}")
         settings = getattr(module, "CONTEXT_SETTINGS", None)
-        app.command(name, context_settings=settings)(getattr(module, name))
+        app.command(name, context_settings=settings)(getattr(module, home))
     try:
         typer.main.get_command(app)(words, prog_name="roboyard")
     except SystemExit as leave:

@@ -1,1 +1,28 @@
-"""The importer: a vendor's robot and a source config in, a complete robot package out."""
+"""The importer: a vendor's URDF (and a configuration) in, a robot package out."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+_HOMES = {
+    "ImportResult": "roboyard.importer.run",
+    "ImportedRobot": "roboyard.importer.model",
+    "audit_config": "roboyard.importer.load_config",
+    "import_robot": "roboyard.importer.run",
+    "load_config": "roboyard.importer.load_config",
+}
+
+__all__ = ["ImportResult", "ImportedRobot", "audit_config", "import_robot", "load_config"]
+
+if TYPE_CHECKING:
+    from roboyard.importer.load_config import audit_config, load_config
+    from roboyard.importer.model import ImportedRobot
+    from roboyard.importer.run import ImportResult, import_robot
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name on first use: writers read `model` without the whole importer."""
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'roboyard.importer' has no attribute {name!r}")

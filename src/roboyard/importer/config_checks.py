@@ -67,7 +67,9 @@ def _base_motion(config: ImportConfig, description: RobotDescription) -> list[Pr
     for index, name in enumerate(base.wheel_joints):
         joint = joints.get(name)
         if joint is not None and joint.type not in ("revolute", "continuous", "prismatic", "fixed"):
-            text = f"joint {name!r} is {joint.type}; only revolute, continuous and prismatic joints can be fixed"
+            text = (
+                f"joint {name!r} is {joint.type}; only revolute, continuous and prismatic joints can be fixed"
+            )
             problems.append(Problem(where=("base_motion", "wheel_joints", index), text=text))
     if base.use_sphere_wheels and not base.wheel_links:
         text = "is true, but wheel_links is empty; name the wheels"
@@ -179,14 +181,14 @@ def _default_qpos(config: ImportConfig, description: RobotDescription) -> list[P
         return unknown + _outside([(joint, given.get(joint.name)) for joint in order], where, by_name=True)
     if len(given) != len(order):
         shown = ", ".join(joint.name for joint in order[:8]) + (", ..." if len(order) > 8 else "")
-        text = f"has {len(given)} values for {len(order)} moving joints ({shown or 'none'}); give one for each"
+        text = (
+            f"has {len(given)} values for {len(order)} moving joints ({shown or 'none'}); give one for each"
+        )
         return [Problem(where=where, text=text)]
     return _outside(list(zip(order, given, strict=True)), where, by_name=False)
 
 
-def _outside(
-    values: Sequence[tuple[Joint, float | None]], where: Where, *, by_name: bool
-) -> list[Problem]:
+def _outside(values: Sequence[tuple[Joint, float | None]], where: Where, *, by_name: bool) -> list[Problem]:
     problems = []
     for index, (joint, value) in enumerate(values):
         limits = joint.position_limits()

@@ -10,7 +10,7 @@ ONE_NUMBER = ("revolute", "continuous", "prismatic")
 
 
 def breadth_first_joints(description: RobotDescription) -> tuple[Joint, ...]:
-    """All joints, level by level from the root, children in file order: the order of PhysX's joint vectors."""
+    """All joints, level by level from the root, children in file order: PhysX's order of joint vectors."""
     ordered: list[Joint] = []
     level = [description.root.name]
     while level:

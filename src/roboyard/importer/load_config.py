@@ -48,44 +48,67 @@ def load_config(
         ConfigError: something is wrong; the message has one line for each problem, `file:line: key: text`.
     """
     path = Path(file)
-    loaded, problems, notes = _judge(path, packages or {}, overrides or {})
-    if problems or loaded is None:
-        raise ConfigError("\n".join(problems))
-    config, urdf = loaded
-    return LoadedConfig(config=config, urdf=urdf, file=path, notes=tuple(notes))
+    judged = _judge(read_yaml(path), path.name, path.parent, packages or {}, overrides or {})
+    return judged.usable(path)
+
+
+def check_data(data: Mapping[str, Any], *, packages: Mapping[str, Path] | None = None) -> LoadedConfig:
+    """The same for a configuration given as plain data; relative paths count from the working folder.
+
+    Raises:
+        ConfigError: something is wrong; one line for each problem, `configuration: key: text`.
+    """
+    shell = YamlFile(data=dict(data), lines={}, problems=())
+    return _judge(shell, "configuration", Path(), packages or {}, {}).usable(None)
 
 
 def audit_config(file: Path | str, packages: Mapping[str, Path] | None = None) -> list[str]:
     """Everything that is wrong with a configuration, as `file:line: key: text`; empty where it is sound."""
+    path = Path(file)
     try:
-        _, problems, notes = _judge(Path(file), packages or {}, {})
+        judged = _judge(read_yaml(path), path.name, path.parent, packages or {}, {})
     except ConfigError as error:
         return str(error).splitlines()
-    return [*problems, *notes]
+    return [*judged.errors, *judged.notes]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Judged:
+    config: ImportConfig | None
+    urdf: Path | None
+    errors: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def usable(self, file: Path | None) -> LoadedConfig:
+        if self.errors or self.config is None or self.urdf is None:
+            raise ConfigError("\n".join(self.errors))
+        return LoadedConfig(config=self.config, urdf=self.urdf, file=file, notes=self.notes)
 
 
 def _judge(
-    path: Path, packages: Mapping[str, Path], overrides: Mapping[str, Any]
-) -> tuple[tuple[ImportConfig, Path] | None, list[str], list[str]]:
-    yaml_file = read_yaml(path)
+    yaml_file: YamlFile,
+    name: str,
+    folder: Path,
+    packages: Mapping[str, Path],
+    overrides: Mapping[str, Any],
+) -> _Judged:
     data = yaml_file.data
     if not isinstance(data, dict):
         what = "is empty" if data is None else "is no mapping"
-        raise ConfigError(f"{path.name}: the file {what}; give at least urdf_path and name")
+        raise ConfigError(f"{name}: the file {what}; give at least urdf_path and name")
     data = {**data, **overrides}
     problems = [Problem(where=(), line=line, text=text) for line, text in yaml_file.problems]
     config, found = _validated(data)
     problems += found
     urdf: Path | None = None
     if config is not None:
-        urdf = config.urdf_file(path.parent)
+        urdf = config.urdf_file(folder)
         problems += _against_urdf(config, urdf, packages)
-    errors = [_told(problem, path, yaml_file) for problem in problems if not problem.is_note]
-    notes = [_told(problem, path, yaml_file) for problem in problems if problem.is_note]
+    errors = [_told(problem, name, yaml_file) for problem in problems if not problem.is_note]
+    notes = [_told(problem, name, yaml_file) for problem in problems if problem.is_note]
     if len(errors) > MAX_PROBLEMS:
-        errors = [*errors[:MAX_PROBLEMS], f"{path.name}: and {len(errors) - MAX_PROBLEMS} more problems"]
-    loaded = None if config is None or urdf is None else (config, urdf)
-    return loaded, errors, notes
+        errors = [*errors[:MAX_PROBLEMS], f"{name}: and {len(errors) - MAX_PROBLEMS} more problems"]
+    return _Judged(config=config, urdf=urdf, errors=tuple(errors), notes=tuple(notes))
 
 
 def _against_urdf(config: ImportConfig, urdf: Path, packages: Mapping[str, Path]) -> list[Problem]:
@@ -107,9 +130,9 @@ def renamed_view(description: RobotDescription) -> RobotDescription:
     return renamed(description, planned_names(description))
 
 
-def _told(problem: Problem, path: Path, yaml_file: YamlFile) -> str:
+def _told(problem: Problem, name: str, yaml_file: YamlFile) -> str:
     line = problem.line or yaml_file.line(problem.where)
-    at = f"{path.name}:{line}" if line else path.name
+    at = f"{name}:{line}" if line else name
     key = dotted(problem.where)
     return f"{at}: {key}: {problem.text}" if key else f"{at}: {problem.text}"
 
@@ -127,7 +150,8 @@ def dotted(where: Where) -> str:
 
 def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[Problem]]:
     """The model, and what is wrong. Faulty values are left out and the rest tried again, so that one run
-    also finds the problems that only show beside the URDF."""
+    also finds the problems that only show beside the URDF.
+    """
     remaining: dict[str, Any] = copy.deepcopy(data)
     problems: list[Problem] = []
     removed: set[Where] = set()
@@ -159,12 +183,11 @@ def _real_location(location: Sequence[str | int], data: Any) -> Where:
     where: list[str | int] = []
     current = data
     for part in location:
-        if isinstance(current, dict) and part in current:
+        if (isinstance(current, dict) and part in current) or (
+            isinstance(current, list) and isinstance(part, int) and part < len(current)
+        ):
             where.append(part)
-            current = current[part]
-        elif isinstance(current, list) and isinstance(part, int) and part < len(current):
-            where.append(part)
-            current = current[part]
+            current = current[part]  # type: ignore[index,call-overload]
         elif isinstance(current, dict) and part == location[-1] and isinstance(part, str):
             where.append(part)  # a required key that is missing
             break
@@ -172,7 +195,11 @@ def _real_location(location: Sequence[str | int], data: Any) -> Where:
 
 
 def _remove(data: Any, where: Where) -> set[Where]:
-    """Take out the innermost mapping entry on the way to `where` (list items keep their places so); what went."""
+    """Take out the innermost mapping entry on the way to `where` (list items keep their places so).
+
+    Returns:
+        What went.
+    """
     for length in range(len(where), 0, -1):
         container = data
         try:
@@ -219,7 +246,8 @@ def _text(detail: Any, where: Where) -> str:
         case "dict_type" | "model_type" | "model_attributes_type":
             return "must be a mapping of keys to values"
         case "too_long" | "too_short":
-            return f"has {context.get('actual_length')} entries; give {context.get('max_length') or context.get('min_length')}"
+            wanted = context.get("max_length") or context.get("min_length")
+            return f"has {context.get('actual_length')} entries; give {wanted}"
         case "literal_error":
             return f"must be one of {context.get('expected')}, or null where the key allows it"
         case _:

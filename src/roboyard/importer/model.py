@@ -11,6 +11,7 @@ from typing import Literal
 
 from roboyard.urdf.model import Collision, Pose, RobotDescription
 
+ORIGIN = Pose()
 SensorKind = Literal["camera", "lidar", "visual_sphere"]
 DriveKind = Literal["none", "effort", "velocity", "position"]
 Approximation = Literal["convexHull", "boundingSphere", "boundingCube", "convexDecomposition", "none"]
@@ -22,7 +23,7 @@ class Sensor:
 
     kind: SensorKind
     link: str
-    offset: Pose = Pose()
+    offset: Pose = ORIGIN
     """Of the sensor in the link's frame; cameras look along -z with +y up."""
     name: str = ""
     """Prim name (Camera, Lidar, VisualSphere)."""
@@ -97,9 +98,12 @@ class ImportedRobot:
     planning: PlanningData | None = None
     metadata: Metadata = Metadata()
     solids: Mapping[str, tuple[Collision, ...]] = field(default_factory=dict)
-    """Link name to the shapes that stand for its real form (the vendor's collision shapes, else the visual ones),
-    before hulls were made of them; what spheres are fitted to."""
+    """Link name to the shapes that stand for its real form (the vendor's collision shapes, else the visual
+    ones), before hulls were made of them; what spheres are fitted to.
+    """
     filtered_pairs: tuple[tuple[str, str], ...] = ()
-    """Links whose collision shapes overlap at rest though no joint joins them; physics must not let them push."""
+    """Links whose collision shapes overlap at rest though no joint joins them; physics must not let them
+    push.
+    """
     original_names: Mapping[str, str] = field(default_factory=dict)
     """Name now to the vendor's name, where they differ."""

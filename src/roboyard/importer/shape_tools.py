@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,23 +27,25 @@ from roboyard.urdf.model import (
 )
 
 Shape = Visual | Collision
+ShapeType = TypeVar("ShapeType", Visual, Collision)
 
 
 def geometry_mesh(geometry: Geometry) -> TriangleMesh | None:
-    """Triangles of one shape in its own frame, scale applied; None for planes and terrain, which have no end.
+    """Triangles of one shape in its own frame, scale applied; None for planes and terrain (no end) and
+    for shapes of no size.
 
     Raises:
         MeshError: a mesh file cannot be read.
     """
     match geometry:
-        case Box(size=(x, y, z)):
-            return primitives.box(x / 2, y / 2, z / 2)
-        case Sphere(radius=radius):
+        case Box(size=size) if min(size) > 0:
+            return primitives.box(size[0] / 2, size[1] / 2, size[2] / 2)
+        case Sphere(radius=radius) if radius > 0:
             return primitives.sphere(radius)
-        case Cylinder(radius=radius, length=length):
+        case Cylinder(radius=radius, length=length) if min(radius, length) > 0:
             return primitives.cylinder(radius, length)
-        case Capsule(radius=radius, length=length):
-            return primitives.capsule(radius, length)
+        case Capsule(radius=radius, length=length) if radius > 0:
+            return primitives.capsule(radius, length) if length > 0 else primitives.sphere(radius)
         case Mesh(path=path, scale=scale, data=data):
             if data is None and path is None:
                 return None
@@ -71,7 +74,9 @@ def shape_meshes(shapes: Iterable[Shape]) -> list[TriangleMesh]:
     return meshes
 
 
-def robot_bounds(description: RobotDescription, *, visual: bool = True, collision: bool = True) -> Array | None:
+def robot_bounds(
+    description: RobotDescription, *, visual: bool = True, collision: bool = True
+) -> Array | None:
     """(2, 3) box around the shapes with all joints at zero, in the root link's frame; None without shapes."""
     frames = forward_kinematics(description)
     corners = []
@@ -98,7 +103,7 @@ def pose_of(matrix: Array) -> Pose:
     return Pose(position=(x, y, z), quaternion=(qx, qy, qz, qw))
 
 
-def placed[ShapeType: (Visual, Collision)](shapes: Sequence[ShapeType], matrix: Array) -> tuple[ShapeType, ...]:
+def placed(shapes: Sequence[ShapeType], matrix: Array) -> tuple[ShapeType, ...]:
     """Shapes seen from the frame in which their present frame has the pose `matrix` (4, 4)."""
     return tuple(replace(shape, origin=pose_of(matrix @ shape.origin.matrix())) for shape in shapes)
 

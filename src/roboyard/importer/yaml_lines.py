@@ -1,7 +1,7 @@
 """YAML as plain data, with the line of every key and item.
 
-Files are untrusted: only plain scalars, lists and mappings are made, a key given twice is an error (YAML would
-let the last one win), and aliases that unfold to more than a fair amount of data are refused.
+Files are untrusted: only plain scalars, lists and mappings are made, a key given twice is an error (YAML
+would let the last one win), and aliases that unfold to more than a fair amount of data are refused.
 """
 
 from __future__ import annotations
@@ -97,6 +97,7 @@ class _Walk:
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, where)
         if isinstance(node, yaml.SequenceNode):
+            self._plain_tag(node, "seq")
             items = []
             for index, item in enumerate(node.value):
                 self.lines[(*where, index)] = item.start_mark.line + 1
@@ -111,12 +112,15 @@ class _Walk:
         except (ValueError, OverflowError) as error:
             raise ConfigError(f"{self.name}:{line}: {node.value!r} cannot be read ({error})") from None
 
-    def _mapping(self, node: yaml.MappingNode, where: Where) -> dict[str | int, Any]:
-        line = node.start_mark.line + 1
-        if node.tag != "tag:yaml.org,2002:map":
+    def _plain_tag(self, node: yaml.Node, kind: str) -> None:
+        if node.tag != f"tag:yaml.org,2002:{kind}":
+            line = node.start_mark.line + 1
             raise ConfigError(
                 f"{self.name}:{line}: the tag {node.tag!r} is not allowed; a configuration is plain data"
             )
+
+    def _mapping(self, node: yaml.MappingNode, where: Where) -> dict[str | int, Any]:
+        self._plain_tag(node, "map")
         found: dict[str | int, Any] = {}
         for key_node, value_node in node.value:
             at = key_node.start_mark.line + 1

@@ -1,7 +1,7 @@
 """Names that other tools cannot bear become plain ones.
 
-Blanks, parentheses, accents and the like go. What only USD forbids (`-`, `.`, a digit in front) stays: the USD
-writer finds its own identifiers and keeps the name beside them.
+Blanks, parentheses, accents and the like go. What only USD forbids (`-`, `.`, a digit in front) stays: the
+USD writer finds its own identifiers and keeps the name beside them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Meshes with a negative scale become mirrored files with a positive one.
 
-Isaac Sim mishandles negative scales, and mirrored triangles seen from the wrong side are holes. The new file holds
-the scaled vertices with the winding turned, named after the axes that were mirrored.
+Isaac Sim mishandles negative scales, and mirrored triangles seen from the wrong side are holes. The new file
+holds the scaled vertices with the winding turned, named after the axes that were mirrored.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ def positive_scale(robot: ImportedRobot, context: ImportContext) -> ImportedRobo
             return geometry
         key = (geometry.path, geometry.scale)
         if key not in made:
-            axes = "".join(f"_{axis}" for axis, factor in zip("xyz", geometry.scale, strict=True) if factor < 0)
+            axes = "".join(
+                f"_{axis}" for axis, factor in zip("xyz", geometry.scale, strict=True) if factor < 0
+            )
             made[key] = _free_path(geometry.path, f"{geometry.path.stem}_mirror{axes}", set(made.values()))
             write_obj(scaled(load_mesh(geometry.path), geometry.scale), made[key])
             context.log.note(f"{geometry.path.name} with scale {geometry.scale} became {made[key].name}", who)

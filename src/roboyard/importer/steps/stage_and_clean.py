@@ -10,7 +10,7 @@ from roboyard.importer.context import ImportContext
 from roboyard.importer.model import ImportedRobot
 from roboyard.importer.steps.names import planned_names, renamed
 from roboyard.urdf.auditing import BLOCKS, Finding
-from roboyard.urdf.model import Mesh, RobotDescription
+from roboyard.urdf.model import Geometry, Mesh, RobotDescription
 from roboyard.urdf.read import load_urdf
 from roboyard.urdf.repairing import Repair, repair
 
@@ -31,8 +31,8 @@ def stage_and_clean(context: ImportContext) -> ImportedRobot:
     _record(context, made)
     if made.after.facts.links > MAX_LINKS:
         raise ConfigError(
-            f"{context.urdf.name}: {made.after.facts.links} links are more than an import takes ({MAX_LINKS}); "
-            "split the robot"
+            f"{context.urdf.name}: {made.after.facts.links} links are more than an import takes "
+            f"({MAX_LINKS}); split the robot"
         )
     left = [f for f in made.after.findings if f.severity == BLOCKS]
     if left:
@@ -105,7 +105,7 @@ def _plain(description: RobotDescription) -> RobotDescription:
     return replace(description, links=links, extra=())
 
 
-def _local[GeometryType](geometry: GeometryType) -> GeometryType:
+def _local(geometry: Geometry) -> Geometry:
     if isinstance(geometry, Mesh) and geometry.path is not None:
         return replace(geometry, path=geometry.path.absolute())
     return geometry
@@ -119,12 +119,16 @@ def _free_grippers(description: RobotDescription, context: ImportContext) -> Rob
         if joint.name in named:
             who = f'joint "{joint.name}"'
             if joint.mimic is not None:
-                context.log.note(f"no longer mimics {joint.mimic.joint!r}: the gripper drives each finger", who)
+                context.log.note(
+                    f"no longer mimics {joint.mimic.joint!r}: the gripper drives each finger", who
+                )
                 joint = replace(joint, mimic=None)
             limit = joint.limit
             if limit is not None and (limit.effort == 0 or limit.velocity == 0):
                 effort = GRIPPER_EFFORT if limit.effort == 0 else limit.effort
-                velocity = GRIPPER_VELOCITY[joint.type == "prismatic"] if limit.velocity == 0 else limit.velocity
+                velocity = (
+                    GRIPPER_VELOCITY[joint.type == "prismatic"] if limit.velocity == 0 else limit.velocity
+                )
                 context.log.warn(
                     f"effort and velocity limits of 0 would keep it from moving; set to {effort:g} and "
                     f"{velocity:g}; give the drive's own in the URDF",

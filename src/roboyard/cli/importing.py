@@ -1,0 +1,142 @@
+"""`roboyard import`: a vendor's URDF, with or without a source configuration, becomes a robot package."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLE = """
+A source configuration, here the bundled R1's (every key but urdf_path and name may be left out):
+
+\b
+urdf_path: r1_pro_source.urdf     # the vendor's URDF, beside this file or absolute
+name: r1                          # of the package; a letter, then letters, digits, _
+overwrite: false                  # replace an import of this name
+merge_fixed_joints: false         # join links behind fixed joints, inertias combined
+base_motion:
+  wheel_links: [wheel_link1, wheel_link2, wheel_link3]
+  wheel_joints: [servo_joint1, servo_joint2, servo_joint3, wheel_joint1, wheel_joint2, wheel_joint3]
+  use_sphere_wheels: true         # wheels collide as balls
+  use_holonomic_joints: true      # wheels stand still, six virtual joints move the base
+collision:
+  decompose_method: coacd         # coacd, convex or null
+  hull_count: 8                   # at most so many parts for a mesh
+  coacd_links: []                 # these links are split
+  convex_links: [base_link]       # these become one hull
+  no_decompose_links: []          # these stay as they are
+  no_collision_links: [servo_link1, servo_link2, servo_link3]
+eef_vis_links:                    # markers; camera_links and lidar_links look the same
+  - link: left_eef_link           # made new under parent_link, or an existing one
+    parent_link: left_arm_link6
+    offset: {position: [0, 0, 0.06], orientation: [0, 0, 0, 1]}
+camera_links:
+  - link: eyes
+    parent_link: torso_link4
+    offset: {position: [0.0732, 0, 0.4525], orientation: [0.4056, -0.4056, -0.5792, 0.5792]}
+lidar_links: []
+curobo:                           # for motion planning; what is missing is worked out
+  eef_to_gripper_info:
+    left_eef_link:
+      links: [left_gripper_link1, left_gripper_link2]
+      joints: [left_gripper_axis1, left_gripper_axis2]
+  lock_joints: {}                 # joint: position at which it is kept
+  self_collision_ignore: {}       # link: [links it may touch]
+  collision_spheres: {}           # link: [{center: [x, y, z], radius: r}]; fitted where missing
+"""
+
+
+def importing(
+    urdf: Annotated[
+        Path | None, typer.Argument(help="A URDF, where there is no configuration.", show_default=False)
+    ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option("--config", help="A source configuration (YAML); see below.", show_default=False),
+    ] = None,
+    name: Annotated[str | None, typer.Option("--name", help="Name of the robot.", show_default=False)] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            "--data",
+            help="Data folder; ROBOYARD_DATA or the platform's user data folder by default.",
+            show_default=False,
+        ),
+    ] = None,
+    dataset_name: Annotated[
+        str | None, typer.Option("--dataset-name", help="Folder below the data folder.", show_default=False)
+    ] = None,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="Accepted for OmniGibson's sake: imports never open a window.")
+    ] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an import of this name.")] = False,
+    package: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--package",
+            metavar="NAME=PATH",
+            help="Folder of a package:// name; may be given again.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:
+    """Import a robot: URDF, USD, MJCF and planner files, a definition and a report, in one folder."""
+    del headless
+    from roboyard.cli.packages import read_packages
+    from roboyard.errors import ConfigError
+    from roboyard.importer import import_robot
+
+    if (urdf is None) == (config is None):
+        raise ConfigError("give either a URDF or --config FILE; roboyard import --help shows an example")
+    with _progress(quiet=as_json) as tell:
+        result = import_robot(
+            config,
+            urdf=urdf,
+            name=name,
+            data=data,
+            dataset=dataset_name,
+            overwrite=True if overwrite else None,
+            packages=read_packages(package or []),
+            progress=tell,
+        )
+    if as_json:
+        import json
+
+        print(json.dumps(result.to_json(), indent=2, ensure_ascii=False))
+        return
+    for decision in result.warnings:
+        element = f"{decision.element}: " if decision.element else ""
+        print(f"look at: {element}{decision.message}")
+    print(f"{result.name}: {len(result.robot.description.links)} links, imported into {result.folder}")
+    print(f"definition: {result.definition}")
+    print(f"report: {result.report}")
+
+
+importing.__doc__ = f"{importing.__doc__}\n{EXAMPLE}"
+
+
+def _progress(*, quiet: bool):
+    """A bar over the import's steps on a terminal; nothing in a pipe."""
+    import sys
+    from contextlib import contextmanager, nullcontext
+
+    if quiet or not sys.stderr.isatty():
+        return nullcontext(None)
+
+    @contextmanager
+    def shown():
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        columns = (TextColumn("{task.description:<18}"), BarColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("import", total=1.0)
+
+            def tell(step: str, share: float, what: str) -> None:
+                bar.update(task, description=step.replace("_", " "), completed=share)
+
+            yield tell
+
+    return shown()

@@ -1,0 +1,209 @@
+"""Build a package beside its place, and move it in at the end.
+
+    <data>/<dataset>/.import-<name>-<random>/object/    -> <data>/<dataset>/objects/robot/<name>/
+    <data>/<dataset>/.import-<name>-<random>/model/     -> <data>/<dataset>/models/<name>/
+
+Until the move nothing of the old import changes. The move itself exchanges folders (one system call each
+where the system has it); a mark written before tells the next import to finish a move that was cut short. A
+lock that the system drops with the process keeps two imports of one name apart.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from roboyard.data import models_folder, objects_folder
+from roboyard.errors import ConfigError
+
+READY = "ready"
+"""Empty file in a build folder whose parts are whole: they may be moved in."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Place:
+    """Where a robot's package goes."""
+
+    data: Path
+    dataset: str
+    name: str
+
+    @property
+    def root(self) -> Path:
+        """Folder of the dataset."""
+        return self.data / self.dataset
+
+    @property
+    def object(self) -> Path:
+        """Folder of the import."""
+        return objects_folder(self.data, self.dataset, self.name)
+
+    @property
+    def model(self) -> Path:
+        """Folder of the registered robot."""
+        return models_folder(self.data, self.dataset, self.name)
+
+    def moves(self, build: Path) -> tuple[tuple[Path, Path], ...]:
+        """Part of a build folder, and where it goes."""
+        return ((build / "object", self.object), (build / "model", self.model))
+
+
+@contextmanager
+def building(place: Place, *, overwrite: bool) -> Iterator[Path]:
+    """A fresh build folder with `object/` and `model/`; what is in them is moved in if the block ends well.
+
+    Raises:
+        ConfigError: the robot exists and may not be overwritten, or another import of it is under way.
+    """
+    made = _missing_folders(place)
+    try:
+        place.root.mkdir(parents=True, exist_ok=True)
+        with _locked(place):
+            _finish_cut_short(place)
+            if not overwrite:
+                _refuse_existing(place)
+            build = Path(tempfile.mkdtemp(prefix=f".import-{place.name}-", dir=place.root))
+            try:
+                (build / "object").mkdir()
+                (build / "model").mkdir()
+                yield build
+                (build / READY).touch()
+                _move_in(place, build)
+            finally:
+                shutil.rmtree(build, ignore_errors=True)
+    except BaseException:
+        for folder in made:
+            with suppress(OSError):
+                folder.rmdir()  # only where it is empty
+        raise
+
+
+def _missing_folders(place: Place) -> list[Path]:
+    """Folders above the package that do not exist yet, deepest first."""
+    parents = [place.object.parent, place.object.parent.parent, place.model.parent, place.root]
+    for folder in (place.data, *place.data.parents):
+        parents.append(folder)
+    return [folder for folder in dict.fromkeys(parents) if not folder.exists()]
+
+
+def _refuse_existing(place: Place) -> None:
+    for folder in (place.object, place.model):
+        if folder.exists():
+            raise ConfigError(
+                f"robot {place.name!r} exists already in {folder}; "
+                "give --overwrite (or overwrite: true), or another name"
+            )
+
+
+# ------------------------------------------------------------------------------------------------- moving in
+
+
+def _move_in(place: Place, build: Path) -> None:
+    """Put the parts in their places; what was there goes to the build folder."""
+    for part, target in place.moves(build):
+        if part.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            _put(part, target)
+    (build / READY).unlink(missing_ok=True)
+
+
+def _put(part: Path, target: Path) -> None:
+    if not target.exists():
+        part.rename(target)
+    elif not _exchange(part, target):
+        aside = part.with_name(f"{part.name}.old")
+        target.rename(aside)
+        part.rename(target)
+        return
+    else:
+        part.rename(part.with_name(f"{part.name}.old"))
+
+
+def _exchange(a: Path, b: Path) -> bool:
+    """Swap two folders in one step; False where the system cannot."""
+    if not sys.platform.startswith("linux"):
+        return False
+    at_cwd, exchange = -100, 2
+    try:
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (OSError, AttributeError):
+        return False
+    if rename(at_cwd, os.fsencode(a), at_cwd, os.fsencode(b), exchange) == 0:
+        return True
+    if ctypes.get_errno() in (errno.ENOSYS, errno.EINVAL, errno.EPERM):
+        return False
+    raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()), str(b))
+
+
+def _finish_cut_short(place: Place) -> None:
+    """Finish the move of an import that was killed in it, and clear away what others left."""
+    for build in sorted(place.root.glob(f".import-{place.name}-*")):
+        if not _is_build_of(build, place.name):
+            continue
+        if (build / READY).exists():
+            _move_in(place, build)
+        shutil.rmtree(build, ignore_errors=True)
+
+
+def _is_build_of(build: Path, name: str) -> bool:
+    """`.import-r1-abc` is r1's; `.import-r1-x-abc` cannot be, as names hold no `-`."""
+    rest = build.name.removeprefix(f".import-{name}-")
+    return build.is_dir() and not build.is_symlink() and "-" not in rest
+
+
+# --------------------------------------------------------------------------------------------------- locking
+
+
+@contextmanager
+def _locked(place: Place) -> Iterator[None]:
+    path = place.root / f".import-{place.name}.lock"
+    handle = _take_lock(path)
+    if handle is None:
+        raise ConfigError(
+            f"another import of {place.name!r} is under way in {place.root}; wait for it to end"
+        )
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            path.unlink()
+        os.close(handle)
+
+
+def _take_lock(path: Path) -> int | None:
+    """An open, locked file, or None where another process holds it."""
+    for _ in range(100):
+        handle = os.open(path, os.O_CREAT | os.O_RDWR, 0o600)
+        if not _lock(handle):
+            os.close(handle)
+            return None
+        try:
+            if os.path.samestat(os.fstat(handle), path.stat()):
+                return handle
+        except FileNotFoundError:
+            pass  # its last holder removed it between our opening and locking it
+        os.close(handle)
+    return None
+
+
+def _lock(handle: int) -> bool:
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True

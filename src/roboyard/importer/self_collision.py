@@ -1,0 +1,314 @@
+"""Which links a planner need not keep apart: neighbours, what touches at rest, what always or never meets.
+
+Links are judged by their spheres, as planners judge them, in a few thousand random postures whose frames
+MuJoCo computes; at rest also by their real collision shapes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from roboyard.importer.joint_order import ONE_NUMBER
+from roboyard.importer.model import CollisionSphere
+from roboyard.poses import Array
+from roboyard.urdf.model import Joint, RobotDescription
+
+if TYPE_CHECKING:
+    from roboyard.sim import World
+    from roboyard.sim.body import Body
+
+SAMPLES = 3000
+ALWAYS = 0.95
+"""Share of postures in which two links meet from which they are said to meet always."""
+NEVER_MARGIN = 0.02
+"""m: distance that two links must have kept in every posture to be said never to meet."""
+REST_MARGIN = 0.004
+"""m: twice cuRobo's sphere buffer; spheres nearer than this at rest count as touching."""
+NEAR = 0.01
+"""m: hulls that touch at rest count only if the spheres, which know dents, are this near."""
+
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SelfCollision:
+    """What the samples say. Pairs are in link order."""
+
+    adjacent: tuple[Pair, ...]
+    """Joined by a joint, or by links without spheres or motion between them."""
+    at_rest: tuple[Pair, ...]
+    """Touching in the rest posture, other than adjacent."""
+    always: tuple[Pair, ...]
+    never: tuple[Pair, ...]
+    samples: int
+
+    def ignore(self) -> dict[str, tuple[str, ...]]:
+        """Link to the links it may touch, each pair once."""
+        found: dict[str, list[str]] = {}
+        for a, b in (*self.adjacent, *self.at_rest, *self.always, *self.never):
+            if b not in found.setdefault(a, []):
+                found[a].append(b)
+        return {a: tuple(others) for a, others in found.items()}
+
+
+def judge(
+    description: RobotDescription,
+    spheres: Mapping[str, Sequence[CollisionSphere]],
+    rest: Mapping[str, float],
+    touching: Sequence[tuple[str, str, float]] = (),
+    *,
+    samples: int = SAMPLES,
+    seed: int = 0,
+) -> SelfCollision:
+    """Which pairs of links a planner need not check.
+
+    Args:
+        description: the robot.
+        spheres: link name to its spheres; links without any are left out.
+        rest: joint name to position at rest; rad or m.
+        touching: links whose collision shapes touch at rest, with depth (m); see `contacts_at`.
+        samples: random postures inside the limits.
+        seed: of the postures.
+    """
+    order = {link.name: index for index, link in enumerate(description.links)}
+    names = sorted((name for name, balls in spheres.items() if balls), key=order.__getitem__)
+    adjacent = adjacent_pairs(description, names)
+    packed = _Packed.of(names, spheres)
+    sampler = PostureSampler(description)
+    rest_gap = packed.gaps(sampler.frames([sampler.posture(rest)], names))[0]
+    touching_pairs = {_key(a, b, order) for a, b, _ in touching}
+    at_rest = [
+        (a, b)
+        for i, a in enumerate(names)
+        for j, b in enumerate(names[i + 1 :], start=i + 1)
+        if (a, b) not in adjacent
+        and (rest_gap[i, j] < REST_MARGIN or (_key(a, b, order) in touching_pairs and rest_gap[i, j] < NEAR))
+    ]
+    met, least = packed.tally(sampler, names, samples, np.random.default_rng(seed))
+    taken = adjacent | set(at_rest)
+    always, never = [], []
+    for i, a in enumerate(names):
+        for j, b in enumerate(names[i + 1 :], start=i + 1):
+            if (a, b) in taken:
+                continue
+            if met[i, j] >= ALWAYS * samples:
+                always.append((a, b))
+            elif least[i, j] > NEVER_MARGIN:
+                never.append((a, b))
+    return SelfCollision(
+        adjacent=tuple(sorted(adjacent, key=lambda p: (order[p[0]], order[p[1]]))),
+        at_rest=tuple(at_rest),
+        always=tuple(always),
+        never=tuple(never),
+        samples=samples,
+    )
+
+
+def adjacent_pairs(description: RobotDescription, names: Sequence[str]) -> set[Pair]:
+    """Pairs of the named links that a joint joins, directly or through links that are not named."""
+    order = {link.name: index for index, link in enumerate(description.links)}
+    named = set(names)
+    pairs: set[Pair] = set()
+    above: dict[str, str | None] = {}
+    for joint in ((None, description.root.name), *((j, j.child) for j in description.depth_first_joints)):
+        of, child = joint
+        nearest = None if of is None else (of.parent if of.parent in named else above[of.parent])
+        above[child] = nearest
+        if child in named and nearest is not None:
+            pairs.add(_key(nearest, child, order))
+    return pairs
+
+
+def contacts_at(body: Body, world: World, rest: Mapping[str, float]) -> list[tuple[str, str, float]]:
+    """Links whose collision shapes overlap with the joints at `rest`, and by how much (m); neighbours left
+    out.
+    """
+    for joint in body.joints:
+        if joint.is_scalar and joint.name in rest:
+            joint.position = rest[joint.name]
+    world.detect_contacts()
+    data, geom_body = world.data, world.model.geom_bodyid
+    index_of = {int(row): index for index, row in enumerate(body.mujoco_ids)}
+    deepest: dict[tuple[int, int], float] = {}
+    for geoms, distance in zip(data.contact.geom, data.contact.dist, strict=True):
+        a, b = sorted(index_of.get(int(geom_body[g]), -1) for g in geoms)
+        if a >= 0 and a != b and distance < 0:
+            deepest[a, b] = max(deepest.get((a, b), 0.0), -float(distance))
+    return [(body.links[a].name, body.links[b].name, depth) for (a, b), depth in deepest.items()]
+
+
+def _key(a: str, b: str, order: Mapping[str, int]) -> Pair:
+    return (a, b) if order[a] < order[b] else (b, a)
+
+
+# -------------------------------------------------------------------------------------------------- postures
+
+
+class PostureSampler:
+    """Random postures inside the joint limits, and the frames of the links in them."""
+
+    def __init__(self, description: RobotDescription) -> None:
+        from roboyard.sim import World
+
+        bare = replace(
+            description,
+            links=tuple(replace(link, visuals=(), collisions=()) for link in description.links),
+        )
+        self.world = World(visual_geoms=False)
+        self.body = self.world.add_description(bare, fixed_base=True, self_collision=False, drives=False)
+        self.model: Any = self.world.model
+        self.data: Any = self.world.data
+        self.rows = {
+            link.name: int(row) for link, row in zip(self.body.links, self.body.mujoco_ids, strict=True)
+        }
+        self.joints = [joint for joint in description.joints if joint.type in ONE_NUMBER]
+        self.address = {j.name: self.body.joint(j.name).qpos_slice.start for j in self.joints}
+
+    def posture(self, positions: Mapping[str, float]) -> Array:
+        """(nq,) with the named joints set and mimic joints following, the others at zero."""
+        q = np.array(self.model.qpos0)
+        for joint in self.joints:
+            q[self.address[joint.name]] = positions.get(joint.name, 0.0)
+        self._follow(q[None])
+        return q
+
+    def random(self, count: int, rng: np.random.Generator) -> Array:
+        """(count, nq) uniform inside the limits; joints without any turn through ±π or slide ±0.5 m."""
+        q = np.tile(np.array(self.model.qpos0), (count, 1))
+        for joint in self.joints:
+            lower, upper = sample_range(joint)
+            q[:, self.address[joint.name]] = rng.uniform(lower, upper, count)
+        self._follow(q)
+        return q
+
+    def _follow(self, q: Array) -> None:
+        for _ in range(8):
+            for joint in self.joints:
+                if joint.mimic is not None and joint.mimic.joint in self.address:
+                    leader = q[:, self.address[joint.mimic.joint]]
+                    q[:, self.address[joint.name]] = joint.mimic.multiplier * leader + joint.mimic.offset
+
+    def frames(self, postures: Array | Sequence[Array], names: Sequence[str]) -> tuple[Array, Array]:
+        """(n, links, 3) positions and (n, links, 3, 3) rotations in the root's frame."""
+        import mujoco
+
+        rows = [self.rows[name] for name in names]
+        positions = np.empty((len(postures), len(rows), 3))
+        rotations = np.empty((len(postures), len(rows), 9))
+        for index, posture in enumerate(postures):
+            self.data.qpos[:] = posture
+            mujoco.mj_kinematics(self.model, self.data)
+            positions[index] = self.data.xpos[rows]
+            rotations[index] = self.data.xmat[rows]
+        return positions, rotations.reshape(len(postures), len(rows), 3, 3)
+
+
+def sample_range(joint: Joint) -> tuple[float, float]:
+    """Bounds within which a joint is sampled."""
+    if joint.name.startswith("base_footprint_"):
+        return (0.0, 0.0)
+    limits = joint.position_limits()
+    if joint.type == "prismatic":
+        return (-0.5, 0.5) if limits is None else (max(limits[0], -10.0), min(limits[1], 10.0))
+    if limits is None:
+        return (-math.pi, math.pi)
+    return (max(limits[0], -math.pi), min(limits[1], math.pi)) if limits[0] < math.pi else limits
+
+
+# --------------------------------------------------------------------------------------------------- spheres
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Packed:
+    """Spheres of all links in one array, with one sphere round each link."""
+
+    balls: Array
+    """(s, 4) centre and radius in the link's frame."""
+    start: NDArray[np.int64]
+    """(links + 1,) first ball of each link."""
+    around: Array
+    """(links, 4) a ball that holds all of a link's."""
+
+    @staticmethod
+    def of(names: Sequence[str], spheres: Mapping[str, Sequence[CollisionSphere]]) -> _Packed:
+        rows, start, around = [], [0], []
+        for name in names:
+            own = np.array([(*ball.center, ball.radius) for ball in spheres[name]], dtype=float)
+            middle = 0.5 * ((own[:, :3] - own[:, 3:]).min(axis=0) + (own[:, :3] + own[:, 3:]).max(axis=0))
+            reach = float((np.linalg.norm(own[:, :3] - middle, axis=1) + own[:, 3]).max())
+            rows.append(own)
+            around.append((*middle, reach))
+            start.append(start[-1] + len(own))
+        balls = np.concatenate(rows) if rows else np.zeros((0, 4))
+        return _Packed(balls=balls, start=np.array(start), around=np.array(around).reshape(-1, 4))
+
+    def gaps(self, frames: tuple[Array, Array]) -> Array:
+        """(n, links, links) least distance between the spheres of two links, upper triangle; m."""
+        positions, rotations = frames
+        out = np.full((len(positions), len(self.around), len(self.around)), np.inf)
+        for index in range(len(positions)):
+            world, rough = self._placed(positions[index], rotations[index])
+            pair_gaps(world, self.start, rough, np.inf, out[index])
+        return out
+
+    def tally(
+        self, sampler: PostureSampler, names: Sequence[str], samples: int, rng: np.random.Generator
+    ) -> tuple[NDArray[np.int64], Array]:
+        """(links, links) times that two links met, and least distance they ever had (m, exact up to 0.1)."""
+        count = len(names)
+        met, least = np.zeros((count, count), dtype=np.int64), np.full((count, count), np.inf)
+        gap = np.empty((count, count))
+        for _ in range(0, samples, 500):
+            batch = sampler.random(min(500, samples), rng)
+            positions, rotations = sampler.frames(batch, names)
+            for index in range(len(batch)):
+                world, rough = self._placed(positions[index], rotations[index])
+                gap.fill(np.inf)
+                pair_gaps(world, self.start, rough, 0.1, gap)
+                met += gap < 0
+                np.minimum(least, gap, out=least)
+        return met, least
+
+    def _placed(self, positions: Array, rotations: Array) -> tuple[Array, Array]:
+        owner = np.repeat(np.arange(len(self.around)), np.diff(self.start))
+        world, rough = np.empty_like(self.balls), np.empty_like(self.around)
+        world[:, :3] = np.einsum("sij,sj->si", rotations[owner], self.balls[:, :3]) + positions[owner]
+        world[:, 3] = self.balls[:, 3]
+        rough[:, :3] = np.einsum("lij,lj->li", rotations, self.around[:, :3]) + positions
+        rough[:, 3] = self.around[:, 3]
+        return world, rough
+
+
+@njit(cache=True)
+def pair_gaps(world, start, rough, reach, out):
+    """Least distance between the balls of each pair of links into `out`; pairs farther than `reach` are
+    skipped.
+
+    world: (s, 4) balls; start: (links + 1,) first ball of each link; rough: (links, 4) ball round each link.
+    """
+    links = rough.shape[0]
+    for i in range(links):
+        for j in range(i + 1, links):
+            dx = rough[i, 0] - rough[j, 0]
+            dy = rough[i, 1] - rough[j, 1]
+            dz = rough[i, 2] - rough[j, 2]
+            apart = np.sqrt(dx * dx + dy * dy + dz * dz) - rough[i, 3] - rough[j, 3]
+            if apart > reach:
+                continue
+            least = np.inf
+            for a in range(start[i], start[i + 1]):
+                for b in range(start[j], start[j + 1]):
+                    dx = world[a, 0] - world[b, 0]
+                    dy = world[a, 1] - world[b, 1]
+                    dz = world[a, 2] - world[b, 2]
+                    gap = np.sqrt(dx * dx + dy * dy + dz * dz) - world[a, 3] - world[b, 3]
+                    if gap < least:
+                        least = gap
+            out[i, j] = least

@@ -1,0 +1,35 @@
+"""Which joints have a motor, and how it is meant to be driven at first."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from roboyard.importer.context import ImportContext
+from roboyard.importer.joint_order import ONE_NUMBER
+from roboyard.importer.model import DriveKind, ImportedRobot
+from roboyard.urdf.model import Joint
+
+DRIVEN_VIRTUAL = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
+
+
+def drives(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+    """Position drives on joints with a range, velocity drives on those that turn for ever and on the base."""
+    found: dict[str, DriveKind] = {}
+    for joint in robot.description.joints:
+        if joint.type not in ONE_NUMBER:
+            continue
+        if robot.holonomic and joint.name.startswith("base_footprint_"):
+            found[joint.name] = "velocity" if joint.name in DRIVEN_VIRTUAL else "none"
+            continue
+        found[joint.name] = _kind(joint, context)
+    return replace(robot, drives=found)
+
+
+def _kind(joint: Joint, context: ImportContext) -> DriveKind:
+    if joint.mimic is not None:
+        return "none"
+    limit = joint.limit
+    if limit is not None and limit.effort == 0:
+        context.log.warn("an effort limit of 0 allows no motor; it swings freely", f'joint "{joint.name}"')
+        return "none"
+    return "velocity" if joint.type == "continuous" else "position"

@@ -1,0 +1,73 @@
+"""A base that glides: wheel joints are fixed, six virtual joints carry the robot, x, y and rz driven.
+
+    base_footprint_x -x-> base_footprint_y -y-> base_footprint_z -z-> base_footprint_rx -rx->
+    base_footprint_ry -ry-> base_footprint_rz -rz-> the vendor's root link
+
+Joint `base_footprint_<a>_joint` hangs from link `base_footprint_<a>`; all frames coincide at zero.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from roboyard.importer.config_checks import VIRTUAL_AXES
+from roboyard.importer.context import ImportContext
+from roboyard.importer.model import ImportedRobot
+from roboyard.urdf.model import Joint, Limit, Link, Vector3
+
+DIRECTIONS: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+EFFORT = 1000.0
+"""N and N m: what OmniGibson allows these joints."""
+LINEAR_SPEED, ANGULAR_SPEED = 1.5, math.pi
+"""m/s and rad/s: the same."""
+
+
+def holonomic_base(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+    """The robot on its virtual joints, where `use_holonomic_joints` asks for it."""
+    base = context.config.base_motion
+    if not base.use_holonomic_joints:
+        return robot
+    description = robot.description
+    wheels = set(base.wheel_joints)
+    joints = tuple(frozen(j) if j.name in wheels else j for j in description.joints)
+    for joint in description.joints:
+        if joint.name in wheels and joint.is_moving:
+            context.log.note("fixed: the base moves by its virtual joints", f'joint "{joint.name}"')
+        elif joint.mimic is not None and joint.mimic.joint in wheels and joint.name not in wheels:
+            context.log.warn("mimics a joint that is fixed now; fixed too", f'joint "{joint.name}"')
+    joints = tuple(frozen(j) if j.mimic is not None and j.mimic.joint in wheels else j for j in joints)
+    links, virtual = virtual_base(description.root.name)
+    context.log.note(f"six virtual joints carry {description.root.name!r}; x, y and rz are driven")
+    return replace(
+        robot,
+        description=replace(description, links=(*links, *description.links), joints=(*virtual, *joints)),
+        solids={**{link.name: () for link in links}, **robot.solids},
+        holonomic=True,
+    )
+
+
+def virtual_base(root: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
+    """The six links and joints that carry a root link, in order."""
+    names = [f"base_footprint_{axis}" for axis in VIRTUAL_AXES]
+    joints = []
+    for index, axis in enumerate(VIRTUAL_AXES):
+        turns = axis.startswith("r")
+        joints.append(
+            Joint(
+                name=f"{names[index]}_joint",
+                type="continuous" if turns else "prismatic",
+                parent=names[index],
+                child=names[index + 1] if index + 1 < len(names) else root,
+                axis=DIRECTIONS[axis[-1]],
+                limit=Limit(effort=EFFORT, velocity=ANGULAR_SPEED if turns else LINEAR_SPEED),
+            )
+        )
+    return tuple(Link(name=name) for name in names), tuple(joints)
+
+
+def frozen(joint: Joint) -> Joint:
+    """The joint, fixed where it stands at zero."""
+    if not joint.is_moving:
+        return joint
+    return replace(joint, type="fixed", limit=None, mimic=None, damping=0.0, friction=0.0)

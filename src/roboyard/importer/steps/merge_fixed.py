@@ -1,0 +1,129 @@
+"""Merge links into the parents they are fixed to.
+
+Shapes move over with their poses, masses and inertias combine exactly, joints below hang from the parent. A
+link that the configuration names for a sensor, an end effector, a gripper, a wheel or the planner stays;
+naming it in a collision list does not keep it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+
+from roboyard.importer.config import ImportConfig
+from roboyard.importer.context import ImportContext
+from roboyard.importer.model import ImportedRobot
+from roboyard.importer.shape_tools import placed, pose_of
+from roboyard.poses import Array
+from roboyard.shapes.inertia import MassProperties, combined
+from roboyard.urdf.model import Collision, Inertial, Joint, Link, Pose, RobotDescription
+
+
+def merge_fixed(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+    """The robot without the fixed joints that can go, where `merge_fixed_joints` asks for it."""
+    if not context.config.merge_fixed_joints:
+        return robot
+    keep = named_links(context.config) | {s.link for s in robot.sensors}
+    merged, description, solids = merge_links(robot.description, robot.solids, keep)
+    for child, parent in merged.items():
+        context.log.note(f'merged into "{parent}"', f'link "{child}"')
+    return replace(robot, description=description, solids=solids)
+
+
+def named_links(config: ImportConfig) -> set[str]:
+    """Links that the configuration needs under their own name."""
+    named = {name for entry in (*config.eef_vis_links, *config.camera_links, *config.lidar_links)
+             for name in (entry.link, entry.parent_link) if name}  # fmt: skip
+    named |= set(config.base_motion.wheel_links)
+    curobo = config.curobo
+    for name, gripper in curobo.eef_to_gripper_info.items():
+        named |= {name, *gripper.links}
+    for name, others in curobo.self_collision_ignore.items():
+        named |= {name, *others}
+    return named | set(curobo.collision_spheres) | set(curobo.self_collision_buffer)
+
+
+def merge_links(
+    description: RobotDescription,
+    solids: dict[str, tuple[Collision, ...]] | object,
+    keep: Collection[str] = (),
+) -> tuple[dict[str, str], RobotDescription, dict[str, tuple[Collision, ...]]]:
+    """Merge every link on a fixed joint that is not in `keep` into its parent.
+
+    Returns:
+        Merged link to the link that took it in, the new description, the new solids.
+    """
+    place: dict[str, tuple[str, Array]] = {description.root.name: (description.root.name, np.eye(4))}
+    joints: list[Joint] = []
+    for joint in description.depth_first_joints:
+        host, pose = place[joint.parent]
+        if joint.type == "fixed" and joint.child not in keep:
+            place[joint.child] = (host, pose @ joint.origin.matrix())
+            continue
+        place[joint.child] = (joint.child, np.eye(4))
+        if host != joint.parent:
+            joint = replace(joint, parent=host, origin=pose_of(pose @ joint.origin.matrix()))
+        joints.append(joint)
+    order = {joint.name: index for index, joint in enumerate(description.joints)}
+    joints.sort(key=lambda joint: order[joint.name])
+    guests: dict[str, list[tuple[Link, Array]]] = {}
+    for link in description.links:
+        host, pose = place[link.name]
+        if host != link.name:
+            guests.setdefault(host, []).append((link, pose))
+    links = tuple(
+        _joined(link, guests.get(link.name, []))
+        for link in description.links
+        if place[link.name][0] == link.name
+    )
+    solids = solids if isinstance(solids, dict) else {}
+    new_solids = {link.name: solids.get(link.name, ()) for link in links}
+    for host, visitors in guests.items():
+        for link, pose in visitors:
+            new_solids[host] = (*new_solids[host], *placed(solids.get(link.name, ()), pose))
+    merged = {name: host for name, (host, _) in place.items() if host != name}
+    return merged, replace(description, links=links, joints=tuple(joints)), new_solids
+
+
+def _joined(link: Link, guests: list[tuple[Link, Array]]) -> Link:
+    if not guests:
+        return link
+    visuals, collisions = list(link.visuals), list(link.collisions)
+    parts = [] if link.inertial is None else [(link.inertial, np.eye(4))]
+    for guest, pose in guests:
+        visuals += placed(guest.visuals, pose)
+        collisions += placed(guest.collisions, pose)
+        if guest.inertial is not None:
+            parts.append((guest.inertial, pose))
+    inertial = (
+        combined_inertial(parts) if len(parts) > 1 or (parts and link.inertial is None) else link.inertial
+    )
+    return replace(link, visuals=tuple(visuals), collisions=tuple(collisions), inertial=inertial)
+
+
+def combined_inertial(parts: list[tuple[Inertial, Array]]) -> Inertial:
+    """Several inertials as one: (inertial, (4, 4) pose of its link in the common frame)."""
+    bodies = []
+    for inertial, pose in parts:
+        frame = pose @ inertial.origin.matrix()
+        own = MassProperties(mass=inertial.mass, center=np.zeros(3), inertia=inertial.matrix())
+        bodies.append(own.moved(frame[:3, 3], frame[:3, :3]))
+    if not sum(body.mass for body in bodies) > 0:
+        return replace(parts[0][0], origin=pose_of(parts[0][1] @ parts[0][0].origin.matrix()))
+    whole = combined(bodies)
+    x, y, z = (float(value) for value in whole.center)
+    tensor = whole.inertia
+    return Inertial(
+        mass=float(whole.mass),
+        origin=Pose(position=(x, y, z)),
+        inertia=(
+            float(tensor[0, 0]),
+            float(tensor[0, 1]),
+            float(tensor[0, 2]),
+            float(tensor[1, 1]),
+            float(tensor[1, 2]),
+            float(tensor[2, 2]),
+        ),
+    )

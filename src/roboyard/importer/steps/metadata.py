@@ -1,0 +1,38 @@
+"""How large the robot is: what OmniGibson keeps in `misc/metadata.json`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from roboyard.importer.context import ImportContext
+from roboyard.importer.model import ImportedRobot, Metadata
+from roboyard.importer.shape_tools import robot_bounds
+
+
+def metadata(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+    """The robot with its size; the box is that of the visual shapes, of all shapes where there are none."""
+    bounds = robot_bounds(robot.description, collision=False)
+    if bounds is None:
+        bounds = robot_bounds(robot.description)
+    if bounds is None:
+        context.log.warn("the robot has no shape, so it has no size")
+        return robot
+    sx, sy, sz = (float(value) for value in bounds[1] - bounds[0])
+    cx, cy, cz = (float(value) for value in bounds.mean(axis=0))
+    return replace(robot, metadata=Metadata(bbox_size=(sx, sy, sz), base_link_offset=(cx, cy, cz)))
+
+
+def write_metadata(robot: ImportedRobot, path: Path) -> None:
+    """Write `metadata.json`."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    data = {
+        "meta_links": {},
+        "link_tags": {},
+        "object_parts": [],
+        "base_link_offset": list(robot.metadata.base_link_offset),
+        "bbox_size": list(robot.metadata.bbox_size),
+        "orientations": [],
+    }
+    path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")

@@ -1,0 +1,125 @@
+"""What a motion planner needs: spheres, pairs it need not check, a rest posture, joints it leaves alone.
+
+The configuration decides wherever it says something; the rest is worked out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from roboyard.importer.context import ImportContext
+from roboyard.importer.link_spheres import fit_links
+from roboyard.importer.model import CollisionSphere, ImportedRobot, PlanningData
+from roboyard.importer.rest_posture import end_effectors, lock_joints, rest_posture
+
+
+def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+    """The robot with its planning data, and the pairs whose shapes overlap at rest."""
+    curobo = context.config.curobo
+    rest = rest_posture(robot, context.config)
+    locked = lock_joints(robot, context.config, rest)
+    spheres = _spheres(robot, context)
+    touching = _touching(robot, rest, context)
+    robot = replace(robot, filtered_pairs=tuple((a, b) for a, b, _ in touching))
+    if curobo.self_collision_ignore:
+        ignore: Mapping[str, tuple[str, ...]] = {
+            link: tuple(others) for link, others in curobo.self_collision_ignore.items()
+        }
+        _compare(robot, ignore, touching, context)
+    else:
+        ignore = _ignore(robot, spheres, {**rest, **locked}, touching, context)
+    effectors = end_effectors(robot, context.config)
+    if not curobo.eef_to_gripper_info:
+        context.log.note(f"end effector: {effectors[0].link!r}, the tip of the longest chain of joints")
+    data = PlanningData(
+        spheres=spheres,
+        end_effectors=effectors,
+        ignore=ignore,
+        self_collision_buffer=dict(curobo.self_collision_buffer),
+        lock_joints=locked,
+        retract=rest,
+        torso_joints=tuple(curobo.torso_joints),
+        flip_joint_limits=tuple(curobo.flip_joint_limits),
+    )
+    return replace(robot, planning=data)
+
+
+def _spheres(robot: ImportedRobot, context: ImportContext) -> dict[str, tuple[CollisionSphere, ...]]:
+    given = context.config.curobo.collision_spheres
+    if given:
+        context.log.note(f"{sum(map(len, given.values()))} collision spheres on {len(given)} links, as given")
+        return {
+            link: tuple(CollisionSphere(center=s.center, radius=s.radius) for s in spheres)
+            for link, spheres in given.items()
+        }
+    order = {link.name: robot.solids.get(link.name, ()) for link in robot.description.links}
+    found = fit_links(order, context, preset=context.config.curobo.sphere_preset)
+    context.log.note(f"{sum(map(len, found.values()))} collision spheres fitted to {len(found)} links")
+    return found
+
+
+def _touching(
+    robot: ImportedRobot, rest: Mapping[str, float], context: ImportContext
+) -> list[tuple[str, str, float]]:
+    """Links whose collision shapes overlap at zero or at rest, with depth (m), in link order."""
+    from roboyard.importer.self_collision import contacts_at
+    from roboyard.sim import World
+
+    world = World(visual_geoms=False)
+    body = world.add_description(robot.description, fixed_base=True, self_collision=True, drives=False)
+    deepest: dict[tuple[str, str], float] = {}
+    for posture in (dict.fromkeys(rest, 0.0), rest):
+        for a, b, depth in contacts_at(body, world, posture):
+            deepest[a, b] = max(depth, deepest.get((a, b), 0.0))
+    context.log.facts["overlaps_at_rest"] = [
+        {"links": [a, b], "depth_mm": round(depth * 1000, 3)} for (a, b), depth in deepest.items()
+    ]
+    if deepest:
+        worst = max(deepest, key=deepest.__getitem__)
+        context.log.note(
+            f"{len(deepest)} pairs of links overlap at rest and are kept from pushing "
+            f"(deepest: {worst[0]} and {worst[1]}, {deepest[worst] * 1000:.1f} mm)"
+        )
+    return [(a, b, depth) for (a, b), depth in deepest.items()]
+
+
+def _ignore(
+    robot: ImportedRobot,
+    spheres: Mapping[str, tuple[CollisionSphere, ...]],
+    rest: Mapping[str, float],
+    touching: list[tuple[str, str, float]],
+    context: ImportContext,
+) -> dict[str, tuple[str, ...]]:
+    from roboyard.importer.self_collision import judge
+
+    context.log.tell(0.9, "self-collision")
+    found = judge(robot.description, spheres, rest, touching)
+    context.log.facts["self_collision"] = {
+        "samples": found.samples,
+        "adjacent": len(found.adjacent),
+        "at_rest": [list(pair) for pair in found.at_rest],
+        "always": [list(pair) for pair in found.always],
+        "never": len(found.never),
+    }
+    context.log.note(
+        f"self-collision: {len(found.adjacent)} pairs are neighbours, {len(found.at_rest)} touch at rest, "
+        f"{len(found.always)} always meet and {len(found.never)} never do in {found.samples} postures"
+    )
+    return found.ignore()
+
+
+def _compare(
+    robot: ImportedRobot,
+    ignore: Mapping[str, tuple[str, ...]],
+    touching: list[tuple[str, str, float]],
+    context: ImportContext,
+) -> None:
+    """Tell which touching pairs the configuration's list leaves out."""
+    given = {frozenset((a, b)) for a, others in ignore.items() for b in others}
+    for a, b, depth in touching:
+        if frozenset((a, b)) not in given:
+            context.log.warn(
+                f'overlaps "{b}" by {depth * 1000:.1f} mm at rest, which self_collision_ignore does not list',
+                f'link "{a}"',
+            )

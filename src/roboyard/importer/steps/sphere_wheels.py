@@ -1,0 +1,49 @@
+"""Wheels collide as their bounding spheres: they roll over edges and never on the rim of a hull."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from roboyard.importer.context import ImportContext
+from roboyard.importer.model import Approximation, ImportedRobot
+from roboyard.importer.shape_tools import shape_meshes
+from roboyard.importer.steps.collision import MAX_VERTICES, hull_collision
+from roboyard.shapes.hulls import convex_hull
+from roboyard.urdf.model import Collision, Link, Mesh, Visual
+
+
+def sphere_wheels(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+    """Mark each wheel's collision mesh as its bounding sphere; a wheel of several shapes gets one hull."""
+    base = context.config.base_motion
+    wheels = tuple(name for name in base.wheel_links if name in robot.description.link_by_name)
+    robot = replace(robot, wheel_links=wheels)
+    if not base.use_sphere_wheels:
+        return robot
+    approximations: dict[str, Approximation] = dict(robot.approximations)
+    links: list[Link] = []
+    for link in robot.description.links:
+        if link.name in wheels:
+            who = f'link "{link.name}"'
+            if not link.collisions:
+                context.log.warn("a wheel without collision shape cannot roll", who)
+            else:
+                link = _one_mesh(link, context)
+                approximations[link.name] = "boundingSphere"
+                context.log.note("collides as its bounding sphere", who)
+        links.append(link)
+    description = replace(robot.description, links=tuple(links))
+    return replace(robot, description=description, approximations=approximations)
+
+
+def _one_mesh(link: Link, context: ImportContext) -> Link:
+    if len(link.collisions) == 1 and isinstance(link.collisions[0].geometry, Mesh):
+        return link
+    meshes = shape_meshes(link.collisions)
+    if not meshes:
+        return link
+    hull = convex_hull(np.concatenate([mesh.vertices for mesh in meshes]), MAX_VERTICES).mesh
+    origin = Visual(geometry=link.collisions[0].geometry)
+    made: Collision = hull_collision(link.name, 0, hull, context, origin_of=origin)
+    return replace(link, collisions=(made,))

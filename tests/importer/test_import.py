@@ -1,0 +1,184 @@
+"""The document's configuration on the bundled R1, a bare URDF, refusals, and an import cut short."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from roboyard.assets import asset_path
+from roboyard.errors import ConfigError, DescriptionError
+from roboyard.importer import import_robot
+from roboyard.sim import World
+from roboyard.urdf import forward_kinematics, load_urdf
+
+CONFIG = asset_path("r1").parent / "r1_source_config.yaml"
+BASE = [f"base_footprint_{axis}_joint" for axis in ("x", "y", "z", "rx", "ry", "rz")]
+
+
+@pytest.fixture(scope="module")
+def r1(tmp_path_factory):
+    return import_robot(CONFIG, data=tmp_path_factory.mktemp("data"))
+
+
+def test_the_tree_of_files_is_the_documents(r1):
+    root = r1.folder
+    assert root.parts[-4:] == ("omnigibson-robot-assets", "objects", "robot", "r1")
+    for name in (
+        "urdf/r1.urdf",
+        "usd/r1.usda",
+        "mjcf/r1.xml",
+        "curobo/r1_description_curobo_default.yaml",
+        "curobo/r1_description_curobo_base.yaml",
+        "curobo/r1_description_curobo_arm.yaml",
+        "curobo/r1_description_curobo_arm_no_torso.yaml",
+        "curobo/r1.yml",
+        "curobo/r1.xrdf",
+        "misc/metadata.json",
+        "import_log.json",
+        "import_report.html",
+    ):
+        if name.startswith("usd/"):
+            pytest.importorskip("pxr")
+        assert (root / name).stat().st_size > 0, name
+    assert r1.definition.name == "r1.yaml" and r1.definition.exists()
+    leftovers = [p for p in root.parents[2].iterdir() if p.name.startswith(".import")]
+    assert not [p for p in leftovers if p.is_dir()]
+
+
+def test_planner_files_say_what_the_configuration_decides(r1):
+    file = r1.folder / "curobo" / "r1_description_curobo_default.yaml"
+    robot = yaml.safe_load(file.read_text())["robot_cfg"]
+    config = yaml.safe_load(CONFIG.read_text())["curobo"]
+    assert robot["base_link"] == "base_footprint_x"
+    assert robot["cspace"][:6] == BASE
+    assert robot["cspace"][6:10] == [f"torso_joint{k}" for k in (1, 2, 3, 4)]
+    assert len(robot["cspace"]) == len(robot["retract_config"]) == len(robot["null_space_weight"]) == 26
+    by_name = dict(zip(robot["cspace"], robot["retract_config"], strict=True))
+    for side in ("left", "right"):
+        posture = [by_name[f"{side}_arm_joint{k}"] for k in range(1, 7)]
+        assert posture == pytest.approx([0, 1.906, -0.991, 1.571, 0.915, -1.571])
+        assert by_name[f"{side}_gripper_axis1"] == pytest.approx(0.03)
+    assert {"base_footprint_z_joint", "base_footprint_rx_joint", "left_gripper_axis2"} <= set(
+        robot["lock_joints"]
+    )
+    assert set(robot["extra_links"]) == {"attached_object_left_eef_link", "attached_object_right_eef_link"}
+    for link, spheres in config["collision_spheres"].items():
+        assert [s["radius"] for s in robot["collision_spheres"][link]] == [s["radius"] for s in spheres]
+    for link, others in config["self_collision_ignore"].items():
+        assert set(others) <= set(robot["self_collision_ignore"][link])
+
+
+def test_the_robot_keeps_its_masses_and_gains_a_gliding_base(r1):
+    vendor = load_urdf(asset_path("r1"))
+    written = load_urdf(r1.folder / "urdf" / "r1.urdf")
+    assert written.root.name == "base_footprint_x"
+    for link in vendor.links:
+        if link.inertial is not None:
+            assert written.link_by_name[link.name].inertial.mass == pytest.approx(
+                link.inertial.mass, rel=1e-9
+            )
+    fixed = [f"{part}_joint{k}" for part in ("servo", "wheel") for k in (1, 2, 3)]
+    assert all(written.joint_by_name[name].type == "fixed" for name in fixed)
+    assert {"left_eef_link", "right_eef_link", "eyes"} <= set(written.link_by_name)
+    before, after = forward_kinematics(vendor), forward_kinematics(written)
+    for name in ("torso_link4", "left_arm_link6", "right_gripper_link2"):
+        np.testing.assert_allclose(
+            np.linalg.inv(before["torso_link1"]) @ before[name],
+            np.linalg.inv(after["torso_link1"]) @ after[name],
+            atol=1e-9,
+        )
+
+
+def test_the_imported_robot_stands_in_a_world(r1):
+    world = World()
+    world.add_plane()
+    robot = world.add_urdf(r1.folder / "urdf" / "r1.urdf", fixed_base=True)
+    assert robot.bounds[0][2] == pytest.approx(0.0, abs=5e-3)
+    world.step(60)
+    assert np.isfinite(world.data.qpos).all()
+
+
+def test_files_read_back_as_meant(r1):
+    validation = r1.facts["validation"]
+    assert validation["urdf"] == validation["mjcf"] == validation["curobo"] == []
+    log = json.loads((r1.folder / "import_log.json").read_text())
+    assert {"stage_and_clean", "collision", "planning"} <= {d["step"] for d in log["decisions"]}
+
+
+def test_a_bare_urdf_keeps_its_root_and_gets_spheres(tmp_path):
+    result = import_robot(urdf=asset_path("husky"), data=tmp_path)
+    assert result.name == "husky"
+    written = load_urdf(result.folder / "urdf" / "husky.urdf")
+    assert written.root.name == load_urdf(asset_path("husky")).root.name
+    planner = yaml.safe_load((result.folder / "curobo" / "husky_description_curobo_default.yaml").read_text())
+    assert "front_left_wheel_link" in planner["robot_cfg"]["collision_spheres"]
+
+
+def test_an_import_is_not_replaced_unasked(tmp_path):
+    first = import_robot(urdf=asset_path("plane"), data=tmp_path, name="thing")
+    before = (first.folder / "import_log.json").read_bytes()
+    with pytest.raises(ConfigError, match="overwrite"):
+        import_robot(urdf=asset_path("cube"), data=tmp_path, name="thing")
+    assert (first.folder / "import_log.json").read_bytes() == before
+    again = import_robot(urdf=asset_path("cube"), data=tmp_path, name="thing", overwrite=True)
+    assert load_urdf(again.folder / "urdf" / "thing.urdf").root.name != "plane_never"
+
+
+def test_every_problem_of_a_configuration_is_named_with_its_line(tmp_path):
+    text = CONFIG.read_text().replace("hull_count: 8", "hull_count: -3").replace("headless:", "headles:")
+    text = text.replace("parent_link: torso_link4", "parent_link: torso_link9")
+    text = text.replace("urdf_path: r1_pro_source.urdf", f"urdf_path: {asset_path('r1')}")
+    file = tmp_path / "broken.yaml"
+    file.write_text(text)
+    with pytest.raises(ConfigError) as caught:
+        import_robot(file, data=tmp_path / "data")
+    message = str(caught.value)
+    for expected in ("hull_count", "headles", "torso_link9"):
+        line = next(k for k, row in enumerate(text.splitlines(), start=1) if expected in row)
+        assert f"broken.yaml:{line}:" in message and expected in message
+    assert not (tmp_path / "data").exists()
+
+
+def test_a_bad_urdf_leaves_nothing_behind(tmp_path):
+    file = tmp_path / "bad.urdf"
+    file.write_text('<robot name="b"><link name="a"/><link name="b"/></robot>')
+    with pytest.raises((DescriptionError, ConfigError), match=r"bad\.urdf"):
+        import_robot(urdf=file, data=tmp_path / "data")
+    assert not list((tmp_path / "data").rglob("*.urdf"))
+
+
+CHILD = "import sys; from roboyard.importer import import_robot; import_robot(sys.argv[1], data=sys.argv[2])"
+
+
+@pytest.mark.slow
+def test_a_killed_import_leaves_the_old_one_whole(tmp_path, r1):
+    """Kill it at several moments: what is there afterwards is always one whole package."""
+    import shutil
+
+    data = tmp_path / "data"
+    shutil.copytree(r1.folder.parents[3], data)
+    whole = sorted(p.relative_to(data) for p in data.rglob("*") if p.is_file())
+    source = Path(__import__("roboyard").__file__).parents[1]
+    environment = dict(os.environ, PYTHONPATH=str(source))
+    for delay in (0.8, 1.6, 2.4):
+        child = subprocess.Popen(
+            [sys.executable, "-c", CHILD, str(CONFIG), str(data)], env=environment, stderr=subprocess.DEVNULL
+        )
+        time.sleep(delay)
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        package = data / "omnigibson-robot-assets"
+        found = sorted(
+            p.relative_to(data)
+            for p in package.rglob("*")
+            if p.is_file() and not any(part.startswith(".") for part in p.relative_to(package).parts)
+        )
+        assert [p for p in whole if p not in found] == []
+        load_urdf(package / "objects" / "robot" / "r1" / "urdf" / "r1.urdf")
