@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from roboyard.assets import asset_path
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.kinematics import forward_kinematics, from_description, jacobian
-from roboyard.assets import asset_path
 from roboyard.robots.controllers import (
     REGISTERED_CONTROLLERS,
     GroupLimits,
@@ -84,9 +84,13 @@ def test_changes_count_from_the_measured_joint_and_zero_ones_keep_the_goal() -> 
 def test_changes_in_rotation_space_are_composed_as_rotations() -> None:
     bounds = limits(3, lower=[-4] * 3, upper=[4] * 3)
     controller = make(
-        "JointController", bounds, use_delta_commands=True, command_output_limits=None, command_input_limits=None,
+        "JointController",
+        bounds,
+        use_delta_commands=True,
+        command_output_limits=None,
+        command_input_limits=None,
         compute_delta_in_quat_space=[[0, 1, 2]],
-    )  # fmt: skip
+    )
     q, change = np.array([0.3, -0.4, 1.2]), np.array([0.2, 0.5, -0.1])
     controller.update_goal(change, GroupState(q=q, v=np.zeros(3), dt=DT))
     wanted = Rotation.from_euler("xyz", change) * Rotation.from_euler("xyz", q)
@@ -128,12 +132,14 @@ def test_efforts_go_through_and_are_limited() -> None:
 
 @pytest.mark.parametrize(
     ("keys", "told"),
-    [({"motor_type": "velocity", "pos_kp": 1.0}, "pos_kp has no meaning"),
-     ({"motor_type": "effort", "vel_kp": 1.0}, "vel_kp has no meaning"),
-     ({"use_delta_commands": True}, "command_output_limits must be null"),
-     ({"motor_type": "fast"}, "motor_type"),
-     ({"colour": 1}, "colour")],
-)  # fmt: skip
+    [
+        ({"motor_type": "velocity", "pos_kp": 1.0}, "pos_kp has no meaning"),
+        ({"motor_type": "effort", "vel_kp": 1.0}, "vel_kp has no meaning"),
+        ({"use_delta_commands": True}, "command_output_limits must be null"),
+        ({"motor_type": "fast"}, "motor_type"),
+        ({"colour": 1}, "colour"),
+    ],
+)
 def test_settings_that_contradict_are_refused(keys: dict, told: str) -> None:
     with pytest.raises(ValueError, match=told):
         make("JointController", **keys)
@@ -207,9 +213,12 @@ def test_holonomic_positions_are_relative() -> None:
 
 def test_differential_drive_formula_and_inverse() -> None:
     controller = make(
-        "DifferentialDriveController", limits(2, velocity=[20, 20]), wheel_radius=0.1, wheel_axle_length=0.4,
+        "DifferentialDriveController",
+        limits(2, velocity=[20, 20]),
+        wheel_radius=0.1,
+        wheel_axle_length=0.4,
         command_input_limits=None,
-    )  # fmt: skip
+    )
     controller.update_goal([0.6, 1.0], state())
     wheels = controller.step(state(v=controller.goal)).value
     assert wheels == pytest.approx([(0.6 - 0.2) / 0.1, (0.6 + 0.2) / 0.1])
@@ -340,7 +349,7 @@ def test_references_never_outrun_velocity_limits(arm) -> None:
 
 
 def test_an_arm_that_sags_does_not_creep_under_zero_commands(arm) -> None:
-    chain, _, rest = arm
+    _chain, _, rest = arm
     controller = make_arm(arm)
     controller.update_goal(np.zeros(6), arm_state(rest))
     first = controller.goal.copy()
@@ -353,7 +362,7 @@ def test_an_arm_that_sags_does_not_creep_under_zero_commands(arm) -> None:
 
 
 def test_free_joints_go_to_the_reset_posture_on_the_way(arm) -> None:
-    chain, _, rest = arm
+    _chain, _, rest = arm
     controller = make_arm(
         arm, mode="position_compliant_ori", command_input_limits=None, command_output_limits=None
     )

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from roboyard.assets import asset_path, assets_root
 from roboyard.errors import ConfigError
 from roboyard.robots import load_definition, parse_definition
 from roboyard.robots.load_definition import check_fits
 from roboyard.urdf import load_urdf
-from roboyard.assets import asset_path, assets_root
 
 R1_FILE = assets_root() / "r1" / "r1.yaml"
 
@@ -26,11 +26,20 @@ locomotion: {base_joint_names: [left_wheel_joint, right_wheel_joint]}
 def test_r1_is_read_whole() -> None:
     definition = load_definition(R1_FILE)
     assert definition.capabilities == (
-        "manipulation", "holonomic_base", "locomotion", "articulated_trunk", "mobile_manipulation",
-    )  # fmt: skip
+        "manipulation",
+        "holonomic_base",
+        "locomotion",
+        "articulated_trunk",
+        "mobile_manipulation",
+    )
     assert list(definition.controller_names()) == [
-        "base", "trunk", "arm_left", "gripper_left", "arm_right", "gripper_right",
-    ]  # fmt: skip
+        "base",
+        "trunk",
+        "arm_left",
+        "gripper_left",
+        "arm_right",
+        "gripper_right",
+    ]
     assert definition.arm_names == ("left", "right")
     assert not definition.may_float
     assert definition.mobile_manipulation is not None
@@ -79,42 +88,93 @@ def drop(*path: object) -> Callable[[dict], None]:
 
 WRONG = [
     (put("colour", value="red"), "colour: unknown key"),
-    (put("manipulation", "arm_name", value=["left"]), r"manipulation\.arm_name: unknown key; did you mean 'arm_names'"),
+    (
+        put("manipulation", "arm_name", value=["left"]),
+        r"manipulation\.arm_name: unknown key; did you mean 'arm_names'",
+    ),
     (drop("raw_controller_order"), "raw_controller_order: is required"),
     (drop("default_controllers"), "default_controllers: is required"),
     (put("raw_controller_order", value="base"), "raw_controller_order: must be a list"),
-    (put("raw_controller_order", 1, value="torso"), r"raw_controller_order\[1\]: no block makes a group 'torso'"),
+    (
+        put("raw_controller_order", 1, value="torso"),
+        r"raw_controller_order\[1\]: no block makes a group 'torso'",
+    ),
     (drop("raw_controller_order", 1), "raw_controller_order: the group 'trunk' is missing"),
-    (put("default_controllers", "base", value="JointController"), r"default_controllers\.base: 'base' cannot have"),
+    (
+        put("default_controllers", "base", value="JointController"),
+        r"default_controllers\.base: 'base' cannot have",
+    ),
     (put("default_controllers", "base", value="Foo"), r"default_controllers\.base: must be one of"),
-    (put("default_controllers", "tail", value="JointController"), r"default_controllers\.tail: no block makes"),
+    (
+        put("default_controllers", "tail", value="JointController"),
+        r"default_controllers\.tail: no block makes",
+    ),
     (put("disabled_collision_pairs", 0, value=["a"]), r"disabled_collision_pairs\[0\]: must have 2 entries"),
     (drop("base_footprint_link_name"), "base_footprint_link_name: is required with holonomic_base"),
     (put("self_collisions", value="maybe"), "self_collisions: must be true or false"),
     (put("usd_path", value=3), "usd_path: must be a word"),
     (put("default_joint_pos", value=[1, "x"]), r"default_joint_pos\[1\]: 'x' is no number"),
-    (put("linear_velocity_gain_for_primitives", value=[1]), "linear_velocity_gain_for_primitives: must be a number"),
-    (put("holonomic_base", "force_sphere_wheel_approximation", value="x"), "force_sphere_wheel_approximation: must be"),
-    (put("two_wheel", value={"wheel_radius": 1, "wheel_axle_length": 1}), "two_wheel: a holonomic base cannot"),
+    (
+        put("linear_velocity_gain_for_primitives", value=[1]),
+        "linear_velocity_gain_for_primitives: must be a number",
+    ),
+    (
+        put("holonomic_base", "force_sphere_wheel_approximation", value="x"),
+        "force_sphere_wheel_approximation: must be",
+    ),
+    (
+        put("two_wheel", value={"wheel_radius": 1, "wheel_axle_length": 1}),
+        "two_wheel: a holonomic base cannot",
+    ),
     (drop("locomotion"), "locomotion: is required with holonomic_base"),
     (put("locomotion", "base_joint_names", value=["a"]), r"locomotion\.base_joint_names: must be \["),
-    (put("articulated_trunk", "trunk_joint_names", value=[]), r"articulated_trunk\.trunk_joint_names: is empty"),
+    (
+        put("articulated_trunk", "trunk_joint_names", value=[]),
+        r"articulated_trunk\.trunk_joint_names: is empty",
+    ),
     (put("active_camera", value={"camera_joint_names": []}), r"active_camera\.camera_joint_names: is empty"),
-    (put("mobile_manipulation", "tucked_default_joint_pos", value=[0]), "tucked_default_joint_pos: has 1 values but"),
-    (put("mobile_manipulation", "joint_names", value=["a"]), r"mobile_manipulation\.joint_names: has 1 names for 26"),
-    (put("mobile_manipulation", "default_arm_pose_key", value="up"), "default_arm_pose_key: no default_arm_poses"),
+    (
+        put("mobile_manipulation", "tucked_default_joint_pos", value=[0]),
+        "tucked_default_joint_pos: has 1 values but",
+    ),
+    (
+        put("mobile_manipulation", "joint_names", value=["a"]),
+        r"mobile_manipulation\.joint_names: has 1 names for 26",
+    ),
+    (
+        put("mobile_manipulation", "default_arm_pose_key", value="up"),
+        "default_arm_pose_key: no default_arm_poses",
+    ),
     (put("manipulation", "n_arms", value=3), r"manipulation\.arm_names: names 2 arms but n_arms is 3"),
     (put("manipulation", "n_arms", value="two"), r"manipulation\.n_arms: must be a whole number"),
     (put("manipulation", "n_arms", value=0), r"manipulation\.n_arms: must be at least 1"),
-    (drop("manipulation", "eef_link_names", "left"), r"manipulation\.eef_link_names: has no entry for arm 'left'"),
-    (put("manipulation", "finger_link_names", "middle", value=["a"]), r"finger_link_names\.middle: there is no arm"),
+    (
+        drop("manipulation", "eef_link_names", "left"),
+        r"manipulation\.eef_link_names: has no entry for arm 'left'",
+    ),
+    (
+        put("manipulation", "finger_link_names", "middle", value=["a"]),
+        r"finger_link_names\.middle: there is no arm",
+    ),
     (put("manipulation", "arm_joint_names", "left", value=[]), r"arm_joint_names\.left: is empty"),
-    (put("manipulation", "arm_joint_names", "left", value=[3]), r"arm_joint_names\.left\[0\]: must be a word"),
-    (put("manipulation", "arm_workspace_range", "left", value=[45, -45]), "arm_workspace_range.left: goes from"),
+    (
+        put("manipulation", "arm_joint_names", "left", value=[3]),
+        r"arm_joint_names\.left\[0\]: must be a word",
+    ),
+    (
+        put("manipulation", "arm_workspace_range", "left", value=[45, -45]),
+        "arm_workspace_range.left: goes from",
+    ),
     (put("manipulation", "teleop_rotation_offset", value={"left": [1, 2]}), "must have 3 or 4 entries"),
-    (put("manipulation", "end_effectors", value={"hook": {"model": "x"}}), r"end_effectors\.hook\.eef_link_names: is"),
-    (drop("mobile_manipulation"), "default_joint_pos: is required because 'arm_left' has an InverseKinematics"),
-]  # fmt: skip
+    (
+        put("manipulation", "end_effectors", value={"hook": {"model": "x"}}),
+        r"end_effectors\.hook\.eef_link_names: is",
+    ),
+    (
+        drop("mobile_manipulation"),
+        "default_joint_pos: is required because 'arm_left' has an InverseKinematics",
+    ),
+]
 
 
 @pytest.mark.parametrize(("change", "told"), WRONG, ids=[told[:40] for _, told in WRONG])
@@ -140,9 +200,14 @@ def test_files_give_lines(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "told"),
-    [("", "the file is empty"), ("- 1", "is no mapping"), ("a: [", "not valid YAML"), ("a: 1\na: 2", "given twice"),
-     ("a: !!python/object:os.system x", "not allowed")],
-)  # fmt: skip
+    [
+        ("", "the file is empty"),
+        ("- 1", "is no mapping"),
+        ("a: [", "not valid YAML"),
+        ("a: 1\na: 2", "given twice"),
+        ("a: !!python/object:os.system x", "not allowed"),
+    ],
+)
 def test_files_that_are_no_definition(tmp_path: Path, text: str, told: str) -> None:
     file = tmp_path / "x.yaml"
     file.write_text(text)

@@ -11,9 +11,17 @@ from roboyard.robots.expressions import read_number
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("pi/8", math.pi / 8), ("-pi/2", -math.pi / 2), ("0.5*pi", math.pi / 2), ("(pi - 1) / 2", (math.pi - 1) / 2),
-     (" 3 ", 3.0), ("+1e-3", 1e-3), (2, 2.0), (0.25, 0.25)],
-)  # fmt: skip
+    [
+        ("pi/8", math.pi / 8),
+        ("-pi/2", -math.pi / 2),
+        ("0.5*pi", math.pi / 2),
+        ("(pi - 1) / 2", (math.pi - 1) / 2),
+        (" 3 ", 3.0),
+        ("+1e-3", 1e-3),
+        (2, 2.0),
+        (0.25, 0.25),
+    ],
+)
 def test_arithmetic(text: object, value: float) -> None:
     assert read_number(text) == pytest.approx(value, rel=1e-15)
 

@@ -124,12 +124,12 @@ def test_each_gripper_lifts_a_box(arm: str) -> None:
     assert robot.get_joint_positions()[fingers] == pytest.approx([0.05, 0.05], abs=1e-3)
     go(at, -1.0, 1.5)
     assert robot.is_grasping(arm) is True
-    go(at + [0, 0, 0.1], -1.0, 3.0)
-    assert box.position == pytest.approx(at + [0, 0, 0.1], abs=5e-3)
+    go(at + np.array([0, 0, 0.1]), -1.0, 3.0)
+    assert box.position == pytest.approx(at + np.array([0, 0, 0.1]), abs=5e-3)
     world.step(480)
-    assert box.position == pytest.approx(at + [0, 0, 0.1], abs=5e-3)
+    assert box.position == pytest.approx(at + np.array([0, 0, 0.1]), abs=5e-3)
     assert robot.is_grasping(arm) is True
-    go(at + [0, 0, 0.1], 1.0, 1.0)
+    go(at + np.array([0, 0, 0.1]), 1.0, 1.0)
     assert box.position[2] < 1.25
     assert robot.is_grasping(arm) is not True
 

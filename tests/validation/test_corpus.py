@@ -1,4 +1,6 @@
-"""Robots of other people, found in installed packages: imported, defined in a few lines, validated, driven."""
+"""Robots of other people, found in installed packages: imported, defined in a few lines, validated,
+driven.
+"""
 
 from __future__ import annotations
 

@@ -44,19 +44,36 @@ def robot(effort: float = 50.0, size: float = 0.05, upper: float = 1.0) -> Robot
     limit = Limit(lower=-1.0, upper=upper, effort=effort, velocity=2.0)
     return RobotDescription(
         name="bench",
-        links=(replace(block("base"), collisions=(), visuals=()), block("upper", size), block("lower", size), block("tip", size)),
+        links=(
+            replace(block("base"), collisions=(), visuals=()),
+            block("upper", size),
+            block("lower", size),
+            block("tip", size),
+        ),
         joints=(
-            Joint(name="stand", type="fixed", parent="base", child="tip", origin=Pose(position=(0.25, 0.3, 1.0))),
             Joint(
-                name="shoulder", type="revolute", parent="base", child="upper", axis=(0, 1, 0), limit=limit,
+                name="stand", type="fixed", parent="base", child="tip", origin=Pose(position=(0.25, 0.3, 1.0))
+            ),
+            Joint(
+                name="shoulder",
+                type="revolute",
+                parent="base",
+                child="upper",
+                axis=(0, 1, 0),
+                limit=limit,
                 origin=Pose(position=(0, 0, 1.0)),
             ),
             Joint(
-                name="elbow", type="revolute", parent="upper", child="lower", axis=(0, 1, 0), limit=limit,
+                name="elbow",
+                type="revolute",
+                parent="upper",
+                child="lower",
+                axis=(0, 1, 0),
+                limit=limit,
                 origin=Pose(position=(0.1, 0.3, 0)),
             ),
         ),
-    )  # fmt: skip
+    )
 
 
 def test_r1_passes_every_gate() -> None:
@@ -136,7 +153,7 @@ def test_a_camera_inside_the_robot_is_found(data: Path) -> None:
     one = add_robot(world, robot(), definition=DEFINITION)
     middle = one.body.link("upper").pose[0] + [0.1, 0, 0]
     looking = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
-    assert _blocked(one, middle + [0, 0, 0.5], looking) == 0.0
+    assert _blocked(one, middle + np.array([0, 0, 0.5]), looking) == 0.0
     assert _blocked(one, middle - [0.06, 0, 0], looking) > 0.5
 
 
@@ -188,5 +205,12 @@ def test_pages_escape_what_files_say() -> None:
 def test_a_figure_that_is_no_number_fails() -> None:
     assert not Gate(name="x", title="x", figure=float("nan"), threshold=1.0, unit="m").passed
     assert set(GATES) == {
-        "limits", "self_collision", "settle", "drift", "response", "ik_reach", "tuck", "sensors",
-    }  # fmt: skip
+        "limits",
+        "self_collision",
+        "settle",
+        "drift",
+        "response",
+        "ik_reach",
+        "tuck",
+        "sensors",
+    }

@@ -55,7 +55,8 @@ def add_robot(
         controllers: group to a controller's name, or to its keys; the definition's by default.
         name: in the world; the robot's own by default.
         self_collisions: whether links of the robot may touch; a definition's `self_collisions` goes before.
-        fixed_base: bolt the root to the world. None: robots that walk or drive on wheels float, all others are
+        fixed_base: bolt the root to the world. None: robots that walk or drive on wheels float, all others
+        are
             bolted (a holonomic base moves by its virtual joints).
         end_effector: one of the definition's `manipulation.end_effectors`.
         scale: uniform factor on all lengths.
@@ -112,11 +113,10 @@ def add_robot(
             backend=backend,
         )
     except Exception:
-        world.before_step[:] = [
-            call
-            for call in world.before_step
-            if getattr(call, "__self__", None) is None or call.__self__.body is not body
-        ]  # type: ignore[attr-defined]
+        for call in tuple(world.before_step):
+            owner = getattr(call, "__self__", None)
+            if isinstance(owner, Robot) and owner.body is body:
+                world.before_step.remove(call)
         world.remove(body)
         raise
 

@@ -1,8 +1,10 @@
-"""Runs the controllers of one robot: goals to drive targets at the control rate, efforts at every time step.
+"""Runs the controllers of one robot: goals to drive targets at the control rate, efforts at every time
+step.
 
-Called by the world before each time step. Positions and velocities go to the drives once per control step and are
-held between; efforts are worked out anew at every time step. Joints that no group claims are held at the reset
-posture if they have a range; those that turn for ever (casters) and the virtual base joints stay free.
+Called by the world before each time step. Positions and velocities go to the drives once per control step
+and are held between; efforts are worked out anew at every time step. Joints that no group claims are held
+at the reset posture if they have a range; those that turn for ever (casters) and the virtual base joints
+stay free.
 """
 
 from __future__ import annotations
@@ -151,8 +153,8 @@ class ControlLoop:
         return state
 
     def _mount(self, group: Group, q: Array) -> Array:
-        """Pose of what a group hangs from. Joints below it count as they are led, not as they tremble: an arm that
-        answers every deflection of the torso rocks it.
+        """Pose of what a group hangs from. Joints below it count as they are led, not as they tremble: an
+        arm that answers every deflection of the torso rocks it.
         """
         if group.mount is None or group.mount_places is None:
             return EYE4

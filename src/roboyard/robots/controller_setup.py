@@ -35,8 +35,8 @@ class Group:
     """(n,) of the joints in the robot's vectors."""
     controller: Controller
     mount: ChainArrays | None = None
-    """From the robot's base frame to the frame that the group hangs from (for a holonomic base: from the frame of
-    the virtual joints to the base); None where the controller does not ask."""
+    """From the robot's base frame to the frame that the group hangs from (for a holonomic base: from the
+    frame of the virtual joints to the base); None where the controller does not ask."""
     mount_places: Indices | None = None
 
 
@@ -151,7 +151,8 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
         places = np.array([index[name] for name in joints], dtype=np.intp)
         if keys["name"] == "NullJointController" and "default_goal" not in keys:
             settings = settings.model_copy(update={"default_goal": _null_goal(setup, plan, places, where)})
-        controller = cls(of_group(setup.limits, places), settings, **extra)
+        make: Any = cls
+        controller = make(of_group(setup.limits, places), settings, **extra)
     except ConfigError as error:
         text = str(error)
         raise ConfigError(

@@ -87,7 +87,9 @@ class EndEffectorVariant(Section):
     ag_start_points: dict[str, tuple[LinkPoint, ...]] | None = None
     ag_end_points: dict[str, tuple[LinkPoint, ...]] | None = None
     gripper_control_idx: dict[str, tuple[int, ...]] | None = None
-    """Places of the fingers in joint vectors; `finger_joint_names` says the same by name and is what is read."""
+    """Places of the fingers in joint vectors; `finger_joint_names` says the same by name and is what is
+    read.
+    """
     not_support_urdf: bool = False
 
 

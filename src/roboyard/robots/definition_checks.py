@@ -98,11 +98,14 @@ def _bases(definition: RobotDefinition) -> Found:
                 "is required with two_wheel; give base_joint_names [left wheel, right wheel]",
             )
         elif len(locomotion.base_joint_names) != 2:
-            told = f"must name two joints with two_wheel, left then right; it names {len(locomotion.base_joint_names)}"
+            told = (
+                f"must name two joints with two_wheel, left then right; it names "
+                f"{len(locomotion.base_joint_names)}"
+            )
             yield ("locomotion", "base_joint_names"), told
-    if locomotion is not None and wheels is None and definition.holonomic_base is None:
-        if not locomotion.base_joint_names:
-            yield ("locomotion", "base_joint_names"), "is empty; name the joints that carry the robot"
+    is_legged = wheels is None and definition.holonomic_base is None
+    if is_legged and locomotion is not None and not locomotion.base_joint_names:
+        yield ("locomotion", "base_joint_names"), "is empty; name the joints that carry the robot"
     if definition.articulated_trunk is not None and not definition.articulated_trunk.trunk_joint_names:
         yield ("articulated_trunk", "trunk_joint_names"), "is empty; name the torso's joints"
     if definition.active_camera is not None and not definition.active_camera.camera_joint_names:
@@ -173,7 +176,10 @@ def _postures(definition: RobotDefinition) -> Found:
             yield ("mobile_manipulation", "joint_names"), told
         poses = block.default_arm_poses or {}
         if block.default_arm_pose_key is not None and block.default_arm_pose_key not in poses:
-            told = f"no default_arm_poses named {block.default_arm_pose_key!r}{_near(block.default_arm_pose_key, poses)}"
+            told = (
+                f"no default_arm_poses named "
+                f"{block.default_arm_pose_key!r}{_near(block.default_arm_pose_key, poses)}"
+            )
             yield ("mobile_manipulation", "default_arm_pose_key"), told
     variants = definition.manipulation.end_effectors if definition.manipulation is not None else None
     if definition.default_joint_pos or block is not None or variants:

@@ -26,7 +26,9 @@ from roboyard.urdf.model import (
 
 
 def edited(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:
-    """The description with collisions removed, wheels as spheres and markers hidden, as the definition says."""
+    """The description with collisions removed, wheels as spheres and markers hidden, as the definition
+    says.
+    """
     silent = set(definition.disabled_collision_link_names or ())
     hidden: set[str] = set()
     if definition.visual_only_eef_links and definition.manipulation is not None:
@@ -54,7 +56,7 @@ def driven_wheels(definition: RobotDefinition, description: RobotDescription) ->
 
 
 def rolling_ball(link: Link, axle: Joint, radius: float) -> Link:
-    """A driven wheel as one ball of the definition's radius on its axle, z along the axle, in the wheel's middle.
+    """A driven wheel as one ball of the definition's radius in its middle, z along the axle.
 
     `Link.flatten_balls` then makes it as narrow as the wheel.
     """
@@ -100,7 +102,9 @@ def _extent(shape: Collision, axis: Array) -> tuple[float, float]:
 
 
 def mesh_points(geometry: Mesh) -> Array:
-    """(n, 3) scaled vertices of a mesh, in the shape's frame; m. One point at the origin where there is no file."""
+    """(n, 3) scaled vertices of a mesh, in the shape's frame; m. One point at the origin where there is no
+    file.
+    """
     mesh = geometry.data
     if mesh is None:
         if geometry.path is None:

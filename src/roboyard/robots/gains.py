@@ -3,15 +3,16 @@
     position   kp = min(max(M ω², E / e), M ω_s², E / e_s),  kd = max(2 √(kp M), 2 kp / ω_d)
     velocity   kd = min(M ω_v, E / (0.1 v_max))
 
-M is the inertia that the joint sees in the present posture (all other joints held), E its effort limit;
-ω = 2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.2 rad or 0.05 m, e_s = 0.03 rad or 0.005 m. The second term gives a joint that
-moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is ω, and ω / 4 for grippers: a light
-finger under full effort closes at the speed of a real one and does not bounce off what it grasps. The last terms keep
-weak drives of heavy parts out of saturation, where they would swing from one effort limit to the other.
+M is the inertia that the joint sees in the present posture (all other joints held), E its effort limit; ω =
+2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.2 rad or 0.05 m, e_s = 0.03 rad or 0.005 m. The second
+term gives a joint that moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is
+ω, and ω / 4 for grippers: a light finger under full effort closes at the speed of a real one and does not
+bounce off what it grasps. The last terms keep weak drives of heavy parts out of saturation, where they
+would swing from one effort limit to the other.
 
-Drives integrate kd implicitly, so these mean the same at every time step. Gains taken once for all postures are
-too stiff in some: they saturate at small speeds and chatter there. (OmniGibson's kp = 1e7, kd = 1e5 mean "as stiff
-as the solver can" and depend on the time step.)
+Drives integrate kd implicitly, so these mean the same at every time step. Gains taken once for all postures
+are too stiff in some: they saturate at small speeds and chatter there. (OmniGibson's kp = 1e7, kd = 1e5
+mean "as stiff as the solver can" and depend on the time step.)
 """
 
 from __future__ import annotations
@@ -62,7 +63,8 @@ def velocity_gain(inertia: Array, effort: Array, fastest: Array) -> Array:
 def motor_inertia(firm: Array) -> Array:
     """(n,) kg m² or kg: what a geared motor of this effort adds at the joint, so that M ω² = E / e.
 
-    For fingers and legs. Without it a finger of 60 g under 100 N has no inertia to speak of, and chatters on what
+    For fingers and legs. Without it a finger of 60 g under 100 N has no inertia to speak of, and chatters
+    on what
     it holds; so does a leg on the floor.
     """
     return firm / NATURAL_FREQUENCY**2

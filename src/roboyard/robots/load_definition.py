@@ -109,11 +109,11 @@ def _typed_problems(error: ValidationError, data: Any) -> list[Problem]:
 def _place(location: Sequence[str | int], data: Any) -> Where:
     """Pydantic's location without names of union branches, which are no keys of the file."""
     where: list[str | int] = []
-    current = data
+    current: Any = data
     for k, part in enumerate(location):
-        if (isinstance(current, dict) and part in current) or (
-            isinstance(current, list | tuple) and isinstance(part, int) and part < len(current)
-        ):
+        if isinstance(current, dict) and part in current:
+            current = current[str(part)]
+        elif isinstance(current, list | tuple) and isinstance(part, int) and part < len(current):
             current = current[part]
         elif not (isinstance(current, dict) and isinstance(part, str) and k == len(location) - 1):
             continue

@@ -3,8 +3,8 @@
     <data>/<dataset>/models/<name>/<name>.yaml      found under <name>
     <package>/assets/<name>/<name>.yaml             bundled; a robot of the data folder goes before it
 
-A file registers only where its stem is its folder's name. A broken one is listed with its problem and does no harm
-until it is loaded.
+A file registers only where its stem is its folder's name. A broken one is listed with its problem and does
+no harm until it is loaded.
 """
 
 from __future__ import annotations
@@ -78,12 +78,14 @@ class RegisteredRobot:
             given = Path(definition.urdf_path)
             if given.is_absolute() or ".." in given.parts:
                 raise ConfigError(
-                    f"{self.file.name}: urdf_path: must be a path inside the dataset; got {definition.urdf_path!r}"
+                    f"{self.file.name}: urdf_path: must be a path inside the dataset; got "
+                    f"{definition.urdf_path!r}"
                 )
             found = self.dataset / given
             if not found.is_file():
                 raise ConfigError(
-                    f"{self.file.name}: urdf_path: there is no file {definition.urdf_path!r} in the dataset; check it"
+                    f"{self.file.name}: urdf_path: there is no file {definition.urdf_path!r} in the "
+                    f"dataset; check it"
                 )
             return found
         if self.bundled and self.name in SOURCE_CONFIGS:
@@ -112,7 +114,9 @@ class RegisteredRobot:
 
     @property
     def is_imported(self) -> bool:
-        """Whether its URDF is there already; a bundled robot shipped like a vendor's is imported on first use."""
+        """Whether its URDF is there already; a bundled robot shipped like a vendor's is imported on first
+        use.
+        """
         return not (self.bundled and self.name in SOURCE_CONFIGS) or imported_urdf(self.name).is_file()
 
     @property

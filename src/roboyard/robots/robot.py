@@ -37,8 +37,8 @@ SLIDES = 0.1
 class Robot:
     """A body with controllers. Joint vectors are in `joint_names` order: level by level from the root.
 
-    Values come as NumPy arrays, or as torch tensors with `backend="torch"`. Actions are applied at the next time
-    step of the world and their goals held until the next action.
+    Values come as NumPy arrays, or as torch tensors with `backend="torch"`. Actions are applied at the next
+    time step of the world and their goals held until the next action.
     """
 
     def __init__(
@@ -137,7 +137,10 @@ class Robot:
                 self.body.link(link.name).glide(given)
 
     def __repr__(self) -> str:
-        return f"<Robot {self.name!r}: {len(self.joint_names)} joints, groups {', '.join(self.groups) or 'none'}>"
+        return (
+            f"<Robot {self.name!r}: {len(self.joint_names)} joints, groups "
+            f"{', '.join(self.groups) or 'none'}>"
+        )
 
     @property
     def name(self) -> str:
@@ -171,7 +174,8 @@ class Robot:
         steps = 1.0 / (self._control_frequency * self.world.timestep)
         if not 0.5 <= steps < 1e6:
             raise ConfigError(
-                f"control_freq: {self._control_frequency:g} Hz does not fit time steps of {self.world.timestep:g} s"
+                f"control_freq: {self._control_frequency:g} Hz does not fit time steps of "
+                f"{self.world.timestep:g} s"
             )
         return ControlLoop(
             self.joints, self.limits, groups, rest=self._reset_posture, steps_per_control=max(1, round(steps))
@@ -284,7 +288,8 @@ class Robot:
         if values.shape != (self.action_dim,):
             parts = ", ".join(f"{n} {c.command_dim}" for n, c in self.controllers.items())
             raise RoboyardError(
-                f"robot {self.name!r}: an action has {self.action_dim} numbers ({parts}); got shape {values.shape}"
+                f"robot {self.name!r}: an action has {self.action_dim} numbers ({parts}); got shape "
+                f"{values.shape}"
             )
         return {name: values[part] for name, part in self.controller_action_idx.items()}
 
@@ -409,7 +414,8 @@ class Robot:
     def _need_postures(self) -> interfaces.MobileManipulation:
         if self.mobile_manipulation is None:
             raise RoboyardError(
-                f"robot {self.name!r} has no tucked posture; add a mobile_manipulation block to its definition"
+                f"robot {self.name!r} has no tucked posture; add a mobile_manipulation block to its "
+                f"definition"
             )
         return self.mobile_manipulation
 
@@ -468,7 +474,9 @@ class Robot:
     def get_eef_pose(
         self, arm: str = "default", *, frame: str = "world", backend: Backend | None = None
     ) -> tuple[Any, Any]:
-        """Position (3,) m and quaternion (4,) x, y, z, w of an end effector, in the "world" or "base" frame."""
+        """Position (3,) m and quaternion (4,) x, y, z, w of an end effector, in the "world" or "base"
+        frame.
+        """
         position, quaternion = self._need_arms().eef_pose(arm, frame=frame)
         return self._given(position, backend), self._given(quaternion, backend)
 

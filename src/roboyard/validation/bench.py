@@ -15,7 +15,6 @@ from roboyard.robots.sensor_frames import CameraFrame
 from roboyard.sim.world import World
 from roboyard.urdf.model import RobotDescription
 
-
 SUNK = 2e-3
 """m: a robot that reaches further below the floor is lifted onto it"""
 
@@ -78,7 +77,9 @@ def all_contacts(robot: Robot) -> set[tuple[str, str]]:
 
 
 def own_contacts(robot: Robot) -> list[tuple[str, str, float]]:
-    """Links of the robot that overlap one another now, with the depth in m, the deepest first; one entry a pair."""
+    """Links of the robot that overlap one another now, with the depth in m, the deepest first; one entry a
+    pair.
+    """
     robot.world.detect_contacts()
     deepest: dict[tuple[str, str], float] = {}
     for contact in robot.world.contacts(robot.body, robot.body):

@@ -13,8 +13,10 @@ WIDTH, HEIGHT, LEFT, BOTTOM, TOP = 520, 170, 64, 34, 10
 COLORS = ("#1f6feb", "#d1660a", "#23803a", "#8250df")
 MOST_POINTS = 400
 STYLE = """
-body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:60rem;padding:0 1rem;color:#1c2430;background:#fff}
-h1{margin:0 0 .2rem}.facts{color:#5b6675}section{border:1px solid #dde2e8;border-radius:.5rem;padding:.2rem 1rem 1rem;
+body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:60rem;padding:0
+1rem;color:#1c2430;background:#fff}
+h1{margin:0 0 .2rem}.facts{color:#5b6675}section{border:1px solid #dde2e8;border-radius:.5rem;padding:.2rem
+1rem 1rem;
 margin:1rem 0}h2{font-size:1.1rem;margin:.7rem 0 .3rem}.tag{display:inline-block;padding:.05rem .6rem;
 border-radius:1rem;color:#fff;font-weight:600;font-size:.85rem}.ok{background:#23803a}.bad{background:#b51d1d}
 .none{background:#7a8594}.figure{font-variant-numeric:tabular-nums}svg{max-width:100%;height:auto}
@@ -34,7 +36,10 @@ def write_page(report: ValidationReport, file: Path | str) -> Path:
 def page(report: ValidationReport) -> str:
     """The page's HTML."""
     verdict = '<span class="tag ok">passed</span>' if report.passed else '<span class="tag bad">failed</span>'
-    facts = f"{report.joints} joints; {', '.join(report.capabilities) or 'no capabilities'}; {report.seconds:.1f} s"
+    facts = (
+        f"{report.joints} joints; {', '.join(report.capabilities) or 'no capabilities'}; "
+        f"{report.seconds:.1f} s"
+    )
     body = "".join(_section(gate) for gate in report.gates)
     title = f"Validation of {escape(report.robot)}"
     return (
@@ -73,13 +78,15 @@ def plot(curve: Curve) -> str:
     span = high - low or 1.0
     across, up = WIDTH - LEFT - 10, HEIGHT - BOTTOM - TOP
     parts = [
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" role="img" aria-label="{escape(curve.y_label)}">',
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" role="img"',
+        f' aria-label="{escape(curve.y_label)}">',
         f'<path d="M{LEFT} {TOP}V{TOP + up}H{LEFT + across}" fill="none" stroke="#9aa5b1"/>',
         f'<text x="{LEFT - 6}" y="{TOP + 9}" text-anchor="end">{top:.3g}</text>',
         f'<text x="{LEFT - 6}" y="{TOP + up}" text-anchor="end">0</text>',
         f'<text x="{LEFT}" y="{HEIGHT - 18}">{low:.3g}</text>',
         f'<text x="{LEFT + across}" y="{HEIGHT - 18}" text-anchor="end">{high:.3g}</text>',
-        f'<text x="{LEFT + across / 2}" y="{HEIGHT - 18}" text-anchor="middle">{escape(curve.x_label)}</text>',
+        f'<text x="{LEFT + across / 2}" y="{HEIGHT - 18}" text-anchor="middle">',
+        f"{escape(curve.x_label)}</text>",
     ]
     for index, (label, values) in enumerate(lines.items()):
         color = COLORS[index % len(COLORS)]

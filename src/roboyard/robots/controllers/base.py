@@ -108,8 +108,8 @@ class ControllerSettings(BaseModel):
     isaac_kd: float | None = Field(default=None, ge=0)
     """N m s/rad or N s/m of the drives."""
     use_gravity_compensation: bool | None = None
-    """Add the effort that gravity takes, so that joints do not sag; the base still carries the weight. None: yes,
-    unless commands are raw efforts."""
+    """Add the effort that gravity takes, so that joints do not sag; the base still carries the weight. None:
+    yes, unless commands are raw efforts."""
     subsume_controllers: tuple[str, ...] = ()
     """Groups whose joints this controller drives too, before its own; they leave the action."""
 

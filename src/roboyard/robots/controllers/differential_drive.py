@@ -1,9 +1,9 @@
 """DifferentialDriveController: forward speed and turning rate by two wheels.
 
-ω_left = (v - ω L/2) / r, ω_right = (v + ω L/2) / r with wheel radius r and axle length L. A command of one means
-v_max = w_max r, or ω_max = 2 v_max / L. Where both together ask more of a wheel than it can, both wheels slow
-down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends it). An integral brings
-the wheels to their speeds under load, see `velocity_integral`.
+ω_left = (v - ω L/2) / r, ω_right = (v + ω L/2) / r with wheel radius r and axle length L. A command of one
+means v_max = w_max r, or ω_max = 2 v_max / L. Where both together ask more of a wheel than it can, both
+wheels slow down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends
+it). An integral brings the wheels to their speeds under load, see `velocity_integral`.
 """
 
 from __future__ import annotations
@@ -46,7 +46,8 @@ class DifferentialDriveController(Controller):
             raise ConfigError("a differential drive needs wheel_radius and wheel_axle_length; give both in m")
         if limits.velocity[0] != limits.velocity[1]:
             raise ConfigError(
-                f"both wheels need the same velocity limit; they have {limits.velocity[0]} and {limits.velocity[1]}"
+                f"both wheels need the same velocity limit; they have {limits.velocity[0]} and "
+                f"{limits.velocity[1]}"
             )
         super().__init__(limits, settings)
         self._integral = VelocityIntegral(limits.velocity)
@@ -85,7 +86,9 @@ class DifferentialDriveController(Controller):
         return np.zeros(2)
 
     def odometry(self, wheel_velocities: Array) -> tuple[float, float]:
-        """Forward speed (m/s) and turning rate (rad/s) of wheels that do not slip: the inverse of the formula."""
+        """Forward speed (m/s) and turning rate (rad/s) of wheels that do not slip: the inverse of the
+        formula.
+        """
         left, right = wheel_velocities
         r, length = self.settings.wheel_radius, self.settings.wheel_axle_length
         return float(left + right) / 2 * r, float(right - left) * r / length

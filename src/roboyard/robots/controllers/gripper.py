@@ -4,9 +4,9 @@
     smooth        every finger goes to the same value; one number
     independent   one number a finger
 
-Open means `open_qpos` or the upper limits, closed `closed_qpos` or the lower limits; with a velocity motor, the
-largest speed up or down, which stops within `limit_tolerance` of a limit. `inverted` mirrors commands about the
-middle of the input limits.
+Open means `open_qpos` or the upper limits, closed `closed_qpos` or the lower limits; with a velocity motor,
+the largest speed up or down, which stops within `limit_tolerance` of a limit. `inverted` mirrors commands
+about the middle of the input limits.
 """
 
 from __future__ import annotations

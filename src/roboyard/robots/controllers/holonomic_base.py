@@ -5,11 +5,13 @@ With R, p the pose of the base in the frame its virtual joints start from, and a
     velocity   (v_x, v_y) = R_xy(ω dt / 2) R (c_x, c_y),  ω = c_ω
     position   (x, y) = p + R (c_x, c_y),  rz = rz + c_ω
 
-Velocities change by `max_acceleration` at most, in the base's frame, so that a tall robot does not tip over.
+Velocities change by `max_acceleration` at most, in the base's frame, so that a tall robot does not tip
+over.
 
-The goal is the command itself, turned into the base's present frame at every step, and by half the turn that
-the base makes before the next one; so a held command drives an arc (OmniGibson freezes the direction at the time
-of the command). A base told to stand holds its place. Joint angles keep growing over a full turn.
+The goal is the command itself, turned into the base's present frame at every step, and by half the turn
+that the base makes before the next one; so a held command drives an arc (OmniGibson freezes the direction
+at the time of the command). A base told to stand holds its place. Joint angles keep growing over a full
+turn.
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ class HolonomicBaseSettings(JointSettings):
 
 class HolonomicBaseJointController(JointController):
     Settings: ClassVar[type[ControllerSettings]] = HolonomicBaseSettings
-    settings: HolonomicBaseSettings
+    settings: HolonomicBaseSettings  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(self, limits: GroupLimits, settings: HolonomicBaseSettings) -> None:
         if limits.size != 3:

@@ -4,14 +4,15 @@ At every step the reference r of the joints moves by the d that minimises
 
     |J(r) d - g e|² + λ² |d|²   within the joint limits and |d| ≤ v dt
 
-with v growing by min(v_max / 0.2 s, 0.4 E / M) up to v_max, g = 15 dt / s (at most 1), and e the error of the goal against the tip's pose at r; on the way, joints free of the task go to the reset posture
-(rate 1/s, in the null space of J). Once r is at the goal it stays. Drives follow u = r. Source: damped least squares, Wampler 1986; Nakamura and
-Hanafusa 1986; see `roboyard.kinematics.differential_step`.
+with v growing by min(v_max / 0.2 s, 0.4 E / M) up to v_max, g = 15 dt / s (at most 1), and e the error of
+the goal against the tip's pose at r; on the way, joints free of the task go to the reset posture (rate 1/s,
+in the null space of J). Once r is at the goal it stays. Drives follow u = r. Source: damped least squares,
+Wampler 1986; Nakamura and Hanafusa 1986; see `roboyard.kinematics.differential_step`.
 
-OmniGibson takes one undamped pseudo-inverse step from the *measured* joints, u = clip(q + J⁺ e): it jumps near
-singular postures, sags under load, ignores velocity limits, and has no null space. Here the reference does not
-sag, and where steps stall against joint limits short of a goal that can be reached, joints take a way round to
-another posture found by `roboyard.kinematics.solve_ik` (`way_round`).
+OmniGibson takes one undamped pseudo-inverse step from the *measured* joints, u = clip(q + J⁺ e): it jumps
+near singular postures, sags under load, ignores velocity limits, and has no null space. Here the reference
+does not sag, and where steps stall against joint limits short of a goal that can be reached, joints take a
+way round to another posture found by `roboyard.kinematics.solve_ik` (`way_round`).
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class InverseKinematicsSettings(TaskSettings):
 
 class InverseKinematicsController(TaskController):
     Settings: ClassVar[type[ControllerSettings]] = InverseKinematicsSettings
-    settings: InverseKinematicsSettings
+    settings: InverseKinematicsSettings  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(
         self, limits: GroupLimits, settings: InverseKinematicsSettings, *, chain: ChainArrays, rest: Array
@@ -170,8 +171,8 @@ class InverseKinematicsController(TaskController):
             self._no_way = True
 
     def error(self, target: Array) -> tuple[float, float]:
-        """Distance (m) and angle (rad) of the reference's tip from a target in the chain's frame; an orientation
-        that is free counts as reached.
+        """Distance (m) and angle (rad) of the reference's tip from a target in the chain's frame; an
+        orientation that is free counts as reached.
         """
         assert self._reference is not None
         here = forward_kinematics(self.chain, self._reference)

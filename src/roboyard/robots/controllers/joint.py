@@ -1,6 +1,7 @@
 """JointController: positions, velocities or efforts of joints, as they are or as changes.
 
-    position   u = r, which runs from the joint's position to q* with speeds up to v_max and accelerations up to
+    position   u = r, which runs from the joint's position to q* with speeds up to v_max and accelerations
+    up to
                min(v_max / 0.2 s, 0.4 E / M), so that the drive can follow
     velocity   u = q̇* + i, with i the integral of `velocity_integral`; once all are zero and the joints rest,
                u = the positions they rest at
@@ -9,10 +10,9 @@
     position   τ = M (kp (r - q) - kd q̇) + b,  kd = 2 ζ √kp
     velocity   τ = M vel_kp (q̇* - q̇) + b
 
-A change d of joint i means q*_i = q_i + d_i; joints whose change is zero keep the goal they have, so that an arm
-under load does not creep (OmniGibson re-targets the measured position of every joint, which sags step by step).
-b is gravity, Coriolis and centrifugal
-effort, as far as compensation is on.
+A change d of joint i means q*_i = q_i + d_i; joints whose change is zero keep the goal they have, so that
+an arm under load does not creep (OmniGibson re-targets the measured position of every joint, which sags
+step by step). b is gravity, Coriolis and centrifugal effort, as far as compensation is on.
 """
 
 from __future__ import annotations

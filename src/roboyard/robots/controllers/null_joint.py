@@ -20,7 +20,7 @@ class NullJointSettings(JointSettings):
 
 class NullJointController(JointController):
     Settings: ClassVar[type[ControllerSettings]] = NullJointSettings
-    settings: NullJointSettings
+    settings: NullJointSettings  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(self, limits: GroupLimits, settings: NullJointSettings) -> None:
         super().__init__(limits, settings)
@@ -51,8 +51,8 @@ class NullJointController(JointController):
         self._default = values
         self.goal = None
 
-    def _default_output_limits(self) -> None:
-        return None
+    def _default_output_limits(self) -> tuple[ArrayLike, ArrayLike]:
+        return 0.0, 0.0
 
     def _goal(self, command: Array, state: GroupState) -> Array:
         return self._default

@@ -3,11 +3,12 @@
     e = [p* - p; e_R],  ẋ = J q̇,  a = kp e - kd ẋ,  kd = 2 ζ √kp
     Λ = (J M⁻¹ Jᵀ)⁻¹,  τ = Jᵀ Λ a + (1 - Jᵀ Λ J M⁻¹) M (kp₀ wrap(q_reset - q) - 2 √kp₀ q̇) + b
 
-e_R is the rotation vector from the present to the wanted orientation (OmniGibson: half the sum of cross products
-of the axes, which vanishes at half a turn). All in the base frame's axes. Λ is taken of J M⁻¹ Jᵀ + ε 1, so that
-arms of fewer than six joints and singular postures stay finite. `decouple_pos_ori` uses one Λ for positions and
-one for orientations. b, gravity with Coriolis and centrifugal effort, is on by default (OmniGibson switches the
-arm's gravity off instead). Source: Khatib, A unified approach for motion and force control, IEEE RA 3(1), 1987.
+e_R is the rotation vector from the present to the wanted orientation (OmniGibson: half the sum of cross
+products of the axes, which vanishes at half a turn). All in the base frame's axes. Λ is taken of J M⁻¹ Jᵀ +
+ε 1, so that arms of fewer than six joints and singular postures stay finite. `decouple_pos_ori` uses one Λ
+for positions and one for orientations. b, gravity with Coriolis and centrifugal effort, is on by default
+(OmniGibson switches the arm's gravity off instead). Source: Khatib, A unified approach for motion and force
+control, IEEE RA 3(1), 1987.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class OperationalSpaceSettings(TaskSettings):
 
 class OperationalSpaceController(TaskController):
     Settings: ClassVar[type[ControllerSettings]] = OperationalSpaceSettings
-    settings: OperationalSpaceSettings
+    settings: OperationalSpaceSettings  # pyright: ignore[reportIncompatibleVariableOverride]
     needs_mass_matrix: ClassVar[bool] = True
 
     def __init__(

@@ -1,6 +1,7 @@
 """Commands are clipped to input limits and scaled to output limits.
 
-c ← clip(c, in_lo, in_hi), then (c - (in_hi + in_lo)/2) · (out_hi - out_lo)/(in_hi - in_lo) + (out_hi + out_lo)/2.
+c ← clip(c, in_lo, in_hi), then (c - (in_hi + in_lo)/2) · (out_hi - out_lo)/(in_hi - in_lo) + (out_hi +
+out_lo)/2.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from roboyard.poses import Array
 
 
 def _limit_setting(value: Any) -> Any:
-    """ "default", None, or (low, high) with numbers or lists of numbers."""
+    """None, "default", or (low, high) with numbers or lists of numbers."""
     if value is None or (isinstance(value, str) and value == "default"):
         return value
     wrong = ValueError('must be "default", null, or [low, high] of numbers or lists of numbers')
@@ -80,7 +81,7 @@ class Scaling:
 
     def apply(self, command: Array) -> Array:
         """(n,) what a command means."""
-        if self.low is None:
+        if self.low is None or self.high is None:
             return command
         return (
             np.minimum(np.maximum(command, self.low), self.high) - self.middle

@@ -1,7 +1,8 @@
 """What inverse kinematics and operational space control share: commands to a tip become a goal pose.
 
-Commands are in the robot's base frame. Absolute poses are kept there; goals of the other modes are kept in the frame
-that the joints hang from, so that an arm rides along when the torso moves. Commands by mode (positions m, rotations as rotation vectors, rad):
+Commands are in the robot's base frame. Absolute poses are kept there; goals of the other modes are kept in
+the frame that the joints hang from, so that an arm rides along when the torso moves. Commands by mode
+(positions m, rotations as rotation vectors, rad):
 
     absolute_pose            6   the pose itself; needs both command limits null
     pose_absolute_ori        6   change of position, orientation itself
@@ -9,10 +10,10 @@ that the joints hang from, so that an arm rides along when the torso moves. Comm
     position_fixed_ori       3   change of position; the orientation stays what it was at the first command
     position_compliant_ori   3   change of position; the orientation is free
 
-A change counts from where the tip is measured, axis by axis: along an axis whose change is zero, and for the
-orientation when its change is zero, the goal stays. So a tip under load keeps its height while it is led
-sideways, and does not drift at all under zero commands (OmniGibson re-targets the whole measured pose at each
-command). With `goal_update_mode: target` changes count from the goal instead, and add up exactly.
+A change counts from where the tip is measured, axis by axis: along an axis whose change is zero, and for
+the orientation when its change is zero, the goal stays. So a tip under load keeps its height while it is
+led sideways, and does not drift at all under zero commands (OmniGibson re-targets the whole measured pose
+at each command). With `goal_update_mode: target` changes count from the goal instead, and add up exactly.
 """
 
 from __future__ import annotations
@@ -54,7 +55,9 @@ class TaskSettings(ControllerSettings):
     workspace_pose_limiter: PoseLimiter | None = None
     """(position, quaternion) to the ones that are allowed, in the base frame."""
     reset_joint_pos: tuple[float, ...] | None = None
-    """(n,) posture that the joints go to where the task leaves them free; the robot's reset pose by default."""
+    """(n,) posture that the joints go to where the task leaves them free; the robot's reset pose by
+    default.
+    """
 
     @model_validator(mode="after")
     def _limits_fit(self) -> TaskSettings:

@@ -1,6 +1,7 @@
 """Velocities that are reached under load: u = w* + i, with i ← clip(i + k (w* - w) dt, ±0.2 w_max).
 
-A drive that is as soft as the joint's inertia allows leaves an error of load / kd; the integral takes it away.
+A drive that is as soft as the joint's inertia allows leaves an error of load / kd; the integral takes it
+away.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""What a robot can do, by block of its definition: one small object a capability, None where the block is absent."""
+"""What a robot can do, by block of its definition: one small object a capability, None where the block is
+absent.
+"""
 
 from __future__ import annotations
 

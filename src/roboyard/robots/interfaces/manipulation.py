@@ -83,7 +83,8 @@ class Manipulation:
         names = (self.block.gripper_link_names or {}).get(self.arm(arm))
         if names is None:
             raise RoboyardError(
-                f"the definition of {self._robot.name!r} has no manipulation.gripper_link_names for {arm!r}; add it"
+                f"the definition of {self._robot.name!r} has no manipulation.gripper_link_names for "
+                f"{arm!r}; add it"
             )
         return tuple(self._robot.body.link(name) for name in names)
 
@@ -103,7 +104,8 @@ class Manipulation:
         found = (self.block.arm_workspace_range or {}).get(self.arm(arm))
         if found is None:
             raise RoboyardError(
-                f"the definition of {self._robot.name!r} has no manipulation.arm_workspace_range for {arm!r}; add it"
+                f"the definition of {self._robot.name!r} has no manipulation.arm_workspace_range for "
+                f"{arm!r}; add it"
             )
         return float(np.deg2rad(found[0])), float(np.deg2rad(found[1]))
 

@@ -1,8 +1,9 @@
 """Do arms under inverse kinematics reach poses that they can reach?
 
-Poses come from random postures of the arm, up to 1.5 rad from the reset posture, whose straight way from there,
-joint by joint, touches nothing and asks no drive for more than 80 % of its effort against gravity. The arm's own controller is led along that way by absolute poses (controllers do not plan), and then
-has to come to rest at the last.
+Poses come from random postures of the arm, up to 1.5 rad from the reset posture, whose straight way from
+there, joint by joint, touches nothing and asks no drive for more than 80 % of its effort against gravity.
+The arm's own controller is led along that way by absolute poses (controllers do not plan), and then has to
+come to rest at the last.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.robots import Robot
 from roboyard.robots.controllers.rotations import vector_of_matrix
 from roboyard.robots.controllers.task import TaskController
+from roboyard.robots.joints import Indices
 from roboyard.validation.bench import Bench, all_contacts
 from roboyard.validation.report import Curve, Gate
 
@@ -25,7 +27,8 @@ NEAR = (0.02, 0.1)
 POSITION, ROTATION = 5e-3, 0.05
 """m and rad"""
 SHARE = 0.9
-"""Of the poses: an arm that follows poses, not joints, may fold the other way on the way and touch something."""
+"""Of the poses: an arm that follows poses, not joints, may fold the other way on the way and touch "
+"something."""
 WINDOW = 1.5
 """rad or m from the reset posture"""
 HOLDABLE = 0.8
@@ -91,7 +94,8 @@ def ik_reach(bench: Bench, poses: int = POSES) -> tuple[Gate, ...]:
             detail=f"{len(found)} poses, within {POSITION * 1e3:g} mm and {ROTATION:g} rad; median error"
             f" {np.median(found[:, 0]) * 1e3:.2f} mm, {np.median(found[:, 1]):.4f} rad",
             findings=findings,
-            advice="look at arm_joint_names and eef_link_names, at effort and joint limits, at default_joint_pos, and"
+            advice="look at arm_joint_names and eef_link_names, at effort and joint limits, at "
+            "default_joint_pos, and"
             " at what the arm touches on its way",
             curve=Curve(
                 x=np.arange(len(found), dtype=float),
@@ -104,7 +108,9 @@ def ik_reach(bench: Bench, poses: int = POSES) -> tuple[Gate, ...]:
 
 
 def sample_ways(robot: Robot, group: str, count: int, seed: int) -> list[list[Array]]:
-    """Up to `count` ways, each of (4, 4) poses of a group's tip in the robot's base frame; leaves the robot reset."""
+    """Up to `count` ways, each of (4, 4) poses of a group's tip in the robot's base frame; leaves "
+    "the robot reset.
+    """
     controller, places = robot.controllers[group], robot.groups[group].places
     assert isinstance(controller, TaskController)
     chain = controller.chain
@@ -127,7 +133,7 @@ def sample_ways(robot: Robot, group: str, count: int, seed: int) -> list[list[Ar
 
 
 def _free_way(
-    robot: Robot, group: str, resting: Array, places: Array, wanted: Array, usual: set[tuple[str, str]]
+    robot: Robot, group: str, resting: Array, places: Indices, wanted: Array, usual: set[tuple[str, str]]
 ) -> list[Array]:
     """Poses of the tip on the straight way to a posture; empty where something touches on it."""
     controller = robot.controllers[group]
@@ -160,7 +166,9 @@ def reach(
     *,
     near: tuple[float, float] = (POSITION / 5, ROTATION / 5),
 ) -> tuple[float, float]:
-    """Send an arm to a (4, 4) pose in the base frame; distance left in m and rad when it is near, or time is up."""
+    """Send an arm to a (4, 4) pose in the base frame; distance left in m and rad when it is near, "
+    "or time is up.
+    """
     command(robot, group, pose)
     link = robot.body.link(_tip_link(robot, group))
     error = (np.inf, np.inf)

@@ -27,7 +27,10 @@ def limits(bench: Bench) -> tuple[Gate, ...]:
             unit="faults",
             detail=f"{robot.n_dof} joints",
             findings=findings,
-            advice="mend <limit> of the joints named in the URDF (or in the import), or the posture in the definition",
+            advice=(
+                "mend <limit> of the joints named in the URDF (or in the import), or the posture in "
+                "the definition"
+            ),
         ),
     )
 

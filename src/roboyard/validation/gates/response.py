@@ -1,7 +1,7 @@
 """Does every controller move its own joints, and no others?
 
-Each number of each command is nudged alone, up and then down, for half a second; beside it the same robot does
-nothing. A joint's response is the largest difference between the two.
+Each number of each command is nudged alone, up and then down, for half a second; beside it the same robot
+does nothing. A joint's response is the largest difference between the two.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import numpy as np
 
 from roboyard.poses import Array
 from roboyard.robots import Robot
+from roboyard.robots.joints import Indices
 from roboyard.validation.bench import Bench
 from roboyard.validation.report import Curve, Gate
 
@@ -49,7 +50,7 @@ def response(bench: Bench) -> tuple[Gate, ...]:
             best, leak, culprit = 0.0, 0.0, ""
             for sign in (1.0, -1.0):
                 action = idle.copy()
-                action[numbers.start + k] = _nudged(robot, name, idle[numbers.start + k], sign)
+                action[numbers.start + k] = _nudged(robot, name, float(idle[numbers.start + k]), sign)
                 apart = np.abs(_run(robot, start, action) - still)
                 answer = float(apart[:, own].max())
                 if answer > best:
@@ -76,7 +77,8 @@ def response(bench: Bench) -> tuple[Gate, ...]:
             sense="at least",
             detail=f"{len(moved)} numbers nudged by {NUDGE:g} for {SECONDS:g} s; least response: {weakest}",
             findings=[line for line in findings if "only" in line],
-            advice="look at the joint names of the group, at effort and velocity limits, at joints that mimic others,"
+            advice="look at the joint names of the group, at effort and velocity limits, at joints "
+            "that mimic others,"
             " and at command_output_limits",
             curve=Curve(
                 x=x,
@@ -93,7 +95,8 @@ def response(bench: Bench) -> tuple[Gate, ...]:
             unit="of its own motion",
             detail="largest motion of a joint outside the group",
             findings=[line for line in findings if "also" in line],
-            advice="look at collision shapes that touch, at stiffness of the joints that give way, and at the joint"
+            advice="look at collision shapes that touch, at stiffness of the joints that give way, "
+            "and at the joint"
             " names of both groups",
         ),
     )
@@ -126,11 +129,11 @@ def _nudged(robot: Robot, group: str, idle: float, sign: float) -> float:
     return idle + sign * NUDGE
 
 
-def _own(robot: Robot, group: str) -> Array:
+def _own(robot: Robot, group: str) -> Indices:
     return robot.groups[group].places
 
 
-def _related(robot: Robot, group: str) -> Array:
+def _related(robot: Robot, group: str) -> Indices:
     """Joints that may move with a group: its own, a base's virtual or free ones, and followers by mimic."""
     own = {robot.joint_names[i] for i in robot.groups[group].places}
     related = set(own)

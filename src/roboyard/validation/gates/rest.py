@@ -68,9 +68,11 @@ def settle(bench: Bench) -> tuple[Gate, ...]:
             figure=worst,
             threshold=SPEED,
             unit="rad/s or m/s",
-            detail=f"largest speed in the last {LOOK_SECONDS:g} s of {SETTLE_SECONDS:g} s of zero actions: {who}",
+            detail=f"largest speed in the last {LOOK_SECONDS:g} s of {SETTLE_SECONDS:g} s of zero "
+            f"actions: {who}",
             findings=[f"{who} still moves at {worst:.3g}"] if worst > SPEED else [],
-            advice="look at collision shapes that overlap, at inertias and masses off their scale, at damping and"
+            advice="look at collision shapes that overlap, at inertias and masses off their scale, "
+            "at damping and"
             " effort limits, and at isaac_kp and isaac_kd of the controller that drives the joint",
             curve=Curve(
                 x=times,
@@ -111,7 +113,8 @@ def drift(bench: Bench) -> tuple[Gate, ...]:
             unit="m",
             detail=f"largest distance from its place in {DRIFT_SECONDS:g} s of zero actions;"
             f" it turned by {turns.max():.2g} rad",
-            advice="look at wheels (force_sphere_wheel_approximation, friction), at links that touch the floor"
+            advice="look at wheels (force_sphere_wheel_approximation, friction), at links that touch "
+            "the floor"
             " besides them, and at the base controller",
             curve=Curve(
                 x=times, lines={"moved, m": moved, "turned, rad": turns}, x_label="time, s", y_label="m, rad"

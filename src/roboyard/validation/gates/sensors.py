@@ -48,10 +48,9 @@ def sensors(bench: Bench) -> tuple[Gate, ...]:
         shares.append(share)
         if share > BLOCKED:
             findings.append(f"{camera.name}: {share:.0%} of the view is blocked within {NEAR * 100:g} cm")
-        if "head" in camera.name or "eye" in camera.name:
-            if rotation[2, 1] < 0.3:
-                findings.append(f"{camera.name}: +y of the camera does not point up (z {rotation[2, 1]:.2f})")
-                shares[-1] = max(shares[-1], 1.0)
+        if ("head" in camera.name or "eye" in camera.name) and rotation[2, 1] < 0.3:
+            findings.append(f"{camera.name}: +y of the camera does not point up (z {rotation[2, 1]:.2f})")
+            shares[-1] = max(shares[-1], 1.0)
     return (
         Gate(
             name="sensors",

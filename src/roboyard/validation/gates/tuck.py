@@ -52,9 +52,11 @@ def tuck(bench: Bench) -> tuple[Gate, ...]:
             figure=worst,
             threshold=STAYS,
             unit="rad or m",
-            detail=f"motion of arms, torso and head in {SECONDS:g} s after each jump (an overlap counts as a fault)",
+            detail=f"motion of arms, torso and head in {SECONDS:g} s after each jump (an overlap "
+            f"counts as a fault)",
             findings=findings,
-            advice="look at tucked_default_joint_pos and untucked_default_joint_pos, their order of joints, and"
+            advice="look at tucked_default_joint_pos and untucked_default_joint_pos, their order of "
+            "joints, and"
             " disabled_collision_pairs",
         ),
     )
