@@ -63,7 +63,8 @@ def show_render(p):
     print(f"rgba shape={rgba.shape}, dtype={rgba.dtype}")
     print(f"depth shape={depth.shape}, dtype={depth.dtype}, as values from 0.0 (near) to 1.0 (far)")
     print(
-        f"mask shape={mask.shape}, dtype={mask.dtype}, as unique values from 0 to N-1 entities, and -1 as None"
+        f"mask shape={mask.shape}, dtype={mask.dtype}, "
+        "as unique values from 0 to N-1 entities, and -1 as None"
     )
     return Image.fromarray(rgba)
 

@@ -16,13 +16,15 @@ _HOMES = {
     "Camera": "roboyard.cameras",
     "RobotDescription": "roboyard.urdf",
     "World": "roboyard.sim",
+    "import_robot": "roboyard.importer",
     "load_urdf": "roboyard.urdf",
 }
 
-__all__ = ["Camera", "RobotDescription", "RoboyardError", "World", "__version__", "load_urdf"]
+__all__ = ["Camera", "RobotDescription", "RoboyardError", "World", "__version__", "import_robot", "load_urdf"]
 
 if TYPE_CHECKING:
     from roboyard.cameras import Camera
+    from roboyard.importer import import_robot
     from roboyard.sim import World
     from roboyard.urdf import RobotDescription, load_urdf
 

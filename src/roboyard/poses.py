@@ -83,9 +83,7 @@ def rpy_from_matrix(matrix: ArrayLike) -> Array:
     pitch = np.arctan2(-m[..., 2, 0], np.hypot(m[..., 0, 0], m[..., 1, 0]))
     locked = np.hypot(m[..., 0, 0], m[..., 1, 0]) < 1e-9
     roll = np.where(locked, 0.0, np.arctan2(m[..., 2, 1], m[..., 2, 2]))
-    yaw = np.where(
-        locked, np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(m[..., 1, 0], m[..., 0, 0])
-    )
+    yaw = np.where(locked, np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(m[..., 1, 0], m[..., 0, 0]))
     return np.stack([roll, pitch, yaw], axis=-1)
 
 

@@ -33,7 +33,8 @@ table{border-collapse:collapse;width:100%}th,td{text-align:left;vertical-align:t
 border-bottom:1px solid #e6eaef}th{color:#5b6675;font-weight:600}td.line{text-align:right;color:#5b6675}
 code{font-size:.9em;background:#f1f4f7;padding:.05rem .3rem;overflow-wrap:anywhere}
 .mend{color:#23803a;white-space:nowrap}figure{margin:.5rem 1rem .5rem 0;display:inline-block}
-figure img{max-width:100%;border:1px solid #dde2e8;border-radius:.3rem}figcaption{color:#5b6675;font-size:.9em}
+figure img{max-width:100%;border:1px solid #dde2e8;border-radius:.3rem}
+figcaption{color:#5b6675;font-size:.9em}
 @media(prefers-color-scheme:dark){body{background:#14181e;color:#dfe5ec}
 h2{border-color:#333c47}
 th,td{border-color:#2a323c}code{background:#222a33}figure img{border-color:#333c47}}
