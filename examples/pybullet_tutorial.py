@@ -3,7 +3,7 @@
 Run it with `python examples/pybullet_tutorial.py`; it needs no display and writes husky_falling.gif.
 """
 
-# ruff: noqa: E402, E501
+# ruff: noqa: E402
 
 # %% 1. Server-client connection
 
