@@ -179,6 +179,8 @@ class ControlLoop:
             else:
                 self._velocity[group.places] = control.value
         self._effort = self.joints.bias * self._compensated
+        led = np.where(kinds == VELOCITY, self._velocity, 0.0)
+        self._effort += self.joints.damping * led + self.joints.friction * np.sign(led)
         for group in self._effort_groups:
             self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
         self._write_gains()

@@ -30,6 +30,7 @@ class JointArrays:
         """Joints that have a drive; mimics have none."""
         self.drives = body.world.drives.vector([self.joints[i] for i in self.driven])
         self._revision = -1
+        self._damping = np.zeros(len(self.names))
         self._qpos = self._dofs = self._diagonal = np.zeros(0, dtype=np.intp)
         self._full = np.zeros((0, 0))
 
@@ -53,6 +54,7 @@ class JointArrays:
         self._dofs = body.dof_addresses[order].astype(np.intp)
         self._full = np.zeros((world.model.nv, world.model.nv))
         self._diagonal = (world.model.M_rowadr + world.model.M_rownnz - 1)[self._dofs]
+        self._damping = np.array([joint.damping for joint in self.joints])
         self._revision = world.revision
         return True
 
@@ -96,6 +98,16 @@ class JointArrays:
         found = np.zeros(len(self.names))
         found[self.driven] = self.drives.applied
         return found
+
+    @property
+    def damping(self) -> Array:
+        """N m s/rad or N s/m that resist each joint's motion; what velocity drives add to their effort."""
+        return self._damping
+
+    @property
+    def friction(self) -> Array:
+        """N m or N of dry friction in each joint."""
+        return self.world.model.dof_frictionloss[self._dofs]
 
     @property
     def inertia(self) -> Array:
