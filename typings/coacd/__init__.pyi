@@ -1,0 +1,4 @@
+# An optional dependency: the type checker has to pass without it.
+from typing import Any
+
+def __getattr__(name: str) -> Any: ...
