@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -106,6 +106,8 @@ def importing(
 
         print(json.dumps(result.to_json(), indent=2, ensure_ascii=False))
         return
+    for line in _found(result.facts.get("source", {}).get("findings", [])):
+        print(line)
     for decision in result.warnings:
         element = f"{decision.element}: " if decision.element else ""
         print(f"look at: {element}{decision.message}")
@@ -115,6 +117,21 @@ def importing(
 
 
 importing.__doc__ = f"{importing.__doc__}\n{EXAMPLE}"
+
+
+def _found(findings: list[dict[str, Any]]) -> list[str]:
+    """What the audit found in the vendor's file: a line for each kind, the first of its kind in full."""
+    by_code: dict[str, list[dict[str, Any]]] = {}
+    for finding in findings:
+        by_code.setdefault(str(finding["code"]), []).append(finding)
+    lines = []
+    for same in by_code.values():
+        first = same[0]
+        where = f"line {first['line']}: " if first.get("line") else ""
+        element = f"{first['element']}: " if first.get("element") else ""
+        more = f" (and {len(same) - 1} more like this)" if len(same) > 1 else ""
+        lines.append(f"found: {where}{element}{first['message']}{more} [{first['code']}]")
+    return lines
 
 
 def _progress(*, quiet: bool):
