@@ -23,10 +23,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roboyard.formats.names import free_name
-from roboyard.formats.orders import SCALAR_TYPES, breadth_first_joints
 from roboyard.formats.planner import Planner
 from roboyard.formats.written import Written
 from roboyard.formats.yaml_text import Column, annotate, dump
+from roboyard.urdf.joint_order import ONE_NUMBER, breadth_first_joints
 from roboyard.urdf.kinematics import chain
 from roboyard.urdf.model import Joint
 
@@ -76,7 +76,7 @@ def _trunk_and_arms(robot: ImportedRobot) -> tuple[tuple[Joint, ...], tuple[Arm,
         way = [
             joint
             for joint in chain(description, robot.base_link, effector.link)
-            if joint.type in SCALAR_TYPES and joint.mimic is None and joint.name not in grips
+            if joint.type in ONE_NUMBER and joint.mimic is None and joint.name not in grips
         ]
         if effector.gripper_links or len(way) >= ARM_JOINTS:
             chains.append((effector, way))
@@ -133,7 +133,7 @@ def _controllers(groups: dict[str, str]) -> str:
 
 
 def _general(robot: ImportedRobot) -> str:
-    joints = [joint for joint in breadth_first_joints(robot.description) if joint.type in SCALAR_TYPES]
+    joints = [joint for joint in breadth_first_joints(robot.description) if joint.type in ONE_NUMBER]
     data: dict[str, Any] = {"base_footprint_link_name": robot.base_link}
     text = "# The link that counts as the base, below virtual joints.\n" + dump(data)
     if joints and robot.planning is not None:

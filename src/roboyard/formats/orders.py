@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
+from roboyard.urdf.joint_order import ONE_NUMBER
 from roboyard.urdf.model import Joint, RobotDescription
-
-SCALAR_TYPES = ("revolute", "continuous", "prismatic")
-"""Joints whose position is one number."""
 
 
 def depth_first_links(description: RobotDescription) -> tuple[str, ...]:
@@ -21,17 +19,6 @@ def prim_order_joints(description: RobotDescription) -> tuple[Joint, ...]:
     return tuple(joint for link in depth_first_links(description) for joint in description.child_joints[link])
 
 
-def breadth_first_joints(description: RobotDescription) -> tuple[Joint, ...]:
-    """All joints, level by level from the root: the order of PhysX's joint vectors."""
-    ordered: list[Joint] = []
-    level = [description.root.name]
-    while level:
-        joints = [joint for link in level for joint in description.child_joints[link]]
-        ordered += joints
-        level = [joint.child for joint in joints]
-    return tuple(ordered)
-
-
 def scalar_joints(joints: tuple[Joint, ...]) -> tuple[Joint, ...]:
     """Those that move by one number of their own: no fixed, planar, ball, floating or mimicking joints."""
-    return tuple(joint for joint in joints if joint.type in SCALAR_TYPES and joint.mimic is None)
+    return tuple(joint for joint in joints if joint.type in ONE_NUMBER and joint.mimic is None)

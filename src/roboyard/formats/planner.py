@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.formats.names import identifier
-from roboyard.formats.orders import SCALAR_TYPES, prim_order_joints
+from roboyard.formats.orders import prim_order_joints
+from roboyard.urdf.joint_order import ONE_NUMBER
 from roboyard.urdf.model import Joint
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class Planner:
     @property
     def joints(self) -> tuple[Joint, ...]:
         """All joints of one number in the order of every vector; followers of other joints included."""
-        return tuple(j for j in prim_order_joints(self.robot.description) if j.type in SCALAR_TYPES)
+        return tuple(j for j in prim_order_joints(self.robot.description) if j.type in ONE_NUMBER)
 
     @property
     def locked(self) -> dict[str, float]:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from roboyard.errors import unknown_name
 from roboyard.importer.config import ImportConfig, SensorLink
-from roboyard.importer.joint_order import breadth_first_joints, planned_joints
-from roboyard.importer.yaml_lines import Where
+from roboyard.urdf.joint_order import breadth_first_joints, planned_joints
 from roboyard.urdf.model import Joint, RobotDescription
+from roboyard.yaml_lines import Where
 
 VIRTUAL_AXES = ("x", "y", "z", "rx", "ry", "rz")
 COLLISION_LISTS = ("no_collision_links", "coacd_links", "convex_links", "no_decompose_links")

@@ -14,8 +14,8 @@ from pydantic import BaseModel, ValidationError
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.config import ImportConfig
 from roboyard.importer.config_checks import Problem, check_against
-from roboyard.importer.yaml_lines import Where, YamlFile, read_yaml
 from roboyard.urdf.model import RobotDescription
+from roboyard.yaml_lines import Where, YamlFile, read_yaml
 
 MAX_PROBLEMS = 100
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from roboyard.importer.config import ImportConfig
 from roboyard.importer.config_checks import frozen_joints, virtual_joints
-from roboyard.importer.joint_order import breadth_first_joints, planned_joints
 from roboyard.importer.model import EndEffector, ImportedRobot
+from roboyard.urdf.joint_order import breadth_first_joints, planned_joints
 from roboyard.urdf.model import Joint, RobotDescription
 
 UNDRIVEN_VIRTUAL = ("base_footprint_z_joint", "base_footprint_rx_joint", "base_footprint_ry_joint")

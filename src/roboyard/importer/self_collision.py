@@ -15,9 +15,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from roboyard.importer.joint_order import ONE_NUMBER
 from roboyard.importer.model import CollisionSphere
 from roboyard.poses import Array
+from roboyard.urdf.joint_order import ONE_NUMBER
 from roboyard.urdf.model import Joint, RobotDescription
 
 if TYPE_CHECKING:

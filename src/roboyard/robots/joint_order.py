@@ -6,7 +6,7 @@ first; `Robot.joint_names` says which joint each entry is.
 
 from __future__ import annotations
 
-from roboyard.importer.joint_order import breadth_first_joints, planned_joints
+from roboyard.urdf.joint_order import breadth_first_joints, planned_joints
 from roboyard.urdf.model import RobotDescription
 
 

@@ -10,10 +10,10 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from roboyard.errors import ConfigError
-from roboyard.importer.yaml_lines import YamlFile, parse_yaml, read_yaml
 from roboyard.robots.definition import RobotDefinition
 from roboyard.robots.definition_checks import Problem, Where, check_against, check_alone
 from roboyard.urdf.model import RobotDescription
+from roboyard.yaml_lines import YamlFile, parse_yaml, read_yaml
 
 
 def load_definition(file: Path | str, description: RobotDescription | None = None) -> RobotDefinition:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from roboyard.importer.context import ImportContext
-from roboyard.importer.joint_order import ONE_NUMBER
 from roboyard.importer.model import DriveKind, ImportedRobot
+from roboyard.urdf.joint_order import ONE_NUMBER
 from roboyard.urdf.model import Joint
 
 DRIVEN_VIRTUAL = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")

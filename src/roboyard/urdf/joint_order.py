@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable
 from roboyard.urdf.model import Joint, RobotDescription
 
 ONE_NUMBER = ("revolute", "continuous", "prismatic")
+"""Types of joints whose position is one number."""
 
 
 def breadth_first_joints(description: RobotDescription) -> tuple[Joint, ...]:
