@@ -1,0 +1,68 @@
+"""A script in every page of a server that can talk back to it: what viser offers no element for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+MOST_CHARACTERS = 20_000
+"""of one saying; longer ones are not heard"""
+
+_WRAPPED = """
+(() => {
+  const name = %(name)s, uuid = %(uuid)s, live = (window.__roboyard ??= {});
+  live[name]?.();
+  let count = Date.now();
+  const say = value => window.__viserMutable?.sendMessage?.(
+    {type: "GuiUpdateMessage", uuid: uuid, updates: {value: JSON.stringify([count++, value])}});
+  live[name] = (say => {%(body)s})(say) ?? (() => {});
+})();
+"""
+
+
+class PageScript:
+    """Runs JavaScript in each page, those that open later too, and hears what it says.
+
+    The answers come through an element of the panel that is never shown: they need no port of their own and
+    arrive in the order in which they were said.
+    """
+
+    def __init__(self, server: Any, name: str, body: str, hear: Callable[[int, Any], None]) -> None:
+        """Start the script in every page of `server`.
+
+        Args:
+            server: a `viser.ViserServer`.
+            name: of the script; a page runs one of a name, and a newer one takes the older one's place.
+            body: JavaScript. `say(value)` sends any value that JSON can hold; what the body returns is called
+                before the script is replaced, to take its listeners and elements away.
+            hear: called with the number of the page's client and the value, in the thread of the server's
+                event loop: be quick. What is no JSON is dropped; the value may be anything else.
+        """
+        self._hear = hear
+        self._mouth = server.gui.add_text(f"script {name}", "", visible=False)
+        self._mouth.on_update(self._on_update)
+        source = _WRAPPED % {"name": json.dumps(name), "uuid": json.dumps(self._uuid), "body": body}
+        _run_in_pages(server, source)
+
+    @property
+    def _uuid(self) -> str:
+        return self._mouth._impl.uuid
+
+    async def _on_update(self, event: Any) -> None:
+        # a coroutine runs in the event loop, in order; plain functions would run in a pool, in any order
+        text = event.target.value
+        if event.client_id is None or not isinstance(text, str) or len(text) > MOST_CHARACTERS:
+            return
+        try:
+            _, value = json.loads(text)
+        except (ValueError, TypeError, RecursionError):
+            return
+        self._hear(int(event.client_id), value)
+
+
+def _run_in_pages(server: Any, source: str) -> None:
+    """Have all pages run this, those that open later too; the one use of what viser does not publish."""
+    from viser import _messages
+
+    server._websock_server.queue_message(_messages.RunJavascriptMessage(source))
