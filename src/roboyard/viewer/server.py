@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from roboyard.errors import ConfigError, MissingExtraError
+from roboyard.viewer.origins import guarded
 
 DEFAULT_PORT = 8080
 PORTS_TRIED = 100
@@ -35,7 +36,7 @@ def open_server(host: str, port: int, title: str) -> Any:
         def request_share_url(self, verbose: bool = True) -> str | None:
             return None
 
-    with _quiet():
+    with _quiet(), guarded(host):
         server = Server(host=host, port=free, label=title, verbose=False)
     server.gui.configure_theme(
         show_logo=False, show_share_button=False, control_width="large", brand_color=(38, 96, 164)
