@@ -14,10 +14,12 @@ LEVELS = 14
 def halved(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The image at half size, each pixel the mean of four; an odd last row or column joins its neighbour."""
     h, w = max(image.shape[0] // 2, 1), max(image.shape[1] // 2, 1)
-    rows = np.minimum(np.arange(2 * h), image.shape[0] - 1)
-    columns = np.minimum(np.arange(2 * w), image.shape[1] - 1)
-    even = image[np.ix_(rows, columns)].astype(np.uint16)
-    return ((even.reshape(h, 2, w, 2, 4).sum(axis=(1, 3), dtype=np.uint16) + 2) // 4).astype(np.uint8)
+    total = np.full((h, w, image.shape[2]), 2, dtype=np.uint16)
+    for row in (0, min(1, image.shape[0] - 1)):
+        for column in (0, min(1, image.shape[1] - 1)):
+            total += image[row : row + 2 * h - 1 : 2, column : column + 2 * w - 1 : 2]
+    total >>= 2
+    return total.astype(np.uint8)
 
 
 def pack(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint32], NDArray[np.int32]]:

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
+
+if TYPE_CHECKING:
+    _SafeDumper = yaml.SafeDumper
+else:  # libyaml writes the same text several times faster
+    _SafeDumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 _DIGITS = 6
 """Significant digits of a number: micrometres in metres."""
@@ -16,25 +21,25 @@ class Column(list):
     """A list written one entry a line."""
 
 
-class _Dumper(yaml.SafeDumper):
+class _Dumper(_SafeDumper):
     def ignore_aliases(self, data: Any) -> bool:
         return True
 
 
-def _list(dumper: yaml.SafeDumper, data: Sequence[Any]) -> yaml.Node:
+def _list(dumper: _Dumper, data: Sequence[Any]) -> yaml.Node:
     is_vector = all(isinstance(item, int | float) for item in data)
     return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=is_vector)
 
 
-def _column(dumper: yaml.SafeDumper, data: Sequence[Any]) -> yaml.Node:
+def _column(dumper: _Dumper, data: Sequence[Any]) -> yaml.Node:
     return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=not data)
 
 
-def _dict(dumper: yaml.SafeDumper, data: Mapping[str, Any]) -> yaml.Node:
+def _dict(dumper: _Dumper, data: Mapping[str, Any]) -> yaml.Node:
     return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=not data)
 
 
-def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
+def _float(dumper: _Dumper, data: float) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:float", number(data))
 
 
