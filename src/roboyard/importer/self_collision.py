@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from roboyard.importer.model import CollisionSphere
+from roboyard.importer.sphere_pairs import Bundles, Tally
 from roboyard.poses import Array
 from roboyard.urdf.joint_order import ONE_NUMBER
 from roboyard.urdf.model import Joint, RobotDescription
@@ -33,6 +32,9 @@ REST_MARGIN = 0.004
 """m: twice cuRobo's sphere buffer; spheres nearer than this at rest count as touching."""
 NEAR = 0.01
 """m: hulls that touch at rest count only if the spheres, which know dents, are this near."""
+
+BATCH = 500
+"""Postures worked on at a time."""
 
 Pair = tuple[str, str]
 
@@ -80,28 +82,23 @@ def judge(
     order = {link.name: index for index, link in enumerate(description.links)}
     names = sorted((name for name, balls in spheres.items() if balls), key=order.__getitem__)
     adjacent = adjacent_pairs(description, names)
-    packed = _Packed.of(names, spheres)
+    bundles = Bundles.of(names, spheres)
     sampler = PostureSampler(description)
-    rest_gap = packed.gaps(sampler.frames([sampler.posture(rest)], names))[0]
+    frames = sampler.frames([sampler.posture(rest)], names)
+    rest_gap = bundles.gaps(frames[0][0], frames[1][0])
     touching_pairs = {_key(a, b, order) for a, b, _ in touching}
-    at_rest = [
-        (a, b)
-        for i, a in enumerate(names)
-        for j, b in enumerate(names[i + 1 :], start=i + 1)
-        if (a, b) not in adjacent
-        and (rest_gap[i, j] < REST_MARGIN or (_key(a, b, order) in touching_pairs and rest_gap[i, j] < NEAR))
-    ]
-    met, least = packed.tally(sampler, names, samples, np.random.default_rng(seed))
-    taken = adjacent | set(at_rest)
-    always, never = [], []
+    at_rest: list[Pair] = []
+    open_pairs: list[tuple[int, int]] = []
     for i, a in enumerate(names):
         for j, b in enumerate(names[i + 1 :], start=i + 1):
-            if (a, b) in taken:
+            if (a, b) in adjacent:
                 continue
-            if met[i, j] >= ALWAYS * samples:
-                always.append((a, b))
-            elif least[i, j] > NEVER_MARGIN:
-                never.append((a, b))
+            dents = NEAR if _key(a, b, order) in touching_pairs else REST_MARGIN
+            if rest_gap[i, j] < dents:
+                at_rest.append((a, b))
+            else:
+                open_pairs.append((i, j))
+    always, never = _over_postures(sampler, bundles, names, open_pairs, samples, seed)
     return SelfCollision(
         adjacent=tuple(sorted(adjacent, key=lambda p: (order[p[0]], order[p[1]]))),
         at_rest=tuple(at_rest),
@@ -109,6 +106,29 @@ def judge(
         never=tuple(never),
         samples=samples,
     )
+
+
+def _over_postures(
+    sampler: PostureSampler,
+    bundles: Bundles,
+    names: Sequence[str],
+    pairs: list[tuple[int, int]],
+    samples: int,
+    seed: int,
+) -> tuple[list[Pair], list[Pair]]:
+    """Those of the pairs that meet always, and those that meet never, in random postures."""
+    rng = np.random.default_rng(seed)
+    watched = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    seen = Tally.empty(len(pairs))
+    patience = int((1.0 - ALWAYS) * samples)
+    for begin in range(0, samples, BATCH):
+        postures = sampler.random(min(BATCH, samples - begin), rng)
+        positions, rotations = sampler.frames(postures, names)
+        seen.add(bundles, watched, positions, rotations, margin=NEVER_MARGIN, patience=patience)
+    named = [(names[i], names[j]) for i, j in pairs]
+    always = [pair for pair, missed in zip(named, seen.missed, strict=True) if missed <= patience]
+    never = [pair for pair, near in zip(named, seen.near, strict=True) if not near]
+    return always, never
 
 
 def adjacent_pairs(description: RobotDescription, names: Sequence[str]) -> set[Pair]:
@@ -220,95 +240,3 @@ def sample_range(joint: Joint) -> tuple[float, float]:
     if limits is None:
         return (-math.pi, math.pi)
     return (max(limits[0], -math.pi), min(limits[1], math.pi)) if limits[0] < math.pi else limits
-
-
-# --------------------------------------------------------------------------------------------------- spheres
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Packed:
-    """Spheres of all links in one array, with one sphere round each link."""
-
-    balls: Array
-    """(s, 4) centre and radius in the link's frame."""
-    start: NDArray[np.int64]
-    """(links + 1,) first ball of each link."""
-    around: Array
-    """(links, 4) a ball that holds all of a link's."""
-
-    @staticmethod
-    def of(names: Sequence[str], spheres: Mapping[str, Sequence[CollisionSphere]]) -> _Packed:
-        rows, start, around = [], [0], []
-        for name in names:
-            own = np.array([(*ball.center, ball.radius) for ball in spheres[name]], dtype=float)
-            middle = 0.5 * ((own[:, :3] - own[:, 3:]).min(axis=0) + (own[:, :3] + own[:, 3:]).max(axis=0))
-            reach = float((np.linalg.norm(own[:, :3] - middle, axis=1) + own[:, 3]).max())
-            rows.append(own)
-            around.append((*middle, reach))
-            start.append(start[-1] + len(own))
-        balls = np.concatenate(rows) if rows else np.zeros((0, 4))
-        return _Packed(balls=balls, start=np.array(start), around=np.array(around).reshape(-1, 4))
-
-    def gaps(self, frames: tuple[Array, Array]) -> Array:
-        """(n, links, links) least distance between the spheres of two links, upper triangle; m."""
-        positions, rotations = frames
-        out = np.full((len(positions), len(self.around), len(self.around)), np.inf)
-        for index in range(len(positions)):
-            world, rough = self._placed(positions[index], rotations[index])
-            pair_gaps(world, self.start, rough, np.inf, out[index])
-        return out
-
-    def tally(
-        self, sampler: PostureSampler, names: Sequence[str], samples: int, rng: np.random.Generator
-    ) -> tuple[NDArray[np.int64], Array]:
-        """(links, links) times that two links met, and least distance they ever had (m, exact up to 0.1)."""
-        count = len(names)
-        met, least = np.zeros((count, count), dtype=np.int64), np.full((count, count), np.inf)
-        gap = np.empty((count, count))
-        for _ in range(0, samples, 500):
-            batch = sampler.random(min(500, samples), rng)
-            positions, rotations = sampler.frames(batch, names)
-            for index in range(len(batch)):
-                world, rough = self._placed(positions[index], rotations[index])
-                gap.fill(np.inf)
-                pair_gaps(world, self.start, rough, 0.1, gap)
-                met += gap < 0
-                np.minimum(least, gap, out=least)
-        return met, least
-
-    def _placed(self, positions: Array, rotations: Array) -> tuple[Array, Array]:
-        owner = np.repeat(np.arange(len(self.around)), np.diff(self.start))
-        world, rough = np.empty_like(self.balls), np.empty_like(self.around)
-        world[:, :3] = np.einsum("sij,sj->si", rotations[owner], self.balls[:, :3]) + positions[owner]
-        world[:, 3] = self.balls[:, 3]
-        rough[:, :3] = np.einsum("lij,lj->li", rotations, self.around[:, :3]) + positions
-        rough[:, 3] = self.around[:, 3]
-        return world, rough
-
-
-@njit(cache=True)
-def pair_gaps(world, start, rough, reach, out):
-    """Least distance between the balls of each pair of links into `out`; pairs farther than `reach` are
-    skipped.
-
-    world: (s, 4) balls; start: (links + 1,) first ball of each link; rough: (links, 4) ball round each link.
-    """
-    links = rough.shape[0]
-    for i in range(links):
-        for j in range(i + 1, links):
-            dx = rough[i, 0] - rough[j, 0]
-            dy = rough[i, 1] - rough[j, 1]
-            dz = rough[i, 2] - rough[j, 2]
-            apart = np.sqrt(dx * dx + dy * dy + dz * dz) - rough[i, 3] - rough[j, 3]
-            if apart > reach:
-                continue
-            least = np.inf
-            for a in range(start[i], start[i + 1]):
-                for b in range(start[j], start[j + 1]):
-                    dx = world[a, 0] - world[b, 0]
-                    dy = world[a, 1] - world[b, 1]
-                    dz = world[a, 2] - world[b, 2]
-                    gap = np.sqrt(dx * dx + dy * dy + dz * dz) - world[a, 3] - world[b, 3]
-                    if gap < least:
-                        least = gap
-            out[i, j] = least
