@@ -27,22 +27,28 @@ def pack(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint32], NDArr
 
     Levels past the last one (1 x 1) repeat it.
     """
-    texels: list[NDArray[np.uint8]] = []
     table = np.zeros((max(len(images), 1), LEVELS, 3), dtype=np.int32)
     offset = 0
     for index, image in enumerate(images):
-        level = image
+        height, width = image.shape[:2]
         for k in range(LEVELS):
-            if k and max(level.shape[:2]) == 1:
+            if k and max(height, width) == 1:
                 table[index, k] = table[index, k - 1]
                 continue
             if k:
+                height, width = max(height // 2, 1), max(width // 2, 1)
+            table[index, k] = offset, width, height
+            offset += width * height
+    flat = np.zeros((max(offset, 1), 4), dtype=np.uint8)
+    for index, image in enumerate(images):
+        level = image
+        for k, (at, width, height) in enumerate(table[index]):
+            if k:
+                if at == table[index, k - 1, 0]:
+                    break
                 level = halved(level)
-            table[index, k] = offset, level.shape[1], level.shape[0]
-            texels.append(level.reshape(-1, 4))
-            offset += level.shape[0] * level.shape[1]
-    flat = np.concatenate(texels) if texels else np.zeros((1, 4), dtype=np.uint8)
-    return np.ascontiguousarray(flat).view("<u4").ravel().astype(np.uint32), table
+            flat[at : at + width * height] = level.reshape(-1, 4)
+    return flat.view("<u4").ravel().astype(np.uint32, copy=False), table
 
 
 def as_rgba(image: NDArray) -> NDArray[np.uint8]:
