@@ -218,9 +218,10 @@ def test_differential_drive_formula_and_inverse() -> None:
         wheel_radius=0.1,
         wheel_axle_length=0.4,
         command_input_limits=None,
+        max_acceleration=None,
     )
     controller.update_goal([0.6, 1.0], state())
-    wheels = controller.step(state(v=controller.goal)).value
+    wheels = controller.step(state(v=(4.0, 8.0))).value
     assert wheels == pytest.approx([(0.6 - 0.2) / 0.1, (0.6 + 0.2) / 0.1])
     assert controller.odometry(wheels) == pytest.approx((0.6, 1.0))
 
@@ -230,9 +231,29 @@ def test_differential_drive_keeps_its_curve_when_wheels_are_too_slow() -> None:
         "DifferentialDriveController", limits(2, velocity=[20, 20]), wheel_radius=0.1, wheel_axle_length=0.4
     )
     controller.update_goal([1.0, 1.0], state())
-    v, w = controller.odometry(controller.goal)
-    assert np.abs(controller.goal).max() == pytest.approx(20.0)
+    v, w = controller.goal
+    assert np.abs(controller.wheel_speeds(controller.goal)).max() == pytest.approx(20.0)
     assert v / w == pytest.approx(2.0 / 10.0)
+
+
+def test_differential_drive_speeds_up_along_its_curve_and_holds_at_rest() -> None:
+    controller = make(
+        "DifferentialDriveController",
+        limits(2, velocity=[20, 20]),
+        wheel_radius=0.1,
+        wheel_axle_length=0.4,
+        command_input_limits=None,
+        max_acceleration=(1.5, 3.0),
+    )
+    controller.update_goal([0.5, 0.25], state())
+    led = [controller.odometry(controller.step(state()).led) for _ in range(15)]
+    assert led[0] == pytest.approx((1.5 * DT, 0.75 * DT))  # both grow as they stand to one another
+    assert led[-1] == pytest.approx((0.5, 0.25))
+    controller.update_goal([0.0, 0.0], state())
+    for _ in range(15):
+        control = controller.step(state((0.3, 0.4)))
+    assert control.kind == "position"
+    assert control.value == pytest.approx([0.3, 0.4])
 
 
 # --------------------------------------------------------------------------------------------------- grippers

@@ -26,9 +26,9 @@ def bundled_urdf(name: str) -> Path | None:
         return None
     file = imported_urdf(name)
     if not file.is_file():
-        from roboyard.importer import import_robot
+        from roboyard.importer import build_package
 
-        import_robot(asset_path(SOURCE_CONFIGS[name]), data=_cache(), overwrite=True, report=False)
+        build_package(asset_path(SOURCE_CONFIGS[name]), data=_cache(), overwrite=True)
     return file
 
 

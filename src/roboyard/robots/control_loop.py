@@ -21,6 +21,7 @@ from roboyard.robots.definition import VIRTUAL_JOINTS
 from roboyard.robots.gains import (
     GRIPPER_FREQUENCY,
     NATURAL_FREQUENCY,
+    SATURATED_SPEED,
     firmness,
     position_damping,
     position_gain,
@@ -31,6 +32,8 @@ from roboyard.robots.joints import JointArrays
 POSITION, VELOCITY, EFFORT, FREE = range(4)
 OFFSET_TIME = 0.5
 """s"""
+CREEP = 0.01
+"""rad/s or m/s: below this speed drives leave dry friction alone, so that it holds joints at rest."""
 KINDS = {"position": POSITION, "velocity": VELOCITY, "effort": EFFORT}
 
 
@@ -77,6 +80,8 @@ class ControlLoop:
                 self._given_kd[group.places] = settings.isaac_kd
         self._position = rest.copy()
         self._velocity, self._effort = np.zeros(count), np.zeros(count)
+        self._led = np.zeros(count)
+        """Speeds at which drives make up for friction and damping."""
         self._compensated = np.ones(count)
         self._offset = np.zeros(count)
         """Slow part of how far joints are from where they are led."""
@@ -175,12 +180,12 @@ class ControlLoop:
             kinds[group.places] = kind
             if kind == POSITION:
                 self._position[group.places] = control.value
-                self._velocity[group.places] = 0.0
+                self._velocity[group.places] = self._led[group.places] = 0.0
             else:
                 self._velocity[group.places] = control.value
+                self._led[group.places] = control.value if control.led is None else control.led
         self._effort = self.joints.bias * self._compensated
-        led = np.where(kinds == VELOCITY, self._velocity, 0.0)
-        self._effort += self.joints.damping * led + self.joints.friction * np.sign(led)
+        self._effort += self.joints.damping * self._led + self.joints.friction * np.tanh(self._led / CREEP)
         for group in self._effort_groups:
             self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
         self._write_gains()
@@ -192,6 +197,12 @@ class ControlLoop:
             self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
         self.joints.drives.write_effort(self._effort[self.joints.driven], np.arange(len(self.joints.driven)))
 
+    def _resistance(self) -> Array:
+        """(n,) N m s/rad or N s/m: the joints' damping, and their friction as if it grew up to a tenth of the
+        full speed.
+        """
+        return self.joints.damping + self.joints.friction / (SATURATED_SPEED * self.limits.velocity)
+
     def _write_gains(self) -> None:
         inertia = self.joints.inertia
         kp = position_gain(inertia, self._firm, self._slides)
@@ -200,7 +211,7 @@ class ControlLoop:
         kd = np.where(
             is_position,
             position_damping(inertia, kp, self._damping_frequency),
-            velocity_gain(inertia, self.limits.effort, self.limits.velocity),
+            velocity_gain(inertia, self.limits.effort, self.limits.velocity, self._resistance()),
         )
         kd = np.where(np.isnan(self._given_kd), kd, self._given_kd)
         kd[self._kinds >= EFFORT] = 0.0

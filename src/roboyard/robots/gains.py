@@ -1,14 +1,15 @@
 """Gains of the drives where nobody gives any: from what each joint moves now, and what it can exert.
 
     position   kp = min(max(M ω², E / e), M ω_s², E / e_s),  kd = max(2 √(kp M), 2 kp / ω_d)
-    velocity   kd = min(M ω_v, E / (0.1 v_max))
+    velocity   kd = min(max(M ω_v, c), E / (0.1 v_max)),  c = d + f / (0.1 v_max)
 
 M is the inertia that the joint sees in the present posture (all other joints held), E its effort limit; ω =
 2π · 10 Hz, ω_s = 2π · 30 Hz, ω_v = 2π · 40 Hz, e = 0.2 rad or 0.05 m, e_s = 0.03 rad or 0.005 m. The second
 term gives a joint that moves little (a finger, a wrist) a firm grip: full effort at an error of e. ω_d is
 ω, and ω / 4 for grippers: a light finger under full effort closes at the speed of a real one and does not
-bounce off what it grasps. The last terms keep weak drives of heavy parts out of saturation, where they
-would swing from one effort limit to the other.
+bounce off what it grasps. A velocity drive is at least as firm as the joint's own damping d and dry
+friction f, or its integral would take seconds to prevail over them. The last terms keep weak drives of
+heavy parts out of saturation, where they would swing from one effort limit to the other.
 
 Drives integrate kd implicitly, so these mean the same at every time step. Gains taken once for all postures
 are too stiff in some: they saturate at small speeds and chatter there. (OmniGibson's kp = 1e7, kd = 1e5
@@ -30,6 +31,8 @@ FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.2, 0.05
 """e; rad and m"""
 SATURATED_TURN, SATURATED_SLIDE = 0.03, 0.005
 """e_s; rad and m"""
+WHEEL_SHARE = 0.1
+"""Of the mass that a wheel carries, as its motor's inertia."""
 SATURATED_SPEED = 0.1
 """Share of the velocity limit."""
 
@@ -55,9 +58,10 @@ def position_damping(inertia: Array, kp: Array, frequency: Array) -> Array:
     return np.maximum(2.0 * np.sqrt(kp * inertia), 2.0 * kp / frequency)
 
 
-def velocity_gain(inertia: Array, effort: Array, fastest: Array) -> Array:
-    """(n,) kd in N m s/rad or N s/m, for joints driven by velocity."""
-    return np.minimum(inertia * VELOCITY_FREQUENCY, effort / (SATURATED_SPEED * fastest))
+def velocity_gain(inertia: Array, effort: Array, fastest: Array, resistance: Array) -> Array:
+    """(n,) kd in N m s/rad or N s/m, for joints driven by velocity that resist by c per speed."""
+    firm = np.maximum(inertia * VELOCITY_FREQUENCY, resistance)
+    return np.minimum(firm, effort / (SATURATED_SPEED * fastest))
 
 
 def motor_inertia(firm: Array) -> Array:
@@ -68,3 +72,13 @@ def motor_inertia(firm: Array) -> Array:
     it holds; so does a leg on the floor.
     """
     return firm / NATURAL_FREQUENCY**2
+
+
+def wheel_inertia(mass: float, radius: float) -> float:
+    """Kg m²: what a geared motor adds to one of two wheels that carry a robot of this mass (kg); I = 0.1 m r²
+    / 2.
+
+    A tenth of what the wheel moves anyway. A bare wheel weighs so little beside its robot that contacts,
+    whose softness goes by the lighter side, would let it slip as on ice.
+    """
+    return WHEEL_SHARE * mass * radius**2 / 2

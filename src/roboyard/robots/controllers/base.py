@@ -91,6 +91,9 @@ class Control:
     kind: MotorType
     value: Array
     """(n,) rad, m; rad/s, m/s; N m, N"""
+    led: Array | None = None
+    """(n,) of a velocity: the speed that joints are to have, where `value` asks for more or less to reach it.
+    Drives make up for the joints' own friction and damping at this speed."""
 
 
 class ControllerSettings(BaseModel):

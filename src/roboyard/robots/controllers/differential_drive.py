@@ -3,12 +3,14 @@
 ω_left = (v - ω L/2) / r, ω_right = (v + ω L/2) / r with wheel radius r and axle length L. A command of one
 means v_max = w_max r, or ω_max = 2 v_max / L. Where both together ask more of a wheel than it can, both
 wheels slow down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends
-it). An integral brings the wheels to their speeds under load, see `velocity_integral`.
+it). Both speeds change together along the straight line from what they are to what they are to be, by
+`max_acceleration` at most, so that a robot that starts keeps to its curve and a tall one does not tip over.
+Wheels reach their speeds under load and hold their place at rest, see `velocity_tracking`.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -23,7 +25,9 @@ from roboyard.robots.controllers.base import (
     GroupState,
     MotorType,
 )
-from roboyard.robots.controllers.velocity_integral import VelocityIntegral
+from roboyard.robots.controllers.velocity_tracking import VelocityTracking
+
+Positive = Annotated[float, Field(gt=0)]
 
 
 class DifferentialDriveSettings(ControllerSettings):
@@ -31,6 +35,10 @@ class DifferentialDriveSettings(ControllerSettings):
     """m; from the definition by default."""
     wheel_axle_length: float = Field(default=0.0, ge=0)
     """m, between the wheels; from the definition by default."""
+    max_acceleration: tuple[Positive, Positive] | None = (1.5, 6.0)
+    """m/s² and rad/s²: how fast commanded speeds are approached; None: at once."""
+    hold_position: bool = True
+    """Stay in place, against any push, once at rest with all commands zero."""
 
 
 class DifferentialDriveController(Controller):
@@ -50,7 +58,8 @@ class DifferentialDriveController(Controller):
                 f"{limits.velocity[1]}"
             )
         super().__init__(limits, settings)
-        self._integral = VelocityIntegral(limits.velocity)
+        self._tracking = VelocityTracking(limits.velocity, hold_position=settings.hold_position)
+        self._twist_now = np.zeros(2)
 
     @property
     def command_dim(self) -> int:
@@ -66,21 +75,36 @@ class DifferentialDriveController(Controller):
         return -bound, bound
 
     def _goal(self, command: Array, state: GroupState) -> Array:
-        v, turn = command
-        half = turn * self.settings.wheel_axle_length / 2
-        wheels = np.array([v - half, v + half]) / self.settings.wheel_radius
-        excess = np.abs(wheels).max() / self.limits.velocity[0]
-        return wheels / excess if excess > 1.0 else wheels
+        """(2,) forward speed and turning rate that both wheels can keep up with."""
+        excess = np.abs(self.wheel_speeds(command)).max() / self.limits.velocity[0]
+        return command / excess if excess > 1.0 else command
 
     def _noop_goal(self, state: GroupState) -> Array:
         return np.zeros(2)
 
     def _control(self, state: GroupState) -> Control:
-        return Control(kind="velocity", value=self._integral.corrected(self.goal, state.v, state.dt))
+        self._approach(self.goal, state.dt)
+        return self._tracking.control(self.wheel_speeds(self._twist_now), state)
+
+    def _approach(self, twist: Array, dt: float) -> None:
+        """As near to a twist as the acceleration allows."""
+        change = twist - self._twist_now
+        if self.settings.max_acceleration is not None:
+            share = (np.abs(change) / self.settings.max_acceleration).max() / dt
+            if share > 1.0:
+                change = change / share
+        self._twist_now = self._twist_now + change
 
     def reset(self) -> None:
         super().reset()
-        self._integral.reset()
+        self._tracking.reset()
+        self._twist_now = np.zeros(2)
+
+    def wheel_speeds(self, twist: Array) -> Array:
+        """(2,) rad/s of the left and the right wheel at a forward speed (m/s) and a turning rate (rad/s)."""
+        v, turn = twist
+        half = turn * self.settings.wheel_axle_length / 2
+        return np.array([v - half, v + half]) / self.settings.wheel_radius
 
     def _noop(self, state: GroupState) -> Array:
         return np.zeros(2)

@@ -3,7 +3,7 @@
     position   u = r, which runs from the joint's position to q* with speeds up to v_max and accelerations
     up to
                min(v_max / 0.2 s, 0.4 E / M), so that the drive can follow
-    velocity   u = q̇* + i, with i the integral of `velocity_integral`; once all are zero and the joints rest,
+    velocity   u = q̇* + i, with i the integral of `velocity_tracking`; once all are zero and the joints rest,
                u = the positions they rest at
     effort     u = τ*
     with use_impedances
@@ -33,10 +33,7 @@ from roboyard.robots.controllers.base import (
     MotorType,
     acceleration,
 )
-from roboyard.robots.controllers.velocity_integral import VelocityIntegral
-
-REST_SPEED = 0.01
-"""rad/s or m/s: below this a joint whose wanted velocity is zero counts as resting."""
+from roboyard.robots.controllers.velocity_tracking import VelocityTracking
 
 
 class JointSettings(ControllerSettings):
@@ -91,9 +88,8 @@ class JointController(Controller):
         self._vel_kp = 2.0 if settings.vel_kp is None else settings.vel_kp
         self._reference: Array | None = None
         self._speed = np.zeros(limits.size)
-        self._rest: Array | None = None
         self._history: list[Array] = []
-        self._integral = VelocityIntegral(limits.velocity)
+        self._tracking = VelocityTracking(limits.velocity, hold_position=settings.hold_position)
         for triple in settings.compute_delta_in_quat_space or ():
             if not all(0 <= place < limits.size for place in triple):
                 from roboyard.errors import ConfigError
@@ -118,9 +114,9 @@ class JointController(Controller):
 
     def reset(self) -> None:
         super().reset()
-        self._reference = self._rest = None
+        self._reference = None
         self._history.clear()
-        self._integral.reset()
+        self._tracking.reset()
 
     def _default_output_limits(self) -> tuple[ArrayLike, ArrayLike]:
         return self.limits.of(self.settings.motor_type)
@@ -160,7 +156,7 @@ class JointController(Controller):
             return Control(kind="effort", value=goal + state.bias if wanted else goal)  # type: ignore[operator]
         if settings.use_impedances:
             return self._effort(self._vel_kp * (goal - state.v), state)
-        return self._velocity(goal, state)
+        return self._tracking.control(goal, state)
 
     def _approach(self, goal: Array, state: GroupState) -> Array:
         if self._reference is None:
@@ -183,19 +179,6 @@ class JointController(Controller):
         if not self.settings.use_impedances:
             return Control(kind="position", value=target)
         return self._effort(self._kp * (target - state.q) - self._kd * state.v, state)
-
-    def _velocity(self, goal: Array, state: GroupState) -> Control:
-        if not self.settings.hold_position or goal.any():
-            self._rest = None
-            return self._moving(goal, state)
-        if self._rest is None:
-            if np.abs(state.v).max(initial=0.0) > REST_SPEED:
-                return self._moving(goal, state)
-            self._rest = state.q.copy()
-        return Control(kind="position", value=self._rest)
-
-    def _moving(self, goal: Array, state: GroupState) -> Control:
-        return Control(kind="velocity", value=self._integral.corrected(goal, state.v, state.dt))
 
     def _effort(self, wanted: Array, state: GroupState) -> Control:
         assert state.mass_matrix is not None

@@ -11,13 +11,13 @@ from roboyard.poses import Array, inverse_pose, matrix_from_quaternion, pose_mat
 from roboyard.robots.definition import VIRTUAL_JOINTS
 
 if TYPE_CHECKING:
-    from roboyard.robots.robot import Robot
+    from roboyard.robots.robot_body import RobotBody
 
 
 class FixedBase:
     """A robot bolted to the world."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotBody) -> None:
         self._robot = robot
 
     def set_pose(self, position: Array, quaternion: Array) -> None:
@@ -49,7 +49,7 @@ class FloatingBase(FixedBase):
 class HolonomicBase(FixedBase):
     """A robot carried by six virtual joints, of which x, y and rz are driven."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotBody) -> None:
         super().__init__(robot)
         self._places = robot.joints.places(VIRTUAL_JOINTS)
 

@@ -14,13 +14,13 @@ from roboyard.robots.joints import Indices
 from roboyard.sim.link import Link
 
 if TYPE_CHECKING:
-    from roboyard.robots.robot import Robot
+    from roboyard.robots.robot_body import RobotBody
 
 
 class Manipulation:
     """Arms by name; where a robot has one arm, its name need not be given."""
 
-    def __init__(self, robot: Robot, block: Block) -> None:
+    def __init__(self, robot: RobotBody, block: Block) -> None:
         self._robot = robot
         self.block = block
         self.arm_names = block.arm_names

@@ -11,13 +11,13 @@ from roboyard.robots.joints import Indices
 from roboyard.sim.link import Link
 
 if TYPE_CHECKING:
-    from roboyard.robots.robot import Robot
+    from roboyard.robots.robot_body import RobotBody
 
 
 class JointPart:
     """Some joints of a robot that belong together."""
 
-    def __init__(self, robot: Robot, name: str, joints: tuple[str, ...]) -> None:
+    def __init__(self, robot: RobotBody, name: str, joints: tuple[str, ...]) -> None:
         self._robot = robot
         self.name = name
         self.joint_names = joints
@@ -69,6 +69,6 @@ class ActiveCamera(JointPart):
 class Locomotion(JointPart):
     """Joints that carry the robot."""
 
-    def __init__(self, robot: Robot, joints: tuple[str, ...], floor_links: tuple[str, ...]) -> None:
+    def __init__(self, robot: RobotBody, joints: tuple[str, ...], floor_links: tuple[str, ...]) -> None:
         super().__init__(robot, "base", joints)
         self.floor_touching_links: tuple[Link, ...] = tuple(robot.body.link(name) for name in floor_links)

@@ -8,13 +8,13 @@ from roboyard.poses import Array
 from roboyard.robots.postures import ResetMode, tuck_posture
 
 if TYPE_CHECKING:
-    from roboyard.robots.robot import Robot
+    from roboyard.robots.robot_body import RobotBody
 
 
 class MobileManipulation:
     """Sets the robot's arms and torso into one of two postures; the base stays."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotBody) -> None:
         self._robot = robot
 
     def posture(self, mode: ResetMode) -> Array:

@@ -12,7 +12,7 @@ from roboyard.robots.controllers import DifferentialDriveController
 from roboyard.robots.definition import TwoWheel as Block
 
 if TYPE_CHECKING:
-    from roboyard.robots.robot import Robot
+    from roboyard.robots.robot_body import RobotBody
 
 DISCRETE_SPEED = 0.5
 """Share of the fastest speed that a discrete action means."""
@@ -21,7 +21,7 @@ DISCRETE_SPEED = 0.5
 class TwoWheel:
     """Odometry and the five discrete actions of a robot on two wheels."""
 
-    def __init__(self, robot: Robot, block: Block) -> None:
+    def __init__(self, robot: RobotBody, block: Block) -> None:
         self._robot = robot
         self.wheel_radius = block.wheel_radius
         """m"""
