@@ -72,7 +72,7 @@ def guarded(host: str) -> Iterator[None]:
         serve: Any = module.serve
 
         def serve_guarded(*args: Any, **options: Any) -> Any:
-            page = options.get("process_request")
+            page: Any = options.get("process_request")
             if getattr(page, "__module__", "").startswith("viser."):
                 options["process_request"] = _checked(page, loopback)
             return serve(*args, **options)

@@ -12,11 +12,14 @@ MOST_CHARACTERS = 20_000
 _WRAPPED = """
 (() => {
   const name = %(name)s, uuid = %(uuid)s, live = (window.__roboyard ??= {});
+  const told = (window.__roboyardTold ??= {});
   live[name]?.();
+  delete told[name];
+  const listen = listener => { told[name] = listener; };
   let count = Date.now();
   const say = value => window.__viserMutable?.sendMessage?.(
     {type: "GuiUpdateMessage", uuid: uuid, updates: {value: JSON.stringify([count++, value])}});
-  live[name] = (say => {%(body)s})(say) ?? (() => {});
+  live[name] = ((say, listen) => {%(body)s})(say, listen) ?? (() => {});
 })();
 """
 
@@ -34,12 +37,13 @@ class PageScript:
         Args:
             server: a `viser.ViserServer`.
             name: of the script; a page runs one of a name, and a newer one takes the older one's place.
-            body: JavaScript. `say(value)` sends any value that JSON can hold; what the body returns is called
-                before the script is replaced, to take its listeners and elements away.
+            body: JavaScript. `say(value)` sends any value that JSON can hold; `listen(f)` has f called with
+                each value of `tell`. What the body returns is called before the script is replaced, to take its
+                listeners and elements away.
             hear: called with the number of the page's client and the value, in the thread of the server's
                 event loop: be quick. What is no JSON is dropped; the value may be anything else.
         """
-        self._hear = hear
+        self._hear, self._server, self._name = hear, server, name
         self._mouth = server.gui.add_text(f"script {name}", "", visible=False)
         self._mouth.on_update(self._on_update)
         source = _WRAPPED % {"name": json.dumps(name), "uuid": json.dumps(self._uuid), "body": body}
@@ -48,6 +52,18 @@ class PageScript:
     @property
     def _uuid(self) -> str:
         return self._mouth._impl.uuid
+
+    def tell(self, value: Any) -> None:
+        """Hand a value that JSON can hold to the script in all pages; pages that open later get the last."""
+        name = json.dumps(self._name)
+        text = json.dumps(value, separators=(",", ":"))
+        _run_in_pages(
+            self._server, f"window.__roboyardTold?.[{name}]?.({text})", instead=f"tell {self._name}"
+        )
+
+    def remove(self) -> None:
+        """Hear no more; the script runs on in pages until one of its name replaces it."""
+        self._mouth.remove()
 
     async def _on_update(self, event: Any) -> None:
         # a coroutine runs in the event loop, in order; plain functions would run in a pool, in any order
@@ -61,8 +77,14 @@ class PageScript:
         self._hear(int(event.client_id), value)
 
 
-def _run_in_pages(server: Any, source: str) -> None:
-    """Have all pages run this, those that open later too; the one use of what viser does not publish."""
+def _run_in_pages(server: Any, source: str, *, instead: str | None = None) -> None:
+    """Have all pages run this, those that open later too; the one use of what viser does not publish.
+
+    `instead` names what the last source of the same name said, which pages that open later need no more.
+    """
     from viser import _messages
 
-    server._websock_server.queue_message(_messages.RunJavascriptMessage(source))
+    message = _messages.RunJavascriptMessage(source)
+    if instead is not None:
+        message.redundancy_key = lambda: f"roboyard {instead}"  # viser keeps every script for ever otherwise
+    server._websock_server.queue_message(message)

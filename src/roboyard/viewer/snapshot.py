@@ -24,6 +24,8 @@ class Links:
     paths: Mapping[tuple[int, int], str]
     """Body id and link index to the path of the link's node."""
     rows: Mapping[str, int]
+    by_owner: Mapping[tuple[int, int], int]
+    """Body id and link index to the row."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -66,7 +68,7 @@ def gather_links(world: World) -> Links:
                 path = f"{wanted} ({k})"
             paths[(body.id, link.index)] = path
             rows[path] = int(body.mujoco_ids[link.index])
-    return Links(paths=paths, rows=rows)
+    return Links(paths=paths, rows=rows, by_owner={owner: rows[path] for owner, path in paths.items()})
 
 
 def node_name(name: str) -> str:

@@ -9,6 +9,10 @@ from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.viewer.drawings import Drawing, Drawings
 from roboyard.viewer.light import aim_camera, set_light
 from roboyard.viewer.notebook import frame_html
 from roboyard.viewer.scene_nodes import SceneNodes
@@ -45,6 +49,7 @@ class Viewer:
         title: str = "Roboyard",
         quiet: bool = False,
         on_click: Callable[[tuple[int, int]], None] | None = None,
+        follow_steps: bool = True,
     ) -> None:
         """Open the page of a world; call it from the thread that steps the world.
 
@@ -55,6 +60,7 @@ class Viewer:
             title: heading of the page's panel.
             quiet: do not print the address.
             on_click: called in a thread of the server with body id and link index of a clicked shape.
+            follow_steps: show the world after each `World.step`; otherwise only what `sync` shows.
 
         Raises:
             MissingExtraError: viser is not installed; the extra `gui` brings it.
@@ -67,23 +73,32 @@ class Viewer:
         self.port: int = self.server.get_port()
         self.nodes = SceneNodes(self.server.scene)
         self.nodes.on_click = on_click
+        self.drawings = Drawings(self.server)
+        self.before_frame: list[Callable[[], None]] = []
+        """Called in the viewer's own thread before each picture, while somebody watches."""
+        self.rate = RATE
+        """Hz: most pictures a second."""
         self.watchers = 0
         """How many browsers have the page open."""
         self.frames_sent = 0
         """Moments published so far."""
-        self._links = Links(paths={}, rows={})
+        self._links = Links(paths={}, rows={}, by_owner={})
         self._revision = -1
         self._latest: Snapshot | None = None
         self._published: Snapshot | None = None
         self._poser = Poser()
+        self._poses: tuple[Any, Any] | None = None
+        self._drawing = self._drawn = Drawing()
+        self._follow_steps = follow_steps
         self._publishing = threading.Lock()
         self._counting = threading.Lock()
         self._wake = threading.Event()
-        self._closed = False
+        self._closing = threading.Event()
         set_light(self.server)
         aim_camera(self.server, world)
         self.sync(wait=True)
-        world.after_step.append(self._after_step)
+        if follow_steps:
+            world.after_step.append(self._after_step)
         self.server.on_client_connect(self._on_connect)
         self.server.on_client_disconnect(self._on_disconnect)
         self._thread = threading.Thread(target=self._publish_forever, name="roboyard-viewer", daemon=True)
@@ -92,7 +107,7 @@ class Viewer:
             print(f"{title} is at {self.url}", flush=True)
 
     def __repr__(self) -> str:
-        state = "closed" if self._closed else f"{self.watchers} watching"
+        state = "closed" if self._closing.is_set() else f"{self.watchers} watching"
         return f"<Viewer at {self.url}: {state}>"
 
     def __enter__(self) -> Viewer:
@@ -116,6 +131,32 @@ class Viewer:
         if wait:
             self._publish()
 
+    def look_at(self, point: ArrayLike, distance: float) -> None:
+        """Turn the camera of every page to a point in the world, from `distance` metres away."""
+        target = np.asarray(point, dtype=float)
+        for client in self.server.get_clients().values():
+            camera = client.camera
+            away = np.asarray(camera.position) - np.asarray(camera.look_at)
+            away[2] = max(away[2], 0.0)  # not from below the floor
+            away /= max(float(np.linalg.norm(away)), 1e-9)
+            with client.atomic():
+                camera.position = target + distance * away
+                camera.look_at = target
+
+    def show_world(self, world: World) -> None:
+        """Show another world in the place of this one; call it from the thread that steps the world."""
+        if world is self.world:
+            return
+        self._unfollow()
+        self.world, self._revision = world, -1
+        if self._follow_steps:
+            world.after_step.append(self._after_step)
+        self.sync()
+
+    def draw(self, drawing: Drawing) -> None:
+        """Draw these lines and texts in place of those before, with the next picture; from any thread."""
+        self._drawing = drawing
+
     def highlight(self, link: Link | None) -> None:
         """Draw one link in a colour that stands out; None: no link."""
         with self._publishing, self.server.atomic():
@@ -132,11 +173,10 @@ class Viewer:
 
     def close(self) -> None:
         """Take the page down; the world goes on."""
-        if self._closed:
+        if self._closing.is_set():
             return
-        self._closed = True
-        if self._after_step in self.world.after_step:
-            self.world.after_step.remove(self._after_step)
+        self._closing.set()
+        self._unfollow()
         self._wake.set()
         self._thread.join(timeout=2.0)
         stop_server(self.server)
@@ -145,6 +185,10 @@ class Viewer:
         return frame_html(self.url)
 
     # ------------------------------------------------------------------------------- in the world's thread
+
+    def _unfollow(self) -> None:
+        if self._follow_steps and self._after_step in self.world.after_step:
+            self.world.after_step.remove(self._after_step)
 
     def _after_step(self) -> None:
         if self.watchers or self.world.revision != self._revision:
@@ -177,29 +221,32 @@ class Viewer:
     # ----------------------------------------------------------------------------- in the viewer's own thread
 
     def _publish_forever(self) -> None:
-        period = 1.0 / RATE
-        while not self._closed:
+        while not self._closing.is_set():
             if not self.watchers:
                 self._wake.wait(timeout=1.0)
                 self._wake.clear()
                 continue
             start = perf_counter()
             try:
+                for call in tuple(self.before_frame):
+                    call()
                 self._publish()
             except Exception:
-                if self._closed:
+                if self._closing.is_set():
                     return
                 log.exception("a moment could not be shown")
-            self._wake.clear()
-            self._wake.wait(timeout=max(period - (perf_counter() - start), 0.001))
+            self._closing.wait(timeout=max(start + 1.0 / self.rate - perf_counter(), 0.001))
 
     def _publish(self) -> None:
         with self._publishing:
-            snapshot = self._latest
-            if snapshot is None or snapshot is self._published:
+            snapshot, drawing = self._latest, self._drawing
+            if snapshot is None or (snapshot is self._published and drawing is self._drawn):
                 return
             with self.server.atomic():
-                self.nodes.show(snapshot.shapes, snapshot.links)
-                self.nodes.move(*self._poser.poses(snapshot.model, snapshot.qpos))
-            self._published = snapshot
+                if snapshot is not self._published or self._poses is None:
+                    self.nodes.show(snapshot.shapes, snapshot.links)
+                    self._poses = self._poser.poses(snapshot.model, snapshot.qpos)
+                    self.nodes.move(*self._poses)
+                self.drawings.show(drawing, snapshot.links.by_owner, *self._poses)
+            self._published, self._drawn = snapshot, drawing
             self.frames_sent += 1
