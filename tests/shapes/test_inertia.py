@@ -100,6 +100,15 @@ def test_what_a_body_can_have(tensor: np.ndarray, physical: bool) -> None:
     assert inertia.is_physical(tensor) is physical
 
 
+def test_a_rod_rounded_flat_keeps_its_large_moments() -> None:
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    rod = inertia.rod_inertia(turn @ np.diag([0.0, 2e-4, 2e-4]) @ turn.T)
+    assert rod is not None and inertia.is_physical(rod)
+    np.testing.assert_allclose(rod, turn @ np.diag([2e-7, 2e-4, 2e-4]) @ turn.T, atol=1e-15)
+    for other in ([0, 0, 0], [0, 1, 2], [-1, 1, 1], [1, 1, 1], [0, 0, 1]):
+        assert inertia.rod_inertia(np.diag(np.array(other, dtype=float))) is None
+
+
 def test_the_hull_is_wound_outwards() -> None:
     rng = np.random.default_rng(3)
     points = rng.normal(size=(500, 3)) + 7

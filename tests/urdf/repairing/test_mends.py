@@ -76,6 +76,20 @@ def test_the_robot_moves_as_before(code: str, tmp_path: Path) -> None:
         np.testing.assert_allclose(new[links.get(name, name)], pose, atol=1e-9)
 
 
+def test_a_rod_keeps_the_moments_that_were_not_rounded_away(tmp_path: Path) -> None:
+    tip = '<inertial><mass value="0.03"/><inertia ixx="1.2e-4" ixy="0" ixz="0" iyy="1.2e-4" iyz="0" izz="0"/>'
+    file = tmp_path / "rod.urdf"
+    file.write_text(
+        f'<robot name="rod"><link name="base"/><link name="tip">{tip}</inertial></link>'
+        '<joint name="turn" type="continuous"><parent link="base"/><child link="tip"/></joint></robot>'
+    )
+    result = repair(file, tmp_path / "out")
+    assert [mend.code for mend in result.mends if mend.element == 'link "tip"'] == ["inertia-not-positive"]
+    inertial = load_urdf(result.urdf).link_by_name["tip"].inertial
+    assert inertial is not None
+    np.testing.assert_allclose(inertial.matrix(), np.diag([1.2e-4, 1.2e-4, 1.2e-7]), rtol=1e-6)
+
+
 LEAVES_A_NOTE = {"mimic-cycle", "material-undefined", "texture-missing", "geometry-unknown"}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from roboyard.poses import Array
-from roboyard.shapes.inertia import principal_moments
+from roboyard.shapes.inertia import principal_moments, rod_inertia
 from roboyard.urdf.auditing.draft import Draft, DraftInertial, DraftLink
 from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
@@ -157,7 +157,8 @@ def inertia_zero(draft: Draft) -> Faults:
 @check(
     "inertia-not-positive",
     MISBEHAVES,
-    remedy="repair computes it from the link's shapes and mass",
+    remedy="repair computes it from the link's shapes and mass; where a file rounds the least moment of a rod to "
+    "zero, it raises that moment",
     mendable=True,
     example='<inertia ixx="0.01" ixy="0.05" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>',
 )
@@ -167,7 +168,7 @@ def inertia_not_positive(draft: Draft) -> Faults:
         moments = principal_moments(tensor)
         if tensor.any() and moments[0] <= 0:
             shown = ", ".join(f"{moment:.3g}" for moment in moments)
-            mendable = link_solid(link) is not None
+            mendable = rod_inertia(tensor) is not None or link_solid(link) is not None
             message = f"inertia is not positive definite (principal moments {shown} kg m²)"
             yield Fault(at=link, line=inertial_line(link), message=message, mendable=mendable)
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from roboyard.poses import Array
-from roboyard.shapes.inertia import DEFAULT_DENSITY
+from roboyard.shapes.inertia import DEFAULT_DENSITY, rod_inertia
 from roboyard.urdf.auditing.draft import DraftLink
 from roboyard.urdf.auditing.registry import Fault
 from roboyard.urdf.auditing.solids import link_solid
@@ -105,8 +105,19 @@ def real_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
 
 @mend("inertia-not-positive")
 def positive_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
-    """Compute the tensor from the shapes and the mass."""
-    yield from _tensor_from_shapes(faults)
+    """Raise a rod's moment that was rounded to zero; else compute the tensor from the shapes and the mass."""
+    others = []
+    for fault, link in _links(faults):
+        inertial = link.inertial
+        tensor = inertial.matrix() if inertial is not None else None
+        rod = rod_inertia(tensor) if tensor is not None else None
+        if inertial is None or rod is None:
+            others.append(fault)
+            continue
+        before = _described(inertial.element)
+        _write_tensor(inertial.element, rod)
+        yield change(fault, before, f"{_described(inertial.element)} (a thin rod's)")
+    yield from _tensor_from_shapes(others)
 
 
 @mend("inertia-triangle")
