@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from roboyard.importer.config import ImportConfig
 from roboyard.importer.config_checks import frozen_joints, virtual_joints
 from roboyard.importer.model import EndEffector, ImportedRobot
 from roboyard.urdf.joint_order import breadth_first_joints, planned_joints
+from roboyard.urdf.kinematics import chain
 from roboyard.urdf.model import Joint, RobotDescription
 
 UNDRIVEN_VIRTUAL = ("base_footprint_z_joint", "base_footprint_rx_joint", "base_footprint_ry_joint")
@@ -83,6 +84,18 @@ def end_effectors(robot: ImportedRobot, config: ImportConfig) -> tuple[EndEffect
             for link, g in given.items()
         )
     return (EndEffector(link=longest_chain_tip(robot.description)),)
+
+
+def torso_joints(
+    robot: ImportedRobot, config: ImportConfig, effectors: Sequence[EndEffector]
+) -> tuple[str, ...]:
+    """The configuration's torso joints; without any, the moving joints that the chains to all arms share."""
+    given = config.curobo.torso_joints
+    if given or len(effectors) < 2:
+        return tuple(given)
+    ways = [chain(robot.description, robot.base_link, effector.link) for effector in effectors]
+    shared = [joint for joint in ways[0] if all(joint in way for way in ways[1:])]
+    return tuple(joint.name for joint in planned_joints(shared) if joint.mimic is None)
 
 
 def longest_chain_tip(description: RobotDescription) -> str:

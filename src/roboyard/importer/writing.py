@@ -19,7 +19,7 @@ def write_formats(robot: ImportedRobot, context: ImportContext) -> dict[str, Wri
     build, name = context.build, robot.name
     tasks: tuple[tuple[str, Callable[[], Written]], ...] = (
         ("urdf", lambda: urdf.write(robot, build / "urdf")),
-        ("usd", lambda: usd.write(robot, build / "usd" / f"{name}.usda")),
+        ("usd", lambda: usd.write(robot, build / "usd" / f"{name}.usda", textures=build / "material")),
         ("mjcf", lambda: mjcf.write(robot, build / "mjcf" / f"{name}.xml")),
         ("curobo", lambda: curobo.write(robot, build / "curobo")),
         ("xrdf", lambda: xrdf.write(robot, build / "curobo" / f"{name}.xrdf")),

@@ -11,7 +11,7 @@ from dataclasses import replace
 from roboyard.importer.context import ImportContext
 from roboyard.importer.link_spheres import fit_links
 from roboyard.importer.model import CollisionSphere, ImportedRobot, PlanningData
-from roboyard.importer.rest_posture import end_effectors, lock_joints, rest_posture
+from roboyard.importer.rest_posture import end_effectors, lock_joints, rest_posture, torso_joints
 
 
 def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
@@ -32,6 +32,9 @@ def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
     effectors = end_effectors(robot, context.config)
     if not curobo.eef_to_gripper_info:
         context.log.note(f"end effector: {effectors[0].link!r}, the tip of the longest chain of joints")
+    torso = torso_joints(robot, context.config, effectors)
+    if torso and not curobo.torso_joints:
+        context.log.note(f"torso: {', '.join(torso)}, which all arms stand on")
     data = PlanningData(
         spheres=spheres,
         end_effectors=effectors,
@@ -39,7 +42,7 @@ def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
         self_collision_buffer=dict(curobo.self_collision_buffer),
         lock_joints=locked,
         retract=rest,
-        torso_joints=tuple(curobo.torso_joints),
+        torso_joints=torso,
         flip_joint_limits=tuple(curobo.flip_joint_limits),
     )
     return replace(robot, planning=data)
