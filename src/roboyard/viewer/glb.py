@@ -63,6 +63,13 @@ def glb(shape: RenderShape) -> bytes:
     return file.to_bytes()
 
 
+def triangles(shape: RenderShape) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """(k, 3) vertices (m), scale applied, and (n, 3) faces of a shape in the mesh's own frame."""
+    arrays = mesh_arrays(shape.mesh)
+    vertices = arrays.vertices * np.asarray(shape.scale, dtype=np.float32)
+    return vertices.astype(np.float32), np.asarray(arrays.faces, dtype=np.uint32)
+
+
 def linear_rgb(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
     """Linear light of display colours, both 0 to 1 (IEC 61966-2-1)."""
     c = np.clip(srgb, 0.0, 1.0)

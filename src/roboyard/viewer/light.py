@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,33 @@ LEAST_EXTENT, MOST_EXTENT = 0.2, 12.0
 """m: a fresh page shows at least and at most this much."""
 
 
-def set_light(server: Any) -> None:
+HAZE = (20.0, 60.0)
+"""m: where it begins, and where nothing else is seen"""
+
+
+class PageLight:
+    """The light of a server's pages, and what is behind everything."""
+
+    def __init__(self, server: Any, sun: Any) -> None:
+        self._server, self._sun = server, sun
+
+    def set_shadows(self, shadows: bool) -> None:
+        """Whether bodies cast shadows."""
+        self._sun.cast_shadow = shadows
+
+    def set_direction(self, direction: Sequence[float]) -> None:
+        """Let the sun stand in this direction, as seen from the scene."""
+        self._sun.wxyz = _turn_y_to(direction)
+
+    def set_background(self, rgb: Sequence[float]) -> None:
+        """What is seen where nothing is, and in the distance; 0 to 1."""
+        color = np.round(255.0 * np.clip(rgb, 0.0, 1.0)).astype(np.uint8)
+        r, g, b = color.tolist()
+        self._server.scene.set_background_image(np.full((2, 2, 3), color, dtype=np.uint8), format="png")
+        self._server.scene.configure_fog(*HAZE, color=(r, g, b))
+
+
+def set_light(server: Any) -> PageLight:
     """One sun with shadows and a sky, and haze in the distance."""
     light = Light()
     scene = server.scene
@@ -33,7 +60,7 @@ def set_light(server: Any) -> None:
     sun = SUN_GAIN * math.pi * light.diffuse * (1.0 - light.sky)
     above = SKY_GAIN * math.pi * (light.ambient + light.diffuse * light.sky)
     below = light.ambient / (light.ambient + light.diffuse * light.sky)
-    scene.add_light_directional(
+    handle = scene.add_light_directional(
         "/lights/sun", intensity=sun, cast_shadow=True, wxyz=_turn_y_to(light.direction), position=(0, 0, 0)
     )
     ground = round(255 * below)
@@ -43,7 +70,8 @@ def set_light(server: Any) -> None:
         ground_color=(ground, ground, ground),
         wxyz=_turn_y_to((0.0, 0.0, 1.0)),
     )
-    scene.configure_fog(20.0, 60.0, color=(255, 255, 255))
+    scene.configure_fog(*HAZE, color=(255, 255, 255))
+    return PageLight(server, handle)
 
 
 def aim_camera(server: Any, world: World) -> None:
@@ -71,7 +99,7 @@ def extent(world: World) -> Array:
     return np.stack([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
 
 
-def _turn_y_to(direction: tuple[float, float, float]) -> Array:
+def _turn_y_to(direction: Sequence[float]) -> Array:
     """Quaternion (w, x, y, z) that turns +y, from where three.js lets its lights shine, to a direction."""
     target = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     axis = np.cross((0.0, 1.0, 0.0), target)

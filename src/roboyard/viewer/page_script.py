@@ -38,8 +38,8 @@ class PageScript:
             server: a `viser.ViserServer`.
             name: of the script; a page runs one of a name, and a newer one takes the older one's place.
             body: JavaScript. `say(value)` sends any value that JSON can hold; `listen(f)` has f called with
-                each value of `tell`. What the body returns is called before the script is replaced, to take its
-                listeners and elements away.
+                each value of `tell`. What the body returns is called before the script is replaced, to take
+                its listeners and elements away.
             hear: called with the number of the page's client and the value, in the thread of the server's
                 event loop: be quick. What is no JSON is dropped; the value may be anything else.
         """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 
 from roboyard.cameras.scene import RenderShape
 from roboyard.poses import quaternion_from_matrix, to_wxyz
-from roboyard.viewer.glb import glb
+from roboyard.viewer.drags import Drag, drag_of
+from roboyard.viewer.glb import glb, triangles
 from roboyard.viewer.snapshot import Links
 
 log = logging.getLogger("roboyard.viewer")
@@ -41,7 +43,9 @@ class SceneNodes:
         self._count = 0
         self.on_click: Callable[[tuple[int, int]], None] | None = None
         """Called with body id and link index when someone clicks a shape; set it before `show`."""
+        self._on_drag: Callable[[Drag], None] | None = None
         self._visible = True
+        self._wireframe = False
         self._tinted: tuple[int, int] | None = None
 
     def show(self, shapes: Sequence[RenderShape], links: Links) -> None:
@@ -90,14 +94,20 @@ class SceneNodes:
 
     def _add(self, path: str, shape: RenderShape) -> Any:
         try:
-            data = glb(shape)
+            if self._wireframe and not shape.infinite:
+                color = tuple(round(255 * value) for value in shape.rgba[:3])
+                data: tuple[Any, ...] = triangles(shape)
+                add = partial(self._scene.add_mesh_simple, color=color, wireframe=True)
+            else:
+                data = (glb(shape),)
+                add = self._scene.add_glb
         except (ValueError, OSError) as error:
             log.warning("a shape of %s cannot be shown: %s", path, error)
             return None
         self._count += 1
-        handle = self._scene.add_glb(
+        handle = add(
             f"{path}/visual {self._count}",
-            data,
+            *data,
             position=tuple(float(v) for v in shape.position),
             wxyz=tuple(to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float)))),
             cast_shadow=not shape.infinite,
@@ -106,7 +116,36 @@ class SceneNodes:
         if self.on_click is not None:
             click, owner = self.on_click, shape.owner
             handle.on_click(lambda _: click(owner))
+        if self._on_drag is not None:
+            _listen(handle, shape, self._on_drag)
         return handle
+
+    def set_wireframe(self, wireframe: bool) -> None:
+        """Draw the edges of triangles alone, but for floors."""
+        if wireframe != self._wireframe:
+            self._wireframe = wireframe
+            self._redraw()
+
+    def set_drag(self, on_drag: Callable[[Drag], None] | None) -> None:
+        """Call this, in the thread of the server's event loop, while a shape that is no floor is dragged with
+        the left button; None: dragging turns the camera, as elsewhere.
+        """
+        if on_drag is self._on_drag:
+            return
+        self._on_drag = on_drag
+        for handle, shape in self._shapes.values():
+            handle.remove_drag_callback()
+            if on_drag is not None:
+                _listen(handle, shape, on_drag)
+
+    def _redraw(self) -> None:
+        """Make all shapes anew."""
+        for handle, _ in self._shapes.values():
+            handle.remove()
+        self._shapes.clear()
+        shapes, self._shown = self._shown, None
+        if shapes is not None and self._links is not None:
+            self.show(shapes, self._links)
 
     def set_visible(self, visible: bool) -> None:
         """Show or hide all shapes that are no floor."""
@@ -142,6 +181,17 @@ class SceneNodes:
             frames[k].wxyz = turns[k]
         self._positions[shifted], self._quaternions[turned] = places[shifted], turns[turned]
         return int((shifted | turned).sum())
+
+
+def _listen(handle: Any, shape: RenderShape, on_drag: Callable[[Drag], None]) -> None:
+    if shape.infinite:
+        return
+
+    async def told(event: Any) -> None:
+        # a coroutine runs in the event loop, in order
+        on_drag(drag_of(event, shape.owner))
+
+    handle.on_drag(told)
 
 
 def _tinted(shape: RenderShape) -> RenderShape:

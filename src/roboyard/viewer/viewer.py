@@ -94,7 +94,7 @@ class Viewer:
         self._counting = threading.Lock()
         self._wake = threading.Event()
         self._closing = threading.Event()
-        set_light(self.server)
+        self.light = set_light(self.server)
         aim_camera(self.server, world)
         self.sync(wait=True)
         if follow_steps:
