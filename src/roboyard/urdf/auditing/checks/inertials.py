@@ -157,8 +157,8 @@ def inertia_zero(draft: Draft) -> Faults:
 @check(
     "inertia-not-positive",
     MISBEHAVES,
-    remedy="repair computes it from the link's shapes and mass; where a file rounds the least moment of a rod "
-    "to zero, it raises that moment",
+    remedy="repair computes it from the link's shapes and mass; where a file rounds the least moment of a "
+    "rod to zero, it raises that moment",
     mendable=True,
     example='<inertia ixx="0.01" ixy="0.05" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>',
 )
