@@ -58,11 +58,11 @@ def setJointMotorControl2(
     """
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
-    if record is not None and record.drives is not None and not scene.world.is_stale:
+    if record is not None and record.drives is not None:
         try:
             if record.drives.set(
                 jointIndex, controlMode, targetPosition, targetVelocity, force, positionGain, velocityGain,
-                maxVelocity, scene.time_step,
+                maxVelocity, client.parameters.time_step,
             ):  # fmt: skip
                 return
         except (struct.error, IndexError, TypeError):
@@ -92,11 +92,11 @@ def setJointMotorControlArray(
     """`setJointMotorControl2` of several joints at once."""
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
-    if record is not None and record.drives is not None and not scene.world.is_stale:
+    if record is not None and record.drives is not None:
         try:
             if record.drives.set_many(
                 jointIndices, controlMode, targetPositions, targetVelocities, forces, positionGains,
-                velocityGains, scene.time_step,
+                velocityGains, client.parameters.time_step,
             ):  # fmt: skip
                 scene.waiting.add(record.drives)
                 return
@@ -250,7 +250,7 @@ def _drive(
     if record.drives is None:
         record.drives = Drives(record, scene.world.motors.of(record.body))
     record.drives.flush()
-    record.drives.generation += 1
+    record.drives.bounds_changed()
     scene.keep_applied(record, joint, off=force == 0.0)
     impulse = force * scene.time_step
     if mode == c.VELOCITY_CONTROL:

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from roboyard.pybullet.arguments import floats, indices, number, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
+from roboyard.pybullet.joint_groups import NO_REACTION, joint_group
 from roboyard.pybullet.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 
 if TYPE_CHECKING:
@@ -19,8 +18,6 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 State = tuple[Any, ...]
-_NO_REACTION = (0.0,) * 6
-_STILL = (0.0, 0.0, _NO_REACTION, 0.0)
 OUT_OF_RANGE = "Joint index out-of-range."
 
 
@@ -80,23 +77,15 @@ def getJointStates(
     """`getJointState` of several joints."""
     scene = client.scene
     record = scene.ready(bodyUniqueId, "getJointState failed.")
-    places = record.state_places.get(tuple(jointIndices))
-    if places is None:
+    group = record.joint_groups.get(tuple(jointIndices))
+    if group is None:
         wanted = _several(record, jointIndices)
         if not wanted:
             return None
-        places = _places(record, wanted)
-    if record.sensors or not places.are_plain or not all(map(record.motored.__getitem__, places.scalar)):
-        return tuple(_state(client, record, joint) for joint in places.joints)
-    applied = scene.motor_forces_of(places.velocities)
-    if applied is None:
-        return tuple(_state(client, record, joint) for joint in places.joints)
-    positions = record.qpos.take(places.positions).tolist()
-    velocities = record.qvel.take(places.velocities).tolist()
-    states = zip(positions, velocities, places.reactions, applied, strict=True)
-    if len(places.scalar) == len(places.joints):
-        return tuple(states)
-    return tuple(next(states) if moves else _STILL for moves in places.moves)
+        group = joint_group(record, wanted)
+    if record.sensors or not group.is_scalar or scene.motor_revision != record.revision:
+        return tuple(_state(client, record, joint) for joint in group.joints)
+    return group.read(record, scene.motor_forces())
 
 
 @command()
@@ -212,31 +201,9 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
     return (
         record.qpos.item(place),
         record.qvel.item(record.velocity_addresses[joint]),
-        _reaction(client, record, joint) if record.sensors else _NO_REACTION,
+        _reaction(client, record, joint) if record.sensors else NO_REACTION,
         applied if type(applied) is float else applied[0],
     )
-
-
-class _Places:
-    """Where several joints lie in MuJoCo's arrays."""
-
-    __slots__ = ("are_plain", "joints", "moves", "positions", "reactions", "scalar", "velocities")
-
-    def __init__(self, record: BodyRecord, joints: list[int]) -> None:
-        self.joints = tuple(joints)
-        self.are_plain = all(record.joint_type(joint) in (0, 1, 4) for joint in joints)
-        self.moves = [record.joint_type(joint) != 4 for joint in joints]
-        self.scalar = [joint for joint, moves in zip(joints, self.moves, strict=True) if moves]
-        self.positions = np.array([record.position_addresses[joint] for joint in self.scalar], dtype=np.intp)
-        self.velocities = np.array([record.velocity_addresses[joint] for joint in self.scalar], dtype=np.intp)
-        self.reactions = (_NO_REACTION,) * len(self.scalar)
-
-
-def _places(record: BodyRecord, joints: list[int]) -> _Places:
-    if len(record.state_places) > 64:
-        record.state_places.clear()
-    found = record.state_places[tuple(joints)] = _Places(record, joints)
-    return found
 
 
 def _state_of_many(client: Client, record: BodyRecord, joint: int) -> State:
@@ -255,7 +222,7 @@ def _state_of_many(client: Client, record: BodyRecord, joint: int) -> State:
 def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ...]:
     """Force and torque (N, N m) in the joint, in the child's inertial axes; zero while it is not measured."""
     if joint not in record.sensors:
-        return _NO_REACTION
+        return NO_REACTION
     from roboyard.pybullet.reactions import reaction
 
     return reaction(client.scene, record, joint)

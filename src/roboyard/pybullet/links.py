@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.arguments import indices, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
-from roboyard.pybullet.frames import inertial_pose
-from roboyard.pybullet.transforms import rounded
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
+    from roboyard.pybullet.link_groups import LinkReader
     from roboyard.pybullet.records import BodyRecord
     from roboyard.pybullet.scene import Scene
 
@@ -42,11 +41,14 @@ def getLinkState(
             "getLinkState failed; invalid linkIndex", "the base is no link: use getBasePositionAndOrientation"
         )
     scene = client.scene
-    record = scene.ready(bodyUniqueId, "getLinkState failed.")
-    if whole(linkIndex) >= record.joint_count:
+    record, world = scene.bodies.get(bodyUniqueId), scene.world
+    if record is None or record.revision != world.revision or world.is_stale:
+        record = scene.ready(bodyUniqueId, "getLinkState failed.")
+    if linkIndex >= record.joint_count:
         return None
-    data = scene.frames(fresh=bool(computeForwardKinematics))
-    return _state(scene, record, data, linkIndex, bool(computeLinkVelocity))
+    if computeForwardKinematics or scene.frames_are_old or scene.frames_revision != world.revision:
+        scene.frames(fresh=True)
+    return (record.link_reader or _reader(scene, record))(linkIndex, computeLinkVelocity)
 
 
 @command()
@@ -60,23 +62,23 @@ def getLinkStates(
     """`getLinkState` of several links."""
     scene = client.scene
     record = scene.ready(bodyUniqueId, "getLinkState failed.")
-    data = scene.frames(fresh=bool(whole(computeForwardKinematics)))
-    with_velocity = bool(whole(computeLinkVelocity))
-    return tuple(
-        _state(scene, record, data, link, with_velocity) if 0 <= link < record.joint_count else None
-        for link in indices(linkIndices)
-    )
+    scene.frames(fresh=bool(whole(computeForwardKinematics)))
+    if not whole(computeLinkVelocity):
+        group = record.link_groups.get(tuple(linkIndices))
+        if group is not None:
+            return group.read()
+    links, count = indices(linkIndices), record.joint_count
+    if computeLinkVelocity or not all(0 <= link < count for link in links):
+        read = _reader(scene, record)
+        return tuple(read(link, computeLinkVelocity) if 0 <= link < count else None for link in links)
+    from roboyard.pybullet.link_groups import link_group
+
+    return link_group(scene, record, links).read()
 
 
-def _state(scene: Scene, record: BodyRecord, data: Any, link: int, with_velocity: bool) -> State:
-    row = record.rows[link + 1]
-    x, y, z = data.xpos[row].tolist()
-    w, i, j, k = data.xquat[row].tolist()
-    frame = record.links[link + 1].frame
-    position, orientation = inertial_pose((x, y, z), (i, j, k, w), frame)
-    rounded_frame = rounded(x, y, z, i, j, k, w)
-    state = (position, orientation, frame.position, frame.quaternion, rounded_frame[:3], rounded_frame[3:])
-    if not with_velocity:
-        return state
-    linear, angular = scene.world.object_velocity(row, at_inertial=True)
-    return (*state, tuple(linear.tolist()), tuple(angular.tolist()))
+def _reader(scene: Scene, record: BodyRecord) -> LinkReader:
+    if record.link_reader is not None:
+        return record.link_reader
+    from roboyard.pybullet.link_groups import link_reader
+
+    return link_reader(scene, record)

@@ -16,6 +16,8 @@ from roboyard.urdf.model import Pose
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
+    from roboyard.pybullet.joint_groups import JointGroup
+    from roboyard.pybullet.link_groups import LinkGroup, LinkReader
     from roboyard.sim.body import Body
     from roboyard.sim.world import World
 
@@ -69,13 +71,19 @@ class BodyRecord:
         """What each joint's motor applied in the last step in which it was on."""
         self.motored = [info[2] in DEFAULT_IMPULSE for info in self.infos]
         """Joints whose motor is on."""
-        self.state_places: dict[tuple[int, ...], Any] = {}
-        """Where joints that are read together lie, by their indices."""
+        self.limp: set[int] = set()
+        """Joints whose motor was switched off."""
+        self.joint_groups: dict[tuple[int, ...], JointGroup] = {}
+        """Joints that are read together, by their indices."""
+        self.link_groups: dict[tuple[int, ...], LinkGroup] = {}
+        """Links that are read together, by their indices."""
         self.drives: Any = None
         """The World's motors of this body and where each joint's is, once a script uses them."""
         self.fixed_pose: Any = None
         """Of the base's inertial frame, while it is known not to have moved."""
         self.revision = -1
+        self.link_reader: LinkReader | None = None
+        """Reads a link's state, once somebody has asked for one."""
         self.rows: list[int] = []
         """MuJoCo row of the base, then of each link."""
         self.free: Array | None = None
@@ -103,8 +111,10 @@ class BodyRecord:
         body, data = self.body, world.data
         self.revision = world.revision
         self.fixed_pose = None
-        self.state_places.clear()
+        self.joint_groups.clear()
+        self.link_groups.clear()
         self.chain_places = None
+        self.link_reader = None
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
         self.position_addresses = [int(a) for a in body.qpos_addresses]

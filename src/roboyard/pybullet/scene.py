@@ -51,7 +51,8 @@ class Scene:
         self.frames_are_old = True
         """Whether positions were written since MuJoCo last worked out the links' frames (steps leave old
         frames)."""
-        self._frames_revision = self._motor_revision = -1
+        self.frames_revision = self.motor_revision = -1
+        """The World's revision when frames were last known, and when it last stepped."""
         self._motor_forces: Any = None
         self._wrenches_known = False
 
@@ -257,18 +258,12 @@ class Scene:
             self._motor_forces = self.world.motors.forces()
         return self._motor_forces
 
-    def motor_forces_of(self, dofs: Any) -> list[float] | None:
-        """What the motors of some dofs applied in the last step; None before any step of this world."""
-        if self._motor_revision != self.world.revision:
-            return None
-        return self.motor_forces().take(dofs).tolist()
-
     def joint_wrenches(self) -> Any:
         """(nbody, 6) torque and force that each body's joints carried in the last step; None before any step.
 
         In world axes, about the centre of mass of the body's tree.
         """
-        if self._motor_revision != self.world.revision:
+        if self.motor_revision != self.world.revision:
             return None
         if not self._wrenches_known:
             import mujoco
@@ -288,10 +283,11 @@ class Scene:
         if off and record.motored[joint]:
             record.applied[joint] = self.applied(record, joint)
         record.motored[joint] = not off
+        (record.limp.add if off else record.limp.discard)(joint)
 
     def applied(self, record: BodyRecord, joint: int) -> Any:
         """What a joint's motor applied in the last step in which it was on: a number, or three."""
-        if not record.motored[joint] or self._motor_revision != self.world.revision:
+        if not record.motored[joint] or self.motor_revision != self.world.revision:
             return record.applied[joint]
         forces = self.motor_forces()[record.velocities_of(joint)].tolist()
         return forces[0] if len(forces) == 1 else tuple(forces)
@@ -321,7 +317,7 @@ class Scene:
                 effort()
             world.step()
         self.frames_are_old = False
-        self._frames_revision = self._motor_revision = world.revision
+        self.frames_revision = self.motor_revision = world.revision
         self._motor_forces = None
         self._wrenches_known = False
 
@@ -342,10 +338,10 @@ class Scene:
         positions.
         """
         world = self.world
-        if fresh or self.frames_are_old or world.is_stale or self._frames_revision != world.revision:
+        if fresh or self.frames_are_old or world.is_stale or self.frames_revision != world.revision:
             data = world.kinematics()
             self.frames_are_old = False
-            self._frames_revision = world.revision
+            self.frames_revision = world.revision
             return data
         return world.data
 

@@ -212,3 +212,11 @@ def hard_equalities(position, velocity, count, timestep, erp, aref):  # pragma: 
     """Reference accelerations of equalities on the velocity level: v' = -erp position / dt."""
     for row in range(count):
         aref[row] = (-erp * position[row] / timestep - velocity[row]) / timestep
+
+
+@njit(cache=True)
+def motor_forces(efc_type, efc_id, efc_force, ne, nf, out):  # pragma: no cover
+    """Forces of the dry friction rows (which motors are) into `out`, (nv,) by dof; N m or N."""
+    for row in range(ne, ne + nf):
+        if efc_type[row] == 1:
+            out[efc_id[row]] = efc_force[row]

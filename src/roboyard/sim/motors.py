@@ -111,9 +111,10 @@ class Motors:
         """(nv,) N m or N of all motors in the last step."""
         data = self._world.data
         out = np.zeros(self._world.model.nv)
-        rows = slice(data.ne, data.ne + data.nf)
-        of_dof = data.efc_type[rows] == 1
-        out[data.efc_id[rows][of_dof]] = data.efc_force[rows][of_dof]
+        if data.nf:
+            from roboyard.sim import _kernels
+
+            _kernels.motor_forces(data.efc_type, data.efc_id, data.efc_force, data.ne, data.nf, out)
         return out
 
     # -------------------------------------------------------------------------------------------- in a step
@@ -214,7 +215,9 @@ class BodyMotors:
             motors[:], targets[:], bounds[:] = self.motors, self.targets, self.bounds
         self.motors, self.targets, self.bounds = motors, targets, bounds
         self._buffer = motors.reshape(-1).data if motors.size else memoryview(bytearray())
-        self._goals = targets.reshape(-1)
+        self._goals = (
+            targets.reshape(-1).data.cast("B").cast("d") if targets.size else memoryview(b"").cast("d")
+        )
 
     def set(
         self,
@@ -229,12 +232,29 @@ class BodyMotors:
         max_velocity: float,
     ) -> None:
         """Give the joint of one dof at `row` a motor: mode 1 velocity, 2 position; see `Motors.set`."""
+        self.aim(row, mode, target, velocity, kp, kd, max_velocity)
+        self.bound(row, max_impulse, max_force)
+
+    def aim(
+        self,
+        row: int,
+        mode: float,
+        target: float,
+        velocity: float,
+        kp: float,
+        kd: float,
+        max_velocity: float,
+    ) -> None:
+        """`set` without a word on how much force the motor may use."""
         total = target + velocity + kp + kd + max_velocity
         if total - total != 0.0:  # inf and nan alike
             raise RoboyardError(f"body {self._body.name!r}: a motor's target and gains are finite")
         _PACK(self._buffer, row * 40, mode, kp, velocity, kd, max_velocity)
         if mode == 2.0:
             self._goals[4 * row] = target
+
+    def bound(self, row: int, max_impulse: float, max_force: float = 0.0) -> None:
+        """How much the motor at `row` may use: N m s or N s in a step, and N m or N in addition."""
         bounds = self.bounds
         if bounds[row, 0] != max_force or bounds[row, 1] != max_impulse:
             bounds[row] = max_force, max_impulse

@@ -1,0 +1,96 @@
+"""Compiled reading of link and joint states, which scripts do in every step. Import on first use only."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+_POSE = "Tuple((UniTuple(float64, 3), UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 4)))"
+_STATE = _POSE[:-2] + ", UniTuple(float64, 3), UniTuple(float64, 3)))"
+_ARRAY = "Array(float64, 2, 'C', False, aligned=True)"
+_ROWS = "Array(int32, 1, 'C', False, aligned=True)"
+
+
+@njit(f"{_POSE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64)", cache=True)
+def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
+    """World pose of a link's inertial frame, then of its link frame as 32-bit numbers hold it.
+
+    xpos, xquat: MuJoCo's body poses (w first). frames: (n, 7) m and x, y, z, w of each link's inertial frame
+    in its link frame. row: the link's row in xpos; link: in frames.
+    """
+    x, y, z = xpos[row, 0], xpos[row, 1], xpos[row, 2]
+    w, i, j, k = xquat[row, 0], xquat[row, 1], xquat[row, 2], xquat[row, 3]
+    fx, fy, fz = frames[link, 0], frames[link, 1], frames[link, 2]
+    fi, fj, fk, fw = frames[link, 3], frames[link, 4], frames[link, 5], frames[link, 6]
+    # q v q* = v + w t + q x t, with t = 2 q x v
+    tx, ty, tz = 2.0 * (j * fz - k * fy), 2.0 * (k * fx - i * fz), 2.0 * (i * fy - j * fx)
+    position = (
+        x + fx + w * tx + j * tz - k * ty,
+        y + fy + w * ty + k * tx - i * tz,
+        z + fz + w * tz + i * ty - j * tx,
+    )
+    orientation = (
+        w * fi + i * fw + j * fk - k * fj,
+        w * fj - i * fk + j * fw + k * fi,
+        w * fk + i * fj - j * fi + k * fw,
+        w * fw - i * fi - j * fj - k * fk,
+    )
+    frame_position = (float(np.float32(x)), float(np.float32(y)), float(np.float32(z)))
+    frame_orientation = (
+        float(np.float32(i)),
+        float(np.float32(j)),
+        float(np.float32(k)),
+        float(np.float32(w)),
+    )
+    return position, orientation, frame_position, frame_orientation
+
+
+@njit(
+    f"{_STATE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64, {_ARRAY}, {_ARRAY}, {_ARRAY}, {_ROWS})", cache=True
+)
+def link_state(xpos, xquat, frames, row, link, cvel, xipos, subtree_com, rootid):  # pragma: no cover
+    """`link_pose`, then velocity of the centre of mass (m/s) and angular velocity (rad/s) in world axes.
+
+    cvel: angular, then linear velocity at the centre of mass of the body's tree (`subtree_com` of its root).
+    """
+    position, orientation, frame_position, frame_orientation = link_pose(xpos, xquat, frames, row, link)
+    root = rootid[row]
+    rx = xipos[row, 0] - subtree_com[root, 0]
+    ry = xipos[row, 1] - subtree_com[root, 1]
+    rz = xipos[row, 2] - subtree_com[root, 2]
+    wx, wy, wz = cvel[row, 0], cvel[row, 1], cvel[row, 2]
+    linear = (
+        cvel[row, 3] + wy * rz - wz * ry,
+        cvel[row, 4] + wz * rx - wx * rz,
+        cvel[row, 5] + wx * ry - wy * rx,
+    )
+    return position, orientation, frame_position, frame_orientation, linear, (wx, wy, wz)
+
+
+@njit(cache=True)
+def link_poses(xpos, xquat, frames, rows, links, positions, orientations):  # pragma: no cover
+    """`link_pose` of several links: inertial frames into the first half of the outputs, link frames after.
+
+    rows, links: (n,). positions: (2, n, 3) m. orientations: (2, n, 4) x, y, z, w.
+    """
+    for n in range(len(links)):
+        a, b, c, d = link_pose(xpos, xquat, frames, rows[n], links[n])
+        for k in range(3):
+            positions[0, n, k], positions[1, n, k] = a[k], c[k]
+        for k in range(4):
+            orientations[0, n, k], orientations[1, n, k] = b[k], d[k]
+
+
+@njit(cache=True)
+def joint_states(qpos, qvel, forces, positions, velocities, out):  # pragma: no cover
+    """Gather position, velocity and motor force of joints into the rows of `out`, (3, n).
+
+    positions, velocities: (n,) places in qpos and qvel; -1 for a joint that does not move, which reads 0.
+    """
+    for n in range(len(positions)):
+        if positions[n] < 0:
+            out[0, n] = out[1, n] = out[2, n] = 0.0
+        else:
+            out[0, n] = qpos[positions[n]]
+            out[1, n] = qvel[velocities[n]]
+            out[2, n] = forces[velocities[n]]

@@ -1,0 +1,133 @@
+"""Commands for many joints or links do what the same command does one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import roboyard.pybullet as p
+import roboyard.pybullet_data as data
+
+
+@pytest.fixture
+def robot(client: int) -> int:
+    """R2D2: hinges, a slider and fixed joints, on a plane, each joint moving."""
+    p.setAdditionalSearchPath(data.getDataPath())
+    p.setGravity(0, 0, -9.81)
+    p.loadURDF("plane.urdf")
+    body = p.loadURDF("r2d2.urdf", [0, 0, 0.5])
+    rng = np.random.default_rng(5)
+    for joint in movable(body):
+        p.resetJointState(body, joint, rng.uniform(-0.2, 0.2), rng.uniform(-1, 1))
+    p.resetBaseVelocity(body, [0.3, -0.2, 0.1], [0.5, 0.1, -0.4])
+    return body
+
+
+def movable(body: int) -> list[int]:
+    kinds = (p.JOINT_REVOLUTE, p.JOINT_PRISMATIC)
+    return [j for j in range(p.getNumJoints(body)) if p.getJointInfo(body, j)[2] in kinds]
+
+
+def test_link_states_are_those_of_single_links(robot: int) -> None:
+    everything = list(range(p.getNumJoints(robot)))
+    for _ in range(3):
+        for velocity in (0, 1):
+            for fresh in (0, 1):
+                together = p.getLinkStates(robot, everything, velocity, fresh)
+                assert together == tuple(p.getLinkState(robot, k, velocity, fresh) for k in everything)
+                assert together == p.getLinkStates(robot, tuple(everything), velocity, fresh)
+        p.stepSimulation()
+
+
+def test_link_state_frames_fit_together(robot: int) -> None:
+    for link in range(p.getNumJoints(robot)):
+        centre, turn, local, local_turn, origin, frame = p.getLinkState(robot, link, 0, 1)
+        rotation = Rotation.from_quat(frame)
+        np.testing.assert_allclose(centre, origin + rotation.apply(local), atol=1e-6)
+        wanted = rotation * Rotation.from_quat(local_turn)
+        assert (wanted.inv() * Rotation.from_quat(turn)).magnitude() < 1e-6
+        assert all(float(np.float32(v)) == v for v in (*origin, *frame))
+
+
+def test_link_velocities_are_how_frames_move(robot: int) -> None:
+    dt = 1e-5
+    p.resetBaseVelocity(robot, [0, 0, 0], [0, 0, 0])
+    links = list(range(p.getNumJoints(robot)))
+    before = p.getLinkStates(robot, links, 1, 1)
+    for joint in movable(robot):
+        position, speed, *_ = p.getJointState(robot, joint)
+        p.resetJointState(robot, joint, position + dt * speed, speed)
+    moved = 0.0
+    for old, new in zip(before, p.getLinkStates(robot, links, 0, 1), strict=True):
+        np.testing.assert_allclose(np.subtract(new[0], old[0]) / dt, old[6], atol=1e-4)
+        turned = (Rotation.from_quat(new[1]) * Rotation.from_quat(old[1]).inv()).as_rotvec()
+        np.testing.assert_allclose(turned / dt, old[7], atol=1e-4)
+        moved = max(moved, np.linalg.norm(old[6]))
+    assert moved > 0.01
+
+
+def test_link_states_follow_edits_of_the_world(robot: int) -> None:
+    links = [3, 1]
+    p.getLinkStates(robot, links)
+    p.loadURDF("r2d2.urdf", [2, 0, 0.5])
+    p.resetBasePositionAndOrientation(robot, [0, 1, 2], [0, 0, 0, 1])
+    assert p.getLinkStates(robot, links) == tuple(p.getLinkState(robot, k) for k in links)
+    assert p.getLinkStates(robot, [1, 99]) == (p.getLinkState(robot, 1), None)
+
+
+def test_joint_states_are_those_of_single_joints(robot: int) -> None:
+    everything = list(range(p.getNumJoints(robot)))
+    wheels = movable(robot)[:4]
+
+    def check() -> None:
+        for joints in (everything, wheels, wheels[::-1]):
+            assert p.getJointStates(robot, joints) == tuple(p.getJointState(robot, j) for j in joints)
+
+    check()
+    p.stepSimulation()
+    check()
+    assert any(state[3] for state in p.getJointStates(robot, wheels))
+    p.setJointMotorControl2(robot, wheels[1], p.VELOCITY_CONTROL, force=0)
+    check()
+    p.stepSimulation()
+    check()
+    p.enableJointForceTorqueSensor(robot, wheels[0])
+    p.stepSimulation()
+    check()
+    assert any(p.getJointStates(robot, wheels)[0][2])
+
+
+@pytest.mark.parametrize("mode", [p.POSITION_CONTROL, p.VELOCITY_CONTROL])
+def test_motor_commands_for_many_are_single_ones(client: int, mode: int) -> None:
+    def run(one_by_one: bool) -> list[float]:
+        p.resetSimulation()
+        p.setAdditionalSearchPath(data.getDataPath())
+        p.setTimeStep(1 / 240)
+        body = p.loadURDF("r2d2.urdf", [0, 0, 1], useFixedBase=True)
+        joints = movable(body)
+        rng = np.random.default_rng(1)
+        seen: list[float] = []
+        for step in range(40):
+            if step == 20:
+                p.setTimeStep(1 / 500)
+            if step == 30:  # a limp joint in between, and back
+                p.setJointMotorControl2(body, joints[0], p.VELOCITY_CONTROL, force=0)
+            forces = [5.0 + step // 8] * len(joints)
+            targets, speeds = rng.uniform(-0.5, 0.5, (2, len(joints))).tolist()
+            if one_by_one:
+                for joint, target, speed, force in zip(joints, targets, speeds, forces, strict=True):
+                    p.setJointMotorControl2(
+                        body, joint, mode, targetPosition=target, targetVelocity=speed, force=force
+                    )
+            else:
+                p.setJointMotorControlArray(
+                    body, joints, mode, targetPositions=targets, targetVelocities=speeds, forces=forces
+                )
+            if step == 12:  # the later command holds, whichever form it has
+                p.setJointMotorControl2(body, joints[1], mode, targetPosition=0.1, force=3)
+            p.stepSimulation()
+            seen += [v for state in p.getJointStates(body, joints) for v in (state[0], state[1], state[3])]
+        return seen
+
+    assert run(one_by_one=True) == run(one_by_one=False)
