@@ -16,7 +16,7 @@ _HOMES = {
     "Camera": "roboyard.cameras",
     "RobotDescription": "roboyard.urdf",
     "World": "roboyard.sim",
-    "import_robot": "roboyard.importer",
+    "import_robot": "roboyard.importing",
     "load_urdf": "roboyard.urdf",
 }
 
@@ -24,7 +24,7 @@ __all__ = ["Camera", "RobotDescription", "RoboyardError", "World", "__version__"
 
 if TYPE_CHECKING:
     from roboyard.cameras import Camera
-    from roboyard.importer import import_robot
+    from roboyard.importing import import_robot
     from roboyard.sim import World
     from roboyard.urdf import RobotDescription, load_urdf
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 import yaml
 
+from roboyard import import_robot
 from roboyard.assets import asset_path
 from roboyard.errors import ConfigError, DescriptionError
-from roboyard.importer import import_robot
 from roboyard.sim import World
 from roboyard.urdf import forward_kinematics, load_urdf
 
@@ -106,8 +106,8 @@ def test_the_imported_robot_stands_in_a_world(r1):
 
 
 def test_files_read_back_as_meant(r1):
-    validation = r1.facts["validation"]
-    assert validation["urdf"] == validation["mjcf"] == validation["curobo"] == []
+    found = r1.facts["read_back"]
+    assert found["urdf"] == found["mjcf"] == found["curobo"] == []
     log = json.loads((r1.folder / "import_log.json").read_text())
     assert {"stage_and_clean", "collision", "planning"} <= {d["step"] for d in log["decisions"]}
 
@@ -154,7 +154,7 @@ def test_a_bad_urdf_leaves_nothing_behind(tmp_path):
     assert not list((tmp_path / "data").rglob("*.urdf"))
 
 
-CHILD = "import sys; from roboyard.importer import import_robot; import_robot(sys.argv[1], data=sys.argv[2])"
+CHILD = "import sys; from roboyard import import_robot; import_robot(sys.argv[1], data=sys.argv[2])"
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roboyard.importer import import_robot
+from roboyard import import_robot
 from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot, parse_definition
 from roboyard.robots.joint_order import robot_joint_names
 from roboyard.sim import World
@@ -171,6 +171,7 @@ def imported(name: str, data: Path) -> RegisteredRobot:
             name=name,
             data=data,
             packages={"example-robot-data": folder},
+            validate=False,
             report=False,
         )
         joints = robot_joint_names(load_urdf(result.model_folder / "urdf" / f"{name}.urdf"))

@@ -22,15 +22,19 @@ def save_png(path: str | Path, picture: Picture) -> Path:
     return target
 
 
-def png_bytes(picture: Picture) -> bytes:
-    """A PNG file's content."""
+def png_bytes(picture: Picture, *, colors: int | None = None) -> bytes:
+    """A PNG file's content; with at most `colors` colours (2 to 256) a third as large, and without alpha."""
     from PIL import Image as Pillow
 
     pixels = _pixels(picture)
-    if pixels.shape[-1] == 4 and pixels[..., 3].min() == 255:
+    if pixels.shape[-1] == 4 and (colors is not None or pixels[..., 3].min() == 255):
         pixels = pixels[..., :3]
+    drawn = Pillow.fromarray(np.ascontiguousarray(pixels))
+    if colors is not None:
+        drawn = drawn.quantize(colors, method=Pillow.Quantize.FASTOCTREE, dither=Pillow.Dither.NONE)
     buffer = io.BytesIO()
-    Pillow.fromarray(np.ascontiguousarray(pixels)).save(buffer, "PNG", optimize=True)
+    # Pillow's `optimize` takes three times as long for one file in a hundred less
+    drawn.save(buffer, "PNG", compress_level=6)
     return buffer.getvalue()
 
 

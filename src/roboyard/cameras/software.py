@@ -147,7 +147,8 @@ def draw(
         fine = _Frame(arrays, to_world, camera.resized(2 * camera.width, 2 * camera.height))
         seen, nearness = fine.visibility("opaque")
         rgba, _ = _color(fine, to_local, seen, nearness, shadow, light, lines, 2.0, backdrop, fade)
-        even = rgba.reshape(camera.height, 2, camera.width, 2, 4).sum(axis=(1, 3), dtype=np.uint16)
+        four = rgba.reshape(camera.height, 2, camera.width, 2, 4).astype(np.uint16)
+        even = four[:, 0, :, 0] + four[:, 0, :, 1] + four[:, 1, :, 0] + four[:, 1, :, 1]
         rgba = ((even + 2) >> 2).astype(np.uint8)
         surface = _front(frame, *frame.visibility("opaque"))
     depth = np.empty(frame.width * frame.height, dtype=np.float32)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from roboyard.validation import ValidationReport
 
 EXAMPLE = """
 A source configuration, here the bundled R1's (every key but urdf_path and name may be left out):
@@ -80,13 +83,19 @@ def importing(
             show_default=False,
         ),
     ] = None,
+    no_validate: Annotated[
+        bool, typer.Option("--no-validate", help="Do not try the robot out; `roboyard validate` does.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Import a robot: URDF, USD, MJCF and planner files, a definition and a report, in one folder."""
+    """Import a robot: URDF, USD, MJCF and planner files, a definition and a report, in one folder.
+
+    At the end the robot is tried out on a floor. What then fails is told, and the package stays.
+    """
     del headless
+    from roboyard import import_robot
     from roboyard.cli.packages import read_packages
     from roboyard.errors import ConfigError
-    from roboyard.importer import import_robot
 
     if (urdf is None) == (config is None):
         raise ConfigError("give either a URDF or --config FILE; roboyard import --help shows an example")
@@ -100,6 +109,7 @@ def importing(
             overwrite=True if overwrite else None,
             packages=read_packages(package or []),
             progress=tell,
+            validate=not no_validate,
         )
     if as_json:
         import json
@@ -111,12 +121,22 @@ def importing(
     for decision in result.warnings:
         element = f"{decision.element}: " if decision.element else ""
         print(f"look at: {element}{decision.message}")
+    if result.validation is not None:
+        print("\n".join(_tried(result.validation)))
     print(f"{result.name}: {len(result.robot.description.links)} links, imported into {result.folder}")
     print(f"definition: {result.definition}")
     print(f"report: {result.report}")
 
 
 importing.__doc__ = f"{importing.__doc__}\n{EXAMPLE}"
+
+
+def _tried(report: ValidationReport) -> list[str]:
+    """How the robot did: one line, and one for each gate that failed."""
+    asked = [gate for gate in report.gates if not gate.skipped]
+    passed = sum(gate.passed for gate in asked)
+    lines = [f"tried out: {passed} of {len(asked)} gates passed in {report.seconds:.1f} s"]
+    return lines + [gate.line() for gate in report.failed]
 
 
 def _found(findings: list[dict[str, Any]]) -> list[str]:

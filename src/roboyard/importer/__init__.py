@@ -1,4 +1,8 @@
-"""The importer: a vendor's URDF (and a configuration) in, a robot package out."""
+"""The importer: a vendor's URDF (and a configuration) in, a robot package out.
+
+`roboyard.import_robot` is what users call: it builds the package here, tries the robot out and
+reports.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +13,16 @@ _HOMES = {
     "ImportResult": "roboyard.importer.run",
     "ImportedRobot": "roboyard.importer.model",
     "audit_config": "roboyard.importer.load_config",
-    "import_robot": "roboyard.importer.run",
+    "build_package": "roboyard.importer.run",
     "load_config": "roboyard.importer.load_config",
 }
 
-__all__ = ["ImportResult", "ImportedRobot", "audit_config", "import_robot", "load_config"]
+__all__ = ["ImportResult", "ImportedRobot", "audit_config", "build_package", "load_config"]
 
 if TYPE_CHECKING:
     from roboyard.importer.load_config import audit_config, load_config
     from roboyard.importer.model import ImportedRobot
-    from roboyard.importer.run import ImportResult, import_robot
+    from roboyard.importer.run import ImportResult, build_package
 
 
 def __getattr__(name: str) -> Any:

@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,6 +24,8 @@ class Decision:
     element: str
     """As in `link "arm"`; empty for the robot as a whole."""
     message: str
+    code: str = ""
+    """Of the audit's finding that it is about, if any."""
 
 
 @dataclass(kw_only=True)
@@ -58,9 +60,15 @@ class ImportLog:
         """Record a decision."""
         self.decisions.append(Decision(step=self._step, level="note", element=element, message=message))
 
-    def warn(self, message: str, element: str = "") -> None:
-        """Record something that the user should look at."""
-        self.decisions.append(Decision(step=self._step, level="warning", element=element, message=message))
+    def warn(self, message: str, element: str = "", *, code: str = "") -> None:
+        """Record something that the user should look at; `code` of the audit's finding, if it is one."""
+        self.decisions.append(
+            Decision(step=self._step, level="warning", element=element, message=message, code=code)
+        )
+
+    def settle(self) -> None:
+        """Turn the warnings about the audit's findings into notes."""
+        self.decisions = [replace(d, level="note") if d.code else d for d in self.decisions]
 
     @property
     def warnings(self) -> tuple[Decision, ...]:

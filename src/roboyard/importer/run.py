@@ -1,4 +1,4 @@
-"""Import a robot: a configuration or a bare URDF in, a complete package out."""
+"""Build a robot's package: a configuration or a bare URDF in, files in every format out."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from roboyard.importer.load_config import LoadedConfig, check_data, load_config
 from roboyard.importer.log import Decision, ImportLog, ProgressCallback
 from roboyard.importer.model import ImportedRobot
 from roboyard.importer.package import Place, building
+from roboyard.importer.quality import quality
 from roboyard.importer.steps.canonical_frame import canonical_frame
 from roboyard.importer.steps.collision import collision
 from roboyard.importer.steps.drives import drives
@@ -33,6 +34,7 @@ from roboyard.importer.steps.stage_and_clean import stage_and_clean
 from roboyard.urdf.model import Mesh, RobotDescription
 
 Step = Callable[[ImportedRobot, ImportContext], ImportedRobot]
+Finish = Callable[[ImportedRobot, ImportContext], None]
 
 STEPS: tuple[Step, ...] = (
     positive_scale,
@@ -45,6 +47,7 @@ STEPS: tuple[Step, ...] = (
     drives,
     metadata,
     planning,
+    quality,
 )
 """After `stage_and_clean`, which makes the robot."""
 
@@ -70,11 +73,6 @@ class ImportResult:
         return self.model_folder / f"{self.name}.yaml"
 
     @property
-    def report(self) -> Path:
-        """The page to look at."""
-        return self.folder / "import_report.html"
-
-    @property
     def warnings(self) -> tuple[Decision, ...]:
         """What to look at."""
         return tuple(decision for decision in self.decisions if decision.level == "warning")
@@ -86,15 +84,14 @@ class ImportResult:
             "folder": str(self.folder),
             "model_folder": str(self.model_folder),
             "definition": str(self.definition),
-            "report": str(self.report),
             "seconds": dict(self.seconds),
             "warnings": [f"{d.element}: {d.message}" if d.element else d.message for d in self.warnings],
             "mends": self.facts.get("mends", []),
-            "validation": self.facts.get("validation", {}),
+            "read_back": self.facts.get("read_back", {}),
         }
 
 
-def import_robot(
+def build_package(
     config: Path | str | Mapping[str, Any] | ImportConfig | None = None,
     *,
     urdf: Path | str | None = None,
@@ -104,9 +101,9 @@ def import_robot(
     overwrite: bool | None = None,
     packages: Mapping[str, Path] | None = None,
     progress: ProgressCallback | None = None,
-    report: bool = True,
+    finish: Finish | None = None,
 ) -> ImportResult:
-    """Import a robot into the data folder.
+    """Build a robot's package and move it into the data folder; `roboyard.import_robot` also tries it out.
 
     Args:
         config: a source configuration: a YAML file, its data, or a checked model. Without one the robot keeps
@@ -118,7 +115,8 @@ def import_robot(
         overwrite: replace an import of this name; as the configuration says (else no) by default.
         packages: ROS package name to folder.
         progress: told of every step.
-        report: also write `import_report.html`.
+        finish: called with the robot once its files are written and before they are moved in; it may add
+            files to the package and facts to its log.
 
     Returns:
         What was written and decided.
@@ -148,7 +146,7 @@ def import_robot(
             has_config=config is not None,
             packages=packages or {},
         )
-        robot = _build(context, report=report)
+        robot = _build(context, finish)
         _make_model(build, robot.name)
         final = rebased(robot, context.build, place.object)
     return ImportResult(
@@ -162,8 +160,9 @@ def import_robot(
     )
 
 
-def _build(context: ImportContext, *, report: bool) -> ImportedRobot:
-    from roboyard.importer.validation import validate
+def _build(context: ImportContext, finish: Finish | None) -> ImportedRobot:
+    from roboyard.importer.read_back import read_back
+    from roboyard.importer.settle import settle
     from roboyard.importer.writing import write_formats
 
     log = context.log
@@ -174,13 +173,11 @@ def _build(context: ImportContext, *, report: bool) -> ImportedRobot:
             robot = step(robot, context)
     with log.step("write"):
         write_formats(robot, context)
-    with log.step("validate"):
-        validate(robot, context)
-    if report:
-        from roboyard.importer.report import write_report
-
-        with log.step("report"):
-            write_report(robot, context)
+    with log.step("read_back"):
+        read_back(robot, context)
+        settle(robot, context)
+    if finish is not None:
+        finish(robot, context)
     log.write(context.build / "import_log.json")
     return robot
 

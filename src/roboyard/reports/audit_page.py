@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 
 import numpy as np
 
+from roboyard.reports.html import figure, page, verdict
 from roboyard.reports.pictures import RGBA, Kind, sight_of
 from roboyard.urdf.auditing.draft import Draft
 from roboyard.urdf.auditing.findings import Audit, Finding, Severity
@@ -23,21 +23,9 @@ _COLORS: dict[Severity, RGBA] = {
     Severity.UNTIDY: (0.15, 0.45, 0.85, 1.0),
 }
 _STYLE = """
-body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72rem;padding:0 1rem}
-body{color:#1c2430;background:#fff}
-h1{margin:0 0 .2rem}h2{margin:2rem 0 .5rem;border-bottom:1px solid #dde2e8}.facts{color:#5b6675}
-.verdict{display:inline-block;padding:.15rem .7rem;border-radius:1rem;color:#fff;font-weight:600}
-.good{background:#23803a}.bad{background:#b51d1d}
-.blocks{color:#b51d1d}.misbehaves{color:#b26200}.untidy{color:#1f5fae}
-table{border-collapse:collapse;width:100%}th,td{text-align:left;vertical-align:top;padding:.35rem .6rem;
-border-bottom:1px solid #e6eaef}th{color:#5b6675;font-weight:600}td.line{text-align:right;color:#5b6675}
-code{font-size:.9em;background:#f1f4f7;padding:.05rem .3rem;overflow-wrap:anywhere}
-.mend{color:#23803a;white-space:nowrap}figure{margin:.5rem 1rem .5rem 0;display:inline-block}
-figure img{max-width:100%;border:1px solid #dde2e8;border-radius:.3rem}
-figcaption{color:#5b6675;font-size:.9em}
-@media(prefers-color-scheme:dark){body{background:#14181e;color:#dfe5ec}
-h2{border-color:#333c47}
-th,td{border-color:#2a323c}code{background:#222a33}figure img{border-color:#333c47}}
+.blocks{color:var(--bad)}.misbehaves{color:var(--look)}.untidy{color:var(--note)}
+table{width:100%}td.line{text-align:right;color:var(--dim)}
+.mend{color:var(--good);white-space:nowrap}
 """
 
 
@@ -62,30 +50,17 @@ def write_audit_page(
 
 def audit_page(audit: Audit, draft: Draft) -> str:
     """The page's text."""
-    title = escape(audit.robot or audit.file.stem)
+    title = audit.robot or audit.file.stem
     parts = [
-        "<!doctype html>",
-        f'<html lang="en"><head><meta charset="utf-8"><title>Audit of {title}</title>',
-        '<meta name="viewport" content="width=device-width,initial-scale=1">',
-        f"<style>{_STYLE}</style></head><body>",
-        f"<h1>{title}</h1>",
-        f'<p><span class="verdict {"good" if audit.is_usable else "bad"}">{audit.verdict}</span> '
+        f"<h1>{escape(title)}</h1>",
+        f"<p>{verdict(audit.verdict, 'good' if audit.is_usable else 'bad')}"
         f"<code>{escape(audit.file.name)}</code></p>",
     ]
     if audit.facts.links:
         parts.append(f'<p class="facts">{escape(facts_line(audit))}</p>')
     parts += _overview(draft)
     parts += _findings(audit, draft)
-    parts.append("</body></html>")
-    return "\n".join(parts) + "\n"
-
-
-def _figure(png: bytes, caption: str, width: int) -> str:
-    data = base64.b64encode(png).decode("ascii")
-    return (
-        f'<figure><img width="{width}" alt="{escape(caption)}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{escape(caption)}</figcaption></figure>"
-    )
+    return page(f"Audit of {title}", parts, _STYLE)
 
 
 def _overview(draft: Draft) -> list[str]:
@@ -98,7 +73,7 @@ def _overview(draft: Draft) -> list[str]:
         if any(shape.kind == kind for shape in draft.shapes):
             sight = sight_of(draft, kind=kind)
             if not sight.is_empty:
-                out.append(_figure(sight.picture(), caption, 480))
+                out.append(figure(sight.picture(), caption, 480))
     return out
 
 
@@ -131,9 +106,9 @@ def _pictures(alike: Sequence[Finding], draft: Draft) -> list[str]:
     if not seen:
         return []
     named = ", ".join(sorted(seen)[:4]) + (", ..." if len(seen) > 4 else "")
-    out = [_figure(sight.picture(width=480, height=360), named, 360)]
+    out = [figure(sight.picture(width=480, height=360), named, 360)]
     if _share(sight.bounds, seen) < 0.35:
-        out.append(_figure(sight.picture(seen, width=480, height=360), "close up", 360))
+        out.append(figure(sight.picture(seen, width=480, height=360), "close up", 360))
     return out
 
 

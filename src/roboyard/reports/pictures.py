@@ -22,6 +22,8 @@ RGBA = tuple[float, float, float, float]
 
 PLAIN: RGBA = (0.62, 0.65, 0.70, 1.0)
 FADED: RGBA = (0.55, 0.58, 0.63, 0.28)
+EVEN = (0.94, 0.95, 0.96)
+"""Background of small pictures."""
 FOVY = math.radians(32.0)
 VIEW = np.array([0.72, -1.0, 0.55])
 """From the robot towards the camera."""
@@ -42,14 +44,33 @@ class Sight:
         """True where there is nothing to see."""
         return not self.scene.shapes
 
-    def picture(self, focus: Collection[str] = (), *, width: int = 640, height: int = 480) -> bytes:
-        """PNG of the whole robot, or of the links in `focus` (with some room) where there are any."""
+    def picture(
+        self,
+        focus: Collection[str] = (),
+        *,
+        around: Array | None = None,
+        width: int = 640,
+        height: int = 480,
+        plain: bool = False,
+    ) -> bytes:
+        """PNG of the whole robot.
+
+        Args:
+            focus: links to go up to, with some room around.
+            around: (2, 3) box to go up to instead; m.
+            width: pixels.
+            height: pixels.
+            plain: on an even background, for many small pictures.
+        """
         boxes = [self.bounds[name] for name in focus if name in self.bounds] or list(self.bounds.values())
+        if around is not None:
+            boxes = [around]
         lower = np.min([box[0] for box in boxes], axis=0)
         upper = np.max([box[1] for box in boxes], axis=0)
         target = (lower + upper) / 2.0
         back = VIEW / np.linalg.norm(VIEW)
-        distance = _distance(_corners(lower, upper) - target, back, width / height) * (2.0 if focus else 1.1)
+        room = 2.0 if focus and around is None else 1.1
+        distance = _distance(_corners(lower, upper) - target, back, width / height) * room
         camera = Camera.look_at(
             eye=target + distance * back,
             target=target,
@@ -60,9 +81,15 @@ class Sight:
             far=distance * 20.0,
         )
         image = render(
-            self.scene, self.positions, self.rotations, camera, background=STUDIO, samples=4, shadow=False
+            self.scene,
+            self.positions,
+            self.rotations,
+            camera,
+            background=EVEN if plain else STUDIO,
+            samples=4,
+            shadow=False,
         )
-        return png_bytes(image)
+        return png_bytes(image, colors=255)
 
 
 def _corners(lower: Array, upper: Array) -> Array:
@@ -82,11 +109,16 @@ def _distance(points: Array, back: Array, aspect: float) -> float:
 
 
 def sight_of(
-    draft: Draft, *, kind: Kind = "visual", marked: Collection[str] = (), color: RGBA = PLAIN
+    draft: Draft,
+    *,
+    kind: Kind = "visual",
+    marked: Collection[str] = (),
+    color: RGBA = PLAIN,
+    strict: bool = False,
 ) -> Sight:
     """The robot at rest, in its own colours; where links are `marked`, those in `color` and the others faded.
 
-    A link without shapes of the `kind` shows its others.
+    A link without shapes of the `kind` shows its others, unless `strict`.
     """
     shapes: list[RenderShape] = []
     positions: list[Array] = []
@@ -99,7 +131,9 @@ def sight_of(
         rgba = None if not marked else (color if link.name in marked else FADED)
         frame = len(positions)
         drawn = [
-            s for shape in _shown(link, kind) if (s := _render_shape(shape, draft, frame, rgba)) is not None
+            s
+            for shape in _shown(link, kind, strict)
+            if (s := _render_shape(shape, draft, frame, rgba)) is not None
         ]
         if not drawn:
             continue
@@ -115,9 +149,9 @@ def sight_of(
     )
 
 
-def _shown(link: DraftLink, kind: Kind) -> list[DraftShape]:
+def _shown(link: DraftLink, kind: Kind, strict: bool) -> list[DraftShape]:
     first, second = (link.visuals, link.collisions) if kind == "visual" else (link.collisions, link.visuals)
-    return first or second
+    return first or ([] if strict else second)
 
 
 def _render_shape(shape: DraftShape, draft: Draft, frame: int, rgba: RGBA | None) -> RenderShape | None:

@@ -93,7 +93,7 @@ def is_convex(mesh: TriangleMesh, tolerance: float = 1e-3) -> bool:
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.linalg.norm(cross, axis=1)
-    planes = _planes(hull.mesh)
+    planes = face_planes(hull.mesh)
     middle = corners.mean(axis=1)
     depth = np.full(len(middle), np.inf)
     for begin in range(0, len(middle), 4096):
@@ -109,7 +109,7 @@ def measure_hulls(hulls: Sequence[TriangleMesh], grid: VoxelGrid) -> HullFit:
     """How well convex meshes stand for a voxel grid's solid (both in the same frame)."""
     union = np.zeros(grid.inside.shape, dtype=np.bool_)
     for hull in hulls:
-        planes = _planes(hull)
+        planes = face_planes(hull)
         # into voxel units: n·(origin + size q) + d
         planes[:, 3] = (planes[:, 3] + planes[:, :3] @ grid.origin) / grid.size
         lower, upper = (hull.bounds - grid.origin) / grid.size
@@ -256,7 +256,7 @@ def _outward(corners: Array, hull: ConvexHull) -> NDArray[np.int32]:
     return read_only(faces, np.int32)
 
 
-def _planes(mesh: TriangleMesh) -> Array:
+def face_planes(mesh: TriangleMesh) -> Array:
     """(p, 4) outward unit normal and offset of each face of size."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)

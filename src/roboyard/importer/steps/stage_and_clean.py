@@ -76,7 +76,9 @@ def _record(context: ImportContext, made: Repair) -> None:
         log.note(f"{len(made.staged)} mesh and image files staged under plain names")
     for finding in made.left:
         if finding.severity != BLOCKS:
-            log.warn(f"{finding.message}; {finding.remedy} [{finding.code}]", finding.element)
+            log.warn(
+                f"{finding.message}; {finding.remedy} [{finding.code}]", finding.element, code=finding.code
+            )
 
 
 def _error(context: ImportContext, made: Repair, finding: Finding) -> DescriptionError:

@@ -21,7 +21,7 @@ MASS = 1e-6
 """kg/kg"""
 
 
-def validate(robot: ImportedRobot, context: ImportContext) -> None:
+def read_back(robot: ImportedRobot, context: ImportContext) -> None:
     """Check each file that was written; findings go to the log, nothing is raised."""
     build, name = context.build, robot.name
     checks: tuple[tuple[str, Callable[[], list[str]]], ...] = (
@@ -42,7 +42,7 @@ def validate(robot: ImportedRobot, context: ImportContext) -> None:
             context.log.warn(f"{kind}: {problem}")
         if not problems:
             context.log.note(f"{kind}: read back and found equal")
-    context.log.facts["validation"] = results
+    context.log.facts["read_back"] = results
 
 
 def check_urdf(robot: ImportedRobot, file: Path) -> list[str]:

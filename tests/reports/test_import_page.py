@@ -1,4 +1,4 @@
-"""The import report on a robot made in memory: well-formed, safe with hostile names, pictures that decode."""
+"""The import page on a robot made in memory: well-formed, safe with hostile names, pictures that decode."""
 
 import base64
 import io
@@ -14,9 +14,11 @@ from roboyard.importer.config import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.importer.log import ImportLog
 from roboyard.importer.model import CollisionSphere, ImportedRobot, PlanningData
-from roboyard.importer.report import MAX_LINKS_PICTURED, report_page, write_report
-from roboyard.importer.report_pictures import KINDS, sights_of
+from roboyard.reports.import_links import MAX_LINKS_PICTURED
+from roboyard.reports.import_page import import_page, write_import_page
+from roboyard.reports.import_pictures import KINDS, sight_of_robot
 from roboyard.urdf.model import Box, Collision, Inertial, Joint, Link, Pose, RobotDescription, Visual
+from roboyard.validation.report import Curve, Gate, ValidationReport
 
 HOSTILE = "\"><script>alert('x')</script>&amp;<img src=x onerror=y>"
 VOID = {"meta", "img", "br", "hr", "link", "input"}
@@ -80,7 +82,7 @@ def robot_of(names, *, name="pair"):
 
 
 def test_the_page_is_well_formed_and_its_pictures_show_something():
-    page = Page(report_page(robot_of(["base", "tip"]), {}, ()))
+    page = Page(import_page(robot_of(["base", "tip"]), {}, ()))
     assert not page.open
     pictures = list(page.pictures())
     assert len(pictures) == len(KINDS) * (1 + 2)  # the whole robot, then each link
@@ -89,50 +91,108 @@ def test_the_page_is_well_formed_and_its_pictures_show_something():
     assert "3.00 kg" in "".join(page.text)
 
 
+def gate(name, figure, **more):
+    line = Curve(x=np.arange(5.0), lines={name: np.arange(5.0)}, x_label=name, y_label=name)
+    values = {"title": f"{name}?", "threshold": 1.0, "unit": "mm", "curve": line, **more}
+    return Gate(name=name, figure=figure, **values)
+
+
 def test_names_and_messages_of_strangers_stay_text():
     log = ImportLog()
     log.warn(HOSTILE, f'link "{HOSTILE}"')
+    found = {"code": HOSTILE, "element": HOSTILE, "message": HOSTILE, "severity": HOSTILE, "line": 3}
     facts = {
-        "source": {"verdict": HOSTILE},
-        "mends": [{"element": HOSTILE, "before": HOSTILE, "after": HOSTILE}],
-        "validation": {HOSTILE: [HOSTILE]},
+        "source": {"verdict": HOSTILE, "findings": [found]},
+        "mends": [{"code": HOSTILE, "element": HOSTILE, "before": HOSTILE, "after": HOSTILE}],
+        "read_back": {HOSTILE: [HOSTILE]},
+        "files": {HOSTILE: [HOSTILE]},
         "collision": {HOSTILE: {"way": HOSTILE, "meshes": []}},
+        "links": {HOSTILE: {"overlaps_mm": {HOSTILE: 1.0}}},
     }
-    text = report_page(robot_of([HOSTILE, "tip"], name=HOSTILE), facts, log.warnings)
+    failed = gate(HOSTILE, 2.0, unit=HOSTILE, detail=HOSTILE, advice=HOSTILE, findings=[HOSTILE])
+    skipped = gate(HOSTILE, 0.0, skipped=HOSTILE)
+    trial = ValidationReport(robot=HOSTILE, gates=(failed, skipped))
+    text = import_page(robot_of([HOSTILE, "tip"], name=HOSTILE), facts, log.warnings, trial)
     page = Page(text)
     assert not page.open
     assert not [tag for tag, _ in page.tags if tag == "script"]
     assert not [a for _, attributes in page.tags for a in attributes if a.startswith("on")]
     assert all(source.startswith("data:image/png;base64,") for source in page.images)
-    # title, heading, element and message of the warning, verdict, mend (3), check (2), row (2), link heading
-    assert "".join(page.text).count(HOSTILE) >= 12
+    # title, heading, verdict, warning (2), gates (7), robot tried, row of findings (5), link (3), file (3)
+    assert "".join(page.text).count(HOSTILE) >= 22
+
+
+def test_gates_are_shown_with_their_curves_and_the_failed_ones_first():
+    trial = ValidationReport(
+        robot="pair",
+        gates=(
+            gate("rest", 0.5),
+            gate("reach", 2.0, advice="look at joint limits"),
+            gate("tuck", 0.0, skipped="no"),
+        ),
+    )
+    page = Page(import_page(robot_of(["base", "tip"]), {}, (), trial))
+    words = "".join(page.text)
+    assert words.index("reach?") < words.index("rest?") < words.index("tuck?")
+    assert "1 gate of 3 failed" in words and "look at joint limits" in words
+    assert len([tag for tag, _ in page.tags if tag == "svg"]) == 2
+    assert "not tried out" in "".join(Page(import_page(robot_of(["base", "tip"]), {}, ())).text)
 
 
 def test_the_page_needs_nothing_from_elsewhere():
-    page = Page(report_page(robot_of(["base", "tip"]), {}, ()))
+    page = Page(import_page(robot_of(["base", "tip"]), {}, ()))
     assert not [tag for tag, _ in page.tags if tag in ("script", "link", "iframe", "object")]
     assert not [a for _, attributes in page.tags for a in attributes if a in ("href", "srcset")]
 
 
 def test_facts_stand_in_the_rows_of_their_links():
     facts = {
-        "collision": {
-            "base": {"way": "convex", "meshes": [{"excess_volume": 0.25}, {"excess_volume": None}]}
+        "collision": {"base": {"way": "convex", "meshes": []}},
+        "links": {
+            "base": {
+                "size": [0.2, 0.1, 0.1],
+                "excess": 0.25,
+                "missing": 0.01,
+                "coverage": 0.6,
+                "sphere_excess": 0.3,
+                "overlaps_mm": {"tip": 4.25},
+            }
         },
-        "validation": {"urdf": [], "mjcf": ["body 'tip' is missing"]},
-        "mends": [{"element": "joint", "before": "none", "after": "some"}] * 75,
+        "read_back": {"urdf": [], "mjcf": ["body 'tip' is missing"]},
     }
-    words = [word.strip() for word in Page(report_page(robot_of(["base", "tip"]), facts, ())).text]
-    row = words.index("convex")
-    assert words[row - 2 : row + 4] == ["base", "1.500", "convex", "1", "0.25", "1"]
+    words = [word.strip() for word in Page(import_page(robot_of(["base", "tip"]), facts, ())).text]
+    first = words[words.index("Link by link") : words.index("tip")]
+    for name, value in {
+        "size": "200 × 100 × 100 mm",
+        "mass": "1.500 kg",
+        "collision": "one hull a mesh",
+        "shapes": "1",
+        "excess volume": "25% of the link",
+        "spheres": "1",
+        "covered by spheres": "60%",
+        "reaches into tip": "4.2 mm",
+    }.items():
+        assert first[first.index(name) + 1] == value
     assert words[words.index("mjcf") + 1] == "body 'tip' is missing"
     assert words[words.index("urdf") + 1] == "read back and found equal"
-    assert "15 more stand in import_log.json." in words
+
+
+def test_findings_of_a_kind_share_a_row_that_says_what_became_of_them():
+    found = {"severity": "untidy", "line": 7, "element": "link", "message": "bad", "code": "a"}
+    facts = {
+        "source": {"findings": [found] * 75 + [{**found, "code": "b"}, {**found, "code": "c"}]},
+        "mends": [{"code": "a", "element": "link", "before": "none", "after": "some"}] * 75,
+        "left": [{"code": "b"}, {"code": "c"}],
+        "still": [{"code": "c"}],
+    }
+    words = [word.strip() for word in Page(import_page(robot_of(["base", "tip"]), facts, ())).text]
+    assert "bad — and 74 more like this" in words and "put right: none → some" in words
+    assert words.index("settled by the import") < words.index("as it was")
 
 
 def test_no_more_links_are_pictured_than_said():
     names = [f"link{k}" for k in range(MAX_LINKS_PICTURED + 3)]
-    page = Page(report_page(robot_of(names), {}, ()))
+    page = Page(import_page(robot_of(names), {}, ()))
     assert len(page.images) == len(KINDS) * (1 + MAX_LINKS_PICTURED)
     assert "3 more links are not pictured." in "".join(page.text)
 
@@ -141,19 +201,20 @@ def test_a_robot_without_shapes_has_a_page_without_pictures():
     bare = ImportedRobot(
         name="bare", description=RobotDescription(name="bare", links=(Link(name="base"),)), base_link="base"
     )
-    page = Page(report_page(bare, {}, ()))
+    page = Page(import_page(bare, {}, ()))
     assert not page.open and not page.images
     assert "0.00 kg" in "".join(page.text)
 
 
 def test_boxes_round_links_follow_joints_and_spheres():
     robot = robot_of(["base", "tip"])
-    visual, _, spheres = (sights_of(robot, kind) for kind in KINDS)
+    visual, _, spheres = (sight_of_robot(robot, kind) for kind in KINDS)
     assert visual.bounds["tip"] == pytest.approx(np.array([[0.2, -0.05, -0.05], [0.4, 0.05, 0.05]]))
+    # the sphere stands up out of the link, which is drawn behind it
     assert spheres.bounds["tip"] == pytest.approx(
-        np.array([[0.26, -0.04, 0.01], [0.34, 0.04, 0.09]]), abs=1e-3
+        np.array([[0.2, -0.05, -0.05], [0.4, 0.05, 0.09]]), abs=1e-3
     )
-    assert sights_of(replace(robot, planning=None), "planner's spheres").is_empty
+    assert sight_of_robot(replace(robot, planning=None), "planner's spheres").is_empty
 
 
 def test_the_file_lies_in_the_package(tmp_path):
@@ -164,5 +225,5 @@ def test_the_file_lies_in_the_package(tmp_path):
         log=ImportLog(),
     )
     robot = robot_of(["base", "tip"])
-    write_report(robot, context)
-    assert (tmp_path / "import_report.html").read_text(encoding="utf-8") == report_page(robot, {}, ())
+    write_import_page(robot, context)
+    assert (tmp_path / "import_report.html").read_text(encoding="utf-8") == import_page(robot, {}, ())

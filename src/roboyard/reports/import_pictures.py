@@ -1,0 +1,143 @@
+"""Pictures of an imported robot: what is seen, what touches, what a planner takes it for."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from roboyard.cameras import RenderScene, RenderShape
+from roboyard.importer.model import CollisionSphere, ImportedRobot
+from roboyard.importer.shape_tools import geometry_mesh
+from roboyard.poses import Array, matrix_from_quaternion
+from roboyard.reports.pictures import PLAIN, RGBA, Sight
+from roboyard.shapes import primitives
+from roboyard.urdf.kinematics import forward_kinematics
+from roboyard.urdf.model import Collision, Link, Visual
+
+Kind = Literal["visual shapes", "collision shapes", "planner's spheres"]
+KINDS: tuple[Kind, ...] = ("visual shapes", "collision shapes", "planner's spheres")
+HULL_RGBA: tuple[RGBA, ...] = (
+    (0.35, 0.72, 0.42, 1.0),
+    (0.31, 0.56, 0.85, 1.0),
+    (0.91, 0.65, 0.27, 1.0),
+    (0.73, 0.46, 0.80, 1.0),
+    (0.87, 0.42, 0.40, 1.0),
+    (0.30, 0.70, 0.72, 1.0),
+    (0.82, 0.76, 0.34, 1.0),
+    (0.55, 0.50, 0.85, 1.0),
+)
+"""Neighbouring collision shapes in different colours, so that hulls can be told apart."""
+SPHERE_RGBA: RGBA = (0.95, 0.55, 0.12, 0.55)
+GHOST: RGBA = (0.55, 0.60, 0.68, 1.0)
+"""The link itself, behind its spheres."""
+
+
+def sight_of_robot(
+    robot: ImportedRobot,
+    kind: Kind,
+    only: Collection[str] | None = None,
+    *,
+    frames: Mapping[str, Array] | None = None,
+) -> Sight:
+    """The robot (or some of its links) with all joints at zero, ready to be photographed.
+
+    `frames` are those of `forward_kinematics`, where they are known.
+    """
+    frames = frames if frames is not None else forward_kinematics(robot.description)
+    shapes: list[RenderShape] = []
+    positions, rotations = [], []
+    bounds: dict[str, Array] = {}
+    for link in robot.description.links:
+        if only is not None and link.name not in only:
+            continue
+        pose = frames[link.name]
+        drawn = list(_shapes(robot, link, kind, len(positions)))
+        if not drawn:
+            continue
+        positions.append(pose[:3, 3])
+        rotations.append(pose[:3, :3])
+        shapes += drawn
+        bounds[link.name] = _bounds(drawn, pose)
+    return Sight(
+        scene=RenderScene(shapes=shapes),
+        positions=np.array(positions).reshape(-1, 3),
+        rotations=np.array(rotations).reshape(-1, 3, 3),
+        bounds=bounds,
+    )
+
+
+def link_pictures(
+    robot: ImportedRobot, link: str, frames: Mapping[str, Array], *, width: int, height: int
+) -> dict[Kind, bytes]:
+    """PNG of one link alone in each way that it has, all from one place."""
+    sights: dict[Kind, Sight] = {kind: sight_of_robot(robot, kind, (link,), frames=frames) for kind in KINDS}
+    boxes = [sight.bounds[link] for sight in sights.values() if link in sight.bounds]
+    if not boxes:
+        return {}
+    around = np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
+    return {
+        kind: sight.picture(around=around, width=width, height=height, plain=True)
+        for kind, sight in sights.items()
+        if not sight.is_empty
+    }
+
+
+def _bounds(drawn: list[RenderShape], pose: Array) -> Array:
+    clouds = [(s.mesh.vertices * s.scale) @ s.rotation.T + s.position for s in drawn]
+    points = np.concatenate(clouds) @ pose[:3, :3].T + pose[:3, 3]
+    return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+def _shapes(robot: ImportedRobot, link: Link, kind: Kind, frame: int) -> Iterator[RenderShape]:
+    if kind == "collision shapes":
+        drawn = (_drawn(shape, frame, None) for shape in link.collisions)
+        seen = [shape for shape in drawn if shape is not None]
+        for index, shape in enumerate(seen):
+            yield replace(shape, rgba=HULL_RGBA[index % len(HULL_RGBA)])
+        return
+    balls: list[RenderShape] = []
+    if kind == "planner's spheres":
+        spheres = () if robot.planning is None else robot.planning.spheres.get(link.name, ())
+        balls = [_ball(ball, frame) for ball in spheres if ball.radius > 0]
+        if not balls:
+            return
+    for visual in link.visuals:
+        shape = _drawn(visual, frame, GHOST if balls else None)
+        if shape is not None:
+            yield shape
+    yield from balls
+
+
+def _ball(ball: CollisionSphere, frame: int) -> RenderShape:
+    d = 2.0 * ball.radius
+    return RenderShape(
+        mesh=primitives.sphere(),
+        scale=(d, d, d),
+        position=np.asarray(ball.center, dtype=float),
+        rotation=np.eye(3),
+        frame=frame,
+        owner=(0, frame),
+        rgba=SPHERE_RGBA,
+    )
+
+
+def _drawn(shape: Visual | Collision, frame: int, rgba: RGBA | None) -> RenderShape | None:
+    """A shape in `rgba`, or (visual ones) in its own colours; None for what has no end or no size."""
+    mesh = geometry_mesh(shape.geometry)
+    if mesh is None or not len(mesh.faces):
+        return None
+    material = shape.material if isinstance(shape, Visual) else None
+    own = rgba or (material.rgba if material is not None else None)
+    colored = mesh.colors is not None or mesh.texture is not None
+    return RenderShape(
+        mesh=mesh,
+        position=np.asarray(shape.origin.position, dtype=float),
+        rotation=matrix_from_quaternion(shape.origin.quaternion),
+        frame=frame,
+        owner=(0, frame),
+        rgba=own or ((1.0, 1.0, 1.0, 1.0) if colored else PLAIN),
+        use_mesh_colors=own is None,
+    )
