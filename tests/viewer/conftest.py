@@ -18,7 +18,11 @@ class FakeBrowser:
 
         protocol = f"viser-v{viser.__version__}"
         self.socket = connect(
-            f"ws://127.0.0.1:{viewer.port}", subprotocols=[protocol], max_size=None, compression=None
+            f"ws://127.0.0.1:{viewer.port}",
+            subprotocols=[protocol],
+            max_size=None,
+            compression=None,
+            close_timeout=0.5,
         )
         self.messages: list[dict[str, Any]] = []
         self.send(

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from roboyard.viewer.driving import DrivingPage
 
 
 class Mode(StrEnum):
@@ -14,6 +17,41 @@ class Mode(StrEnum):
 
     RANDOM = "random"
     TELEOP = "teleop"
+
+
+def _page(
+    robot: str, scene: str, host: str, port: int, *, record: Path | None, log: Path | None
+) -> DrivingPage:
+    from roboyard.recording import Recorder
+    from roboyard.viewer.driving import DrivingPage
+
+    page = DrivingPage({"scene": scene, "robot": robot}, host=host, port=port)
+    try:
+        if record is not None:
+            page.start_film(record)
+        if log is not None:
+            page.recorder = Recorder(page.stage.scene.world, setup=page.stage.setup)
+    except BaseException:
+        page.close()
+        raise
+    return page
+
+
+def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browser: bool) -> None:
+    from roboyard.viewer.browser import open_page
+
+    recorder, film = page.recorder, page.filming.film
+    try:
+        if open_browser:
+            open_page(page.viewer.url)
+        page.run(most)
+    finally:
+        page.close()
+        if log is not None and recorder is not None and len(recorder):
+            recorder.log().save(log)
+        for what in (film.path if film is not None else None, log):
+            if what is not None and what.is_file():
+                print(f"wrote {what}")
 
 
 def drive(
@@ -39,10 +77,19 @@ def drive(
     seed: Annotated[
         int | None, typer.Option("--seed", help="Of the random mode.", show_default=False)
     ] = None,
+    browser: Annotated[
+        bool, typer.Option("--browser", help="Drive from a web page: keys, sticks, handles on the hands.")
+    ] = False,
+    host: Annotated[str, typer.Option(help="Address of the page.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="First port to try for the page.")] = 8080,
+    open_browser: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open a browser where there is a display.")
+    ] = True,
 ) -> None:
     """Put a robot into a scene and drive it; asks for whatever no flag says."""
     from roboyard.drive import drive as run
     from roboyard.drive.choices import choose
+    from roboyard.drive.loop import SHORT
     from roboyard.errors import ConfigError
     from roboyard.recording import set_up
     from roboyard.robots import REGISTERED_ROBOTS
@@ -50,6 +97,12 @@ def drive(
 
     if log is not None and (log.suffix != ".npz" or not log.parent.is_dir()):
         raise ConfigError(f"--log {log}: give a .npz file in a folder that exists")
+    if browser:
+        if control_mode is Mode.RANDOM or seed is not None:
+            raise ConfigError("--browser drives by hand; leave --control-mode random and --seed out")
+        page = _page(robot or "r1", scene or "home", host, port, record=record, log=log)
+        _serve(page, log, most=SHORT if short_exec else None, open_browser=open_browser)
+        return
     if quickstart:
         robot, scene, control_mode = robot or "r1", scene or "home", control_mode or Mode.TELEOP
     asks = robot is None or scene is None or control_mode is None

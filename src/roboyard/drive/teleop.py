@@ -87,6 +87,10 @@ class Teleop:
         self._open[:] = 1.0
         self._pending[:] = 0.0
 
+    def set_gripper(self, index: int, *, is_open: bool) -> None:
+        """Open or close one of `grippers` with the next action."""
+        self._open[index] = 1.0 if is_open else -1.0
+
     def press(self, key: str) -> bool:
         """Take a key; False where it means nothing here."""
         if key in "12" and self.joints:

@@ -1,0 +1,296 @@
+"""Driving on a page: what keys, sticks, handles and buttons do to the robot."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from roboyard.errors import ConfigError
+from roboyard.recording import load_log
+from roboyard.viewer.driving import DrivingPage
+from roboyard.viewer.driving.filming import free_file
+
+pytest.importorskip("viser")
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DrivingPage]:
+    page = DrivingPage(
+        {"scene": "empty", "robot": "r1"}, port=0, folder=tmp_path_factory.mktemp("films"), quiet=True
+    )
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def page(served: DrivingPage) -> DrivingPage:
+    """R1 on an empty floor, where it began."""
+    if served.stage.setup["robot"] != "r1" or served.stage.scene.name != "empty":
+        served.set_up({"scene": "empty", "robot": "r1"})
+    served.reset()
+    served.play(True)
+    return served
+
+
+@pytest.fixture
+def rover(served: DrivingPage) -> DrivingPage:
+    """The rover on an empty floor."""
+    served.set_up({"scene": "empty", "robot": "rover"})
+    return served
+
+
+def run(page: DrivingPage, seconds: float) -> None:
+    for _ in range(round(seconds * 30)):
+        page.tick(1 / 30)
+
+
+def place(page: DrivingPage) -> np.ndarray:
+    return page.robot.get_position_orientation(backend="numpy")[0].copy()
+
+
+class Typist:
+    """A page that presses keys."""
+
+    def __init__(self, page: DrivingPage, tab: Any) -> None:
+        self._script, self._tab, self._count = page.keys._script, tab, 0
+
+    def __call__(self, key: str, is_down: bool) -> None:
+        self._count += 1
+        text = json.dumps([f"{id(self)} {self._count}", [[key, is_down]]])
+        self._tab.send(type="GuiUpdateMessage", uuid=self._script._uuid, updates={"value": text})
+
+
+def pull(page: DrivingPage, tab: Any, wait: Callable, name: str, x: float, y: float) -> None:
+    text = json.dumps([f"{name} {x} {y}", [name, x, y]])
+    tab.send(type="GuiUpdateMessage", uuid=page.sticks._script._uuid, updates={"value": text})
+    wait(lambda: page.sticks.values[name] == (x, y))
+
+
+@pytest.mark.parametrize(("key", "axis", "sign"), [("i", 0, 1), ("k", 0, -1), (",", 1, 1), (".", 1, -1)])
+def test_a_held_key_drives_the_base_until_it_is_released(page, browser, wait, key, axis, sign) -> None:
+    tab = browser(page.viewer)
+    press = Typist(page, tab)
+    before = place(page)
+    press(key, True)
+    wait(lambda: key in page.keys.held)
+    run(page, 1.0)
+    moved = place(page) - before
+    assert sign * moved[axis] > 0.2
+    assert abs(moved[1 - axis]) < 0.02
+    press(key, False)
+    wait(lambda: not page.keys.held)
+    run(page, 1.0)
+    stopped = place(page)
+    run(page, 0.5)
+    assert np.abs(place(page) - stopped).max() < 0.005
+
+
+def test_a_tap_between_two_looks_is_not_lost(page, browser, wait) -> None:
+    press = Typist(page, browser(page.viewer))
+    run(page, 0.1)
+    press("2", True)
+    press("2", False)
+    press("i", True)
+    press("i", False)
+    wait(lambda: page._events.qsize() == 4)
+    before = page.pilot.teleop.joint
+    page.tick(1 / 30)
+    assert page.pilot.teleop.joint == before + 1
+    start = place(page)
+    run(page, 0.2)
+    assert place(page)[0] > start[0] - 1e-6
+
+
+def test_sticks_move_and_turn_the_base_and_a_page_that_goes_lets_go(page, browser, wait) -> None:
+    assert page.pilot.sticks == ("move", "turn")
+    tab = browser(page.viewer)
+    wait(lambda: page.viewer.watchers == 1)
+    before = place(page)
+    pull(page, tab, wait, "move", -1.0, 0.0)
+    run(page, 1.0)
+    assert place(page)[1] - before[1] > 0.2  # to the left
+    pull(page, tab, wait, "move", 0.0, 0.0)
+    pull(page, tab, wait, "turn", 0.5, 0.0)
+    run(page, 1.0)
+    x, y, z, w = page.robot.get_position_orientation(backend="numpy")[1]
+    assert np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) < -0.2  # to the right
+    tab.close()
+    wait(lambda: page.sticks.values["turn"] == (0.0, 0.0))
+
+
+def test_sticks_take_no_rubbish(page, browser, wait) -> None:
+    tab = browser(page.viewer)
+    for count, value in enumerate(
+        (["move", 5, 0], ["move", float("nan"), 0], ["x", 0, 0], [["move"], 0, 0], 7)
+    ):
+        text = json.dumps([f"rubbish {count}", value])
+        tab.send(type="GuiUpdateMessage", uuid=page.sticks._script._uuid, updates={"value": text})
+    pull(page, tab, wait, "move", 0.25, 0.5)
+    assert page.sticks.values == {"move": (0.25, 0.5), "turn": (0.0, 0.0)}
+
+
+def test_a_dragged_handle_leads_the_hand(page, browser, wait) -> None:
+    run(page, 0.5)
+    group = "arm_left"
+    handle = page.hands.handles[group]
+    np.testing.assert_allclose(handle.position, page.pilot.tip(group)[:3, 3], atol=2e-3)
+    goal = np.add(handle.position, (0.05, 0.03, 0.08))
+    tab = browser(page.viewer)
+    tab.send(type="TransformControlsDragStartMessage", name=handle.name)
+    tab.send(
+        type="TransformControlsUpdateMessage",
+        name=handle.name,
+        position=tuple(goal.tolist()),
+        wxyz=tuple(float(v) for v in handle.wxyz),
+    )
+    tab.send(type="TransformControlsDragEndMessage", name=handle.name)
+    wait(lambda: group in page.pilot.targets and np.allclose(page.pilot.targets[group][:3, 3], goal))
+    run(page, 2.0)
+    np.testing.assert_allclose(page.pilot.tip(group)[:3, 3], goal, atol=5e-3)
+    np.testing.assert_allclose(handle.position, goal, atol=1e-6)  # it stays where it was put
+    before = page.robot.base_link.pose[0]
+    page.sticks._pulled["move"] = (0, 0.0, 1.0)
+    run(page, 1.0)
+    page.sticks._pulled.clear()
+    assert page.robot.base_link.pose[0][0] - before[0] > 0.2  # and the hand rides along with the base
+    np.testing.assert_allclose(page.pilot.tip(group)[:3, 3], goal, atol=0.02)
+    page.hands.let_go()
+    assert page.pilot.targets == {}
+
+
+def test_a_key_for_the_hand_takes_it_from_its_handle(page) -> None:
+    page.pilot.targets["arm_left"] = page.pilot.tip("arm_left")
+    page.pilot.targets["arm_right"] = page.pilot.tip("arm_right")
+    page.pilot.action({"ArrowUp"})
+    assert set(page.pilot.targets) == {"arm_right"}
+
+
+def test_gripper_buttons_open_and_close(page) -> None:
+    index, name = next((k, n) for k, (n, _) in enumerate(page.pilot.teleop.grippers) if "left" in n)
+    places = page.robot.groups[name].places
+    page.pilot.teleop.set_gripper(index, is_open=False)
+    run(page, 1.5)
+    closed = page.robot.joints.q[places].copy()
+    page.pilot.teleop.set_gripper(index, is_open=True)
+    run(page, 1.5)
+    assert (page.robot.joints.q[places] - closed > 0.02).all()
+
+
+def test_controllers_change_in_place(page) -> None:
+    run(page, 0.2)
+    before, time = page.robot.joints.q.copy(), page.stage.scene.world.time
+    page.set_controllers({"arm_left": "JointController"})
+    assert type(page.robot.controllers["arm_left"]).__name__ == "JointController"
+    assert page.pilot.hands == ("arm_right",)
+    assert set(page.hands.handles) == {"arm_right"}
+    assert page.stage.scene.world.time == time
+    run(page, 0.5)
+    assert np.abs(page.robot.joints.q - before).max() < 0.05
+    page.set_controllers({"arm_left": "InverseKinematicsController"})
+    assert set(page.hands.handles) == {"arm_left", "arm_right"}
+
+
+def test_reset_and_moments_go_back_bit_for_bit(page, tmp_path: Path) -> None:
+    page.sticks._pulled["move"] = (0, 0.0, 1.0)
+    run(page, 0.7)
+    name = page.save_moment()
+    saved, time = page.stage.scene.world.data.qpos.copy(), page.stage.scene.world.time
+    run(page, 0.7)
+    page.sticks._pulled.clear()
+    page.load_moment(page.moments[name])
+    np.testing.assert_array_equal(page.stage.scene.world.data.qpos, saved)
+    assert page.stage.scene.world.time == time
+    run(page, 0.5)  # nothing pulls it back to where it was
+    assert np.abs(place(page)[:2] - saved[:2]).max() < 0.15
+    file = page.moments[name].save(tmp_path / "moment.npz")
+    page.reset()
+    assert np.abs(place(page)[:2]).max() < 1e-6
+    page.panel._take_in(file.read_bytes())
+    np.testing.assert_array_equal(page.stage.scene.world.data.qpos, saved)
+    assert load_log(file).setup["robot"] == "r1"
+
+
+def test_an_uploaded_file_loads_nothing_that_is_not_on_offer(page, tmp_path: Path) -> None:
+    log = page.moments[page.save_moment()]
+    log.setup["scene"] = str(tmp_path / "scene.xml")
+    file = log.save(tmp_path / "evil.npz")
+    log.setup["scene"] = "empty"
+    with pytest.raises(ConfigError, match="no scene named"):
+        page.panel._take_in(file.read_bytes())
+    with pytest.raises(ConfigError, match="is no state log"):
+        page.panel._take_in(b"rubbish")
+    page.panel.scene_choice.value = "../../etc/passwd"
+    with pytest.raises(ConfigError, match="no scene named"):
+        page.panel._set_up()
+
+
+def test_another_scene_takes_the_place_of_the_first(page) -> None:
+    page.set_up({"scene": "tabletop", "robot": "r1"})
+    assert page.viewer.world is page.stage.scene.world
+    assert any("table" in path for path in page.viewer.nodes._frames)
+    run(page, 0.3)
+    assert page.stage.scene.world.time > 0.2
+    assert set(page.hands.handles) == {"arm_left", "arm_right"}
+
+
+def test_a_scene_that_fails_to_load_leaves_the_old_one(page) -> None:
+    stage = page.stage
+    page.wishes.fulfil(lambda: page.set_up({"scene": "no_such_place", "robot": "r1"}))
+    assert page.stage is stage
+    assert "no scene named" in page.panel.status.content
+    assert set(page.hands.handles) == {"arm_left", "arm_right"}
+
+
+def test_a_film_shows_what_the_page_shows(page) -> None:
+    path = page.start_film(ending="gif")
+    assert path.name == "r1-empty-1.gif"
+    page.sticks._pulled["turn"] = (0, 1.0, 0.0)
+    run(page, 1.0)
+    page.sticks._pulled.clear()
+    assert page.stop_film() == path
+    from PIL import Image
+
+    with Image.open(path) as film:
+        assert film.n_frames == pytest.approx(15, abs=1)  # type: ignore[attr-defined]
+        assert film.size == (480, 360)
+    assert free_file(page.folder, "r1-empty", "gif").name == "r1-empty-2.gif"
+
+
+def test_a_rover_has_one_stick_and_no_handles(rover, browser, wait) -> None:
+    assert rover.pilot.sticks == ("drive",)
+    assert rover.hands.handles == {}
+    assert not rover.panel.handles_box.visible
+    tab = browser(rover.viewer)
+    before = place(rover)
+    pull(rover, tab, wait, "drive", 0.0, 1.0)
+    run(rover, 1.0)
+    assert place(rover)[0] - before[0] > 0.05
+
+
+def test_pausing_stops_the_world(page) -> None:
+    page.play(False)
+    time = page.stage.scene.world.time
+    run(page, 0.3)
+    assert page.stage.scene.world.time == time
+    assert page.panel.play_button.label == "Play"
+
+
+def test_the_command_drives_in_the_browser(monkeypatch, capsys, tmp_path: Path) -> None:
+    from roboyard.cli import main
+
+    film, log = tmp_path / "drive.gif", tmp_path / "drive.npz"
+    words = ["drive", "rover", "--scene", "empty", "--browser", "--port", "0", "--no-open", "--short-exec"]
+    monkeypatch.setattr("roboyard.drive.loop.SHORT", 12)
+    assert main([*words, "--record", str(film), "--log", str(log)]) == 0
+    told = capsys.readouterr().out
+    assert "Roboyard: drive is at http://127.0.0.1:" in told
+    assert f"wrote {film}" in told
+    assert f"wrote {log}" in told
+    assert len(load_log(log)) == 12
+    assert main([*words, "--seed", "3"]) == 1
+    assert "leave --control-mode random and --seed out" in capsys.readouterr().err
