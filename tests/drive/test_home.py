@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
+import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 
 from roboyard.recording import Stage, set_up
+from roboyard.scenes.home.flat import ACROSS, EAST, KITCHEN, SOUTH, WEST
 from roboyard.sensors import CameraSensor, Sensors, link_names
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "r1_at_home.py"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(scope="module")
-def example() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("r1_at_home", EXAMPLE)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def example() -> Iterator[ModuleType]:
+    sys.path.insert(0, str(EXAMPLES))
+    try:
+        yield importlib.import_module("r1_at_home")
+    finally:
+        sys.path.remove(str(EXAMPLES))
 
 
 @pytest.fixture
@@ -30,23 +34,53 @@ def stage() -> Stage:
     return set_up({"scene": "home", "robot": "r1"})
 
 
-def test_r1_goes_from_the_kitchen_to_the_living_room(stage: Stage, example: ModuleType) -> None:
-    assert example.go(stage, stage.scene.rooms["kitchen"], 0.0)
-    assert stage.scene.world.rays([(0.7, -1.3, 1.0)], [(2.0, -1.3, 1.0)]).hit.any(), (
-        "R1 stands in the kitchen"
-    )
-    assert example.go(stage, stage.scene.rooms["living room"], np.pi)
-    assert np.allclose(example.base_pose(stage)[0], stage.scene.rooms["living room"], atol=0.07)
+@pytest.fixture(scope="module")
+def played(example: ModuleType) -> tuple[Stage, Any]:
+    stage = set_up({"scene": "home", "robot": "r1"})
+    world, robot = stage.scene.world, stage.robot
+    moving = np.concatenate([robot.body.mujoco_ids, stage.scene.body("mug").mujoco_ids])
+    last = world.frames()[0][moving].copy()
+
+    def watch(_: str) -> None:
+        now = world.frames()[0][moving]
+        assert np.abs(now - last).max() < 3.0 * robot.steps_per_control * world.timestep, "a jump"
+        last[:] = now
+
+    return stage, example.play(stage, watch)
+
+
+def test_r1_goes_from_the_kitchen_to_the_living_room(played: tuple[Stage, Any]) -> None:
+    places = played[1].places
+    for part in ("kitchen", "drawer", "mug"):
+        assert KITCHEN < places[part][0] < EAST and places[part][1] < ACROSS, part
+    x, y = places["living room"]
+    assert WEST < x < KITCHEN and SOUTH < y < ACROSS
+
+
+def test_r1_opens_a_drawer_and_a_door_by_their_handles(played: tuple[Stage, Any]) -> None:
+    assert played[1].drawer > 0.10
+    assert played[1].door > np.radians(45)
+
+
+def test_r1_picks_the_mug_and_carries_it_by_friction(played: tuple[Stage, Any]) -> None:
+    stage, told = played
+    assert min(told.lifted) > 0.10
+    assert told.carried < 0.05
+    assert not stage.scene.world.constraints.all, "nothing is welded"
+    contacts = stage.scene.world.contacts(stage.scene.body("mug"))
+    assert {c.link_b.name for c in contacts} >= {"left_gripper_link1", "left_gripper_link2"}
+    assert {c.body_b for c in contacts} == {stage.robot.body}
 
 
 def test_r1_pushes_the_bedroom_door_open_and_a_wall_stops_it(stage: Stage, example: ModuleType) -> None:
     hinge = stage.scene.joints["bedroom_door/hinge"]
-    assert example.go(stage, (-1.725, -0.35), np.pi / 2)
+    actor = example.Actor(stage)
+    assert actor.go((-1.725, -0.35, np.pi / 2))
     assert hinge.position < 0.02
-    assert example.go(stage, (-1.725, 1.75), np.pi / 2)
+    assert actor.go((-1.725, 1.75, np.pi / 2))
     assert hinge.position > 1.0
-    assert not example.go(stage, (-1.725, 4.5), np.pi / 2, seconds=3.0)
-    assert example.base_pose(stage)[0][1] < 3.6
+    assert not actor.go((-1.725, 4.5, np.pi / 2), seconds=3.0)
+    assert actor.base[1] < 3.6
 
 
 def test_r1_at_home_is_quicker_than_real_time(stage: Stage) -> None:

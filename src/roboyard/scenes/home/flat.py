@@ -196,7 +196,7 @@ def _kitchen(flat: Flat) -> None:
         ("chair_3", 3.2, 0.2, 0.0), ("chair_4", 3.9, 0.2, 0.0),
     ):  # fmt: skip
         flat.lay(seats.chair(name), x, y, 0.0, yaw)
-    flat.lay(things.mug("mug", things.TEAL), 3.15, -0.55, 0.74, 2.0)
+    flat.lay(things.mug("mug", things.TEAL), 3.15, -0.55, 0.74, 0.3)
     flat.lay(things.plate("plate", PAINT), 3.9, -0.62, 0.74)
     flat.lay(things.bowl("bowl", TERRACOTTA), 3.55, -0.38, 0.74)
     flat.lay(things.fruit("apple"), 3.55, -0.38, 0.753)
