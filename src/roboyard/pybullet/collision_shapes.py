@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.poses import multiply
+from roboyard.poses import Array, multiply
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.arguments import number, quaternion, text, vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.search import find_file, not_found_remedy
+from roboyard.pybullet.terrain import FAILED, heightfield, points_of, replace_heights
 from roboyard.urdf.model import (
     Box,
     Capsule,
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
 
 Vector = Sequence[float]
-_FAILED = "createCollisionShape failed."
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _NOWHERE = (0.0, 0.0, 0.0)
 
@@ -42,6 +42,10 @@ class ShapeSet:
     """What one shape id stands for: one shape, or several from an array call."""
 
     shapes: tuple[Collision, ...]
+    middle: float = 0.0
+    """Of a heightfield: the height, as given, that lies at its origin; m"""
+    rise: float = 1.0
+    """Of a heightfield: the factor of the heights as given."""
 
 
 @command()
@@ -73,7 +77,7 @@ def createCollisionShape(
         radius: of spheres, capsules, cylinders; m.
         halfExtents: of boxes; m.
         height: of capsules (without caps) and cylinders, along z; m.
-        fileName: mesh file.
+        fileName: mesh file; of a heightfield without data an image or a table (.txt).
         meshScale: of meshes; of a heightfield its cell (x, y) and the factor of its heights.
         planeNormal: of planes.
         flags: GEOM_FORCE_CONCAVE_TRIMESH keeps a mesh's triangles (for bodies that do not move).
@@ -85,30 +89,22 @@ def createCollisionShape(
         heightfieldData: height at (i, j) is item i + j · numHeightfieldRows, i along x.
         numHeightfieldRows: points along x.
         numHeightfieldColumns: points along y.
-        replaceHeightfieldIndex: -1; terrain that is there cannot be replaced, which is an error.
+        replaceHeightfieldIndex: a heightfield that gets these heights in place of its own, in all bodies
+        that are made of it; nothing new is made.
     """
     kind = whole(shapeType)
-    if whole(replaceHeightfieldIndex) >= 0:
-        raise failure(
-            _FAILED,
-            "heights of terrain cannot be replaced; remove its body and make another with a new shape",
-        )
+    middle, rise = 0.0, 1.0
     if kind == c.GEOM_HEIGHTFIELD:
-        geometry = _heightfield(heightfieldData, numHeightfieldRows, numHeightfieldColumns, meshScale)
+        points = points_of(client, heightfieldData, numHeightfieldRows, numHeightfieldColumns, fileName)
+        if whole(replaceHeightfieldIndex) >= 0:
+            return _replace(client, replaceHeightfieldIndex, points)
+        geometry, middle = heightfield(points, meshScale)
+        rise = float(meshScale[2])
     else:
         geometry = plain_geometry(
-            client,
-            kind,
-            radius,
-            halfExtents,
-            height,
-            fileName,
-            meshScale,
-            planeNormal,
-            vertices,
-            indices,
-            _FAILED,
-        )
+            client, kind, radius, halfExtents, height, fileName, meshScale, planeNormal, vertices, indices,
+            FAILED,
+        )  # fmt: skip
     origin = _pose(collisionFramePosition, collisionFrameOrientation)
     if kind == c.GEOM_HEIGHTFIELD:
         origin = turned_terrain(origin)
@@ -117,7 +113,7 @@ def createCollisionShape(
         origin=origin,
         concave=bool(whole(flags) & c.GEOM_FORCE_CONCAVE_TRIMESH),
     )
-    return keep(client, (shape,))
+    return keep(client, (shape,), middle, rise)
 
 
 @command()
@@ -161,11 +157,20 @@ def removeCollisionShape(client: Client, collisionShapeId: int) -> None:
     client.scene.collision_shapes.pop(whole(collisionShapeId), None)
 
 
-def keep(client: Client, shapes: tuple[Collision, ...]) -> int:
+def _replace(client: Client, number_: int, points: Array) -> int:
+    held = client.scene.collision_shapes.get(number_)
+    geometry = held.shapes[0].geometry if held is not None and held.shapes else None
+    if held is None or not isinstance(geometry, Heightfield):
+        raise failure(FAILED, f"replaceHeightfieldIndex {number_} is no heightfield")
+    replace_heights(client, geometry, points, held.rise, held.middle)
+    return number_
+
+
+def keep(client: Client, shapes: tuple[Collision, ...], middle: float = 0.0, rise: float = 1.0) -> int:
     """Id under which shapes are kept."""
     scene = client.scene
     number_ = scene.collision_ids.take()
-    scene.collision_shapes[number_] = ShapeSet(shapes=shapes)
+    scene.collision_shapes[number_] = ShapeSet(shapes=shapes, middle=middle, rise=rise)
     return number_
 
 
@@ -229,26 +234,6 @@ def _mesh(
     return Mesh(uri=file_name, path=path, scale=scale)
 
 
-def _heightfield(data: Sequence[float] | None, rows: int, columns: int, scale: Vector) -> Heightfield:
-    nx, ny = whole(rows), whole(columns)
-    if data is None:
-        raise failure(
-            _FAILED, "a heightfield needs heightfieldData, numHeightfieldRows and numHeightfieldColumns"
-        )
-    heights = np.asarray(data, dtype=float).reshape(-1)
-    if len(heights) != nx * ny:
-        raise failure(
-            "Size of heightfieldData doesn't match numHeightfieldColumns*numHeightfieldRows",
-            f"{len(heights)} heights for {nx} by {ny} points",
-        )
-    dx, dy, dz = vector3(scale, _FAILED)
-    grid = heights.reshape(ny, nx).T * dz
-    grid = grid - (grid.min() + grid.max()) / 2.0
-    turned = np.rot90(grid, k=-1).copy()
-    turned.setflags(write=False)
-    return Heightfield(heights=turned, cell=(dy, dx))
-
-
 QUARTER_TURN = (0.0, 0.0, sqrt(0.5), sqrt(0.5))
 """About z: terrain is laid out a quarter turn round, since Bullet cuts a cell along the other diagonal."""
 
@@ -260,9 +245,9 @@ def turned_terrain(origin: Pose) -> Pose:
 
 
 def _pose(position: Vector, orientation: Vector) -> Pose:
-    q = np.array(quaternion(orientation, _FAILED))
+    q = np.array(quaternion(orientation, FAILED))
     x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
-    return Pose(position=vector3(position, _FAILED), quaternion=(x, y, z, w))
+    return Pose(position=vector3(position, FAILED), quaternion=(x, y, z, w))
 
 
 def _positive(value: float, what: str, message: str) -> float:

@@ -78,6 +78,16 @@ class Looks:
         look.shape = replace(look.shape, **fields)
         self._dirty = True
 
+    def reshape(self, body: Body, geometry: Geometry) -> None:
+        """Draw a body's shapes of this geometry anew; its numbers have changed."""
+        for looks in self._by_body.get(body.id, {}).values():
+            for look in looks:
+                if look.geometry is geometry:
+                    triangles = triangles_of(geometry, body.scale)
+                    assert triangles is not None
+                    look.shape = replace(look.shape, mesh=triangles[0], scale=triangles[1])
+                    self._dirty = True
+
     def scene(self) -> RenderScene:
         """The scene with every shape on its present MuJoCo row."""
         self._world.ensure_compiled()

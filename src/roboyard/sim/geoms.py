@@ -170,16 +170,22 @@ def add_heightfield_asset(
     record: BuiltLink, spec: mujoco.MjSpec, terrain: Heightfield, scale: float
 ) -> tuple[str, float]:
     """The spec's heightfield for a terrain, and the height of its lowest point."""
+    nx, ny = terrain.heights.shape
+    name = f"{record.element.name}/terrain{len(record.geoms) + len(record.visuals)}"
+    record.terrains[name] = terrain
+    return name, fill_heightfield(spec.add_hfield(name=name, nrow=ny, ncol=nx), terrain, scale)
+
+
+def fill_heightfield(field: Any, terrain: Heightfield, scale: float) -> float:
+    """Write a terrain's heights into its heightfield in the spec; gives the height of its lowest point."""
     heights = np.asarray(terrain.heights, dtype=float) * scale
+    nx, ny = heights.shape
     lowest, highest = float(heights.min()), float(heights.max())
     rise = max(highest - lowest, SMALLEST)
-    nx, ny = heights.shape
-    name = f"{record.element.name}/terrain{len(record.geoms) + len(record.visuals)}"
-    field = spec.add_hfield(name=name, nrow=ny, ncol=nx)
     half_x, half_y = (nx - 1) * terrain.cell[0] * scale / 2, (ny - 1) * terrain.cell[1] * scale / 2
     field.size = [half_x, half_y, rise, TERRAIN_BASE]
     field.userdata = ((heights - lowest) / rise).T.astype(np.float32).ravel()
-    return name, lowest
+    return lowest
 
 
 def turn_z_to(normal: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from roboyard.sim.inertials import MassProperties
-from roboyard.urdf.model import Joint, Link
+from roboyard.urdf.model import Heightfield, Joint, Link
 
 
 @dataclass(kw_only=True, slots=True)
@@ -27,6 +27,8 @@ class BuiltLink:
     """Collision geoms."""
     visuals: list[Any] = field(default_factory=list)
     meshes: list[str] = field(default_factory=list)
+    terrains: dict[str, Heightfield] = field(default_factory=dict)
+    """By the name of the spec's heightfield."""
     mass: MassProperties | None = None
     place: int = 0
     """Among the links as MuJoCo has them, depth first."""

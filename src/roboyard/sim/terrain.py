@@ -1,0 +1,57 @@
+"""Terrain that changes while the world runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.errors import RoboyardError
+from roboyard.poses import from_wxyz, rotate
+from roboyard.sim.geoms import fill_heightfield
+from roboyard.urdf.model import Heightfield
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.world import World
+
+
+def set_heights(world: World, terrain: Heightfield, heights: ArrayLike) -> None:
+    """Give terrain other heights, in every body of a world that has it.
+
+    Args:
+        world: the world.
+        terrain: a shape of a body's description; its `heights` are overwritten.
+        heights: (nx, ny) like its present ones, above the shape's origin; m.
+
+    Raises:
+        RoboyardError: another number of points, or heights that are not finite.
+    """
+    grid = np.asarray(heights, dtype=float)
+    if grid.shape != terrain.heights.shape or not np.isfinite(grid).all():
+        raise RoboyardError(
+            f"terrain keeps its {terrain.heights.shape} finite heights; got shape {grid.shape}"
+        )
+    sunk = float(grid.min()) - float(terrain.heights.min())
+    terrain.heights.setflags(write=True)
+    terrain.heights[:] = grid
+    terrain.heights.setflags(write=False)
+    for body in world.bodies:
+        if any(held is terrain for link in body.built.links for held in link.terrains.values()):
+            _follow(world, body, terrain, sunk)
+
+
+def _follow(world: World, body: Body, terrain: Heightfield, sunk: float) -> None:
+    """Bring a terrain's new heights into the spec and into pictures; `sunk`: of its lowest point, m."""
+    for record in body.built.links:
+        for name, held in record.terrains.items():
+            if held is not terrain:
+                continue
+            fill_heightfield(world.spec.hfield(name), terrain, body.scale)
+            for geom in (*record.geoms, *record.visuals):
+                if geom.hfieldname == name:
+                    lift = np.array([0.0, 0.0, sunk * body.scale])
+                    geom.pos = np.asarray(geom.pos) + rotate(from_wxyz(geom.quat), lift)
+    world.mark_stale()
+    world.looks.reshape(body, terrain)

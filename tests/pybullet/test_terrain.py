@@ -1,0 +1,125 @@
+"""Heightfields from lists and files, and terrain that changes. Numbers are PyBullet 3.2.7's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import roboyard.pybullet as p
+
+NX, NY = 10, 6
+HEIGHTS = (np.arange(NX * NY) * 37 % 23 / 23.0).tolist()
+
+
+def field(heights: list[float], **more: int) -> int:
+    return p.createCollisionShape(
+        p.GEOM_HEIGHTFIELD, heightfieldData=heights, numHeightfieldRows=NX, numHeightfieldColumns=NY, **more
+    )
+
+
+def height_at(x: float, y: float) -> float:
+    return p.rayTest([x, y, 50], [x, y, -50])[0][3][2]
+
+
+def surface() -> list[float]:
+    return [height_at(x, y) for x in (-4.01, -0.3, 2.2) for y in (-1.7, 0.4, 2.1)]
+
+
+def test_other_heights_keep_the_origin(client: int) -> None:
+    shape = field(HEIGHTS)
+    body = p.createMultiBody(0, shape, basePosition=[0, 0, 0])
+    middle = (max(HEIGHTS) + min(HEIGHTS)) / 2
+    before = surface()
+    assert field([0.5 * h - 3.0 for h in HEIGHTS], replaceHeightfieldIndex=shape) == shape
+    np.testing.assert_allclose(surface(), [0.5 * (h + middle) - 3.0 - middle for h in before], atol=1e-5)
+    field(HEIGHTS, replaceHeightfieldIndex=shape)
+    np.testing.assert_allclose(surface(), before, atol=1e-6)
+    assert p.getNumBodies() == 1 and p.getCollisionShapeData(body, -1)[0][2] == p.GEOM_HEIGHTFIELD
+
+
+def test_a_ball_rides_on_rising_terrain(client: int) -> None:
+    p.setGravity(0, 0, -9.81)
+    shape = field([0.0, 0.2] + [0.0] * (NX * NY - 2))  # origin at 0.1
+    p.createMultiBody(0, shape)
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.2), basePosition=[1, 0, 0.3])
+    for k in range(240):
+        field([0.4 * k / 240] * (NX * NY), replaceHeightfieldIndex=shape)
+        p.stepSimulation()
+    p.getCameraImage(8, 8)
+    assert p.getBasePositionAndOrientation(ball)[0][2] == pytest.approx(0.4 - 0.1 + 0.2, abs=0.02)
+
+
+def test_pictures_show_the_other_heights(client: int) -> None:
+    shape = field([0.0] * (NX * NY))
+    p.createMultiBody(0, shape)
+    view = p.computeViewMatrix([0, 0, 5], [0, 0, 0], [0, 1, 0])
+    projection = p.computeProjectionMatrixFOV(20, 1, 1, 10)
+
+    def distance() -> float:
+        depth = p.getCameraImage(9, 9, view, projection)[3][4, 4]
+        return 10 * 1 / (10 - 9 * depth)
+
+    assert distance() == pytest.approx(5, abs=1e-3)
+    field([2.0] * (NX * NY), replaceHeightfieldIndex=shape)
+    assert distance() == pytest.approx(3, abs=1e-3)
+
+
+def test_tables_and_images(client: int, tmp_path: Path) -> None:
+    """An image's red, right to left, from 0 to 1; a table is laid out by its transpose."""
+    red = np.arange(12, dtype=np.uint8).reshape(3, 4) * 20
+    Image.fromarray(np.dstack([red, red * 0, red * 0])).save(tmp_path / "hill.png")
+    lines = "\n".join(",".join(f"{v / 255}" for v in row) + "," for row in red.tolist())
+    (tmp_path / "hill.txt").write_text(lines)
+    p.setAdditionalSearchPath(str(tmp_path))
+    expected = {"hill.png": red[:, ::-1] / 255, "hill.txt": (red / 255).T.reshape(3, 4)}
+    for name, points in expected.items():
+        ground = p.createMultiBody(
+            0, p.createCollisionShape(p.GEOM_HEIGHTFIELD, fileName=name, meshScale=[1, 1, 2])
+        )
+        middle = points.max() + points.min()
+        for i, x in enumerate((-1.5, -0.5, 0.5, 1.5)):
+            for j, y in enumerate((-1.0, 0.0, 1.0)):
+                here = height_at(x * 0.9999, y * 0.9999)
+                assert here == pytest.approx(2 * points[j, i] - middle, abs=2e-3), (name, x, y)
+        p.removeBody(ground)
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"1,2,\n3,\n", "equally many"),
+        (b"", "2 by 2"),
+        (b"1,2,\nx,4\n", "equally many"),
+        (b"1,nan\n2,3", "finite"),
+    ],
+)
+def test_poor_files_are_refused(client: int, tmp_path: Path, content: bytes, told: str) -> None:
+    path = tmp_path / "field.txt"
+    path.write_bytes(content)
+    with pytest.raises(p.error, match="createCollisionShape failed") as caught:
+        p.createCollisionShape(p.GEOM_HEIGHTFIELD, fileName=str(path))
+    assert told in "".join(caught.value.__notes__)
+
+
+def test_what_cannot_be_replaced(client: int, tmp_path: Path) -> None:
+    sphere, shape = p.createCollisionShape(p.GEOM_SPHERE), field(HEIGHTS)
+    for index in (sphere, 99):
+        with pytest.raises(p.error) as caught:
+            field(HEIGHTS, replaceHeightfieldIndex=index)
+        assert "no heightfield" in "".join(caught.value.__notes__)
+    with pytest.raises(p.error) as caught:
+        p.createCollisionShape(
+            p.GEOM_HEIGHTFIELD, heightfieldData=[0, 1, 2, 3], numHeightfieldRows=2, numHeightfieldColumns=2,
+            replaceHeightfieldIndex=shape,
+        )  # fmt: skip
+    assert "as many" in "".join(caught.value.__notes__)
+    (tmp_path / "no.png").write_text("no image")
+    with pytest.raises(p.error):
+        p.createCollisionShape(p.GEOM_HEIGHTFIELD, fileName=str(tmp_path / "no.png"))
+    with pytest.raises(p.error):
+        p.createCollisionShape(p.GEOM_HEIGHTFIELD, fileName="nowhere.png")
+    with pytest.raises(p.error):
+        p.createCollisionShape(p.GEOM_HEIGHTFIELD)
