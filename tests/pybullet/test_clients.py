@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import sys
+
 import pytest
 
 import roboyard.pybullet as p
@@ -57,19 +59,32 @@ def test_calling_forms_of_connect() -> None:
         p.disconnect(number)
 
 
-def test_a_window_is_announced_once(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("roboyard.pybullet.clients._window_was_announced", False)
+def test_there_is_one_window(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROBOYARD_VIEWER", "0")
     for _ in range(2):
-        number = p.connect(p.GUI)
+        number = p.connect(p.GUI, options="--width=300 --anything")
         assert p.getConnectionInfo(number)["connectionMethod"] == p.GUI
         with pytest.raises(p.error, match=r"(?m)^Only one local in-process GUI"):
             p.connect(p.GUI)
         p.disconnect(number)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_without_viser_a_window_says_once_how_to_install_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROBOYARD_VIEWER", raising=False)
+    monkeypatch.setitem(sys.modules, "viser", None)
+    monkeypatch.setattr("roboyard.pybullet.window._said", set())
+    for _ in range(2):
+        number = p.connect(p.GUI)
+        assert p.getConnectionInfo(number)["connectionMethod"] == p.GUI
+        p.setRealTimeSimulation(1, physicsClientId=number)
+        p.stepSimulation(number)
+        p.disconnect(number)
     said = capsys.readouterr().err
     assert said.count("roboyard:") == 1
-    assert "viewer" in said or "view" in said
+    assert "roboyard[gui]" in said
 
 
 def test_clients_are_independent(client: int) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ from roboyard.pybullet import constants as c
 from roboyard.pybullet.commands import COMMANDS, command
 from roboyard.pybullet.debug_items import DebugItems
 from roboyard.pybullet.errors import failure, unavailable
+from roboyard.pybullet.input_events import Keyboard, Mouse
 from roboyard.pybullet.logs import Logs
 from roboyard.pybullet.parameters import EngineParameters
 from roboyard.pybullet.user_data import UserData
@@ -45,6 +45,7 @@ class Client:
         self.parameters = EngineParameters()
         self.debug_items = DebugItems()
         self.visualizer = VisualizerCamera()
+        self.keyboard, self.mouse = Keyboard(), Mouse()
         self.user_data = UserData()
         self.logs = Logs()
 
@@ -69,6 +70,9 @@ class Client:
         self._let_go()
         self.user_data = UserData()
         self.parameters.reset()
+
+    def follow_clock(self, real_time: bool) -> None:
+        """Let the world step on its own, or no more: only a window does."""
 
     def close(self) -> None:
         """Finish log files and let go of the world."""
@@ -109,15 +113,16 @@ def connect(method: int, *args: Any, **kwargs: Any) -> int:
 
     connect(method, key=SHARED_MEMORY_KEY, options="") or
     connect(method, hostName="localhost", port=..., options="").
-    DIRECT and GUI make a world in this process, SHARED_MEMORY_SERVER one that other clients can share.
+    DIRECT and GUI make a world in this process, SHARED_MEMORY_SERVER one that other clients can share. GUI
+    shows it in browsers, see `roboyard.pybullet.window`.
     TCP, UDP and SHARED_MEMORY share the one of `roboyard serve`.
     """
     if isinstance(method, bool) or not hasattr(method, "__index__"):
         raise TypeError(f"method must be an integer, not {type(method).__name__}")
-    key, host, port = _connection_arguments(args, kwargs)
+    key, host, port, options = _connection_arguments(args, kwargs)
     if len(CLIENTS) >= MAX_CLIENTS:
         raise failure("Exceeding maximum number of physics connections.")
-    opener = _opener(int(method), key, host, port)
+    opener = _opener(int(method), key, host, port, options)
     client = opener()
     if client is None:
         return -1
@@ -126,8 +131,8 @@ def connect(method: int, *args: Any, **kwargs: Any) -> int:
     return number
 
 
-def _connection_arguments(args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[int, str, int | None]:
-    """(key, host name, port) of either calling form."""
+def _connection_arguments(args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[int, str, int | None, str]:
+    """(key, host name, port, options) of either calling form."""
     by_host = (args and isinstance(args[0], str)) or "hostName" in kwargs or "port" in kwargs
     names = ("hostName", "port", "options") if by_host else ("key", "options")
     if len(args) > len(names):
@@ -146,14 +151,17 @@ def _connection_arguments(args: tuple[Any, ...], kwargs: dict[str, Any]) -> tupl
         given.get("key", c.SHARED_MEMORY_KEY),
         given.get("hostName", "localhost"),
         port if port >= 0 else None,
+        given.get("options", ""),
     )
 
 
-def _opener(method: int, key: int, host: str, port: int | None) -> Callable[[], Client | RemoteClient | None]:
+def _opener(
+    method: int, key: int, host: str, port: int | None, options: str
+) -> Callable[[], Client | RemoteClient | None]:
     if method == c.DIRECT:
         return lambda: Client(method)
     if method in _WINDOW_METHODS:
-        return lambda: _open_window(method)
+        return lambda: _open_window(method, options)
     if method == c.SHARED_MEMORY_SERVER:
         from roboyard.pybullet.remote.own_server import open_own_server
 
@@ -172,17 +180,12 @@ def _opener(method: int, key: int, host: str, port: int | None) -> Callable[[], 
     )
 
 
-_window_was_announced = False
+def _open_window(method: int, options: str) -> Client:
+    from roboyard.pybullet.window import open_window
 
-
-def _open_window(method: int) -> Client:
-    global _window_was_announced
     if any(client.method in (c.GUI, c.GUI_SERVER) for client in CLIENTS.values()):
         raise failure(_ONE_WINDOW)
-    if not _window_was_announced:
-        _window_was_announced = True
-        print("roboyard: GUI runs without a window; see the world with `roboyard view`", file=sys.stderr)
-    return Client(method)
+    return open_window(method, options)
 
 
 def disconnect(physicsClientId: int = 0) -> None:

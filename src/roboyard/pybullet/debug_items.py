@@ -103,6 +103,11 @@ class DebugItems:
         self.parameters.clear()
         self.revision += 1
 
+    @property
+    def has_ends(self) -> bool:
+        """Whether the life of any item will end."""
+        return any(item.expires is not None for item in self._items.values())
+
     def drawings(self) -> Iterator[tuple[int, Item]]:
         """Items whose life has not ended; ended ones are forgotten."""
         if not self._items:

@@ -63,8 +63,12 @@ def setTimeStep(client: Client, timeStep: float) -> None:
 
 @command()
 def setRealTimeSimulation(client: Client, enableRealTimeSimulation: int) -> None:
-    """Remembered; the world moves only with stepSimulation, as in PyBullet's DIRECT mode."""
+    """With a window: let time pass on its own, as fast as the clock on the wall, from now on (1) or no more.
+
+    Without one it is remembered, and the world moves only with stepSimulation, as in PyBullet's DIRECT mode.
+    """
     client.parameters.real_time = whole(enableRealTimeSimulation)
+    client.follow_clock(bool(client.parameters.real_time))
 
 
 @command()

@@ -16,7 +16,7 @@ FRAMES_PER_SECOND = 60
 WIDTH, HEIGHT = 640, 480
 
 
-def open_video(name: str) -> Recorder:
+def open_video(name: str, frames_per_second: float = FRAMES_PER_SECOND) -> Recorder:
     """A recorder that writes an MP4 file; without the encoder one that writes nothing, and says so."""
     try:
         from imageio_ffmpeg import write_frames
@@ -26,7 +26,7 @@ def open_video(name: str) -> Recorder:
             file=sys.stderr,
         )
         return _NoVideo()
-    return _Video(name, write_frames)
+    return _Video(name, write_frames, frames_per_second)
 
 
 class _NoVideo:
@@ -38,15 +38,16 @@ class _NoVideo:
 
 
 class _Video:
-    def __init__(self, name: str, write_frames: Any) -> None:
+    def __init__(self, name: str, write_frames: Any, frames_per_second: float) -> None:
         self._name = name
         self._writer: Generator[None, bytes | None, None] = write_frames(
-            name, (WIDTH, HEIGHT), fps=FRAMES_PER_SECOND, macro_block_size=16, ffmpeg_log_level="error"
+            name, (WIDTH, HEIGHT), fps=frames_per_second, macro_block_size=16, ffmpeg_log_level="error"
         )
         try:
             self._writer.send(None)
         except OSError as problem:
             raise failure("startStateLogging failed.", f"cannot write {name}: {problem}") from None
+        self._period = 1.0 / frames_per_second
         self._time = self._due = 0.0
 
     def record(self, client: Client) -> None:
@@ -60,7 +61,7 @@ class _Video:
                 self._writer.send(picture)
             except OSError as problem:
                 raise failure("stepSimulation failed.", f"cannot write {self._name}: {problem}") from None
-            self._due += 1.0 / FRAMES_PER_SECOND
+            self._due += self._period
 
     def close(self) -> None:
         """Finish the file."""

@@ -1,4 +1,4 @@
-"""The visualizer's camera and switches, and its keyboard and mouse (which are silent without a window)."""
+"""The visualizer's camera and switches, its keyboard and mouse (which are silent without a window)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
 
 WIDTH, HEIGHT = 1024, 768
-_FIELD_OF_VIEW = 90.0  # degrees, vertical
+FIELD_OF_VIEW = 90.0
+"""degrees, vertical"""
 _NEAR, _FAR = 0.01, 1000.0  # m
 _RAY_LENGTH = 10000.0  # m: the window's ray vectors end this far away
 
@@ -34,6 +35,10 @@ class VisualizerCamera:
     target: Vector3 = (0.0, 0.0, 0.0)
     """m"""
     up_axis: int = 2
+    width: int = WIDTH
+    """pixels"""
+    height: int = HEIGHT
+    """pixels"""
     switches: dict[int, int] = field(default_factory=dict)
     """COV_... to 0 or 1."""
     settings: dict[str, Any] = field(default_factory=dict)
@@ -52,15 +57,16 @@ def getDebugVisualizerCamera(client: Client) -> tuple[Any, ...]:
     view = computeViewMatrixFromYawPitchRoll(
         camera.target, camera.distance, camera.yaw, camera.pitch, 0.0, camera.up_axis
     )
-    projection = computeProjectionMatrixFOV(_FIELD_OF_VIEW, WIDTH / HEIGHT, _NEAR, _FAR)
-    height = 2.0 * _RAY_LENGTH * tan(_FIELD_OF_VIEW * pi / 360.0)
-    width = height * WIDTH / HEIGHT
+    aspect = camera.width / camera.height
+    projection = computeProjectionMatrixFOV(FIELD_OF_VIEW, aspect, _NEAR, _FAR)
+    height = 2.0 * _RAY_LENGTH * tan(FIELD_OF_VIEW * pi / 360.0)
+    width = height * aspect
     up = (0.0, 1.0, 0.0) if camera.up_axis == 1 else (0.0, 0.0, 1.0)
     forward = (-view[2], -view[6], -view[10])
     horizontal = rounded(*(width * view[4 * i] for i in range(3)))
     vertical = rounded(*(height * view[4 * i + 1] for i in range(3)))
     return (
-        *(WIDTH, HEIGHT, view, projection, up, forward, horizontal, vertical),
+        *(camera.width, camera.height, view, projection, up, forward, horizontal, vertical),
         *(camera.yaw, camera.pitch, camera.distance, camera.target),
     )
 
@@ -116,11 +122,19 @@ def configureDebugVisualizer(
 
 @command()
 def getKeyboardEvents(client: Client) -> dict[int, int]:
-    """Keys pressed in the visualizer since the last call; none without a window."""
-    return {}
+    """Key codes to KEY_IS_DOWN, KEY_WAS_TRIGGERED and KEY_WAS_RELEASED (added up) since the last call.
+
+    Without a window there are none.
+    """
+    return client.keyboard.take()
 
 
 @command()
 def getMouseEvents(client: Client) -> tuple[tuple[Any, ...], ...]:
-    """Mouse events in the visualizer since the last call; none without a window."""
-    return ()
+    """Mouse events over the visualizer's picture since the last call; none without a window.
+
+    Returns:
+        for each its type (1: moved, 2: a button), x and y (pixels from the upper left), the button (0 left, 1
+        middle, 2 right, -1 none) and its KEY_... bits.
+    """
+    return client.mouse.take()

@@ -22,6 +22,9 @@ log = logging.getLogger("roboyard.viewer")
 STILL = 1e-6
 """m, and the same of a quaternion: less than this is no movement worth sending."""
 
+SHEET = 1e-4
+"""m: what is thinner casts no shadow."""
+
 HIGHLIGHT = (1.0, 0.45, 0.05, 1.0)
 """rgba of a link that was picked."""
 
@@ -110,7 +113,7 @@ class SceneNodes:
             *data,
             position=tuple(float(v) for v in shape.position),
             wxyz=tuple(to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float)))),
-            cast_shadow=not shape.infinite,
+            cast_shadow=not _is_sheet(shape),
             visible=self._visible or shape.infinite,
         )
         if self.on_click is not None:
@@ -181,6 +184,11 @@ class SceneNodes:
             frames[k].wxyz = turns[k]
         self._positions[shifted], self._quaternions[turned] = places[shifted], turns[turned]
         return int((shifted | turned).sum())
+
+
+def _is_sheet(shape: RenderShape) -> bool:
+    """A floor, or another flat piece: in its own shadow it would be all spots."""
+    return shape.infinite or bool((np.ptp(shape.mesh.vertices, axis=0) * np.abs(shape.scale)).min() < SHEET)
 
 
 def _listen(handle: Any, shape: RenderShape, on_drag: Callable[[Drag], None]) -> None:

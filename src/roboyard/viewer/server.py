@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
 import socket
 from collections.abc import Iterator
@@ -38,6 +39,9 @@ def open_server(host: str, port: int, title: str) -> Any:
 
     with _quiet(), guarded(host):
         server = Server(host=host, port=free, label=title, verbose=False)
+    # at exit viser would say that it stops
+    atexit.unregister(server._websock_server.stop)
+    atexit.register(stop_server, server)
     server.gui.configure_theme(
         show_logo=False, show_share_button=False, control_width="large", brand_color=(38, 96, 164)
     )

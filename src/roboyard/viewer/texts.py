@@ -54,10 +54,10 @@ _SCRIPT = """
     for (const [[words, x, y, z, color, size, axes], at] of order) {
       ink.setTransform(scale, 0, 0, scale, 0, 0);
       if (axes) {
-        const right = spot(x + axes[0], y + axes[1], z + axes[2]);
-        const up = spot(x + axes[3], y + axes[4], z + axes[5]);
+        const part = 1e-3, at_axis = k => spot(...[x, y, z].map((v, i) => v + part * axes[k + i]));
+        const right = at_axis(0), up = at_axis(3);
         if (!right || !up) continue;
-        const unit = size * %(height)g / 100;
+        const unit = size * %(height)g / 100 / part;
         ink.transform((right[0] - at[0]) * unit, (right[1] - at[1]) * unit,
           (at[0] - up[0]) * unit, (at[1] - up[1]) * unit, at[0], at[1]);
         ink.font = "100px sans-serif";

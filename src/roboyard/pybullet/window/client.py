@@ -1,0 +1,101 @@
+"""A client with a window: commands, the window and the clock take turns."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+from roboyard.pybullet.clients import Client
+from roboyard.pybullet.commands import COMMANDS
+from roboyard.pybullet.videos import open_video
+from roboyard.pybullet.visualizer import VisualizerCamera
+from roboyard.pybullet.window.clock import Clock
+from roboyard.pybullet.window.options import WindowOptions
+from roboyard.pybullet.window.window import Window
+
+
+class WindowClient(Client):
+    """A client whose world people watch and touch while the script runs.
+
+    Each command holds the lock, so that neither window nor clock ever sees a command's work half done.
+    A window that wants to look is let in at the end of the command that is running: it never holds up more
+    than one command, for as long as it takes to copy positions.
+    """
+
+    def __init__(self, method: int, options: WindowOptions) -> None:
+        self.lock = threading.RLock()
+        self.depth = 0
+        """How many commands are running, one inside another; changes only under the lock."""
+        self.is_changed = True
+        """Whether commands ran since the window looked."""
+        self.window: Window | None = None
+        super().__init__(method)
+        _install()
+        self.visualizer.width, self.visualizer.height = options.width, options.height
+        self.window = Window(self, options)
+        self._clock = Clock(self)
+        if options.mp4:
+            self.logs.start(open_video(options.mp4, options.mp4fps))
+
+    @property
+    def visualizer(self) -> VisualizerCamera:
+        """The visualizer's camera, where someone moved it last: the script, or a person in the page."""
+        if self.window is not None:
+            self.window.camera.pull(self._visualizer)
+        return self._visualizer
+
+    @visualizer.setter
+    def visualizer(self, camera: VisualizerCamera) -> None:
+        self._visualizer = camera
+
+    def follow_clock(self, real_time: bool) -> None:
+        """Let the world step on its own, or no more."""
+        self._clock.run(real_time)
+
+    def close(self) -> None:
+        """Take the page down, then what every client does."""
+        self._clock.close()
+        if self.window is not None:
+            self.window.close()
+        with self.lock:
+            super().close()
+
+
+def _install() -> None:
+    """Give the class its commands, which hold the lock."""
+    for name, entry in COMMANDS.items():
+        if name not in vars(WindowClient):
+            setattr(WindowClient, name, _in_turn(entry.function, _AFTERWARDS.get(name)))
+
+
+def _preview(window: Window, answer: Any) -> None:
+    window.previews.take(*answer[2:])
+
+
+_AFTERWARDS: dict[str, Callable[[Window, Any], None]] = {"getCameraImage": _preview}
+"""What the window does with a command's answer."""
+
+
+def _in_turn(
+    function: Callable[..., Any], afterwards: Callable[[Window, Any], None] | None
+) -> Callable[..., Any]:
+    @wraps(function)
+    def call(client: WindowClient, *args: Any, **options: Any) -> Any:
+        with client.lock:
+            client.depth += 1
+            try:
+                answer = function(client, *args, **options)
+            finally:
+                client.depth -= 1
+                client.is_changed = True
+            window = client.window
+            if window is not None and not client.depth:
+                if afterwards is not None:
+                    afterwards(window, answer)
+                if window.wants_to_look:
+                    window.look()
+        return answer
+
+    return call

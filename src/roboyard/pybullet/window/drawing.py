@@ -1,0 +1,94 @@
+"""A client's debug lines, points and texts as the drawing of a viewer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.poses import multiply, rotate
+from roboyard.pybullet.debug_items import Item, Line, Points, Text
+from roboyard.viewer.drawings import Drawing, SceneLines
+from roboyard.viewer.texts import SceneText
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.records import BodyRecord
+    from roboyard.pybullet.scene import Scene
+
+Parent = tuple[int, int] | None
+
+
+def drawing_of(items: Iterable[Item], scene: Scene) -> Drawing:
+    """What to draw; items whose parent is gone are left out."""
+    lines: dict[tuple[Parent, float], list[Line]] = {}
+    drawn: list[SceneLines] = []
+    texts: list[SceneText] = []
+    for item in items:
+        if isinstance(item, Line):
+            lines.setdefault((item.parent, item.width), []).append(item)
+        elif _is_gone(item.parent, scene):
+            continue
+        elif isinstance(item, Points):
+            owner = _owner(item.parent, scene)
+            drawn.append(
+                SceneLines.dots(_placed(item.positions, item.parent, scene), item.rgb, item.size, owner)
+            )
+        elif isinstance(item, Text):
+            texts.append(_text(item, scene))
+    for (parent, width), group in lines.items():
+        if not _is_gone(parent, scene):
+            ends = np.array([(line.start, line.end) for line in group])
+            placed = _placed(ends.reshape(-1, 3), parent, scene).reshape(-1, 2, 3)
+            drawn.append(
+                SceneLines(
+                    start=placed[:, 0],
+                    end=placed[:, 1],
+                    rgb=np.array([line.rgb for line in group]),
+                    width=width,
+                    link=_owner(parent, scene),
+                )
+            )
+    return Drawing(lines=drawn, texts=texts)
+
+
+def _text(item: Text, scene: Scene) -> SceneText:
+    turn = item.orientation
+    if turn is not None and item.parent is not None:
+        frame = _record(item.parent, scene).links[item.parent[1] + 1].frame
+        x, y, z, w = (float(v) for v in multiply(frame.quaternion, turn))
+        turn = (x, y, z, w)
+    x, y, z = _placed(np.array([item.position]), item.parent, scene)[0].tolist()
+    return SceneText(
+        text=item.text,
+        position=(x, y, z),
+        rgb=item.rgb,
+        size=item.size,
+        orientation=turn,
+        link=_owner(item.parent, scene),
+    )
+
+
+def _record(parent: tuple[int, int], scene: Scene) -> BodyRecord:
+    return scene.bodies[parent[0]]
+
+
+def _is_gone(parent: Parent, scene: Scene) -> bool:
+    return parent is not None and scene.link(*parent) is None
+
+
+def _owner(parent: Parent, scene: Scene) -> Parent:
+    """Body id and link index of the World for those of the script."""
+    if parent is None:
+        return None
+    link = scene.link(*parent)
+    assert link is not None
+    return (link.body.id, link.index)
+
+
+def _placed(points: np.ndarray, parent: Parent, scene: Scene) -> np.ndarray:
+    """Points of a link's inertial frame in its link frame."""
+    if parent is None:
+        return points
+    frame = _record(parent, scene).links[parent[1] + 1].frame
+    return np.asarray(frame.position) + rotate(frame.quaternion, points)

@@ -1,0 +1,61 @@
+"""addUserDebugParameter: sliders and buttons in the page's panel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import floor, isfinite, log10
+from typing import Any
+
+from roboyard.pybullet.debug_items import Parameter
+
+PARTS = 1000
+"""A slider has at least this many places."""
+
+
+class Sliders:
+    """Keeps the panel's elements in step with a client's parameters; values go straight into those."""
+
+    def __init__(self, server: Any) -> None:
+        self._gui = server.gui
+        self._elements: dict[int, tuple[Parameter, Any]] = {}
+
+    def show(self, parameters: Mapping[int, Parameter]) -> None:
+        """Show these and no others."""
+        for number in [n for n, (shown, _) in self._elements.items() if parameters.get(n) is not shown]:
+            self._elements.pop(number)[1].remove()
+        for number, parameter in parameters.items():
+            if number not in self._elements:
+                self._elements[number] = parameter, self._add(parameter)
+
+    def _add(self, parameter: Parameter) -> Any:
+        if parameter.is_button:
+            button = self._gui.add_button(parameter.name or " ")
+
+            def clicked(_: Any) -> None:
+                parameter.value += 1.0
+
+            button.on_click(clicked)
+            return button
+        lower, upper = parameter.lower, parameter.upper
+        start = min(max(parameter.value, lower), upper)
+        slider = self._gui.add_slider(
+            parameter.name,
+            min=lower,
+            max=upper if upper > lower else lower + 1.0,
+            step=step_of(upper - lower),
+            initial_value=start,
+            disabled=not upper > lower,
+        )
+
+        def moved(_: Any) -> None:
+            value = float(slider.value)
+            if isfinite(value):
+                parameter.value = min(max(value, lower), upper)
+
+        slider.on_update(moved)
+        return slider
+
+
+def step_of(width: float) -> float:
+    """A power of ten that cuts a range into at least `PARTS`."""
+    return 10.0 ** floor(log10(width / PARTS)) if width > 0 else 0.1
