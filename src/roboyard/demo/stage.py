@@ -23,6 +23,12 @@ MOST_DROP = 0.05
 FREE_FREQUENCY, FIXED_FREQUENCY = 4.0, 8.0
 """Hz: how stiff the drives are. On a robot that stands free stiffer ones make its contacts tremble."""
 
+MOTOR_SHARE = 0.1
+"""Of the inertia that a joint which carries the robot moves with it: what its geared motor adds, as it turns.
+
+Files leave it out. A bare knee weighs next to nothing beside the robot on it, and contacts and drives would
+take turns in throwing it about.
+"""
 FULL_EFFORT_HINGE, FULL_EFFORT_SLIDE = 0.15, 0.02
 """rad or m: error at which a light joint uses its whole effort."""
 
@@ -65,6 +71,8 @@ class Stage:
         )
         if not free and plan.stand > 0:
             self._add_stand(position[2])
+        if free:
+            self._add_motor_inertia()
         self.robot.joint_positions = {
             name: value
             for name, value in self.figure.posture_with_followers().items()
@@ -91,7 +99,7 @@ class Stage:
         against friction, as far as the time step allows.
         """
         plan, world = self.plan, self.world
-        share = self.robot.mass / max(len(plan.stance.feet), 1)
+        share = self._share()
         omega = 2.0 * np.pi * frequency
         found = {}
         for name, inertia in plan.inertias.items():
@@ -108,6 +116,17 @@ class Stage:
             damping = max(2.0 * total * omega, 2.0 * np.sqrt(stiffness * own))
             found[name] = (stiffness, damping)
         return found
+
+    def _share(self) -> float:
+        """Of the robot's mass on each of its feet; kg."""
+        return self.robot.mass / max(len(self.plan.stance.feet), 1)
+
+    def _add_motor_inertia(self) -> None:
+        """Of the joints that carry the robot, where its file gives none."""
+        for name, lever in self.plan.stance.levers.items():
+            joint = self.robot.joint(name)
+            if joint.armature == 0.0:
+                joint.armature = MOTOR_SHARE * self._share() * lever**2
 
     def robot_points(self) -> Array:
         """(k, 3) outline points of the robot in the world, as it is now; its base where it has no shapes."""

@@ -89,6 +89,9 @@ def decide(figure: Figure) -> Stance:
     root = figure.description.root
     if root.name.lower() in WORLD_NAMES and root.inertial is None and root.name not in figure.outlines:
         return found("mounted", f'its root link is "{root.name}"')
+    touching = {link.name for link in figure.description.links if link.collisions}
+    if not touching.intersection(feet):
+        return found("mounted", "what reaches the floor has no collision shapes")
     if not figure.joints:
         return found("standing", "it has no joints to drive")
     legs = _carrying_joints(figure, feet, float(lowest), tolerance)
