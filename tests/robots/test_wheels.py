@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from roboyard.robots import Robot
+from roboyard.robots import REGISTERED_ROBOTS, Robot, add_robot
+from roboyard.robots.wheels import extent_along
 from roboyard.sim import World
+from roboyard.urdf.model import Box, Collision, Pose
 
 
 @pytest.fixture
@@ -36,6 +40,62 @@ def test_twists_are_followed_within_two_per_cent(rover: Robot, twist) -> None:
     assert v == pytest.approx(twist[0], rel=0.02, abs=0.003)
     assert w == pytest.approx(twist[1], rel=0.02, abs=0.003)
     assert rover.two_wheel.odometry() == pytest.approx((v, w), rel=0.02, abs=0.003)
+
+
+def spoiled(caster: bool = True) -> Robot:
+    """The rover as vendors ship robots: a hull with a margin down to the floor, hubs that reach inwards,
+    resistance in the wheels for another simulator.
+    """
+    registered = REGISTERED_ROBOTS["rover"]
+    definition = registered.definition
+    if caster:
+        names = ("left_wheel", "right_wheel", "caster")
+        block = definition.locomotion.model_copy(update={"floor_touching_base_link_names": names})
+        definition = definition.model_copy(update={"locomotion": block})
+    plain = registered.description(definition)
+    hull = Collision(geometry=Box(size=(0.4, 0.2, 0.2)), origin=Pose(position=(0, 0, 0.1)))
+    links = []
+    for link in plain.links:
+        if link.name == "base_link":
+            link = replace(link, collisions=(hull,))
+        if link.name in ("left_wheel", "right_wheel"):
+            inside = -0.05 if link.name == "left_wheel" else 0.05
+            hub = Collision(geometry=Box(size=(0.02, 0.06, 0.02)), origin=Pose(position=(0.0, inside, 0.0)))
+            links.append(replace(link, collisions=(*link.collisions, hub)))
+            continue
+        links.append(link)
+    joints = tuple(
+        replace(j, limit=None, damping=20.0, friction=10.0) if j.type == "continuous" else j
+        for j in plain.joints
+    )
+    world = World()
+    world.add_plane()
+    return add_robot(world, replace(plain, links=tuple(links), joints=joints), definition=definition)
+
+
+@pytest.mark.parametrize("twist", [(0.3, 0.0), (-0.1, 0.0), (0.0, 1.0), (0.2, -0.4)])
+def test_twists_are_followed_by_a_robot_as_vendors_ship_them(twist) -> None:
+    robot = spoiled()
+    drive(robot, twist, 1.0)
+    assert drive(robot, twist, 2.0) == pytest.approx(twist, rel=0.02, abs=0.003)
+
+
+def test_hulls_are_cut_above_the_floor_where_the_robot_stands_without_them() -> None:
+    cut, kept = (spoiled(caster).description.link_by_name["base_link"] for caster in (True, False))
+    assert extent_along(replace(cut, visuals=()), (0, 0, 1)) == pytest.approx(
+        (0.03, 0.2)
+    )  # what is seen ends there
+    assert extent_along(replace(kept, visuals=()), (0, 0, 1)) == (0.0, 0.2)  # nobody named the caster
+
+
+def test_resistance_in_the_wheels_does_not_shake_a_robot_at_rest() -> None:
+    robot = spoiled()
+    speeds = []
+    for _ in range(45):
+        robot.apply_action(np.zeros(2))
+        robot.world.step(8)
+        speeds.append(np.abs(robot.get_joint_velocities()).max())
+    assert max(speeds[15:]) < 1e-3
 
 
 def test_a_circle_comes_back(rover: Robot) -> None:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
+from roboyard.assets import assets_root
 from roboyard.cli import main
 from roboyard.errors import ConfigError
 from roboyard.robots import parse_definition
@@ -83,6 +85,7 @@ def test_r1_passes_every_gate() -> None:
         "settle",
         "base_drift",
         "response",
+        "drive",
         "ik_reach",
         "tuck",
         "sensors",
@@ -169,6 +172,17 @@ def test_unknown_gates_and_wrong_definitions_are_named() -> None:
         validate(robot(), definition=parse_definition(wrong))
 
 
+def test_a_definition_with_wrong_wheels_fails_to_drive() -> None:
+    rover = {**yaml.safe_load((assets_root() / "rover" / "rover.yaml").read_text())}
+    rover["two_wheel"] = {"wheel_radius": 0.06, "wheel_axle_length": 0.5}
+    gate = validate("rover", definition=rover, gates=["drive"]).gate("drive")
+    assert not gate.passed
+    told = " ".join(gate.findings)
+    assert "two_wheel.wheel_radius is 0.06 m; the shapes of left_wheel reach 0.075" in told
+    assert "two_wheel.wheel_axle_length is 0.5 m" in told
+    assert "wheel_axle_length" in gate.advice
+
+
 def test_command_line_json_and_page(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     html = tmp_path / "rover.html"
     assert main(["validate", "rover", "--json", "--html", str(html)]) == 0
@@ -183,8 +197,6 @@ def test_command_line_json_and_page(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 def test_the_command_line_says_what_failed(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     file = tmp_path / "rover.yaml"
-    from roboyard.assets import assets_root
-
     file.write_text((assets_root() / "rover" / "rover.yaml").read_text() + "default_joint_pos: [0, 0]\n")
     assert main(["validate", "rover", "--definition", str(file), "--gate", "settle"]) == 0
     assert "The robot comes to rest" in capsys.readouterr().out
@@ -210,6 +222,7 @@ def test_a_figure_that_is_no_number_fails() -> None:
         "settle",
         "drift",
         "response",
+        "drive",
         "ik_reach",
         "tuck",
         "sensors",

@@ -13,11 +13,12 @@ from roboyard.errors import ConfigError, unknown_name
 from roboyard.robots.backends import Backend
 from roboyard.robots.controller_setup import ControllerConfig
 from roboyard.robots.definition import RobotDefinition
-from roboyard.robots.description_edits import driven_wheels, edited, extent_along
+from roboyard.robots.description_edits import edited
 from roboyard.robots.load_definition import check_fits, load_definition, parse_definition
 from roboyard.robots.postures import ResetMode
 from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.robot import Robot
+from roboyard.robots.wheels import driven_wheels
 from roboyard.sim.world import World
 from roboyard.urdf.model import RobotDescription
 
@@ -92,10 +93,8 @@ def add_robot(
         self_collision=collide,
         name=name or model,
     )
-    for wheel, axle in driven_wheels(found, original).items():
-        if original.link_by_name[wheel].collisions:
-            low, high = extent_along(original.link_by_name[wheel], axle.axis)
-            body.link(wheel).flatten_balls(scale * (high - low) / 2)
+    for name_of_wheel, wheel in driven_wheels(found, original).items():
+        body.link(name_of_wheel).flatten_balls(scale * wheel.half_width)
     try:
         for a, b in found.disabled_collision_pairs or ():
             if a != b:

@@ -2,33 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from roboyard.poses import Array
+from roboyard.robots.clearance import cut, scraping
 from roboyard.robots.definition import RobotDefinition
-from roboyard.shapes.load import load_mesh
-from roboyard.urdf.model import (
-    Box,
-    Capsule,
-    Collision,
-    Cylinder,
-    Joint,
-    Link,
-    Mesh,
-    Pose,
-    RobotDescription,
-    Sphere,
-    Vector3,
-)
+from roboyard.robots.wheels import Wheel, driven_wheels, mesh_points, rolling
+from roboyard.urdf.kinematics import forward_kinematics
+from roboyard.urdf.model import Collision, Link, Mesh, Pose, RobotDescription, Sphere
 
 
 def edited(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:
-    """The description with collisions removed, wheels as spheres and markers hidden, as the definition
-    says.
-    """
+    """The description with collisions removed, wheels that roll and markers hidden."""
     silent = set(definition.disabled_collision_link_names or ())
     hidden: set[str] = set()
     if definition.visual_only_eef_links and definition.manipulation is not None:
@@ -38,79 +25,30 @@ def edited(definition: RobotDefinition, description: RobotDescription) -> RobotD
     if block is not None and block.force_sphere_wheel_approximation and definition.locomotion is not None:
         wheels = definition.locomotion.floor_touching_base_link_names
     links = tuple(_edited(link, silent, hidden, wheels) for link in description.links)
-    rolling = driven_wheels(definition, description)
-    if rolling:
-        radius = definition.two_wheel.wheel_radius if definition.two_wheel is not None else 0.0
-        links = tuple(
-            rolling_ball(link, rolling[link.name], radius) if link.name in rolling else link for link in links
-        )
+    driven = driven_wheels(definition, description)
+    if driven:
+        links = _rolling(links, definition, description, driven)
     return replace(description, links=links)
 
 
-def driven_wheels(definition: RobotDefinition, description: RobotDescription) -> dict[str, Joint]:
-    """Link to joint of the two driven wheels."""
-    if definition.two_wheel is None or definition.locomotion is None:
-        return {}
-    joints = [description.joint_by_name[name] for name in definition.locomotion.base_joint_names]
-    return {joint.child: joint for joint in joints}
-
-
-def rolling_ball(link: Link, axle: Joint, radius: float) -> Link:
-    """A driven wheel as one ball of the definition's radius in its middle, z along the axle.
-
-    `Link.flatten_balls` then makes it as narrow as the wheel.
-    """
-    if not link.collisions:
-        return link
-    low, high = extent_along(link, axle.axis)
-    middle = np.asarray(axle.axis) * (low + high) / 2
-    position = (float(middle[0]), float(middle[1]), float(middle[2]))
-    x, y, z = axle.axis
-    half = np.array([-y, x, 0.0, 1.0 + z]) if z > -1 + 1e-9 else np.array([1.0, 0.0, 0.0, 0.0])
-    quaternion = half / np.linalg.norm(half)
-    origin = Pose(position=position, quaternion=tuple(float(v) for v in quaternion))  # type: ignore[arg-type]
-    first = link.collisions[0]
-    return replace(link, collisions=(replace(first, geometry=Sphere(radius=radius), origin=origin),))
-
-
-def extent_along(link: Link, axis: Vector3) -> tuple[float, float]:
-    """Where the collision shapes of a link begin and end along a unit axis of its frame; m."""
-    sides = [_extent(shape, np.asarray(axis)) for shape in link.collisions]
-    return min(low for low, _ in sides), max(high for _, high in sides)
-
-
-def _extent(shape: Collision, axis: Array) -> tuple[float, float]:
-    pose, geometry = shape.origin.matrix(), shape.geometry
-    local = pose[:3, :3].T @ axis
-    centre = float(pose[:3, 3] @ axis)
-    match geometry:
-        case Box(size=size):
-            reach = float(np.abs(local) @ np.asarray(size)) / 2
-        case Sphere(radius=radius):
-            reach = radius
-        case Cylinder(radius=radius, length=length):
-            reach = abs(float(local[2])) * length / 2 + radius * float(np.hypot(local[0], local[1]))
-        case Capsule(radius=radius, length=length):
-            reach = abs(float(local[2])) * length / 2 + radius
-        case Mesh():
-            points = mesh_points(geometry)
-            along = points @ local
-            return centre + float(along.min()), centre + float(along.max())
-        case _:
-            reach = 0.0
-    return centre - reach, centre + reach
-
-
-def mesh_points(geometry: Mesh) -> Array:
-    """(n, 3) scaled vertices of a mesh, in the shape's frame; m. One point at the origin where there is no
-    file.
-    """
-    mesh = geometry.data
-    if mesh is None:
-        if geometry.path is None:
-            return np.zeros((1, 3))
-        mesh = load_mesh(geometry.path)
-    return np.asarray(mesh.vertices, dtype=float) * np.asarray(geometry.scale)
+def _rolling(
+    links: tuple[Link, ...],
+    definition: RobotDefinition,
+    description: RobotDescription,
+    driven: Mapping[str, Wheel],
+) -> tuple[Link, ...]:
+    """Driven wheels that roll, and nothing beside them that scrapes."""
+    radius = definition.two_wheel.wheel_radius if definition.two_wheel is not None else 0.0
+    heights = scraping(definition, description, driven.values())
+    poses = forward_kinematics(description)
+    return tuple(
+        rolling(link, driven[link.name], radius)
+        if link.name in driven
+        else cut(link, poses[link.name], heights[link.name])
+        if link.name in heights
+        else link
+        for link in links
+    )
 
 
 def _edited(link: Link, silent: Collection[str], hidden: Collection[str], wheels: Collection[str]) -> Link:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from roboyard.validation.bench import Bench
+from roboyard.validation.gates.drive import drive
 from roboyard.validation.gates.ik_reach import ik_reach
 from roboyard.validation.gates.limits import limits
 from roboyard.validation.gates.response import response
@@ -19,6 +20,7 @@ GATES: dict[str, Callable[[Bench], tuple[Gate, ...]]] = {
     "settle": settle,
     "drift": drift,
     "response": response,
+    "drive": drive,
     "ik_reach": ik_reach,
     "tuck": tuck,
     "sensors": sensors,
