@@ -119,8 +119,7 @@ class SceneNodes:
         if self.on_click is not None:
             click, owner = self.on_click, shape.owner
             handle.on_click(lambda _: click(owner))
-        if self._on_drag is not None:
-            _listen(handle, shape, self._on_drag)
+        self._listen(handle, shape)
         return handle
 
     def set_wireframe(self, wireframe: bool) -> None:
@@ -130,16 +129,26 @@ class SceneNodes:
             self._redraw()
 
     def set_drag(self, on_drag: Callable[[Drag], None] | None) -> None:
-        """Call this, in the thread of the server's event loop, while a shape that is no floor is dragged with
-        the left button; None: dragging turns the camera, as elsewhere.
+        """Call this, in the thread of the server's event loop, while the left button drags a shape that can
+        move; None: dragging turns the camera, as elsewhere.
         """
         if on_drag is self._on_drag:
             return
         self._on_drag = on_drag
         for handle, shape in self._shapes.values():
             handle.remove_drag_callback()
-            if on_drag is not None:
-                _listen(handle, shape, on_drag)
+            self._listen(handle, shape)
+
+    def _listen(self, handle: Any, shape: RenderShape) -> None:
+        on_drag = self._on_drag
+        if on_drag is None or self._links is None or shape.owner in self._links.fixed:
+            return
+
+        async def told(event: Any) -> None:
+            # a coroutine runs in the event loop, in order
+            on_drag(drag_of(event, shape.owner))
+
+        handle.on_drag(told)
 
     def _redraw(self) -> None:
         """Make all shapes anew."""
@@ -189,17 +198,6 @@ class SceneNodes:
 def _is_sheet(shape: RenderShape) -> bool:
     """A floor, or another flat piece: in its own shadow it would be all spots."""
     return shape.infinite or bool((np.ptp(shape.mesh.vertices, axis=0) * np.abs(shape.scale)).min() < SHEET)
-
-
-def _listen(handle: Any, shape: RenderShape, on_drag: Callable[[Drag], None]) -> None:
-    if shape.infinite:
-        return
-
-    async def told(event: Any) -> None:
-        # a coroutine runs in the event loop, in order
-        on_drag(drag_of(event, shape.owner))
-
-    handle.on_drag(told)
 
 
 def _tinted(shape: RenderShape) -> RenderShape:

@@ -26,6 +26,8 @@ class Links:
     rows: Mapping[str, int]
     by_owner: Mapping[tuple[int, int], int]
     """Body id and link index to the row."""
+    fixed: frozenset[tuple[int, int]] = frozenset()
+    """Body id and link index of what can never move."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -68,7 +70,10 @@ def gather_links(world: World) -> Links:
                 path = f"{wanted} ({k})"
             paths[(body.id, link.index)] = path
             rows[path] = int(body.mujoco_ids[link.index])
-    return Links(paths=paths, rows=rows, by_owner={owner: rows[path] for owner, path in paths.items()})
+    by_owner = {owner: rows[path] for owner, path in paths.items()}
+    welded = world.model.body_weldid
+    fixed = frozenset(owner for owner, row in by_owner.items() if welded[row] == 0)
+    return Links(paths=paths, rows=rows, by_owner=by_owner, fixed=fixed)
 
 
 def node_name(name: str) -> str:
