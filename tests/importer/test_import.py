@@ -1,12 +1,6 @@
 """The document's configuration on the bundled R1, a bare URDF, refusals, and an import cut short."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -152,33 +146,3 @@ def test_a_bad_urdf_leaves_nothing_behind(tmp_path):
     with pytest.raises((DescriptionError, ConfigError), match=r"bad\.urdf"):
         import_robot(urdf=file, data=tmp_path / "data")
     assert not list((tmp_path / "data").rglob("*.urdf"))
-
-
-CHILD = "import sys; from roboyard import import_robot; import_robot(sys.argv[1], data=sys.argv[2])"
-
-
-@pytest.mark.slow
-def test_a_killed_import_leaves_the_old_one_whole(tmp_path, r1):
-    """Kill it at several moments: what is there afterwards is always one whole package."""
-    import shutil
-
-    data = tmp_path / "data"
-    shutil.copytree(r1.folder.parents[3], data)
-    whole = sorted(p.relative_to(data) for p in data.rglob("*") if p.is_file())
-    source = Path(__import__("roboyard").__file__).parents[1]
-    environment = dict(os.environ, PYTHONPATH=str(source))
-    for delay in (0.8, 1.6, 2.4):
-        child = subprocess.Popen(
-            [sys.executable, "-c", CHILD, str(CONFIG), str(data)], env=environment, stderr=subprocess.DEVNULL
-        )
-        time.sleep(delay)
-        child.send_signal(signal.SIGKILL)
-        child.wait()
-        package = data / "omnigibson-robot-assets"
-        found = sorted(
-            p.relative_to(data)
-            for p in package.rglob("*")
-            if p.is_file() and not any(part.startswith(".") for part in p.relative_to(package).parts)
-        )
-        assert [p for p in whole if p not in found] == []
-        load_urdf(package / "objects" / "robot" / "r1" / "urdf" / "r1.urdf")

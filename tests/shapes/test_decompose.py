@@ -2,6 +2,7 @@
 
 import functools
 import os
+import time
 
 import numpy as np
 import pytest
@@ -186,6 +187,33 @@ def test_coacd_in_its_own_process():
     assert made.method_used == "coacd"
     assert 2 <= len(made.hulls) <= 4
     assert made.excess < 0.3
+
+
+def test_the_splitter_s_parts_are_taken_where_they_hug_clearly_closer(monkeypatch):
+    monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
+    poor = [CHANNEL.vertices, ELL.vertices]  # as if CoACD had left the channel in one part
+    monkeypatch.setattr(coacd_process, "run_coacd", lambda *_: poor)
+    made = decompose(CHANNEL, "coacd")
+    assert made.method_used == "split" and made.excess < 0.05
+    assert any("own parts kept" in note for note in made.notes)
+
+
+def test_what_ran_over_time_is_not_tried_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
+    monkeypatch.setattr(coacd_process, "run_coacd", worker_that(tmp_path, "import time; time.sleep(60)"))
+    assert not decompose(ELL, "coacd", time_limit=0.3).cached
+    assert decompose(ELL, "coacd", time_limit=0.3).cached
+
+
+def test_all_of_a_robot_s_meshes_share_one_limit(tmp_path, monkeypatch):
+    monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
+    monkeypatch.setattr(coacd_process, "run_coacd", worker_that(tmp_path, "import time; time.sleep(60)"))
+    began = time.monotonic()
+    meshes = [boxes([[0, 0, 0], [k, 0.1, 0.1]], [[0, 0.1, 0], [0.1, k, 0.1]]) for k in (0.3, 0.4, 0.5, 0.6)]
+    made = decompose_many(meshes, "coacd", workers=2, time_limit=5.0, total_limit=0.5)
+    assert time.monotonic() - began < 5.0
+    assert [m.method_used for m in made] == ["split"] * 4
+    assert any("no time was left" in note for m in made for note in m.notes)
 
 
 def test_many_keep_their_order_and_report_progress():

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import json
 import os
 import shutil
 import sys
@@ -25,7 +26,9 @@ from roboyard.data import models_folder, objects_folder
 from roboyard.errors import ConfigError
 
 READY = "ready"
-"""Empty file in a build folder whose parts are whole: they may be moved in."""
+"""File in a build folder whose parts are whole: they may be moved in. It holds the file system's number of
+each new part, since a part's place in the build folder holds the old one once the two were exchanged.
+"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -75,10 +78,15 @@ def building(place: Place, *, overwrite: bool) -> Iterator[Path]:
                 (build / "object").mkdir()
                 (build / "model").mkdir()
                 yield build
-                (build / READY).touch()
-                _move_in(place, build)
+                _mark_ready(place, build)
+                try:
+                    _move_in(place, build)
+                except BaseException:
+                    _move_in(place, build)  # half moved in is neither the old package nor the new one
+                    raise
             finally:
-                shutil.rmtree(build, ignore_errors=True)
+                if not (build / READY).exists():  # else the next import has a move to finish
+                    _clear(build)
     except BaseException:
         for folder in made:
             with suppress(OSError):
@@ -106,25 +114,30 @@ def _refuse_existing(place: Place) -> None:
 # ------------------------------------------------------------------------------------------------- moving in
 
 
+def _mark_ready(place: Place, build: Path) -> None:
+    numbers = {part.name: part.stat().st_ino for part, _ in place.moves(build)}
+    draft = build / f"{READY}.draft"
+    draft.write_text(json.dumps(numbers), encoding="utf-8")
+    draft.replace(build / READY)
+
+
 def _move_in(place: Place, build: Path) -> None:
-    """Put the parts in their places; what was there goes to the build folder."""
+    """Put the parts in their places; what was there goes to the build folder. Done again it goes on."""
+    if not (build / READY).exists():
+        return
+    numbers = json.loads((build / READY).read_text(encoding="utf-8"))
     for part, target in place.moves(build):
-        if part.exists():
+        if part.exists() and part.stat().st_ino == numbers[part.name]:
             target.parent.mkdir(parents=True, exist_ok=True)
             _put(part, target)
-    (build / READY).unlink(missing_ok=True)
+    (build / READY).unlink()
 
 
 def _put(part: Path, target: Path) -> None:
+    if target.exists() and not _exchange(part, target):
+        target.rename(part.with_name(f"{part.name}.old"))
     if not target.exists():
         part.rename(target)
-    elif not _exchange(part, target):
-        aside = part.with_name(f"{part.name}.old")
-        target.rename(aside)
-        part.rename(target)
-        return
-    else:
-        part.rename(part.with_name(f"{part.name}.old"))
 
 
 def _exchange(a: Path, b: Path) -> bool:
@@ -143,13 +156,20 @@ def _exchange(a: Path, b: Path) -> bool:
     raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()), str(b))
 
 
+def _clear(build: Path) -> None:
+    try:
+        shutil.rmtree(build, ignore_errors=True)
+    except BaseException:  # an interrupt leaves nothing lying about either
+        shutil.rmtree(build, ignore_errors=True)
+        raise
+
+
 def _finish_cut_short(place: Place) -> None:
     """Finish the move of an import that was killed in it, and clear away what others left."""
     for build in sorted(place.root.glob(f".import-{place.name}-*")):
         if not _is_build_of(build, place.name):
             continue
-        if (build / READY).exists():
-            _move_in(place, build)
+        _move_in(place, build)
         shutil.rmtree(build, ignore_errors=True)
 
 

@@ -27,7 +27,10 @@ SETTINGS = {
     "mcts_max_depth": 2,
     "seed": 0,
 }
-"""A fifth of the defaults' time at nearly their quality."""
+"""A fifth of the defaults' time at nearly their quality. On seven links of go2 and tiago a threshold of 0.1
+takes half the time again, but leaves two of them a quarter and a half more air; a coarser remesh (20) or
+fewer iterations gain less and lose more.
+"""
 
 
 class CoacdFailedError(Exception):
@@ -58,6 +61,8 @@ def run_coacd(
     Raises:
         CoacdFailedError: it crashed, ran over time, was stopped or returned nothing.
     """
+    if time_limit <= 0:
+        raise CoacdFailedError("no time was left for it")
     soups = triangles(mesh)
     vertices = np.concatenate([v for v, _ in soups])
     faces = np.concatenate([f for _, f in soups])

@@ -1,13 +1,15 @@
 """Collision shapes from any mesh: one convex hull where that is close, else a few.
 
 The hull comes first; a voxel grid says how much of it is air. Only where that is too much is the mesh taken
-apart, by CoACD in a child process or, where CoACD is absent, fails or runs over time, by Roboyard's own
-splitter. Results are cached under the hash of mesh and settings.
+apart, by CoACD in a child process or, where CoACD is absent, fails, runs over time or hugs the mesh clearly
+less closely, by Roboyard's own splitter. Results are cached under the hash of mesh and settings.
 """
 
 from __future__ import annotations
 
+import functools
 import json
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -27,7 +29,7 @@ from roboyard.shapes.voxels import VoxelGrid, voxelize
 
 Method = Literal["coacd", "split", "convex"]
 METHODS = ("coacd", "split", "convex")
-VERSION = 1
+VERSION = 2
 """Raised when the same mesh and settings give other hulls than before."""
 TIGHT_EXCESS = 0.10
 """Excess of a single hull below which it is kept."""
@@ -35,6 +37,12 @@ TIGHT_RATIO = 0.90
 """Solid volume / hull volume above which a single hull is kept."""
 WORTH_PARTS = 0.9
 """Excess of the parts / excess of the single hull above which the parts are not worth having."""
+CLEARLY = (0.8, 0.1)
+"""Own parts replace CoACD's where their excess is below this share of CoACD's, and lower by at least this."""
+TIME_LIMIT = 10.0
+"""Seconds that CoACD may take for a mesh: what is not done by then seldom ends, and hugs no closer."""
+TOTAL_LIMIT = 45.0
+"""Seconds that all runs of CoACD may take for a robot; the meshes left then go to the splitter."""
 SHELL_SHARE = 0.5
 """Share of voxels too thin to have an inside above which a mesh counts as an open shell."""
 
@@ -66,9 +74,10 @@ def decompose(
     *,
     hull_count: int = 8,
     max_vertices: int = 60,
-    time_limit: float = 30.0,
+    time_limit: float = TIME_LIMIT,
     use_cache: bool = True,
     stop: Callable[[], bool] = lambda: False,
+    deadline: float = math.inf,
 ) -> Decomposition:
     """Convex collision shapes of one mesh; never fails on a mesh with a finite vertex.
 
@@ -81,6 +90,7 @@ def decompose(
         time_limit: seconds that CoACD may take.
         use_cache: keep results on disk and take them from there.
         stop: asked now and then; True ends the work early, with what the splitter has by then.
+        deadline: `time.monotonic()` at which CoACD has to be done, whatever the time limit says.
 
     Raises:
         ConfigError: an unknown method, or a limit below what a hull needs.
@@ -95,7 +105,8 @@ def decompose(
     if use_cache and (known := _from_cache(key)) is not None:
         return known
     begin = time.perf_counter()
-    made, lasting = _compute(mesh, method, hull_count, max_vertices, time_limit, stop)
+    allowed = min(time_limit, deadline - time.monotonic())
+    made, lasting = _compute(mesh, method, hull_count, max_vertices, allowed, stop)
     made = replace(made, seconds=time.perf_counter() - begin)
     if use_cache and lasting and not stop():
         store_arrays("hulls", key, _to_arrays(made))
@@ -110,18 +121,21 @@ def decompose_many(
     progress: Callable[[int, int, Decomposition], None] | None = None,
     hull_count: int = 8,
     max_vertices: int = 60,
-    time_limit: float = 30.0,
+    time_limit: float = TIME_LIMIT,
+    total_limit: float = TOTAL_LIMIT,
     use_cache: bool = True,
 ) -> list[Decomposition]:
-    """`decompose` for several meshes, in their order, `workers` at a time.
+    """`decompose` for several meshes, in their order, `workers` at a time, the largest first.
 
     Args:
+        total_limit: seconds after which CoACD is not asked any more.
         progress: called after each as (index of the mesh, how many are done, its result), from this thread.
 
     An interrupt ends the child processes before it goes on.
     """
     stopped = threading.Event()
     results: dict[int, Decomposition] = {}
+    deadline = time.monotonic() + total_limit
 
     def work(mesh: TriangleMesh) -> Decomposition:
         return decompose(
@@ -132,10 +146,12 @@ def decompose_many(
             time_limit=time_limit,
             use_cache=use_cache,
             stop=stopped.is_set,
+            deadline=deadline,
         )
 
     with ThreadPoolExecutor(max_workers=max(1, workers), thread_name_prefix="decompose") as pool:
-        futures = {pool.submit(work, mesh): index for index, mesh in enumerate(meshes)}
+        order = sorted(range(len(meshes)), key=lambda index: -len(meshes[index].faces))
+        futures = {pool.submit(work, meshes[index]): index for index in order}
         try:
             for future in as_completed(futures):
                 index = futures[future]
@@ -166,7 +182,7 @@ def _compute(
     time_limit: float,
     stop: Callable[[], bool],
 ) -> tuple[Decomposition, bool]:
-    """The parts, and whether another run would give the same (a time limit hit may not be)."""
+    """The parts, and whether they are worth keeping (without coacd installed they are not)."""
     grid = voxelize(mesh, fill_cavities=True)
     single = convex_hull(mesh, max_vertices)
     fit = measure_hulls([single.mesh], grid)
@@ -192,21 +208,28 @@ def _take_apart(
     stop: Callable[[], bool],
     notes: list[str],
 ) -> tuple[list[Hull], str, bool]:
-    lasting = True
-    if method == "coacd":
-        if grid.thin.sum() > SHELL_SHARE * grid.solid.sum():
-            notes.append("open shell: split without coacd, which has no inside to work on")
-        elif not coacd_process.is_installed():
-            notes.append('split without coacd, which is not installed: pip install "roboyard[convex]"')
-            lasting = False
-        else:
-            try:
-                clouds = coacd_process.run_coacd(mesh, hull_count, time_limit, stop)
-                return [convex_hull(cloud, max_vertices) for cloud in clouds], "coacd", True
-            except coacd_process.CoacdFailedError as error:
-                notes.append(f"split without coacd: {error}")
-                lasting = "longer than" not in str(error)
-    return split_convex(mesh, grid, hull_count, max_vertices, stop=stop), "split", lasting
+    own = functools.partial(split_convex, mesh, grid, hull_count, max_vertices, stop=stop)
+    if method != "coacd":
+        return own(), "split", True
+    if grid.thin.sum() > SHELL_SHARE * grid.solid.sum():
+        notes.append("open shell: split without coacd, which has no inside to work on")
+        return own(), "split", True
+    if not coacd_process.is_installed():
+        notes.append('split without coacd, which is not installed: pip install "roboyard[convex]"')
+        return own(), "split", False
+    try:
+        clouds = coacd_process.run_coacd(mesh, hull_count, time_limit, stop)
+    except coacd_process.CoacdFailedError as error:
+        notes.append(f"split without coacd: {error}")
+        return own(), "split", True
+    theirs, ours = [convex_hull(cloud, max_vertices) for cloud in clouds], own()
+    their_excess, our_excess = (
+        measure_hulls([h.mesh for h in hulls], grid).excess for hulls in (theirs, ours)
+    )
+    if our_excess < min(CLEARLY[0] * their_excess, their_excess - CLEARLY[1]):
+        notes.append(f"own parts kept: excess {our_excess:.2f}, coacd's {their_excess:.2f}")
+        return ours, "split", True
+    return theirs, "coacd", True
 
 
 def _result(hulls: Sequence[Hull], fit: HullFit, used: str, notes: Sequence[str]) -> Decomposition:
