@@ -5,14 +5,16 @@ driven.
 from __future__ import annotations
 
 import importlib.metadata
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from roboyard import import_robot
-from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot, parse_definition
+from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot, Robot, add_robot, parse_definition
 from roboyard.robots.joint_order import robot_joint_names
 from roboyard.sim import World
 from roboyard.urdf import load_urdf
@@ -176,8 +178,6 @@ def imported(name: str, data: Path) -> RegisteredRobot:
         )
         joints = robot_joint_names(load_urdf(result.model_folder / "urdf" / f"{name}.urdf"))
         rest = [float(recipe["rest"].get(joint, 0.0)) for joint in joints]
-        import yaml
-
         definition = {**recipe["definition"], "default_joint_pos": rest}
         parse_definition(definition)
         result.definition.write_text(yaml.safe_dump(definition))
@@ -191,17 +191,74 @@ def test_other_peoples_robots_validate(name: str, data: Path) -> None:
     assert [(gate.name, gate.figure, list(gate.findings)[:3]) for gate in report.failed] == []
 
 
-@pytest.mark.slow
-def test_tiago_follows_twists(data: Path) -> None:
+def followed(make: Callable[[World], Robot], twist: tuple[float, float]) -> tuple[float, float]:
+    """Mean forward speed and turning rate over two seconds after the first one."""
     world = World()
     world.add_plane()
-    robot = world.add_robot(imported("tiago", data))
-    action = robot.controllers["base"].scaling.invert(np.array([0.3, 0.4]))
+    robot = make(world)
+    action = robot.controllers["base"].scaling.invert(np.array(twist))
     seen = []
     for k in range(90):
         robot.apply_action({"base": action})
         world.step(8)
-        if k >= 45:
+        if k >= 30:
             linear, angular = robot.get_relative_velocity()
             seen.append((linear[0], angular[2]))
-    assert np.mean(seen, axis=0) == pytest.approx([0.3, 0.4], rel=0.05)
+    v, w = np.mean(seen, axis=0)
+    return float(v), float(w)
+
+
+TWISTS = [(0.3, 0.0), (-0.1, 0.0), (0.0, 0.8), (0.0, -0.3), (0.3, 0.4), (-0.2, 0.5)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("twist", TWISTS)
+def test_tiago_follows_twists(data: Path, twist: tuple[float, float]) -> None:
+    robot = imported("tiago", data)
+    assert followed(lambda world: world.add_robot(robot), twist) == pytest.approx(twist, rel=0.02, abs=0.003)
+
+
+STRETCH = {
+    "raw_controller_order": ["base"],
+    "default_controllers": {"base": "DifferentialDriveController"},
+    "two_wheel": {"wheel_radius": 0.0508, "wheel_axle_length": 0.3407},
+    "locomotion": {
+        "base_joint_names": ["joint_left_wheel", "joint_right_wheel"],
+        "floor_touching_base_link_names": ["link_left_wheel", "link_right_wheel", "caster_link"],
+    },
+}
+
+
+def stretch_file() -> Path:
+    folder = package_folder("hello-robot-stretch-urdf", "stretch_urdf/SE3")
+    return folder / "stretch_description_SE3_eoa_wrist_dw3_tool_sg3.urdf"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("twist", TWISTS)
+def test_stretch_follows_twists_as_its_vendor_ships_it(twist: tuple[float, float]) -> None:
+    """Wheels with 22 N m s/rad of damping, a hull that ends on the floor, hubs that reach inwards."""
+    file, definition = stretch_file(), {**STRETCH, "self_collisions": False}
+    got = followed(lambda world: add_robot(world, str(file), definition=definition), twist)
+    assert got == pytest.approx(twist, rel=0.02, abs=0.003)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spheres", [True, False])
+def test_stretch_drives_as_imported(tmp_path: Path, spheres: bool) -> None:
+    config = {
+        "urdf_path": str(stretch_file()),
+        "name": "stretch",
+        "base_motion": {
+            "wheel_links": ["link_left_wheel", "link_right_wheel"],
+            "wheel_joints": ["joint_left_wheel", "joint_right_wheel"],
+            "use_sphere_wheels": spheres,
+            "use_holonomic_joints": False,
+        },
+    }
+    result = import_robot(config, data=tmp_path, report=False, validate=False)
+    pairs = yaml.safe_load(result.definition.read_text())["disabled_collision_pairs"]
+    definition = {**STRETCH, "disabled_collision_pairs": pairs}
+    urdf = result.model_folder / "urdf" / "stretch.urdf"
+    report = validate(urdf, definition=definition, gates=["drive", "drift"])
+    assert [(gate.name, gate.figure, list(gate.findings)[:3]) for gate in report.failed] == []
