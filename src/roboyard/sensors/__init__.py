@@ -15,10 +15,12 @@ from roboyard.sensors.camera import CameraSensor, link_names
 from roboyard.sensors.contact import ContactSensor
 from roboyard.sensors.force_torque import ForceTorqueSensor
 from roboyard.sensors.inertial import Imu
-from roboyard.sensors.lidar import Lidar, LidarPattern, Scan
+from roboyard.sensors.lidar import Lidar, Scan
+from roboyard.sensors.pattern import IMPORTED_PATTERN, LidarPattern
 from roboyard.sensors.rates import Sensors
 
 __all__ = [
+    "IMPORTED_PATTERN",
     "CameraSensor",
     "ContactSensor",
     "ForceTorqueSensor",
