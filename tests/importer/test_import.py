@@ -106,6 +106,16 @@ def test_files_read_back_as_meant(r1):
     assert {"stage_and_clean", "collision", "planning"} <= {d["step"] for d in log["decisions"]}
 
 
+def test_the_imported_robot_passes_every_gate(r1):
+    assert [gate.line() for gate in r1.validation.failed] == []
+    log = json.loads((r1.folder / "import_log.json").read_text())
+    assert log["validation"]["passed"] and len(log["validation"]["gates"]) > 8
+    page = r1.report.read_text()
+    assert "works: every gate passed" in page and page.count("<svg") >= 5
+    for folder in (r1.folder, r1.model_folder):
+        assert (folder / "import_report.html").read_bytes() == page.encode()
+
+
 def test_a_bare_urdf_keeps_its_root_and_gets_spheres(tmp_path):
     result = import_robot(urdf=asset_path("husky"), data=tmp_path)
     assert result.name == "husky"
@@ -146,3 +156,24 @@ def test_a_bad_urdf_leaves_nothing_behind(tmp_path):
     with pytest.raises((DescriptionError, ConfigError), match=r"bad\.urdf"):
         import_robot(urdf=file, data=tmp_path / "data")
     assert not list((tmp_path / "data").rglob("*.urdf"))
+
+
+def test_one_wrong_value_hides_no_other_problem(tmp_path):
+    """A value of neither kind that it may have is one problem, and the rest of its block is still checked."""
+    file = tmp_path / "two.yaml"
+    file.write_text(
+        f"urdf_path: {asset_path('r1')}\nname: r1\ncurobo:\n  lock_joints: {{nojoint: 0.2}}\n"
+        "  default_qpos: 3\ncollision:\n  hull_count: -3\nunknown: 1\n"
+    )
+    with pytest.raises(ConfigError) as caught:
+        import_robot(file, data=tmp_path / "data")
+    lines = str(caught.value).splitlines()
+    assert [line.split(": ")[0] for line in lines] == [f"two.yaml:{k}" for k in (4, 5, 7, 8)]
+    assert "nojoint" in lines[0] and lines[1].endswith("must be a list or a mapping of keys to values")
+
+
+def test_wrong_flags_are_named(tmp_path):
+    with pytest.raises(ConfigError) as caught:
+        import_robot(urdf=asset_path("cube"), name="1 x", dataset="../x", data=tmp_path)
+    name, dataset = str(caught.value).splitlines()
+    assert name.startswith("--name: '1 x'") and dataset.startswith("--dataset-name: '../x'")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -128,7 +129,7 @@ def importing(
     print(f"report: {result.report}")
 
 
-importing.__doc__ = f"{importing.__doc__}\n{EXAMPLE}"
+importing.__doc__ = f"{cleandoc(importing.__doc__ or '')}\n{EXAMPLE}"
 
 
 def _tried(report: ValidationReport) -> list[str]:

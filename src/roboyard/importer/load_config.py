@@ -104,6 +104,7 @@ def _judge(
     if config is not None:
         urdf = config.urdf_file(folder)
         problems += _against_urdf(config, urdf, packages)
+    problems.sort(key=lambda problem: problem.line or yaml_file.line(problem.where) or 10**9)
     errors = [_told(problem, name, yaml_file) for problem in problems if not problem.is_note]
     notes = [_told(problem, name, yaml_file) for problem in problems if problem.is_note]
     if len(errors) > MAX_PROBLEMS:
@@ -161,7 +162,8 @@ def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[Problem]
         except ValidationError as error:
             details = error.errors(include_url=False)
         places = [_real_location(detail["loc"], remaining) for detail in details]
-        for detail, where in zip(details, places, strict=True):
+        for where, same in _by_place(places, details).items():
+            detail = same[0]
             if detail["type"] == "missing" and where in removed:
                 # it was there, but wrong: told already
                 if where == ("name",):
@@ -169,13 +171,26 @@ def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[Problem]
                 else:
                     removed |= _remove(remaining, where[:-1])
                 continue
-            problem = Problem(where=where, text=_text(detail, where))
+            problem = Problem(where=where, text=_either([_text(each, where) for each in same]))
             if problem not in problems:
                 problems.append(problem)
             removed |= _remove(remaining, where)
         if "urdf_path" not in remaining:
             break
     return None, problems
+
+
+def _by_place(places: Sequence[Where], details: Sequence[Any]) -> dict[Where, list[Any]]:
+    found: dict[Where, list[Any]] = {}
+    for where, detail in zip(places, details, strict=True):
+        found.setdefault(where, []).append(detail)
+    return found
+
+
+def _either(texts: Sequence[str]) -> str:
+    """One sentence of what each branch of a union asks for."""
+    first, *others = dict.fromkeys(texts)
+    return " or ".join([first, *(text.removeprefix("must be ") for text in others)])
 
 
 def _real_location(location: Sequence[str | int], data: Any) -> Where:

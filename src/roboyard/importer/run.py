@@ -9,8 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from roboyard.data import data_folder
 from roboyard.errors import ConfigError
 from roboyard.importer.config import ImportConfig, checked_dataset, checked_name
@@ -135,6 +133,8 @@ def build_package(
         data=data_folder(data).absolute(), dataset=loaded.config.dataset_name, name=loaded.config.name
     )
     log = ImportLog(progress=progress)
+    if isinstance(config, Path | str):
+        log.facts["configuration"] = str(Path(config).absolute())
     for note in loaded.notes:
         log.warn(note)
     with building(place, overwrite=loaded.config.overwrite) as build:
@@ -209,13 +209,19 @@ def _without_config(overrides: dict[str, Any]) -> LoadedConfig:
     if not file.exists():
         raise ConfigError(f"{file.name}: there is no file {str(file)!r}; check the path")
     name = overrides.get("name") or _name_of(file)
-    try:
-        checked_name(name)
-        checked_dataset(overrides.get("dataset_name", "x"))
-        config = ImportConfig.model_validate({**overrides, "name": name, "canonical_frame": False})
-    except (ValueError, ValidationError) as error:
-        text = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
-        raise ConfigError(f"--name: {text}") from None
+    flags = (
+        ("--name", name, checked_name),
+        ("--dataset-name", overrides.get("dataset_name", "x"), checked_dataset),
+    )
+    problems = []
+    for flag, value, check in flags:
+        try:
+            check(value)
+        except ValueError as error:
+            problems.append(f"{flag}: {error}")
+    if problems:
+        raise ConfigError("\n".join(problems))
+    config = ImportConfig.model_validate({**overrides, "name": name, "canonical_frame": False})
     return LoadedConfig(config=config, urdf=file)
 
 
