@@ -74,6 +74,12 @@ def test_missing_normals_are_derived_beside_given_ones(tmp_path):
     np.testing.assert_array_equal(mesh.normals[mesh.faces[1]], [[0, 0, 1]] * 3)
 
 
+def test_normals_and_coordinates_that_are_not_there_are_done_without(tmp_path):
+    mesh = load(tmp_path, SQUARE + "vn 0 0 1\nf 1/1/1 2/2/1 3/3/1\nf 1/9/9 3/9/9 4/9/9\n")
+    np.testing.assert_array_equal(mesh.vertices[mesh.faces[1]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]])
+    assert mesh.normals is None and mesh.uv is None
+
+
 def test_material_colours_become_face_colours(tmp_path):
     text = "mtllib a.mtl\n" + SQUARE + "f 1 2 3\nusemtl red one\nf 1 3 4\nusemtl glass\nf 1 2 4\n"
     mtl = "newmtl red one\nKd 1 0 0\nnewmtl glass\nKd 0 0.5 1\nTr 0.75\n"

@@ -110,10 +110,10 @@ def getClosestPoints(
             collisionShapePositionB,
             collisionShapeOrientationB,
         ),
-    ) as (first, second):
+    ) as (world, first, second):
         if not first or not second:
             return ()
-        data, model = scene.world.kinematics(), scene.world.model
+        data, model = world.kinematics(), world.model
         points, ends = [], np.zeros(6)
         for body_a, link_a, geom_a in first:
             for body_b, link_b, geom_b in second:

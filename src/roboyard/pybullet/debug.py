@@ -48,7 +48,7 @@ def addUserDebugLine(
     line = Line(
         start=vector3(lineFromXYZ, "Error converting lineFrom[3]"),
         end=vector3(lineToXYZ, "Error converting lineTo[3]"),
-        rgb=vector3(lineColorRGB, "Error converting lineColorRGB[3]"),
+        rgb=_line_color(lineColorRGB),
         width=number(lineWidth),
         parent=_parent(parentObjectUniqueId, parentLinkIndex),
         expires=_end_of(lifeTime),
@@ -162,3 +162,12 @@ def _end_of(life_time: float) -> float | None:
 
 
 _text = text
+
+
+def _line_color(rgb: Vector) -> tuple[float, float, float]:
+    """White, as in PyBullet, for anything but three numbers."""
+    try:
+        given = tuple(rgb)
+    except TypeError:
+        return _WHITE
+    return vector3(given, "") if len(given) == 3 else _WHITE

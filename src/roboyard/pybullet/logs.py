@@ -130,7 +130,9 @@ def startStateLogging(
     types (as `struct` does) and its first line names. Videos show the visualizer's camera in simulated time.
 
     Args:
-        loggingType: STATE_LOGGING_GENERIC_ROBOT, _CONTACT_POINTS, _VIDEO_MP4, _PROFILE_TIMINGS, ...
+        loggingType: STATE_LOGGING_GENERIC_ROBOT, _CONTACT_POINTS, _VIDEO_MP4, _PROFILE_TIMINGS, ...;
+        STATE_LOGGING_ALL_COMMANDS writes what is called (in Roboyard's own format), which
+        STATE_REPLAY_ALL_COMMANDS calls again, all at once.
         fileName: what to write.
         objectUniqueIds: bodies to log; none given: all.
         maxLogDof: most joints of a body in a generic robot's record; the default is 12.
@@ -138,7 +140,7 @@ def startStateLogging(
         bodyUniqueIdB: contacts: only those with this body too.
         linkIndexA: contacts: only those of this link.
         linkIndexB: contacts: only those with this link.
-        deviceTypeFilter: of VR devices, of which there are none.
+        deviceTypeFilter: of VR devices, of which there are none (a log of them has a header and no record).
         logFlags: STATE_LOG_JOINT_TORQUES and its parts: also what the motors applied.
     """
     name = text(fileName)
@@ -148,8 +150,18 @@ def startStateLogging(
             return None
         client.logs.timings = ProfileTimings(name)
         return client.logs.start(client.logs.timings)
-    if kind in _NOT_HERE:
-        raise unavailable(f"startStateLogging({kind})", _NOT_HERE[kind])
+    if kind == c.STATE_LOGGING_ALL_COMMANDS:
+        from roboyard.pybullet.command_logs import CommandLog
+
+        return client.logs.start(CommandLog(client, name))
+    if kind == c.STATE_REPLAY_ALL_COMMANDS:
+        from roboyard.pybullet.command_logs import Replay
+
+        return client.logs.start(Replay(client, name))
+    if kind == c.STATE_LOGGING_VR_CONTROLLERS:
+        from roboyard.pybullet.robot_logs import ControllerLog
+
+        return client.logs.start(ControllerLog(name))
     if kind in (c.STATE_LOGGING_GENERIC_ROBOT, c.STATE_LOGGING_MINITAUR):
         from roboyard.pybullet.robot_logs import RobotLog
 
@@ -168,13 +180,6 @@ def startStateLogging(
 
         return client.logs.start(open_video(name))
     raise unavailable(f"startStateLogging({kind})", "no log file is of this kind")
-
-
-_NOT_HERE = {
-    c.STATE_LOGGING_VR_CONTROLLERS: "there are no virtual reality devices",
-    c.STATE_REPLAY_ALL_COMMANDS: "Bullet's command files hold its internal structures",
-    c.STATE_LOGGING_ALL_COMMANDS: "Bullet's command files hold its internal structures",
-}
 
 
 @command()

@@ -25,6 +25,10 @@ _CONTACT_NAMES = (
     *("positionOnAX", "positionOnAY", "positionOnAZ", "positionOnBX", "positionOnBY", "positionOnBZ"),
     *("contactNormalOnBX", "contactNormalOnBY", "contactNormalOnBZ", "contactDistance", "normalForce"),
 )
+_CONTROLLER_NAMES = (
+    *("stepCount", "timeStamp", "controllerId", "numMoveEvents", "m_numButtonEvents", "posX", "posY", "posZ"),
+    *("oriX", "oriY", "oriZ", "oriW", "analogAxis", *(f"buttons{i}" for i in range(7)), "deviceType"),
+)
 
 
 class _RecordFile:
@@ -45,6 +49,16 @@ class _RecordFile:
     def close(self) -> None:
         """Finish the file."""
         self._file.close()
+
+
+class ControllerLog(_RecordFile):
+    """Virtual reality controllers, of which there are none: a file without records."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name, _CONTROLLER_NAMES, "IfIIIffffffffIIIIIIII")
+
+    def record(self, client: Client) -> None:
+        """Nothing to write."""
 
 
 class RobotLog(_RecordFile):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.constraint_records import ConstraintRecord
 from roboyard.pybullet.drives import Drives
@@ -15,6 +15,9 @@ from roboyard.pybullet.records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.sim.link import Link
 from roboyard.sim.profile import BULLET
 from roboyard.sim.world import World
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.loose_shapes import LooseShapes
 
 
 class Scene:
@@ -46,6 +49,7 @@ class Scene:
         """Bodies with motor commands that have not reached the World yet."""
         self._groups: dict[tuple[int, int], tuple[int, int]] = {}
         self._pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
+        self._loose: LooseShapes | None = None
         self._spare: Any = None
         self._spare_revision = -1
         self.frames_are_old = True
@@ -328,9 +332,20 @@ class Scene:
             return None
         return world.data.xfrc_applied.copy(), world.data.qfrc_applied.copy()
 
+    @property
+    def loose_shapes(self) -> LooseShapes:
+        """Where shapes are put that are part of no body, made on first use."""
+        if self._loose is None:
+            from roboyard.pybullet.loose_shapes import LooseShapes
+
+            self._loose = LooseShapes()
+        return self._loose
+
     def let_go(self) -> None:
         """Free everything now: the parts refer to one another, and MuJoCo's arrays are large."""
         vars(self.world).clear()
+        if self._loose is not None:
+            self._loose.let_go()
         vars(self).clear()
 
     def frames(self, *, fresh: bool) -> Any:

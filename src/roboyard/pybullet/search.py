@@ -21,10 +21,15 @@ def setAdditionalSearchPath(client: Client, path: str) -> None:
 
 
 def find_file(client: Client, name: str) -> Path | None:
-    """The file a script names: from the working folder, the search path, then a data folder nearby."""
+    """The file a script names: from the working folder, the search path, then a data folder nearby.
+
+    Like Bullet, which puts these folders in front of any name, an absolute one that is not there included.
+    """
     given = Path(name)
     if given.is_absolute():
-        return given if given.is_file() else None
+        if given.is_file():
+            return given
+        given = given.relative_to(given.anchor)
     folders = [Path(), *([client.search_path] if client.search_path else []), *map(Path, _USUAL_FOLDERS)]
     for folder in folders:
         if (folder / given).is_file():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 
 from roboyard.shapes.atlas import pack_textures
 from roboyard.shapes.mesh import TriangleMesh, read_only
+
+_log = logging.getLogger("roboyard.shapes")
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -51,15 +54,14 @@ def part_from_corners(
         uv: (k, 2) values and (m, 3) indices.
         color: (4,) or (m, 4).
 
+    Normals and texture coordinates that the file does not have are done without.
+
     Raises:
-        ValueError: an index lies outside its array.
+        ValueError: an index lies outside `positions`.
     """
     check_indices("vertex", corners, len(positions))
-    index = [corners.ravel()]
-    for kind, pair in (("normal", normals), ("texture coordinate", uv)):
-        if pair is not None:
-            check_indices(kind, pair[1], len(pair[0]))
-            index.append(pair[1].ravel())
+    normals, uv = _if_there("normal", normals), _if_there("texture coordinate", uv)
+    index = [corners.ravel(), *(pair[1].ravel() for pair in (normals, uv) if pair is not None)]
     key = index[0].astype(np.int64)
     for more in index[1:]:
         _, key = np.unique(key, return_inverse=True)
@@ -73,6 +75,16 @@ def part_from_corners(
         color=color,
         texture=texture,
     )
+
+
+def _if_there(kind: str, pair: tuple[Floats, Indices] | None) -> tuple[Floats, Indices] | None:
+    if pair is not None:
+        try:
+            check_indices(kind, pair[1], len(pair[0]))
+        except ValueError as problem:
+            _log.warning("%s; doing without", problem)
+            return None
+    return pair
 
 
 def check_indices(kind: str, indices: Indices, count: int) -> None:
