@@ -93,7 +93,7 @@ class Keys:
         self._lock = Lock()
         grabbed = None if grab is None else sorted(set(grab))
         self._script = PageScript(server, "keys", _SCRIPT % json.dumps(grabbed), self._hear)
-        server.on_client_disconnect(lambda client: self._release(client.client_id))
+        server.on_client_disconnect(self._on_disconnect)
 
     def subscribe(self, listener: Callable[[KeyEvent], None]) -> None:
         """Call `listener` for each event, in a thread of the server: be quick, put it into a queue."""
@@ -122,6 +122,10 @@ class Keys:
             (held.append if event.is_down else held.remove)(event.key)
         for listener in tuple(self._listeners):
             listener(event)
+
+    async def _on_disconnect(self, client: Any) -> None:
+        # a coroutine: at exit the pool for plain functions is gone before the pages are
+        self._release(client.client_id)
 
     def _release(self, client: int) -> None:
         """All keys of a page that is gone."""

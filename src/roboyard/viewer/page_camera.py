@@ -57,12 +57,12 @@ class PageCamera:
                 client.camera.position = view.eye
                 client.camera.look_at = view.target
 
-    def _on_connect(self, client: Any) -> None:
+    async def _on_connect(self, client: Any) -> None:
         camera = client.camera
         self.size = (int(camera.image_width), int(camera.image_height))
         camera.on_update(self._on_update)
 
-    def _on_disconnect(self, _: Any) -> None:
+    async def _on_disconnect(self, _: Any) -> None:
         if not self._server.get_clients():
             self.size = None
 

@@ -81,7 +81,7 @@ class Sticks:
         self._pulled: dict[str, tuple[int, float, float]] = {}
         self._lock = Lock()
         self._script = PageScript(server, "sticks", _SCRIPT, self._hear)
-        server.on_client_disconnect(lambda client: self._release(client.client_id))
+        server.on_client_disconnect(self._on_disconnect)
 
     def show(self, names: Sequence[str]) -> None:
         """Put sticks of these names into every page in place of those there are; none takes them away."""
@@ -107,6 +107,10 @@ class Sticks:
             return
         with self._lock:
             self._pulled[name] = (client, float(x), float(y))
+
+    async def _on_disconnect(self, client: Any) -> None:
+        # a coroutine: at exit the pool for plain functions is gone before the pages are
+        self._release(client.client_id)
 
     def _release(self, client: int) -> None:
         """Sticks that a page that is gone held."""

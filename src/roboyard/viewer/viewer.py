@@ -204,7 +204,8 @@ class Viewer:
 
     # ------------------------------------------------------------------------------- in the server's threads
 
-    def _on_connect(self, _: Any) -> None:
+    async def _on_connect(self, _: Any) -> None:
+        # coroutines: at exit the pool for plain functions is gone before the pages are
         with self._counting:
             self.watchers += 1
             first = self.watchers == 1
@@ -214,7 +215,7 @@ class Viewer:
             self._latest = replace(latest, qpos=latest.latest_qpos())
         self._wake.set()
 
-    def _on_disconnect(self, _: Any) -> None:
+    async def _on_disconnect(self, _: Any) -> None:
         with self._counting:
             self.watchers -= 1
 
