@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import copy
+import math
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from roboyard.assets import asset_path, assets_root
 from roboyard.errors import ConfigError
-from roboyard.robots import load_definition, parse_definition
-from roboyard.robots.load_definition import check_fits
+from roboyard.robots import REGISTERED_ROBOTS, load_definition, parse_definition
+from roboyard.robots.load_definition import check_fits, dotted
 from roboyard.urdf import load_urdf
 
 R1_FILE = assets_root() / "r1" / "r1.yaml"
@@ -186,6 +188,68 @@ def test_a_wrong_field_gives_one_sentence_that_names_it(r1_data: dict, change: C
         parse_definition(r1_data)
     lines = [line for line in str(error.value).splitlines() if re.search(told, line)]
     assert len(lines) == 1, str(error.value)
+
+
+def places(value: object, where: tuple = ()) -> Iterator[tuple[tuple, object]]:
+    """Every field of plain data, with its place."""
+    if where:
+        yield where, value
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in items:
+        yield from places(inner, (*where, key))
+
+
+def spoilt(where: tuple, value: object) -> Iterator[tuple[str, Callable[[dict], None]]]:
+    """What can be wrong with one field, each by a name."""
+    yield "other kind", put(*where, value=[1] if isinstance(value, dict) else {"wrong": ["kind"]})
+    if isinstance(value, str):
+        yield "number", put(*where, value=7)
+        yield "empty", put(*where, value="")
+        if not where[0].endswith("_path"):
+            yield "unknown name", put(*where, value="no_such_thing")
+    elif isinstance(value, bool):
+        yield "word", put(*where, value="perhaps")
+    elif isinstance(value, int | float):
+        yield "text", put(*where, value="lots")
+        yield "not a number", put(*where, value=math.nan)
+    elif isinstance(value, list) and value:
+        yield "one twice", put(*where, value=[*value, value[-1]])
+    if isinstance(where[-1], str):
+
+        def misspell(data: dict) -> None:
+            at = data
+            for key in where[:-1]:
+                at = at[key]
+            at[where[-1] + "x"] = at.pop(where[-1])
+
+        yield "misspelled", misspell
+
+
+FREE_LENGTHS = ("disabled_collision_pairs", "floor_touching_base_link_names", "_link_names", "grasp_", "/")
+"""Lists of links and points may name one twice: nothing depends on it."""
+
+
+def test_every_field_of_r1_spoilt_gives_one_sentence_that_names_it(r1_data: dict) -> None:
+    r1 = REGISTERED_ROBOTS["r1"]
+    description, cases, wrong = r1.description(r1.definition), 0, []
+    for where, value in places(r1_data):
+        for kind, change in spoilt(where, value):
+            path = dotted(where)
+            if kind == "one twice" and any(word in path for word in FREE_LENGTHS):
+                continue
+            data = copy.deepcopy(r1_data)
+            change(data)
+            cases += 1
+            try:
+                parse_definition(data, description)
+                wrong.append(f"{path}, {kind}: accepted")
+            except ConfigError as error:
+                (first, *more) = str(error).splitlines()
+                above = dotted(where[:-1]) if isinstance(where[-1], int) else path
+                if more or not (f" {above}" in first or f"{where[-1]}" in first):
+                    wrong.append(f"{path}, {kind}: {error}")
+    assert wrong == []
+    assert cases > 500
 
 
 def test_files_give_lines(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from roboyard.robots.load_definition import check_fits, load_definition, parse_d
 from roboyard.robots.postures import ResetMode
 from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.robot import Robot
+from roboyard.robots.sensing import SensorOptions
 from roboyard.robots.wheels import driven_wheels
 from roboyard.sim.world import World
 from roboyard.urdf.model import RobotDescription
@@ -43,6 +44,7 @@ def add_robot(
     reset_joint_pos: ArrayLike | None = None,
     default_reset_mode: ResetMode = "untuck",
     backend: Backend = "numpy",
+    sensor_options: SensorOptions | None = None,
 ) -> Robot:
     """Add a robot with its controllers to a world.
 
@@ -66,6 +68,8 @@ def add_robot(
         reset_joint_pos: (n,) posture to start in, in the definition's joint order.
         default_reset_mode: which posture of `mobile_manipulation` to start in.
         backend: what the robot's getters return.
+        sensor_options: kind of sensor ("Camera", "Lidar") or link that has one, to keywords of
+            `roboyard.sensors.CameraSensor` or `Lidar` (width, rate, pattern, ...).
 
     Raises:
         ConfigError: the definition or the configuration is wrong, or the robot unknown.
@@ -110,6 +114,8 @@ def add_robot(
             default_reset_mode=default_reset_mode,
             model=model,
             backend=backend,
+            sensor_file=_sensor_file(robot),
+            sensor_options=sensor_options,
         )
     except Exception:
         for call in tuple(world.before_step):
@@ -137,6 +143,13 @@ def _loaded(
     from roboyard.urdf import load_urdf
 
     return Path(robot).stem, load_urdf(robot), own, file
+
+
+def _sensor_file(robot: str | Path | RegisteredRobot | RobotDescription) -> Path | None:
+    """The file that names the robot's cameras and lidars, where it was imported."""
+    if isinstance(robot, str) and not _is_file(robot):
+        robot = REGISTERED_ROBOTS.find(robot)
+    return robot.sensors if isinstance(robot, RegisteredRobot) else None
 
 
 def _is_file(robot: str) -> bool:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
 from roboyard.robots.definition import NEED_RESET_POSE, VIRTUAL_JOINTS, RobotDefinition
+from roboyard.robots.definition_names import Found, Where, joint_names, link_names
 from roboyard.robots.joint_order import robot_joint_names
 from roboyard.urdf.model import RobotDescription
 
-Where = tuple[str | int, ...]
+BLOCKS = {
+    "trunk": "articulated_trunk",
+    "camera": "active_camera",
+    "arm": "manipulation",
+    "gripper": "manipulation",
+}
+"""First word of a group to the block that makes it."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -23,9 +30,17 @@ class Problem:
     """What is wrong and how to mend it."""
 
 
-def check_alone(definition: RobotDefinition) -> list[Problem]:
-    """What contradicts itself without looking at the robot."""
-    found = [*_groups(definition), *_bases(definition), *_arms(definition), *_postures(definition)]
+def check_alone(definition: RobotDefinition, *, with_lengths: bool = True) -> list[Problem]:
+    """What contradicts itself without looking at the robot; lengths of postures where nobody else compares
+    them with the robot's.
+    """
+    found = list(_roots(definition)) or [
+        *_groups(definition),
+        *_bases(definition),
+        *_arms(definition),
+        *_twice(definition),
+        *_postures(definition, with_lengths),
+    ]
     return [Problem(where=where, text=text) for where, text in found]
 
 
@@ -42,22 +57,46 @@ def check_against(definition: RobotDefinition, description: RobotDescription) ->
     return [Problem(where=where, text=text) for where, text in found]
 
 
-Found = Iterator[tuple[Where, str]]
+def _roots(definition: RobotDefinition) -> Found:
+    """Faults that many others would follow from: a block that is not there, arms under other names."""
+    allowed = definition.allowed_controllers()
+    lacking: dict[str, list[str]] = {}
+    for group in definition.raw_controller_order:
+        block = BLOCKS.get(group.split("_", 1)[0])
+        if group not in allowed and block is not None and getattr(definition, block) is None:
+            lacking.setdefault(block, []).append(group)
+    for block, groups in lacking.items():
+        yield (block,), f"is missing: raw_controller_order has {', '.join(map(repr, groups))}; add the block"
+    manipulation = definition.manipulation
+    if manipulation is None:
+        return
+    arms, top = manipulation.arm_names, ("manipulation", "arm_names")
+    twice = [arm for arm in arms if arms.count(arm) > 1]
+    if twice:
+        yield top, f"names {twice[0]!r} twice"
+    elif len(arms) != manipulation.n_arms:
+        yield top, f"names {len(arms)} arms but n_arms is {manipulation.n_arms}"
+    elsewhere = {*manipulation.arm_joint_names, *manipulation.eef_link_names}
+    strange = [index for index, arm in enumerate(arms) if arm not in elsewhere]
+    if strange and elsewhere - set(arms):
+        where = (*top, strange[0]) if len(strange) == 1 else top
+        names = " and ".join(repr(arms[index]) for index in strange)
+        yield where, f"{names}: no other field has such an arm{_near(arms[strange[0]], sorted(elsewhere))}"
 
 
 def _groups(definition: RobotDefinition) -> Found:
-    allowed = definition.allowed_controllers()
-    seen: set[str] = set()
-    for index, group in enumerate(definition.raw_controller_order):
+    allowed, order = definition.allowed_controllers(), definition.raw_controller_order
+    missing = [group for group in allowed if group not in order and not _is_bare(definition, group)]
+    for index, group in enumerate(order):
         where = ("raw_controller_order", index)
-        if group in seen:
+        if group in order[:index]:
             yield where, f"{group!r} is listed twice; keep one"
         elif group not in allowed:
-            yield where, f"no block makes a group {group!r}{_near(group, allowed)}"
-        seen.add(group)
-    for group in allowed:
-        if group not in seen and not _is_bare(definition, group):
-            yield ("raw_controller_order",), f"the group {group!r} is missing; add it"
+            near = _near(group, missing or allowed)
+            yield where, f"no block makes a group {group!r}{near}"
+            del missing[:1]  # which is what was meant
+    for group in missing:
+        yield ("raw_controller_order",), f"the group {group!r} is missing; add it"
     for group, name in definition.default_controllers.items():
         where = ("default_controllers", group)
         if group not in allowed:
@@ -117,12 +156,6 @@ def _arms(definition: RobotDefinition) -> Found:
     if block is None:
         return
     arms = block.arm_names
-    if len(arms) != block.n_arms:
-        yield ("manipulation", "arm_names"), f"names {len(arms)} arms but n_arms is {block.n_arms}"
-    for arm in arms:
-        if arms.count(arm) > 1:
-            yield ("manipulation", "arm_names"), f"names {arm!r} twice"
-            return
     required = {
         "arm_joint_names": block.arm_joint_names,
         "eef_link_names": block.eef_link_names,
@@ -138,8 +171,9 @@ def _arms(definition: RobotDefinition) -> Found:
         "assisted_grasp_end_points": block.assisted_grasp_end_points,
     }
     for key, by_arm in required.items():
+        strange = [arm for arm in by_arm if arm not in arms]
         for arm in arms:
-            if arm not in by_arm:
+            if arm not in by_arm and not strange:
                 yield ("manipulation", key), f"has no entry for arm {arm!r}; add it"
     for key, by_arm in {**required, **optional}.items():
         for arm in by_arm or {}:
@@ -162,11 +196,12 @@ def _arms(definition: RobotDefinition) -> Found:
                     yield where, f"there is no arm {arm!r}{_near(arm, arms)}"
 
 
-def _postures(definition: RobotDefinition) -> Found:
+def _postures(definition: RobotDefinition, with_lengths: bool) -> Found:
     block = definition.mobile_manipulation
     if block is not None:
         names, count = block.joint_names, len(block.untucked_default_joint_pos)
-        if len(block.tucked_default_joint_pos) != count:
+        compared = with_lengths or names is not None
+        if compared and len(block.tucked_default_joint_pos) != count:
             told = (
                 f"has {len(block.tucked_default_joint_pos)} values but untucked_default_joint_pos has {count}"
             )
@@ -194,58 +229,13 @@ def _postures(definition: RobotDefinition) -> Found:
             return
 
 
-def link_names(definition: RobotDefinition) -> Found:
-    """Every link that a definition names, with its place in the file."""
-    if definition.base_footprint_link_name is not None:
-        yield ("base_footprint_link_name",), definition.base_footprint_link_name
-    for i, pair in enumerate(definition.disabled_collision_pairs or ()):
-        for k, name in enumerate(pair):
-            yield ("disabled_collision_pairs", i, k), name
-    yield from _listed(definition.disabled_collision_link_names, ("disabled_collision_link_names",))
-    if definition.locomotion is not None:
-        names = definition.locomotion.floor_touching_base_link_names
-        yield from _listed(names, ("locomotion", "floor_touching_base_link_names"))
-    if definition.articulated_trunk is not None:
-        names = definition.articulated_trunk.trunk_link_names
-        yield from _listed(names, ("articulated_trunk", "trunk_link_names"))
-    block = definition.manipulation
-    if block is None:
-        return
-    top: Where = ("manipulation",)
-    for key in ("arm_link_names", "finger_link_names", "gripper_link_names"):
-        for arm, names in (getattr(block, key) or {}).items():
-            yield from _listed(names, (*top, key, arm))
-    for arm, name in block.eef_link_names.items():
-        yield (*top, "eef_link_names", arm), name
-    for key in ("assisted_grasp_start_points", "assisted_grasp_end_points"):
-        for arm, points in (getattr(block, key) or {}).items():
-            for i, (name, _) in enumerate(points):
-                yield (*top, key, arm, i, 0), name
-    yield from _listed(block.manipulation_link_names, (*top, "manipulation_link_names"))
-
-
-def joint_names(definition: RobotDefinition) -> Found:
-    """Every joint that a definition names, with its place in the file."""
-    if definition.locomotion is not None:
-        yield from _listed(definition.locomotion.base_joint_names, ("locomotion", "base_joint_names"))
-    if definition.articulated_trunk is not None:
-        names = definition.articulated_trunk.trunk_joint_names
-        yield from _listed(names, ("articulated_trunk", "trunk_joint_names"))
-    if definition.active_camera is not None:
-        yield from _listed(
-            definition.active_camera.camera_joint_names, ("active_camera", "camera_joint_names")
-        )
-    if definition.mobile_manipulation is not None:
-        yield from _listed(definition.mobile_manipulation.joint_names, ("mobile_manipulation", "joint_names"))
-    if definition.manipulation is not None:
-        for key in ("arm_joint_names", "finger_joint_names"):
-            for arm, names in getattr(definition.manipulation, key).items():
-                yield from _listed(names, ("manipulation", key, arm))
-
-
-def _listed(names: Sequence[str] | None, where: Where) -> Found:
-    for i, name in enumerate(names or ()):
-        yield (*where, i), name
+def _twice(definition: RobotDefinition) -> Found:
+    """Joints that one list names twice."""
+    seen: set[Where] = set()
+    for where, name in joint_names(definition):
+        if (*where[:-1], name) in seen:
+            yield where, f"{name!r} is listed twice; keep one"
+        seen.add((*where[:-1], name))
 
 
 def _unknown(names: Found, kind: str, known: Sequence[str]) -> Found:

@@ -11,9 +11,13 @@ from pydantic import BaseModel, ValidationError
 
 from roboyard.errors import ConfigError
 from roboyard.robots.definition import RobotDefinition
-from roboyard.robots.definition_checks import Problem, Where, check_against, check_alone
+from roboyard.robots.definition_checks import Problem, check_against, check_alone
+from roboyard.robots.definition_names import Where
 from roboyard.urdf.model import RobotDescription
 from roboyard.yaml_lines import YamlFile, parse_yaml, read_yaml
+
+MISSING = "is required; add it"
+UNKNOWN = "unknown key"
 
 
 def load_definition(file: Path | str, description: RobotDescription | None = None) -> RobotDefinition:
@@ -74,12 +78,21 @@ def _judged(yaml_file: YamlFile, name: str, description: RobotDescription | None
     except ValidationError as error:
         problems = _typed_problems(error, yaml_file.data)
         raise ConfigError("\n".join(_told(problem, name, yaml_file) for problem in problems)) from None
-    found = check_alone(definition)
-    if description is not None:
-        found += check_against(definition, description)
+    found = [] if description is None else check_against(definition, description)
+    found = _once([*found, *check_alone(definition, with_lengths=description is None)])
     if found:
         raise ConfigError("\n".join(_told(problem, name, yaml_file) for problem in found))
     return definition
+
+
+def _once(problems: Iterable[Problem]) -> list[Problem]:
+    """Without those at, above or below a place that another one names already."""
+    kept: list[Problem] = []
+    for problem in problems:
+        mine = problem.where
+        if not any(one.where[: len(mine)] == mine[: len(one.where)] for one in kept):
+            kept.append(problem)
+    return kept
 
 
 def _told(problem: Problem, name: str, yaml_file: YamlFile | None) -> str:
@@ -103,7 +116,19 @@ def _typed_problems(error: ValidationError, data: Any) -> list[Problem]:
         where = _place(detail["loc"], data)
         if where not in found:
             found[where] = Problem(where=where, text=_text(detail, where))
-    return list(found.values())
+    return [problem for where, problem in found.items() if not _is_misspelled(where, found)]
+
+
+def _is_misspelled(where: Where, found: Mapping[Where, Problem]) -> bool:
+    """Whether what is missing at a place stands beside it under a wrong name."""
+    if found[where].text != MISSING:
+        return False
+    beside = [
+        str(other[-1])
+        for other, problem in found.items()
+        if other[:-1] == where[:-1] and problem.text.startswith(UNKNOWN)
+    ]
+    return bool(get_close_matches(str(where[-1]), beside, n=1))
 
 
 def _place(location: Sequence[str | int], data: Any) -> Where:
@@ -128,9 +153,9 @@ def _text(detail: Any, where: Where) -> str:
             known = fields_at(RobotDefinition, where[:-1])
             near = get_close_matches(str(where[-1]), known, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
-            return f"unknown key{hint} (known here: {', '.join(known)})"
+            return f"{UNKNOWN}{hint} (known here: {', '.join(known)})"
         case "missing":
-            return "is required; add it"
+            return MISSING
         case "value_error":
             return str(context.get("error", detail["msg"]))
         case "bool_type" | "bool_parsing":

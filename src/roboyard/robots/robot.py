@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from roboyard.robots.groups import plan_groups
 from roboyard.robots.joints import Indices
 from roboyard.robots.postures import ResetMode, reset_posture
 from roboyard.robots.robot_body import RobotBody
+from roboyard.robots.sensing import Senses, SensorOptions
 from roboyard.sim.body import Body
 from roboyard.urdf.model import RobotDescription
 
@@ -29,7 +31,7 @@ CONTROL_FREQUENCY = 30.0
 """Hz"""
 
 
-class Robot(RobotBody):
+class Robot(RobotBody, Senses):
     """A body with controllers. Actions are applied at the next time step of the world and their goals held
     until the next action.
     """
@@ -47,6 +49,8 @@ class Robot(RobotBody):
         default_reset_mode: ResetMode = "untuck",
         model: str = "",
         backend: Backend = "numpy",
+        sensor_file: Path | None = None,
+        sensor_options: SensorOptions | None = None,
     ) -> None:
         """Take over a body; `roboyard.robots.add_robot` is how users get here."""
         if default_reset_mode not in ("tuck", "untuck"):
@@ -64,6 +68,7 @@ class Robot(RobotBody):
         self.loop = self._make_loop(controllers or {})
         self.world.before_step.append(self._before_step)
         self.set_joint_positions(self.keeping_base(self._reset_posture))
+        self.have_senses(sensor_file, sensor_options or {})
 
     def __repr__(self) -> str:
         return (

@@ -1,17 +1,20 @@
-"""Cameras of an imported robot: read from its MJCF, where the importer puts each on its link."""
+"""Cameras and lidars of an imported robot: read from its MJCF, where the importer puts each on its link."""
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from roboyard.poses import IDENTITY_QUATERNION, Array, from_wxyz, normalized
 from roboyard.urdf.xml import read_xml
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class CameraFrame:
-    """One camera; it looks along -z, +y up."""
+class SensorFrame:
+    """A frame on a link that a sensor is in."""
 
     name: str
     link: str
@@ -21,27 +24,53 @@ class CameraFrame:
     """(4,) x, y, z, w in the link's frame"""
 
 
+class CameraFrame(SensorFrame):
+    """One camera; it looks along -z, +y up."""
+
+    __slots__ = ()
+
+
+class LidarFrame(SensorFrame):
+    """One lidar; z is up, azimuth 0 along x."""
+
+    __slots__ = ()
+
+
 def camera_frames(mjcf: Path) -> tuple[CameraFrame, ...]:
     """All cameras of an MJCF file, in file order.
 
     Raises:
         DescriptionError: the file is no XML.
     """
-    import numpy as np
-
     root, _ = read_xml(mjcf)
-    found = []
-    for body in root.iter("body"):
-        for camera in body.findall("camera"):
-            position = np.array((camera.get("pos") or "0 0 0").split(), dtype=float)
-            given = camera.get("quat")
-            quaternion = (
-                np.array(IDENTITY_QUATERNION)
-                if given is None
-                else from_wxyz(normalized(np.array(given.split(), float)))
-            )
-            name = camera.get("name") or "camera"
-            found.append(
-                CameraFrame(name=name, link=body.get("name") or "", position=position, quaternion=quaternion)
-            )
-    return tuple(found)
+    return tuple(
+        CameraFrame(name=camera.get("name") or "camera", link=body.get("name") or "", **_placed(camera))
+        for body in root.iter("body")
+        for camera in body.findall("camera")
+    )
+
+
+def lidar_frames(mjcf: Path) -> tuple[LidarFrame, ...]:
+    """All lidars of an MJCF file, in file order: the sites that the importer names after link and kind.
+
+    Raises:
+        DescriptionError: the file is no XML.
+    """
+    root, _ = read_xml(mjcf)
+    return tuple(
+        LidarFrame(name=site.get("name") or "", link=body.get("name") or "", **_placed(site))
+        for body in root.iter("body")
+        for site in body.findall("site")
+        if (site.get("name") or "").startswith(f"{body.get('name')}_lidar")
+    )
+
+
+def _placed(element: ET.Element) -> dict[str, Array]:
+    position = np.array((element.get("pos") or "0 0 0").split(), dtype=float)
+    given = element.get("quat")
+    if given is None:
+        return {"position": position, "quaternion": np.array(IDENTITY_QUATERNION)}
+    return {
+        "position": position,
+        "quaternion": from_wxyz(normalized(np.array(given.split(), dtype=float))),
+    }
