@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from roboyard.urdf.model import Link
 
 MAX_LINKS_PICTURED = 40
-WIDTH, HEIGHT = 240, 180
+WIDTH, HEIGHT = 300, 200
 
 
 def link_rows(robot: ImportedRobot, facts: Mapping[str, Any]) -> list[str]:

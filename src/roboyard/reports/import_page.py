@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.reports.html import figure, page, plural, table, verdict
 from roboyard.reports.import_links import link_rows
 from roboyard.reports.import_pictures import KINDS, sight_of_robot
-from roboyard.reports.pictures import Kind, sight_of
+from roboyard.reports.pictures import Kind, Sight, sight_of
 
 if TYPE_CHECKING:
     from roboyard.importer.context import ImportContext
@@ -23,7 +23,7 @@ _STYLE = """
 border-radius:.5rem;padding:.4rem .9rem}.cards b{display:block;font-size:1.25rem}.cards span{color:var(--dim)}
 .sides{display:flex;gap:1.4rem}.sides h3{margin:.2rem 0;color:var(--dim);font-weight:600}
 .sides .pictures{display:flex;gap:.5rem;flex-wrap:nowrap}.sides figure{flex:0 1 380px}
-.pictures{display:flex;flex-wrap:wrap;gap:.6rem}.pictures figure{margin:0}
+.pictures{display:flex;flex-wrap:wrap;gap:.6rem;align-content:flex-start}.pictures figure{margin:0}
 @media(max-width:60rem){.sides{flex-wrap:wrap}}
 body{max-width:88rem}
 ul.look{padding-left:1.2rem}ul.look li{margin:.15rem 0}ul.look b{color:var(--look)}
@@ -32,7 +32,7 @@ ul.look{padding-left:1.2rem}ul.look li{margin:.15rem 0}ul.look b{color:var(--loo
 padding:.5rem .8rem}.gate.bad{border-left-color:var(--bad)}.gate.none{border-left-color:var(--line)}
 .gate p{margin:.2rem 0}.gate svg{max-width:100%;height:auto}.gate svg text{font:11px system-ui,sans-serif;
 fill:var(--dim)}
-.links{display:grid;gap:.8rem}.link{display:grid;grid-template-columns:minmax(13rem,16rem) 1fr;gap:1rem;
+.links{display:grid;gap:.8rem}.link{display:grid;grid-template-columns:minmax(13rem,19rem) 1fr;gap:1rem;
 border:1px solid var(--line);border-radius:.5rem;padding:.7rem .9rem}
 .link h3{margin:0 0 .3rem;overflow-wrap:anywhere}.link table{font-size:.92em;width:100%}
 .link td{padding:.1rem .5rem .1rem 0;border:0}.link td:first-child{color:var(--dim)}
@@ -163,8 +163,8 @@ def _before_and_after(robot: ImportedRobot, draft: Draft | None) -> list[str]:
     return ["<h2>The robot</h2>", f'<div class="sides">{"".join(shown)}</div>'] if shown else []
 
 
-def _portrait(sight: Any) -> bytes:
-    return sight.picture(width=380, height=400)
+def _portrait(sight: Sight) -> bytes:
+    return sight.picture(around=sight.points(), width=380, height=400)
 
 
 def _look_at(warnings: Sequence[Any]) -> list[str]:

@@ -74,10 +74,7 @@ def link_pictures(
 ) -> dict[Kind, bytes]:
     """PNG of one link alone in each way that it has, all from one place."""
     sights: dict[Kind, Sight] = {kind: sight_of_robot(robot, kind, (link,), frames=frames) for kind in KINDS}
-    boxes = [sight.bounds[link] for sight in sights.values() if link in sight.bounds]
-    if not boxes:
-        return {}
-    around = np.stack([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
+    around = np.concatenate([sight.points() for sight in sights.values()])
     return {
         kind: sight.picture(around=around, width=width, height=height, plain=True)
         for kind, sight in sights.items()

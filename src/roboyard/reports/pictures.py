@@ -44,6 +44,15 @@ class Sight:
         """True where there is nothing to see."""
         return not self.scene.shapes
 
+    def points(self) -> Array:
+        """(n, 3) vertices of all shapes in the root frame; m."""
+        clouds = [
+            ((s.mesh.vertices * s.scale) @ s.rotation.T + s.position) @ self.rotations[s.frame].T
+            + self.positions[s.frame]
+            for s in self.scene.shapes
+        ]
+        return np.concatenate(clouds) if clouds else np.zeros((0, 3))
+
     def picture(
         self,
         focus: Collection[str] = (),
@@ -57,20 +66,19 @@ class Sight:
 
         Args:
             focus: links to go up to, with some room around.
-            around: (2, 3) box to go up to instead; m.
+            around: (n, 3) points to have just in view instead; m.
             width: pixels.
             height: pixels.
             plain: on an even background, for many small pictures.
         """
         boxes = [self.bounds[name] for name in focus if name in self.bounds] or list(self.bounds.values())
-        if around is not None:
-            boxes = [around]
         lower = np.min([box[0] for box in boxes], axis=0)
         upper = np.max([box[1] for box in boxes], axis=0)
-        target = (lower + upper) / 2.0
+        seen = _corners(lower, upper) if around is None else around
+        target = (seen.min(axis=0) + seen.max(axis=0)) / 2.0
         back = VIEW / np.linalg.norm(VIEW)
         room = 2.0 if focus and around is None else 1.1
-        distance = _distance(_corners(lower, upper) - target, back, width / height) * room
+        distance = _distance(seen - target, back, width / height) * room
         camera = Camera.look_at(
             eye=target + distance * back,
             target=target,
