@@ -22,6 +22,10 @@ def view(
         Path | None,
         typer.Option(help="Planner's YAML with collision_spheres to show.", show_default=False),
     ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(help="Import configuration that edits go into.", show_default=False),
+    ] = None,
     package: Annotated[
         list[str] | None,
         typer.Option(
@@ -44,7 +48,7 @@ def view(
     from roboyard.viewer.inspector import Inspector, find_robot
 
     inspector = Inspector(
-        find_robot(robot, spheres),
+        find_robot(robot, spheres, config),
         host=host,
         port=port,
         fixed_base=not free,

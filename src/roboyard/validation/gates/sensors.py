@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.robots import Robot
 from roboyard.robots.sensor_frames import CameraFrame
+from roboyard.sensors.blocked import NEAR, RAYS, blocked_share
 from roboyard.validation.bench import Bench
 from roboyard.validation.report import Gate
 
-NEAR = 0.05
-"""m: the robot's own surface nearer than this blocks the view"""
 BLOCKED = 0.5
 """Share of the view that may be blocked"""
-VIEW = np.deg2rad(48.0)
-RAYS = 9
-"""A side"""
-START = 0.002
-"""m in front of the lens"""
 
 
 def sensors(bench: Bench) -> tuple[Gate, ...]:
@@ -44,7 +36,7 @@ def sensors(bench: Bench) -> tuple[Gate, ...]:
             shares.append(1.0)
             continue
         position, rotation = _pose(robot, camera)
-        share = _blocked(robot, position, rotation)
+        share = blocked_share(robot.body, position, rotation)
         shares.append(share)
         if share > BLOCKED:
             findings.append(f"{camera.name}: {share:.0%} of the view is blocked within {NEAR * 100:g} cm")
@@ -69,13 +61,3 @@ def _pose(robot: Robot, camera: CameraFrame) -> tuple[Array, Array]:
     position, quaternion = robot.body.link(camera.link).pose
     turn = matrix_from_quaternion(quaternion)
     return position + turn @ camera.position, turn @ matrix_from_quaternion(camera.quaternion)
-
-
-def _blocked(robot: Robot, position: Array, rotation: Array) -> float:
-    side = np.tan(VIEW / 2) * np.linspace(-1.0, 1.0, RAYS)
-    x, y = (grid.ravel() for grid in np.meshgrid(side, side))
-    directions = np.stack([x, y, -np.ones_like(x)], axis=1)
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    world = directions @ rotation.T
-    hits = robot.world.rays(position + START * world, position + NEAR * world, visual=True)
-    return float((hits.owners[:, 0] == robot.body.id).mean())

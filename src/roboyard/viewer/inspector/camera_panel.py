@@ -7,8 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from roboyard.cameras import Camera
+from roboyard.cameras import Camera, Image
 
 if TYPE_CHECKING:
     from roboyard.sim import World
@@ -25,7 +26,7 @@ class CameraPanel:
         self._world = world
         self.kind = gui.add_dropdown("shows", KINDS, initial_value=KINDS[0])
         button = gui.add_button("Take a picture from here", hint="rendered by roboyard.cameras")
-        self.picture = gui.add_image(np.full((HEIGHT, WIDTH, 3), 235, dtype=np.uint8), format="jpeg")
+        self.picture = gui.add_image(blank(), format="jpeg")
 
         @button.on_click
         def _(event: Any) -> None:
@@ -37,16 +38,25 @@ class CameraPanel:
 
     def take(self, camera: Camera) -> None:
         """Show what this camera sees; call it from the thread that steps the world."""
-        from roboyard.cameras import depth_to_rgb, segmentation_to_rgb
+        self.picture.image = shown_as(self._world.render(camera), str(self.kind.value))
 
-        image = self._world.render(camera)
-        if self.kind.value == "depth":
-            shown = depth_to_rgb(image.depth)
-        elif self.kind.value == "segmentation":
-            shown = segmentation_to_rgb(image.segmentation)
-        else:
-            shown = image.rgb
-        self.picture.image = np.ascontiguousarray(shown[..., :3])
+
+def shown_as(image: Image, kind: str) -> NDArray[np.uint8]:
+    """(h, w, 3) of an image; `kind` is one of `KINDS`."""
+    from roboyard.cameras import depth_to_rgb, segmentation_to_rgb
+
+    if kind == "depth":
+        shown = depth_to_rgb(image.depth)
+    elif kind == "segmentation":
+        shown = segmentation_to_rgb(image.segmentation)
+    else:
+        shown = image.rgb
+    return np.ascontiguousarray(shown[..., :3])
+
+
+def blank() -> NDArray[np.uint8]:
+    """A picture of nothing."""
+    return np.full((HEIGHT, WIDTH, 3), 235, dtype=np.uint8)
 
 
 def camera_of(position: Any, look_at: Any, up: Any, fovy: float) -> Camera:

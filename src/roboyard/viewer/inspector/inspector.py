@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import logging
-import queue
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -13,17 +12,16 @@ import numpy as np
 
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
+from roboyard.sim.body import Body
 from roboyard.urdf import Audit, audit, load_urdf
-from roboyard.viewer.inspector.camera_panel import CameraPanel
-from roboyard.viewer.inspector.joint_panel import JointPanel
-from roboyard.viewer.inspector.link_panel import LinkPanel, findings_text, plain
-from roboyard.viewer.inspector.overlays import Overlays
+from roboyard.urdf.model import RobotDescription
+from roboyard.viewer.inspector.link_panel import plain
+from roboyard.viewer.inspector.notes import Notes, read_notes
+from roboyard.viewer.inspector.panels import Panels
 from roboyard.viewer.inspector.robot_source import RobotSource
-from roboyard.viewer.inspector.velocity_plot import VelocityPlot
 from roboyard.viewer.server import DEFAULT_PORT
 from roboyard.viewer.viewer import Viewer
-
-log = logging.getLogger("roboyard.viewer")
+from roboyard.viewer.wishes import Wishes
 
 TICK = 1.0 / 60.0
 """s: how often the page's wishes are looked at."""
@@ -35,6 +33,16 @@ STATUS_PERIOD = 0.25
 """s"""
 COMPLAINT_PERIOD = 5.0
 """s that a complaint stays on the page at least."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class _Robot:
+    """What was read of one robot."""
+
+    source: RobotSource
+    notes: Notes
+    description: RobotDescription
+    audit: Audit
 
 
 class Inspector:
@@ -67,27 +75,63 @@ class Inspector:
             MissingExtraError: viser is not installed.
             ConfigError: a planner file is wrong, or nothing can listen at `host` and `port`.
         """
-        spheres = source.spheres()
-        description = load_urdf(source.urdf, packages=packages, missing_meshes="note")
-        self.audit: Audit = audit(source.urdf, packages=packages)
-        self.world = World()
-        self.world.add_plane()
-        self.body = self.world.add_urdf(
-            description, fixed_base=fixed_base, self_collision=self_collision, name=source.name
-        )
-        self._stand()
-        self._start = self.world.save_state()
-        self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._fixed_base, self._self_collision = fixed_base, self_collision
+        self._packages = packages
+        self._wishes = Wishes(self._complain)
         self._wiggle: Iterator[str] | None = None
         self._behind = 0.0
         self._last_status = 0.0
         self._stopped = False
         self.is_playing = False
+        self.world = World()
+        self.world.add_plane()
+        self._put(self._read(source))
         self.viewer = Viewer(self.world, host, port, title=source.name, quiet=quiet, on_click=self._on_click)
-        self.overlays = Overlays(self.viewer, self.body, spheres)
-        self.switches: dict[str, Any] = {}
-        self._add_panels(self.viewer.server.gui)
+        self._add_time(self.viewer.server.gui)
+        self._add_panels({})
         self._show_status()
+
+    def _read(self, source: RobotSource) -> _Robot:
+        """Everything of a robot that may be wrong, before anything changes."""
+        return _Robot(
+            source=source,
+            notes=read_notes(source),
+            description=load_urdf(source.urdf, packages=self._packages, missing_meshes="note"),
+            audit=audit(source.urdf, packages=self._packages),
+        )
+
+    def _put(self, robot: _Robot) -> None:
+        """Stand a robot on the floor."""
+        self.body: Body = self.world.add_urdf(
+            robot.description,
+            name=robot.source.name,
+            fixed_base=self._fixed_base,
+            self_collision=self._self_collision,
+        )
+        self._robot, self.audit = robot, robot.audit
+        self._stand()
+        self._start = self.world.save_state()
+
+    def load(self, source: RobotSource) -> None:
+        """Another robot, or the same one from new files, in the place of this one.
+
+        Raises as the constructor does; the old robot stays then.
+        """
+        robot, before = self._read(source), self._robot
+        self._end_wiggle()
+        self.play(False)
+        shown = {label: box.value for label, box in self.switches.items()}
+        self.panels.remove()
+        self.world.remove(self.body)
+        try:
+            self._put(robot)
+        except RoboyardError:
+            self._put(before)
+            raise
+        finally:
+            self.viewer.sync(wait=True)
+            self._add_panels(shown)
+        self._after_moving()
 
     def _stand(self) -> None:
         """Put the robot on the floor, joints at zero or as near to it as their limits let them."""
@@ -99,7 +143,7 @@ class Inspector:
 
     # ----------------------------------------------------------------------------------------------- panels
 
-    def _add_panels(self, gui: Any) -> None:
+    def _add_time(self, gui: Any) -> None:
         self._status = gui.add_markdown("")
         with gui.add_folder("Time"):
             self.play_button = gui.add_button("Play", color="green")
@@ -107,32 +151,34 @@ class Inspector:
             self.reset_button = gui.add_button("Reset", hint="back to how it was loaded")
             self.gravity_box = gui.add_checkbox("gravity", True)
             self.hold_box = gui.add_checkbox("drives hold the joints", True)
-        tabs = gui.add_tab_group()
-        with tabs.add_tab("Show"):
-            self._add_switch(gui, "visual meshes", True, self.viewer.show_visuals)
-            for kind in self.overlays.kinds:
-                self._add_switch(gui, kind, False, lambda on, kind=kind: self.overlays.switch(kind, on))
-        with tabs.add_tab("Links"):
-            self.links = LinkPanel(gui, self.body, self.audit, self.viewer.highlight)
-        with tabs.add_tab(f"Findings ({len(self.audit.findings)})"):
-            gui.add_markdown(findings_text(self.audit))
-        with tabs.add_tab("Joints"):
-            self.wiggle_button = gui.add_button("Wiggle every joint")
-            self.joints = JointPanel(gui, self.body, self.do)
-        with tabs.add_tab("Plot"):
-            self.plot = VelocityPlot(gui, self.body.joint_names)
-        with tabs.add_tab("Camera"):
-            self.camera = CameraPanel(gui, self.world, self.do)
         self.play_button.on_click(lambda _: self.do(lambda: self.play(not self.is_playing)))
         self.step_button.on_click(lambda _: self.do(self.step_once))
         self.reset_button.on_click(lambda _: self.do(self.reset))
-        self.wiggle_button.on_click(lambda _: self.do(self.wiggle))
         self.gravity_box.on_update(lambda event: self.do(lambda on=event.target.value: self.set_gravity(on)))
         self.hold_box.on_update(lambda event: self.do(lambda on=event.target.value: self.joints.hold(on)))
 
-    def _add_switch(self, gui: Any, label: str, on: bool, switch: Callable[[bool], None]) -> None:
-        box = self.switches[label] = gui.add_checkbox(label, on)
-        box.on_update(lambda event: self.do(lambda on=event.target.value: switch(on)))
+    def _add_panels(self, shown: Mapping[str, bool]) -> None:
+        """The tabs of the robot; `shown` says which boxes of the tab Show are ticked."""
+        self.panels = Panels(
+            viewer=self.viewer,
+            world=self.world,
+            body=self.body,
+            source=self._robot.source,
+            audit=self.audit,
+            notes=self._robot.notes,
+            do=self.do,
+            wiggle=self.wiggle,
+            reload=self.load,
+        )
+        panels = self.panels
+        self.overlays, self.switches, self.links = panels.overlays, panels.switches, panels.links
+        self.joints, self.plot, self.camera = panels.joints, panels.plot, panels.camera
+        self.wiggle_button = panels.wiggle_button
+        self.joints.is_held = bool(self.hold_box.value)
+        for label, box in self.switches.items():
+            if shown.get(label, box.value) != box.value:
+                box.value = shown[label]
+                panels.switch(label, shown[label])
 
     def _on_click(self, owner: tuple[int, int]) -> None:
         body_id, index = owner
@@ -142,7 +188,7 @@ class Inspector:
 
     def do(self, wish: Callable[[], None]) -> None:
         """Have something done at the next tick; may be called from any thread."""
-        self._wishes.put(wish)
+        self._wishes.do(wish)
 
     def play(self, playing: bool) -> None:
         """Let time run, or stop it."""
@@ -203,30 +249,14 @@ class Inspector:
             self.tick(now - last)
             last = now
             rest = TICK - (perf_counter() - now)
-            if rest > 0:
-                self._wait(rest)
-
-    def _wait(self, seconds: float) -> None:
-        """Sleep, but for a wish that arrives."""
-        try:
-            wish = self._wishes.get(timeout=seconds)
-        except queue.Empty:
-            return
-        self._fulfil(wish)
+            if rest > 0 and self._wishes.wait(rest):
+                self._after_moving()
 
     def _fulfil(self, wish: Callable[[], None]) -> bool:
-        """Do it; what goes wrong is told on the page, since one page must not end the page of everyone."""
-        try:
-            wish()
-        except RoboyardError as error:
-            self._complain(str(error))
-        except Exception as error:
-            log.exception("a wish of the page failed")
-            self._complain(f"that did not work: {type(error).__name__}: {error}")
-        else:
+        done = self._wishes.fulfil(wish)
+        if done:
             self._after_moving()
-            return True
-        return False
+        return done
 
     def _complain(self, words: str) -> None:
         self._last_status = perf_counter() + COMPLAINT_PERIOD
@@ -234,8 +264,8 @@ class Inspector:
 
     def tick(self, elapsed: float) -> None:
         """Fulfil what the page asked for, then let `elapsed` seconds pass, if time runs."""
-        for _ in range(self._wishes.qsize()):
-            self._fulfil(self._wishes.get())
+        if self._wishes.fulfil_all():
+            self._after_moving()
         if self.is_playing:
             self._behind = min(self._behind + elapsed, LONGEST_CATCH_UP)
             steps = int(self._behind / self.world.timestep)
@@ -254,6 +284,7 @@ class Inspector:
             else:
                 self._status.content = f"Wiggling **{name}**"
             self._after_moving()
+        self.panels.mounts.update(watched=self.viewer.watchers > 0)
 
     def _after_moving(self) -> None:
         self.viewer.sync()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from roboyard.cameras.scene import RenderShape
 from roboyard.poses import Array, quaternion_from_matrix, to_wxyz
 from roboyard.viewer.glb import glb
-from roboyard.viewer.inspector.spheres import Spheres
+from roboyard.viewer.inspector.ball_layer import BallLayer
+from roboyard.viewer.inspector.mount_layer import MountLayer
+from roboyard.viewer.inspector.notes import Notes
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -32,11 +34,11 @@ FORCE_LENGTH = 0.2
 class Overlays:
     """One switch for each kind; nodes are made when a kind is first switched on and move with their links."""
 
-    def __init__(self, viewer: Viewer, body: Body, spheres: Mapping[str, Spheres]) -> None:
+    def __init__(self, viewer: Viewer, body: Body, notes: Notes, on_pick: Callable[[str, int], None]) -> None:
+        """Begin with nothing drawn; `on_pick` is told link and number of a clicked planning sphere."""
         self._viewer = viewer
         self._scene = viewer.server.scene
         self._body = body
-        self._spheres = spheres
         self._made: dict[str, list[Any]] = {}
         self._on: set[str] = set()
         self.size = float(np.clip(np.linalg.norm(np.ptp(body.bounds, axis=0)), 0.1, 5.0))
@@ -49,20 +51,30 @@ class Overlays:
             "joint axes": self._axes,
             "contacts": self._contacts,
         }
-        if spheres:
-            self._makers["planning spheres"] = self._planning_spheres
+        self.balls = BallLayer(viewer, body, notes, on_pick)
+        self.mounts = MountLayer(viewer, body, notes, self.size)
+        self._layers: dict[str, BallLayer | MountLayer] = {
+            "planning spheres": self.balls,
+            "sensors and hands": self.mounts,
+        }
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """What can be switched on."""
-        return tuple(self._makers)
+        return (*self._makers, *self._layers)
 
     def nodes(self, kind: str) -> list[Any]:
         """The scene nodes of a kind; none before it was first on."""
+        if kind in self._layers:
+            nodes = self._layers[kind].nodes
+            return list(nodes.values() if isinstance(nodes, dict) else nodes)
         return self._made.get(kind, [])
 
     def switch(self, kind: str, on: bool) -> None:
         """Show or hide one kind; call it from the thread that steps the world."""
+        if kind in self._layers:
+            self._layers[kind].show(on)
+            return
         if on and kind not in self._made:
             with self._viewer.server.atomic():
                 self._made[kind] = self._makers[kind]()
@@ -71,6 +83,21 @@ class Overlays:
             node.visible = on
         if on:
             self.update()
+
+    def is_on(self, kind: str) -> bool:
+        """Whether a kind is shown."""
+        return self._layers[kind].is_on if kind in self._layers else kind in self._on
+
+    def remove(self) -> None:
+        """Take everything out of the scene."""
+        with self._viewer.server.atomic():
+            for layer in self._layers.values():
+                layer.clear()
+            for nodes in self._made.values():
+                for node in nodes:
+                    node.remove()
+        self._made.clear()
+        self._on.clear()
 
     def update(self) -> None:
         """Bring what does not move with a link up to date."""
@@ -190,32 +217,6 @@ class Overlays:
                     shaft_radius=0.05 * half,
                     head_radius=0.15 * half,
                     head_length=0.4 * half,
-                )
-            )
-        return made
-
-    def _planning_spheres(self) -> list[Any]:
-        from roboyard.shapes import primitives
-
-        ball = primitives.sphere(1.0, 20)
-        made = []
-        for link in self._body.links:
-            spheres = self._spheres.get(link.name)
-            if spheres is None:
-                continue
-            count = len(spheres.radii)
-            made.append(
-                self._scene.add_batched_meshes_simple(
-                    f"{self._viewer.path_of(link)}/planning spheres",
-                    ball.vertices,
-                    ball.faces,
-                    np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
-                    spheres.centers,
-                    batched_scales=spheres.radii,
-                    batched_colors=BLUE,
-                    opacity=0.4,
-                    cast_shadow=False,
-                    receive_shadow=False,
                 )
             )
         return made
