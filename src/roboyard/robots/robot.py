@@ -76,6 +76,11 @@ class Robot(RobotBody, Senses):
             f"{', '.join(self.groups) or 'none'}>"
         )
 
+    def _repr_html_(self) -> str:
+        from roboyard.robots.notebook import robot_html
+
+        return robot_html(self)
+
     def _jumped(self) -> None:
         self.loop.invalidate()
 

@@ -1,0 +1,113 @@
+"""What a robot was imported with, it senses: no extra line, each sensor at its own rate, in its own frame."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard import import_robot
+from roboyard.errors import ConfigError
+from roboyard.robots.registry import Registry
+from roboyard.sensors import CameraSensor, Lidar, LidarPattern
+from roboyard.sim import World
+
+CONFIG = """
+urdf_path: mast.urdf
+name: mast
+headless: true
+camera_links:
+  - link: eye
+    parent_link: head
+    offset: {position: [0.1, 0, 0.05], orientation: [0.5, -0.5, -0.5, 0.5]}
+lidar_links:
+  - link: head
+    parent_link: null
+    offset: {position: [0, 0, 0.2], orientation: [0, 0, 0.7071067811865476, 0.7071067811865476]}
+"""
+SOLID = """
+  <link name="{name}"><inertial><mass value="2"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0"
+  iyz="0"/></inertial><visual><geometry><box size="0.1 0.1 {high}"/></geometry></visual>
+  <collision><geometry><box size="0.1 0.1 {high}"/></geometry></collision></link>
+"""
+
+
+@pytest.fixture(scope="module")
+def registry(tmp_path_factory: pytest.TempPathFactory) -> Registry:
+    folder = tmp_path_factory.mktemp("mast")
+    (folder / "mast.urdf").write_text(
+        f'<robot name="mast">{SOLID.format(name="foot", high=0.2)}{SOLID.format(name="head", high=0.1)}'
+        '<joint name="neck" type="revolute"><parent link="foot"/><child link="head"/>'
+        '<origin xyz="0 0 0.5"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="10" velocity="2"/>'
+        "</joint></robot>"
+    )
+    (folder / "config.yaml").write_text(CONFIG)
+    import_robot(folder / "config.yaml", data=folder / "data", report=False)
+    return Registry(folder / "data", with_bundled=False)
+
+
+@pytest.fixture
+def world() -> World:
+    world = World()
+    world.add_plane()
+    world.add_box((0.2, 4, 4), (2.1, 0, 0), mass=0, name="wall")
+    return world
+
+
+def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Registry, world: World) -> None:
+    robot = world.add_robot(registry["mast"])
+    assert robot.sensors.names == ("mast:eye:Camera:0", "mast:head:Lidar:0")
+    seen, info = robot.get_obs()
+    camera, lidar = seen["mast:eye:Camera:0"], seen["mast:head:Lidar:0"]
+    assert camera["rgb"].shape == (128, 128, 3) and camera["points"].shape == (128, 128, 3)
+    x, _, z = robot.body.link("head").pose[0]
+    assert camera["depth"][64, 64] == pytest.approx(2.0 - (x + 0.1), abs=0.01)
+    assert info["mast:eye:Camera:0"]["seg"][tuple(camera["seg"][64, 64])] == "wall/base"
+    # the lidar is turned by a quarter to the left, so that the wall ahead lies at -90 degrees
+    assert lidar["scan"].shape == (1, 360)
+    assert lidar["scan"][0, 90] == pytest.approx(2.0 - x)
+    assert np.allclose(lidar["points"][:, 2], z + 0.2)
+    assert np.array_equal(seen["proprio"], robot.get_proprioception()[0])
+
+
+def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
+    robot = world.add_robot(registry["mast"], sensor_options={"Camera": {"width": 8, "height": 8}})
+    robot.sensors["mast:head:Lidar:0"].rate = 5.0
+    looks = dict.fromkeys(robot.sensors.names, 0)
+    last: dict[str, object] = {}
+    for _ in range(240):
+        seen, _ = robot.get_obs()
+        for name in looks:
+            key = "depth" if "Camera" in name else "scan"
+            looks[name] += seen[name][key] is not last.get(name)
+            last[name] = seen[name][key]
+        world.step()
+    assert looks == {"mast:eye:Camera:0": 30, "mast:head:Lidar:0": 5}
+
+
+def test_options_go_to_kinds_and_links(registry: Registry, world: World) -> None:
+    pattern = LidarPattern(max_range=3.0)
+    robot = world.add_robot(
+        registry["mast"],
+        scale=2.0,
+        sensor_options={
+            "Camera": {"width": 32, "rate": 10},
+            "eye": {"rate": 20},
+            "head": {"pattern": pattern},
+        },
+    )
+    camera, lidar = (robot.sensors[name] for name in robot.sensors.names)
+    assert isinstance(camera, CameraSensor) and isinstance(lidar, Lidar)
+    assert (camera.width, camera.rate, lidar.pattern, lidar.rate) == (32, 20, pattern, 10)
+    assert np.allclose(lidar.mount.position, (0, 0, 0.4))
+    for wrong, told in (({"nose": {}}, "nose"), ({"Lidar": {"colour": 1}}, "colour")):
+        with pytest.raises(ConfigError, match=told):
+            world.add_robot(registry["mast"], sensor_options=wrong)
+
+
+def test_r1_has_its_three_cameras(world: World) -> None:
+    robot = world.add_robot("r1")
+    links = [robot.sensors[name].link.name for name in robot.sensors.names]
+    assert sorted(links) == ["eyes", "left_eef_link", "right_eef_link"]
+    seen, info = robot.get_obs()
+    assert "wall/base" in info["r1:eyes:Camera:0"]["seg"].values()
+    assert np.isfinite(seen["r1:eyes:Camera:0"]["depth"]).any()
