@@ -14,10 +14,10 @@ from roboyard.assets import assets_root
 from roboyard.cli import main
 from roboyard.errors import ConfigError
 from roboyard.robots import parse_definition
+from roboyard.sensors.blocked import blocked_share
 from roboyard.urdf.model import Box, Collision, Inertial, Joint, Limit, Link, Pose, RobotDescription, Visual
 from roboyard.validation import ValidationReport, validate
 from roboyard.validation.gates import GATES
-from roboyard.validation.gates.sensors import _blocked
 from roboyard.validation.page import page
 from roboyard.validation.report import Gate
 
@@ -156,8 +156,8 @@ def test_a_camera_inside_the_robot_is_found(data: Path) -> None:
     one = add_robot(world, robot(), definition=DEFINITION)
     middle = one.body.link("upper").pose[0] + [0.1, 0, 0]
     looking = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
-    assert _blocked(one, middle + np.array([0, 0, 0.5]), looking) == 0.0
-    assert _blocked(one, middle - [0.06, 0, 0], looking) > 0.5
+    assert blocked_share(one.body, middle + np.array([0, 0, 0.5]), looking) == 0.0
+    assert blocked_share(one.body, middle - [0.06, 0, 0], looking) > 0.5
 
 
 def test_unknown_gates_and_wrong_definitions_are_named() -> None:

@@ -150,9 +150,7 @@ def test_an_edit_written_back_is_in_the_file_and_nothing_else_is(
     page.send(
         type="GuiUpdateMessage", uuid=inspector.panels.save.write_button._impl.uuid, updates={"value": True}
     )
-    wait(lambda: inspector._wishes.qsize() > 0)
-    inspector.tick(0.01)
-    assert not inspector.panels.save.is_changed
+    wait(lambda: inspector.tick(0.01) or not inspector.panels.save.is_changed)
     new = config.read_text().splitlines()
     old = CONFIG.splitlines()
     assert [line for line in old if line not in new] == [
@@ -357,8 +355,7 @@ def test_checks_find_what_is_wrong_and_point_at_it(inspect, gripper: Path, brows
         uuid=checks.buttons["collision shapes fit"]._impl.uuid,
         updates={"value": True},
     )
-    wait(lambda: inspector._wishes.qsize() > 0)
-    inspector.tick(0.01)
+    wait(lambda: inspector.tick(0.01) or inspector.links.choice.value.strip().startswith(("left", "right")))
     assert inspector.links.choice.value.strip().startswith(fits.offences[0].link)
     moved = page.listen(lambda m: m["type"] == "SetCameraLookAtMessage" and not m["initial"])
     left = inspector.world.bounds_of(np.array([inspector.body.link(fits.offences[0].link).mujoco_id]))

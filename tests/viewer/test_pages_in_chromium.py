@@ -1,0 +1,147 @@
+"""Driving and editing in a real browser: keys, sticks, fields, pixels. Skipped without Chromium."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from roboyard.viewer.driving import DrivingPage
+from roboyard.viewer.inspector import Inspector, RobotSource
+
+sys.path.insert(0, str(Path(__file__).parent))
+import chromium
+
+pytest.importorskip("viser")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(chromium.PROGRAM is None, reason="needs Chromium"),
+]
+
+
+def until(tick: Callable[[float], None], so: Callable[[], Any], seconds: float = 60.0) -> Any:
+    """Lets the page's side run in real time until something is so; `so` runs beside it."""
+    end, found = time.monotonic() + seconds, []
+
+    def look() -> None:
+        while not (value := so()) and time.monotonic() < end:
+            time.sleep(0.05)
+        found.append(value)
+
+    looking = threading.Thread(target=look)
+    looking.start()
+    last = time.perf_counter()
+    while looking.is_alive():
+        now = time.perf_counter()
+        tick(now - last)
+        last = now
+        time.sleep(0.005)
+    if not found or not found[0]:
+        pytest.fail("waited in vain")
+    return found[0]
+
+
+def key(page: chromium.Page, kind: str, name: str) -> None:
+    text = {"text": name} if kind == "keyDown" else {}
+    page._call("Input.dispatchKeyEvent", type=kind, key=name, code=f"Key{name.upper()}", **text)
+
+
+@pytest.fixture
+def driving(tmp_path: Path) -> Iterator[tuple[DrivingPage, chromium.Page]]:
+    drive = DrivingPage({"scene": "empty", "robot": "rover"}, port=0, folder=tmp_path, quiet=True)
+    page = chromium.Page(drive.viewer.url, tmp_path / "profile")
+    yield drive, page
+    page.close()
+    drive.close()
+
+
+def test_keys_and_sticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage, chromium.Page]) -> None:
+    drive, page = driving
+
+    def x() -> float:
+        return float(drive.robot.get_position_orientation(backend="numpy")[0][0])
+
+    until(drive.tick, lambda: drive.viewer.watchers == 1 and page.evaluate("!!window.__viserMutable"))
+    before = x()
+    key(page, "keyDown", "i")
+    until(drive.tick, lambda: x() > before + 0.1)
+    key(page, "keyUp", "i")
+    until(drive.tick, lambda: not drive.keys.held)
+
+    stick = "document.querySelector('[data-stick=drive]')"
+    there = until(drive.tick, lambda: page.place_of(stick, y=0.15))
+    seen = page.evaluate("JSON.stringify(window.__viserMutable.cameraControl.getTarget(undefined))")
+    page._call(
+        "Input.dispatchMouseEvent", type="mousePressed", x=there[0], y=there[1], button="left", clickCount=1
+    )
+    turned = x()
+    until(drive.tick, lambda: drive.sticks.values["drive"][1] > 0.8 and x() > turned + 0.1)
+    page._call(
+        "Input.dispatchMouseEvent", type="mouseReleased", x=there[0], y=there[1], button="left", clickCount=1
+    )
+    until(drive.tick, lambda: drive.sticks.values["drive"] == (0.0, 0.0))
+    # and the camera of the page went along
+    script = "JSON.stringify(window.__viserMutable.cameraControl.getTarget(undefined))"
+    until(drive.tick, lambda: page.evaluate(script) != seen)
+
+    # a key typed into a field is not heard
+    number = (
+        "[...document.querySelectorAll('input')].find(e => e.inputMode === 'decimal' || e.type === 'number')"
+    )
+    page.evaluate(f"({number}).focus()")
+    key(page, "keyDown", "i")
+    key(page, "keyUp", "i")
+    time.sleep(0.3)
+    assert drive._events.qsize() == 0
+    page.evaluate("document.activeElement.blur()")
+
+    key(page, "keyDown", "k")
+    until(drive.tick, lambda: "k" in drive.keys.held)
+    page.close()  # with the key down: it is let go
+    until(drive.tick, lambda: not drive.keys.held)
+
+
+def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    before = (
+        "urdf_path: gripper.urdf\nname: gripper\ncamera_links:  # mine\n"
+        "  - {link: eye, parent_link: palm, offset: {position: [0, 0, 0.3]}}\n"
+    )
+    config.write_text(before)
+    inspector = Inspector(RobotSource(name="gripper", urdf=gripper, config=config), port=0, quiet=True)
+    page = chromium.Page(inspector.viewer.url, tmp_path / "profile")
+
+    def click(text: str) -> None:
+        place = until(inspector.tick, lambda: page.place_of(page.with_text(text)))
+        page.click(*place)
+
+    try:
+        until(inspector.tick, lambda: inspector.viewer.watchers == 1)
+        click("sensors and hands")
+        until(inspector.tick, lambda: inspector.overlays.is_on("sensors and hands"))
+        orange = [240, 140, 20]
+        # the pyramid of the picked camera stands out in orange
+        until(
+            inspector.tick,
+            lambda: (np.abs(page.picture() - orange).max(axis=2) < 40).mean() > 1e-4,
+        )
+        click("Sensors")
+        field = "[...document.querySelectorAll('input')].find(e => /^0[.]30*$/.test(e.value))"
+        until(inspector.tick, lambda: page.place_of(field))
+        page.click(*page.place_of(field))
+        page.evaluate(f"({field}).select()")
+        page._call("Input.insertText", text="0.25")
+        until(inspector.tick, lambda: inspector.panels.notes.mounts[0].position[2] == 0.25)
+        click("Save")
+        click("Write the edits")
+        until(inspector.tick, lambda: not inspector.panels.save.is_changed)
+        assert config.read_text() == before.replace("0.3]", "0.25]")
+    finally:
+        page.close()
+        inspector.close()
