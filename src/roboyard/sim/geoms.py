@@ -34,6 +34,8 @@ VISUAL_GROUP = 2
 COLLISION_GROUP = 3
 SMALLEST = 1e-6
 """m: a size below this is no shape."""
+SMALLEST_MESH = 1e-4
+"""m: MuJoCo refuses hulls whose volume is next to nothing."""
 HALF_SPACE = 100.0
 """m: half size of the box that stands in for a plane on a moving body."""
 TERRAIN_BASE = 1.0
@@ -140,6 +142,8 @@ def geom_arguments(
         case Mesh():
             mesh = load_scaled(geometry, scale)
             if mesh is None or len(mesh.faces) == 0:
+                return None
+            if hull and np.ptp(mesh.vertices, axis=0).max() < SMALLEST_MESH:
                 return None
             kind, used = kinds.mjGEOM_MESH, np.ones(1)
             extra["meshname"] = assets.add(mesh, hull=hull)

@@ -1,4 +1,4 @@
-"""Numbers in XML attributes, read as forgivingly as C's strtod reads them, and no more."""
+"""Numbers in XML attributes, read as forgivingly as their meaning is plain, and no more."""
 
 from __future__ import annotations
 
@@ -6,12 +6,31 @@ import math
 import re
 import xml.etree.ElementTree as ET
 
+from roboyard.urdf.model import INERTIA_KEYS
 from roboyard.urdf.problems import Problems
 
 _PREFIX = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
 _OPTENV = re.compile(r"^\$\(\s*optenv\s+\S+\s*(.*?)\s*\)$", re.S)
 _XACRO = re.compile(r"\$\{|\$\(")
+_STRAY = re.compile(r"[.;]*")
+"""What may stand behind a number and mean nothing. Anything else (`0x10`, `1d5`, `10mm`) may mean much."""
+LARGEST = 1e9
+"""In SI units; nothing of a robot is larger, and MuJoCo takes 1e10 for a simulation that exploded."""
+BEYOND = "which is beyond any robot"
+_ENDLESS = {
+    ("axis", "xyz"),  # directions, of any length
+    ("origin", "quat_xyzw"),
+    ("plane", "normal"),
+    *((tag, key) for tag in ("limit", "stiffness", "damping") for key in ("lower", "upper", "value")),
+    ("limit", "effort"),
+    ("limit", "velocity"),
+    ("mass", "value"),  # kept as written; the audit judges them
+    *(("inertia", key) for key in INERTIA_KEYS),
+}
+"""Element and attribute of numbers of any size; a huge limit is the custom for none."""
+_SHOWN = 60
+"""Characters of an attribute that a message repeats."""
 
 
 class _NotANumber(ValueError):
@@ -26,7 +45,7 @@ def read_number(element: ET.Element, key: str, who: str, problems: Problems) -> 
     if not text.strip():
         problems.note(element, who, f'<{element.tag} {key}=""> is blank; read as not given')
         return None
-    values = _read(text, element, key, who, problems)
+    values = _read(text, 1, element, key, who, problems)
     if values is None:
         return None
     if len(values) != 1:
@@ -46,7 +65,7 @@ def read_vector(
     if not text.strip():
         problems.note(element, who, f'<{element.tag} {key}=""> is blank; read as not given')
         return None
-    values = _read(text, element, key, who, problems)
+    values = _read(text, size, element, key, who, problems)
     if values is None:
         return None
     if len(values) < size:
@@ -62,13 +81,32 @@ def read_vector(
 
 
 def _shown(element: ET.Element, key: str) -> str:
-    text = " ".join((element.get(key) or "").split())
-    return f'<{element.tag} {key}="{text if len(text) <= 60 else text[:57] + "..."}">'
+    return f'<{element.tag} {key}="{_clipped(" ".join((element.get(key) or "").split()))}">'
 
 
-def _read(text: str, element: ET.Element, key: str, who: str, problems: Problems) -> tuple[float, ...] | None:
+def _clipped(text: str) -> str:
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+
+
+def _read(
+    text: str, size: int, element: ET.Element, key: str, who: str, problems: Problems
+) -> tuple[float, ...] | None:
+    values = _read_any(text, size, element, key, who, problems)
+    if values is None or problems.words_are_zero or (element.tag, key) in _ENDLESS:
+        return values
+    largest = max(values, key=abs, default=0.0)
+    if abs(largest) <= LARGEST:
+        return values
+    message = f"{_shown(element, key)} holds {largest:g}, {BEYOND}; give it in metres, kilograms and radians"
+    problems.error(element, who, message)
+    return None
+
+
+def _read_any(
+    text: str, size: int, element: ET.Element, key: str, who: str, problems: Problems
+) -> tuple[float, ...] | None:
     if problems.words_are_zero:
-        return tuple(_prefix(token) or 0.0 for token in text.split())
+        return tuple(_leading(token) or 0.0 for token in text.split())
     default = _OPTENV.match(text.strip())
     if default is not None:
         problems.note(element, who, f"{_shown(element, key)} was left by xacro; its default is taken")
@@ -88,9 +126,19 @@ def _read(text: str, element: ET.Element, key: str, who: str, problems: Problems
     values = [_prefix(token) for token in tokens]
     if not values or any(value is None for value in values):
         wrong = next((token for token, value in zip(tokens, values, strict=True) if value is None), text)
-        infinite = _NOT_FINITE.match(wrong) or wrong.lstrip("+-")[:1].isdigit()
+        number = _PREFIX.fullmatch(wrong.rstrip(".;"))
+        infinite = _NOT_FINITE.fullmatch(wrong) or number
         what = "is not finite" if infinite else "is not a number"
-        problems.error(element, who, f"{_shown(element, key)}: {wrong!r} {what}; give a finite number")
+        said = repr(_clipped(wrong))
+        problems.error(element, who, f"{_shown(element, key)}: {said} {what}; give a finite number")
+        return None
+    if "," in text and len(values) > size:  # as many numbers as are wanted, or decimal commas?
+        few = f"{size} numbers" if size > 1 else "one number"
+        problems.error(
+            element,
+            who,
+            f"{_shown(element, key)}: commas make it {len(values)} numbers; give {few} with decimal points",
+        )
         return None
     read = tuple(value for value in values if value is not None)
     shown = " ".join(f"{value:g}" for value in read)
@@ -107,6 +155,13 @@ def _exact(token: str) -> float:
 
 
 def _prefix(token: str) -> float | None:
+    """The number that a token starts with, where nothing that may mean anything follows it."""
+    match = _PREFIX.match(token)
+    return _leading(token) if match and _STRAY.fullmatch(token, match.end()) else None
+
+
+def _leading(token: str) -> float | None:
+    """The number that a token starts with, whatever follows it, as C's strtod reads it."""
     match = _PREFIX.match(token)
     value = float(match[0]) if match else math.nan
     return value if math.isfinite(value) else None

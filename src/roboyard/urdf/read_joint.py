@@ -10,7 +10,14 @@ from typing import cast, get_args
 from roboyard.urdf.model import TYPES_WITH_AXIS, Joint, JointType, Limit, Mimic, Vector3
 from roboyard.urdf.numbers import read_number, read_vector
 from roboyard.urdf.problems import Problems
-from roboyard.urdf.reading import Context, children_of, read_pose, unread_attributes, unread_part
+from roboyard.urdf.reading import (
+    UNIT_TOLERANCE,
+    Context,
+    children_of,
+    read_pose,
+    unread_attributes,
+    unread_part,
+)
 
 _READ = ("origin", "parent", "child", "limit", "dynamics", "mimic")
 _TYPES: tuple[str, ...] = get_args(JointType)
@@ -111,7 +118,7 @@ def _read_axis(element: ET.Element | None, who: str, problems: Problems) -> Vect
     if not math.isfinite(length):
         problems.error(element, who, "<axis> is too large; give a unit axis")
         return default
-    if abs(length - 1.0) > 1e-3:
+    if abs(length - 1.0) > UNIT_TOLERANCE:
         problems.note(element, who, f"<axis> has length {length:.6g}; scaled to unit length")
     if abs(length - 1.0) < 1e-15:
         return cast(Vector3, axis)

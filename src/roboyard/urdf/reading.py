@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, cast
 
-import numpy as np
-
-from roboyard.poses import normalized, quaternion_from_rpy
+from roboyard.poses import quaternion_from_rpy
 from roboyard.urdf.model import Attributes, Pose, Quaternion, Vector3
 from roboyard.urdf.numbers import read_vector
 from roboyard.urdf.problems import Problems
 from roboyard.urdf.resolve import Resolver
+
+UNIT_TOLERANCE = 1e-3
+"""How far the length of an axis or a quaternion may be from 1 before anything is said."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -65,15 +67,28 @@ def read_pose(element: ET.Element | None, who: str, problems: Problems) -> Pose:
     position = cast(Vector3, xyz) if xyz is not None else (0.0, 0.0, 0.0)
     quaternion = read_vector(element, "quat_xyzw", 4, who, problems)
     if quaternion is not None:
-        if np.linalg.norm(quaternion) < 1e-12:
+        unit = unit_quaternion(quaternion)
+        if unit is None:
             problems.error(
                 element, who, '<origin quat_xyzw="0 0 0 0"> is no rotation; give a unit quaternion'
             )
             return Pose(position=position)
-        unit = cast(Quaternion, tuple(normalized(quaternion).tolist()))
+        length = math.hypot(*quaternion)
+        if abs(length - 1.0) > UNIT_TOLERANCE:
+            problems.note(element, who, f"<origin quat_xyzw> has length {length:.6g}; scaled to unit length")
         return Pose(position=position, quaternion=unit)
     rpy = cast(Vector3 | None, read_vector(element, "rpy", 3, who, problems))
     if rpy is None:
         return Pose(position=position)
     turned = cast(Quaternion, tuple(quaternion_from_rpy(rpy).tolist()))
     return Pose(position=position, quaternion=turned, rpy=rpy)
+
+
+def unit_quaternion(quaternion: Sequence[float]) -> Quaternion | None:
+    """Scaled to length 1, however large its numbers are; None for one of no length (under 1e-12)."""
+    largest = max(map(abs, quaternion))
+    if largest < 1e-12:
+        return None
+    scaled = [number / largest for number in quaternion]
+    length = math.hypot(*scaled)
+    return cast(Quaternion, tuple(number / length for number in scaled))

@@ -240,6 +240,10 @@ CASES: dict[str, tuple[Case, Case]] = {
     ),
     "xacro-left": (arm(origin='<origin xyz="0 0 ${h}"/>'), arm(more="<!-- ${h} -->")),
     "number-wrong": (arm(origin='<origin xyz="0 0.2"/>'), arm(origin='<origin xyz="0 0 0.2"/>')),
+    "number-huge": (
+        arm(tip=INERTIAL + both(origin='<origin xyz="0 0 1e30"/>')),
+        arm(limit='<limit lower="-1e16" upper="1e16" effort="1e30" velocity="1e30"/>'),
+    ),
     "number-sloppy": (arm(origin='<origin xyz="0, 0, 0.2"/>'), arm(origin='<origin xyz=" +0  0.0 2.E-1 "/>')),
     "robot-name-missing": (
         robot(link("base"), link("tip"), joint(), name=""),

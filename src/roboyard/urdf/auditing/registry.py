@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from roboyard.urdf.auditing.draft import Draft
 
 
+LONGEST_MESSAGE, LONGEST_ELEMENT = 400, 120
+"""Characters; what a file says is repeated in messages, however long it is."""
+
+
 class Place(Protocol):
     """What a fault can point at: links, joints, shapes, ..."""
 
@@ -90,13 +94,21 @@ class Check:
         return Finding(
             code=self.code,
             severity=self.severity if fault.severity is None else fault.severity,
-            element="" if at is None else at.who,
-            message=fault.message,
+            element="" if at is None else shortened(at.who, LONGEST_ELEMENT),
+            message=shortened(fault.message, LONGEST_MESSAGE),
             remedy=self.remedy if fault.remedy is None else fault.remedy,
             line=line,
             mendable=self.mendable if fault.mendable is None else fault.mendable,
             links=links,
         )
+
+
+def shortened(text: str, most: int) -> str:
+    """The text, its middle left out where it has more characters than this."""
+    if len(text) <= most:
+        return text
+    half = (most - 5) // 2
+    return f"{text[:half]} ... {text[-half:]}"
 
 
 CHECKS: dict[str, Check] = {}

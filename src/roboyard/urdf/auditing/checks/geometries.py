@@ -7,6 +7,8 @@ from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
 from roboyard.urdf.xml import line_of
 
+NOTHING = 1e-9
+"""m: below this a length is zero."""
 _SIZES = {
     "box": ("size",),
     "sphere": ("radius",),
@@ -80,8 +82,8 @@ def geometry_size_negative(draft: Draft) -> Faults:
 def geometry_size_zero(draft: Draft) -> Faults:
     """A primitive has no extent along some axis."""
     for shape in draft.shapes:
-        if shape.size is not None and shape.geometry is not None and min(shape.size) == 0:
-            if shape.geometry.tag == "capsule" and shape.size[0] > 0:
+        if shape.size is not None and shape.geometry is not None and 0 <= min(shape.size) < NOTHING:
+            if shape.geometry.tag == "capsule" and shape.size[0] >= NOTHING:
                 continue  # a capsule of no length is a ball
             shown = " ".join(f"{value:g}" for value in shape.size)
             message = f"<{shape.geometry.tag}> in its {shape.kind} has a size of zero ({shown})"

@@ -273,7 +273,20 @@ def mesh_file_name(draft: Draft) -> Faults:
         name = mesh.uri.replace("\\", "/").rpartition("/")[2]
         odd = sorted({c for c in name if not c.isascii() or not (c.isalnum() or c in "._-+")})
         if odd:
-            shown = " ".join(repr(character) for character in odd[:6])
-            yield Fault(
-                at=shape, line=line_of(mesh.element), message=f"mesh name {name!r} holds {shown}{more}"
-            )
+            message = f"mesh file {name!r} has {_listed(odd)} in its name{more}"
+            yield Fault(at=shape, line=line_of(mesh.element), message=message)
+
+
+_SPOKEN = {" ": "blanks", "\t": "tabs", "(": "parentheses", ")": "parentheses", "'": "quotes", '"': "quotes"}
+
+
+def _listed(characters: list[str]) -> str:
+    """Words for characters: blanks, parentheses and “é”."""
+    words = list(
+        dict.fromkeys(
+            _SPOKEN.get(c) or (f"“{c}”" if c.isprintable() else f"U+{ord(c):04X}") for c in characters
+        )
+    )
+    if len(words) > 4:
+        words = [*words[:3], f"{len(words) - 3} more kinds of characters"]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from roboyard.urdf.auditing.draft import Draft
 from roboyard.urdf.auditing.findings import MISBEHAVES
 from roboyard.urdf.auditing.registry import Fault, Faults, check
@@ -53,7 +51,7 @@ def limit_degrees(draft: Draft) -> Faults:
 def origin_far(draft: Draft) -> Faults:
     """A joint lies over 20 m from its parent: millimetres, mostly."""
     for joint in draft.joints:
-        distance = float(np.linalg.norm(joint.origin[:3, 3]))
-        if distance > 20.0 and math.isfinite(distance):
+        distance = math.hypot(*joint.origin[:3, 3])
+        if distance > 20.0:
             message = f"<origin> lies {distance:g} m from its parent; is it in millimetres?"
             yield Fault(at=joint, message=message)

@@ -9,6 +9,7 @@ from roboyard.urdf.auditing.draft import Draft, Place
 from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
 from roboyard.urdf.model import CONTACT_TAGS, INERTIA_KEYS
+from roboyard.urdf.numbers import BEYOND, LARGEST
 from roboyard.urdf.xml import line_of
 
 _POSE = ("xyz", "rpy", "quat_xyzw")
@@ -133,10 +134,30 @@ def xacro_left(draft: Draft) -> Faults:
 )
 def number_wrong(draft: Draft) -> Faults:
     """A number cannot be read as one, or some of a vector's are missing."""
+    told = ("is not finite", "xacro", BEYOND)
     for fault in draft.number_faults:
-        if fault.fatal and "is not finite" not in fault.message and "xacro" not in fault.message:
+        if fault.fatal and not any(words in fault.message for words in told):
             message, _, remedy = fault.message.rpartition("; ")
             yield Fault(at=fault.at, message=message or fault.message, remedy=remedy if message else None)
+
+
+@check(
+    "number-huge",
+    BLOCKS,
+    remedy="give it in metres, kilograms, seconds and radians",
+    example='<origin xyz="0 0 1e30"/>',
+)
+def number_huge(draft: Draft) -> Faults:
+    """A number is beyond any robot: over 1e9, other than as a joint's limit."""
+    for fault in draft.number_faults:
+        if fault.fatal and BEYOND in fault.message:
+            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
+    for link in draft.links:
+        if link.inertial is not None:
+            largest = max((link.inertial.mass or 0.0, *(link.inertial.tensor or ())), key=abs)
+            if abs(largest) > LARGEST:
+                message = f"<inertial> holds {largest:g}, {BEYOND}"
+                yield Fault(at=link, line=line_of(link.inertial.element), message=message)
 
 
 @check(
@@ -147,7 +168,7 @@ def number_wrong(draft: Draft) -> Faults:
     example='<origin xyz="0.1, 0, 0.2"/>',
 )
 def number_sloppy(draft: Draft) -> Faults:
-    """A number is written so that only lenient readers take it: commas, a stray dot, one number too many."""
+    """Only lenient readers take a number as written: commas, a stray dot, one too many, a long quaternion."""
     for fault in draft.number_faults:
         if not fault.fatal:
             yield Fault(at=fault.at, message=fault.message)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
@@ -10,6 +11,7 @@ from roboyard.urdf.auditing.draft import DraftJoint, DraftShape
 from roboyard.urdf.auditing.registry import Fault
 from roboyard.urdf.numbers import read_number, read_vector
 from roboyard.urdf.problems import Problems
+from roboyard.urdf.reading import UNIT_TOLERANCE, unit_quaternion
 from roboyard.urdf.repairing.registry import Bench, Change, Changes, change, mend, shown, text
 from roboyard.urdf.xml import line_of
 
@@ -67,7 +69,9 @@ def plain_numbers(bench: Bench, faults: Sequence[Fault]) -> Changes:
                 values = None if number is None else (number,)
             else:
                 values = read_vector(element, key, size, owner.who, problems)
-            if not problems.notes or problems.errors:
+            if key == "quat_xyzw" and values is not None and _is_long(values):
+                values = unit_quaternion(values)
+            elif not problems.notes or problems.errors:
                 continue
             before = shown(element)
             if values is None:
@@ -75,6 +79,11 @@ def plain_numbers(bench: Bench, faults: Sequence[Fault]) -> Changes:
             else:
                 element.set(key, text(values))
             yield Change(element=owner.who, line=line_of(element), before=before, after=shown(element))
+
+
+def _is_long(quaternion: Sequence[float]) -> bool:
+    """True for a quaternion that the reader scales to unit length, and says so."""
+    return unit_quaternion(quaternion) is not None and abs(math.hypot(*quaternion) - 1.0) > UNIT_TOLERANCE
 
 
 def _numbers_meant(element: ET.Element, key: str, size: int) -> int:
