@@ -8,6 +8,7 @@ from roboyard.errors import ConfigError, MeshError
 from roboyard.shapes import sphere_kernels as kernels
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.metrics import gap_to_spheres, measure_spheres
+from roboyard.shapes.sampling import fibonacci_sphere
 from roboyard.shapes.spheres import PRESETS, SpherePreset, fit_spheres
 
 
@@ -163,6 +164,26 @@ def test_own_preset_trades_coverage_for_excess():
     assert lean.coverage < full.coverage
 
 
+def test_the_price_of_surface_keeps_it_inside():
+    """At equal cover, spheres that pay for what sticks out show less of their surface."""
+    mesh = mesh_of(LINKS["cylinder"])
+
+    def own(price: float) -> SpherePreset:
+        return SpherePreset(density=6, worth=2.0, coverage=0.95, surface=0, excess=9, price=price)
+
+    free, priced = fit_spheres(mesh, 8, own(0.0)), fit_spheres(mesh, 8, own(1.5))
+    assert min(free.coverage, priced.coverage) >= 0.95
+    assert priced.protrusion < 0.7 * free.protrusion
+
+
+def test_large_boxes_are_covered_to_the_corners_without_bulging():
+    for size in ((1.0, 1.0, 1.0), (1.0, 0.6, 0.3), (0.05, 0.05, 0.05)):
+        fit = fit_spheres(mesh_of(trimesh.creation.box(size)))
+        assert fit.surface_coverage > 0.95, size
+        exact = measure_spheres(mesh_of(trimesh.creation.box(size)), fit.centers, fit.radii, samples=2000)
+        assert exact.protrusion < 0.25 or max(size) < 0.1
+
+
 def test_wrong_requests_say_what_to_give():
     mesh = mesh_of(LINKS["box"])
     with pytest.raises(ConfigError, match="did you mean 'tight'"):
@@ -171,6 +192,10 @@ def test_wrong_requests_say_what_to_give():
         fit_spheres(mesh, 0)
     with pytest.raises(MeshError):
         fit_spheres([])
+
+
+NO_SURFACE = (np.zeros((2, 2, 2), dtype=np.float32), 1.0, np.zeros((1, 3)), 0.0)
+"""Arguments of `descend` that leave the spheres' own surface out of the cost."""
 
 
 def cost_twin(x, points, weight, tau, tail):
@@ -200,6 +225,33 @@ def test_cost_and_gradient_agree_with_a_numpy_twin_and_differences():
         assert gradient[k] == pytest.approx(slope / 2e-6, abs=2e-2)
 
 
+def test_surface_cost_and_gradient_agree_with_a_ball_and_differences():
+    """The solid is a ball, whose distance is known: share outside of a sphere cut by it is a cap's."""
+    size, shape = 0.02, 100
+    at = (np.indices((shape,) * 3).transpose(1, 2, 3, 0) + 0.5) * size
+    sdf = ((np.linalg.norm(at - 1.0, axis=-1) - 0.6) / size).astype(np.float32)
+    directions = fibonacci_sphere(2000)
+
+    def cost(x, price=1.0):
+        gradient = np.zeros(len(x))
+        return kernels.surface_cost(x, sdf, size, directions, 0.01, price, gradient), gradient
+
+    # a sphere of radius 0.3 whose middle lies on the ball: the plane of the cut is r²/2R inside the middle
+    share = (1 + 0.3 / (2 * 0.6)) / 2
+    assert cost(np.array([1.6, 1.0, 1.0, 0.3]))[0] == pytest.approx(share, abs=0.01)
+    assert cost(np.array([1.0, 1.0, 1.0, 0.3]))[0] == 0.0
+    two = np.array([1.6, 1.0, 1.0, 0.3, 1.0, 1.0, 1.0, 0.4])
+    assert cost(two, 2.0)[0] == pytest.approx(2 * share * 0.09 / 0.25, abs=0.01)
+    x = np.array([1.5, 1.1, 0.9, 0.25, 0.8, 1.3, 1.2, 0.35])
+    _, gradient = cost(x)
+    for k in range(len(x)):
+        ahead, behind = x.copy(), x.copy()
+        ahead[k] += 1e-4
+        behind[k] -= 1e-4
+        slope = (cost(ahead)[0] - cost(behind)[0]) / 2e-4
+        assert gradient[k] == pytest.approx(slope, abs=0.03)
+
+
 def test_descent_ends_no_worse_than_scipy():
     from scipy.optimize import minimize
 
@@ -214,5 +266,5 @@ def test_descent_ends_no_worse_than_scipy():
         return kernels.volume_cost(x, px, py, pz, weight, 0.1, 1.0, index, gap, gradient), gradient.copy()
 
     theirs = minimize(cost, start, jac=True, method="L-BFGS-B", options={"maxiter": 100}).fun
-    ours = kernels.descend(start.copy(), px, py, pz, weight, 0.1, 1.0, 0.01, 100)
+    ours = kernels.descend(start.copy(), px, py, pz, weight, 0.1, 1.0, 0.01, 9.0, 100, *NO_SURFACE)
     assert ours < 1.05 * theirs

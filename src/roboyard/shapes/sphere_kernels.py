@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from roboyard.shapes.voxel_kernels import sample_field
+
 
 @njit(cache=True, fastmath=True)
 def nearest_sphere(px, py, pz, x, index, gap):
@@ -69,10 +71,64 @@ def volume_cost(x, px, py, pz, weight, tau, tail, index, gap, grad):
 
 
 @njit(cache=True)
-def descend(x, px, py, pz, weight, tau, tail, floor, rounds):
-    """Lower `volume_cost` from `x` in place, radii kept at or above `floor`; the cost reached.
+def surface_cost(x, sdf, unit, directions, tau, price, grad):
+    """`price` times the share of the spheres' surface that lies outside the solid; `grad` is added to.
 
-    L-BFGS with eight pairs, projection onto the floor and backtracking; Nocedal and Wright, Numerical
+    Each point of a sphere counts by a smooth step of half-width `tau` in its distance to the solid.
+
+    Args:
+        x: (4 n,) centre and radius of each sphere in turn.
+        sdf: (nx, ny, nz) signed distance to the solid at voxel centres; in voxels.
+        unit: length of a voxel.
+        directions: (d, 3) unit vectors, evenly spread.
+        tau: half-width of the step.
+        price: of all the surface.
+        grad: (4 n,)
+    """
+    n, d = x.shape[0] // 4, directions.shape[0]
+    area, out = 0.0, 0.0
+    part, slope = np.empty(n), np.empty((n, 4))
+    for s in range(n):
+        r = x[4 * s + 3]
+        area += r * r
+        part[s] = 0.0
+        slope[s] = 0.0
+        for j in range(d):
+            vx, vy, vz = directions[j, 0], directions[j, 1], directions[j, 2]
+            value, gx, gy, gz = sample_field(
+                sdf,
+                (x[4 * s] + r * vx) / unit,
+                (x[4 * s + 1] + r * vy) / unit,
+                (x[4 * s + 2] + r * vz) / unit,
+            )
+            t = value * unit / tau
+            if t <= -1.0:
+                continue
+            if t >= 1.0:
+                part[s] += 1.0
+                continue
+            u = 0.5 * (t + 1.0)
+            part[s] += u * u * (3.0 - 2.0 * u)
+            w = 3.0 * u * (1.0 - u) / tau
+            slope[s, 0] += w * gx
+            slope[s, 1] += w * gy
+            slope[s, 2] += w * gz
+            slope[s, 3] += w * (gx * vx + gy * vy + gz * vz)
+        part[s] /= d
+        out += r * r * part[s]
+    for s in range(n):
+        r = x[4 * s + 3]
+        for k in range(4):
+            grad[4 * s + k] += price * r * r * slope[s, k] / d / area
+        grad[4 * s + 3] += price * 2.0 * r * (part[s] - out / area) / area
+    return price * out / area
+
+
+@njit(cache=True)
+def descend(x, px, py, pz, weight, tau, tail, floor, ceiling, rounds, sdf, unit, directions, price):
+    """Lower `volume_cost` + `surface_cost` from `x` in place, radii from `floor` to `ceiling`; the cost reached.
+
+    L-BFGS with eight pairs, projection onto the bounds and backtracking; Nocedal and Wright, Numerical
     Optimization (2006), algorithms 7.4 and 3.1. (SciPy's spends its time in threaded linear algebra here.)
     """
     n, memory = x.shape[0], 8
@@ -82,6 +138,8 @@ def descend(x, px, py, pz, weight, tau, tail, floor, rounds):
     rho, alpha = np.zeros(memory), np.zeros(memory)
     held = 0
     cost = volume_cost(x, px, py, pz, weight, tau, tail, index, gap, grad)
+    if price > 0.0:
+        cost += surface_cost(x, sdf, unit, directions, tau, price, grad)
     for _ in range(rounds):
         direction[:] = grad
         for i in range(held):
@@ -99,12 +157,14 @@ def descend(x, px, py, pz, weight, tau, tail, floor, rounds):
         for _ in range(12):
             for k in range(n):
                 x_try[k] = x[k] - length * direction[k]
-                if k % 4 == 3 and x_try[k] < floor:
-                    x_try[k] = floor
+                if k % 4 == 3:
+                    x_try[k] = min(max(x_try[k], floor), ceiling)
             slope = (grad * (x_try - x)).sum()
             if slope >= 0.0:
                 break
             cost_try = volume_cost(x_try, px, py, pz, weight, tau, tail, index, gap, grad_try)
+            if price > 0.0:
+                cost_try += surface_cost(x_try, sdf, unit, directions, tau, price, grad_try)
             if cost_try <= cost + 1e-4 * slope:
                 accepted = True
                 break
@@ -182,83 +242,3 @@ def cluster(points, centers, rounds, label, spread):
                     centers[s, k] = total[s, k] / count[s]
     for s in range(n):
         spread[s] = math.sqrt(spread[s] / count[s]) if count[s] > 0.0 else 0.0
-
-
-@njit(cache=True)
-def grow_to_cover(points, centers, radii, slack):
-    """Grow `radii`, worst point first, until every point is at most `slack` outside the union."""
-    n = radii.shape[0]
-    gap = np.empty(points.shape[0])
-    who = np.empty(points.shape[0], np.int32)
-    for p in range(points.shape[0]):
-        gap[p] = 1e30
-        for s in range(n):
-            dx, dy, dz = (
-                points[p, 0] - centers[s, 0],
-                points[p, 1] - centers[s, 1],
-                points[p, 2] - centers[s, 2],
-            )
-            d = math.sqrt(dx * dx + dy * dy + dz * dz) - radii[s]
-            if d < gap[p]:
-                gap[p], who[p] = d, s
-    for _ in range(100 * n + 100):
-        worst = 0
-        for p in range(points.shape[0]):
-            if gap[p] > gap[worst]:
-                worst = p
-        if points.shape[0] == 0 or gap[worst] <= slack:
-            return
-        s = who[worst]
-        radii[s] += gap[worst] - slack + 1e-9
-        for p in range(points.shape[0]):
-            dx, dy, dz = (
-                points[p, 0] - centers[s, 0],
-                points[p, 1] - centers[s, 1],
-                points[p, 2] - centers[s, 2],
-            )
-            d = math.sqrt(dx * dx + dy * dy + dz * dz) - radii[s]
-            if d < gap[p]:
-                gap[p], who[p] = d, s
-
-
-@njit(cache=True)
-def grow_to_hold(corners, centers, radii, slack, finest):
-    """Grow `radii` until no point of any triangle can be more than `slack` outside the union.
-
-    A triangle is settled when its middle's gap plus its own reach stays below `slack`, since distance changes
-    no faster than position; else it is cut in four, down to a reach of `finest`.
-
-    Args:
-        corners: (m, 3, 3) triangles.
-    """
-    n = radii.shape[0]
-    stack = np.empty((256, 3, 3))
-    for f in range(corners.shape[0]):
-        stack[0] = corners[f]
-        top = 1
-        while top > 0:
-            top -= 1
-            a, b, c = stack[top, 0].copy(), stack[top, 1].copy(), stack[top, 2].copy()
-            m = (a + b + c) / 3.0
-            reach = 0.0
-            for q in (a, b, c):
-                reach = max(reach, (q[0] - m[0]) ** 2 + (q[1] - m[1]) ** 2 + (q[2] - m[2]) ** 2)
-            reach = math.sqrt(reach)
-            gap, who = 1e30, 0
-            for s in range(n):
-                dx, dy, dz = m[0] - centers[s, 0], m[1] - centers[s, 1], m[2] - centers[s, 2]
-                d = math.sqrt(dx * dx + dy * dy + dz * dz) - radii[s]
-                if d < gap:
-                    gap, who = d, s
-            if gap + reach <= slack:
-                continue
-            if reach <= finest or top + 4 > stack.shape[0]:
-                radii[who] += gap + reach - slack
-                continue
-            ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-            for k in range(3):
-                stack[top, 0, k], stack[top, 1, k], stack[top, 2, k] = a[k], ab[k], ca[k]
-                stack[top + 1, 0, k], stack[top + 1, 1, k], stack[top + 1, 2, k] = ab[k], b[k], bc[k]
-                stack[top + 2, 0, k], stack[top + 2, 1, k], stack[top + 2, 2, k] = ca[k], bc[k], c[k]
-                stack[top + 3, 0, k], stack[top + 3, 1, k], stack[top + 3, 2, k] = ab[k], bc[k], ca[k]
-            top += 4
