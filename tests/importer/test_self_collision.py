@@ -110,3 +110,15 @@ def test_hulls_that_touch_count_only_where_the_balls_are_near():
     hulls = [("body", "shin0", 0.01), ("body", "lamp", 0.01)]
     found = judge(robot, spheres, {}, hulls, samples=10)
     assert found.at_rest == (("body", "lamp"),), "the shin's balls are 0.12 m away, the lamp's 7 mm"
+
+
+def test_links_that_cannot_move_against_each_other_are_neighbours():
+    """Two brackets screwed to one body: nothing can change whether they touch."""
+    links = tuple(Link(name=name) for name in ("body", "left", "right", "arm"))
+    joints = [Joint(name=f"fix_{s}", type="fixed", parent="body", child=s) for s in ("left", "right")]
+    joints.append(Joint(name="turn", type="continuous", parent="left", child="arm", axis=(0, 0, 1)))
+    robot = RobotDescription(name="brackets", links=links, joints=tuple(joints))
+    spheres = {link.name: (CollisionSphere(center=(0, 0, 0), radius=0.1),) for link in links}
+    found = judge(robot, spheres, {}, samples=10)
+    assert ("left", "right") in found.adjacent
+    assert {pair for pair in found.adjacent if "arm" in pair} == {("left", "arm")}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -132,17 +133,26 @@ def _over_postures(
 
 
 def adjacent_pairs(description: RobotDescription, names: Sequence[str]) -> set[Pair]:
-    """Pairs of the named links that a joint joins, directly or through links that are not named."""
+    """Pairs of the named links that a joint joins, directly or through links that are not named, and those
+    that cannot move against each other.
+    """
     order = {link.name: index for index, link in enumerate(description.links)}
     named = set(names)
     pairs: set[Pair] = set()
     above: dict[str, str | None] = {}
+    bodies: dict[str, list[str]] = {}
+    body_of: dict[str, str] = {}
     for joint in ((None, description.root.name), *((j, j.child) for j in description.depth_first_joints)):
         of, child = joint
         nearest = None if of is None else (of.parent if of.parent in named else above[of.parent])
         above[child] = nearest
         if child in named and nearest is not None:
             pairs.add(_key(nearest, child, order))
+        body_of[child] = child if of is None or of.is_moving else body_of[of.parent]
+        if child in named:
+            bodies.setdefault(body_of[child], []).append(child)
+    for members in bodies.values():
+        pairs |= {_key(a, b, order) for a, b in combinations(members, 2)}
     return pairs
 
 
