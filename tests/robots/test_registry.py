@@ -6,7 +6,9 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from roboyard.assets import asset_path
 from roboyard.cli import main
@@ -101,3 +103,41 @@ def test_paths_stay_inside_the_dataset(own: Path) -> None:
 def test_a_registry_of_another_folder(tmp_path: Path) -> None:
     place(tmp_path, "one", ARM)
     assert list(Registry(tmp_path, with_bundled=False)) == ["one"]
+
+
+def test_robots_are_listed_with_pictures_that_are_rendered_once(
+    own: Path, capsys: pytest.CaptureFixture
+) -> None:
+    folder = place(own, "good", ARM)
+    place(own, "shown", ARM)
+    (own / "mine" / "models" / "shown" / "preview.png").write_bytes(b"a picture of its own")
+    place(own, "bad", "raw_controller_order: 3\n")
+
+    def pictures(*options: str) -> dict[str, str | None]:
+        assert main(["robots", "--json", *options]) == 0
+        return {row["name"]: row["picture"] for row in json.loads(capsys.readouterr().out)["robots"]}
+
+    assert pictures("--no-pictures")["good"] is None
+    first = pictures()
+    assert first["bad"] is None
+    assert first["r1"] is None  # until it has been imported
+    assert Path(first["shown"]).name == "preview.png"
+    seen = np.asarray(Image.open(first["good"]).convert("RGB"), dtype=float)
+    assert seen.shape == (360, 480, 3)
+    assert np.ptp(seen[100:260, 180:300], axis=(0, 1)).min() > 100  # an arm, not only the floor
+    stamp = Path(first["good"]).stat().st_mtime_ns
+    assert pictures() == first
+    assert Path(first["good"]).stat().st_mtime_ns == stamp
+    (folder / "good.yaml").write_text(ARM + "self_collisions: false\n")
+    assert pictures()["good"] != first["good"]
+
+
+def test_a_robot_shows_itself_in_a_notebook(own: Path) -> None:
+    place(own, "<one>", ARM)
+    world = World()
+    html = world.add_robot("<one>")._repr_html_()
+    assert "data:image/png;base64," in html
+    assert "&lt;one&gt;" in html
+    assert "<one>" not in html
+    assert "<td>arm_0</td><td>InverseKinematicsController</td><td>0 to 5</td>" in html
+    assert html.count("<tr>") == 1 + 1 + 1 + 7

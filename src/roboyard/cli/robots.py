@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 def robots(
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
+    pictures: Annotated[bool, typer.Option(help="Render pictures that are not there yet.")] = True,
 ) -> None:
     """List the robots of the data folder and the bundled ones, with what they can do.
 
@@ -19,7 +20,7 @@ def robots(
     """
     from roboyard.robots.registry import REGISTERED_ROBOTS
 
-    rows = [_row(robot) for robot in REGISTERED_ROBOTS.values()]
+    rows = [_row(robot, pictures) for robot in REGISTERED_ROBOTS.values()]
     if as_json:
         import json
 
@@ -39,9 +40,11 @@ def robots(
     print(f"{len(rows)} robots; data folder: {REGISTERED_ROBOTS.data}")
 
 
-def _row(robot: RegisteredRobot) -> dict[str, Any]:
+def _row(robot: RegisteredRobot, render: bool) -> dict[str, Any]:
     from roboyard.errors import RoboyardError
     from roboyard.robots.joint_order import robot_joint_names
+    from roboyard.robots.pictures import picture_of
+    from roboyard.robots.registry import REGISTERED_ROBOTS
 
     row: dict[str, Any] = {
         "name": robot.name,
@@ -59,6 +62,8 @@ def _row(robot: RegisteredRobot) -> dict[str, Any]:
         row["groups"] = definition.controller_names()
         if robot.is_imported:
             row["joints"] = len(robot_joint_names(robot.description(definition)))
+            if render and row["picture"] is None:
+                row["picture"] = str(picture_of(robot, REGISTERED_ROBOTS))
     except RoboyardError as error:
         row["problem"] = str(error)
     return row

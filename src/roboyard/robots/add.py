@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import ArrayLike
 
-from roboyard.errors import ConfigError, unknown_name
+from roboyard.errors import ConfigError
 from roboyard.robots.backends import Backend
 from roboyard.robots.controller_setup import ControllerConfig
 from roboyard.robots.definition import RobotDefinition
 from roboyard.robots.description_edits import edited
+from roboyard.robots.end_effectors import description_with, with_end_effector
 from roboyard.robots.load_definition import check_fits, load_definition, parse_definition
 from roboyard.robots.postures import ResetMode
 from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
@@ -75,12 +75,15 @@ def add_robot(
         ConfigError: the definition or the configuration is wrong, or the robot unknown.
         DescriptionError: the URDF cannot be used.
     """
+    if isinstance(robot, str) and not _is_file(robot):
+        robot = REGISTERED_ROBOTS.find(robot)
     model, description, found, file = _loaded(robot, definition)
     if end_effector is not None:
-        found, description, model = _with_end_effector(found, description, model, end_effector, robot)
-    check_fits(
-        found, description, name=file.name if file is not None else f"definition of {model}", file=file
-    )
+        model, found = with_end_effector(found, end_effector)
+        if isinstance(robot, RegisteredRobot):
+            description = description_with(robot, found, end_effector)
+    told = file.name if file is not None else f"definition of {model}"
+    check_fits(found, description, name=told, file=file, end_effector=end_effector)
     floats = found.may_float if fixed_base is None else not fixed_base
     if floats and not found.may_float:
         raise ConfigError(
@@ -130,8 +133,6 @@ def _loaded(
     robot: str | Path | RegisteredRobot | RobotDescription, definition: DefinitionSource | None
 ) -> tuple[str, RobotDescription, RobotDefinition, Path | None]:
     """Name, description, definition and the definition's file."""
-    if isinstance(robot, str) and not _is_file(robot):
-        robot = REGISTERED_ROBOTS.find(robot)
     if isinstance(robot, RegisteredRobot):
         own, file = (robot.definition, robot.file) if definition is None else _read(definition)
         return robot.name, robot.description(own), own, file
@@ -162,47 +163,3 @@ def _read(definition: DefinitionSource) -> tuple[RobotDefinition, Path | None]:
     if isinstance(definition, Mapping):
         return parse_definition(definition), None
     return load_definition(definition), Path(definition)
-
-
-def _with_end_effector(
-    definition: RobotDefinition,
-    description: RobotDescription,
-    model: str,
-    wanted: str,
-    robot: object,
-) -> tuple[RobotDefinition, RobotDescription, str]:
-    """The robot with another hand."""
-    block = definition.manipulation
-    variants = (block.end_effectors if block is not None else None) or {}
-    if block is None or wanted not in variants:
-        raise ConfigError(f"end_effector: {unknown_name('end effector', wanted, variants)}")
-    variant = variants[wanted]
-    if variant.not_support_urdf:
-        raise ConfigError(f"end_effector: {wanted!r} has no URDF (not_support_urdf); choose another")
-    arms = block.model_copy(
-        update={
-            "eef_link_names": variant.eef_link_names,
-            "finger_link_names": variant.finger_link_names,
-            "finger_joint_names": variant.finger_joint_names,
-            "teleop_rotation_offset": variant.teleop_rotation_offset or block.teleop_rotation_offset,
-            "assisted_grasp_start_points": variant.ag_start_points or block.assisted_grasp_start_points,
-            "assisted_grasp_end_points": variant.ag_end_points or block.assisted_grasp_end_points,
-        }
-    )
-    changed = definition.model_copy(
-        update={
-            "manipulation": arms,
-            "default_joint_pos": variant.default_joint_pos,
-            "disabled_collision_pairs": variant.disabled_collision_pairs
-            or definition.disabled_collision_pairs,
-            "urdf_path": variant.urdf_path or definition.urdf_path,
-            "usd_path": variant.usd_path or definition.usd_path,
-            "curobo_path": variant.curobo_path or definition.curobo_path,
-        }
-    )
-    if isinstance(robot, RegisteredRobot):
-        if variant.urdf_path is None and variant.model != robot.name:
-            other = robot.folder.parent / variant.model / f"{variant.model}.yaml"
-            robot = replace(robot, name=variant.model, file=other)
-        description = robot.description(changed)
-    return changed, description, variant.model

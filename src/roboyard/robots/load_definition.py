@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, get_args
@@ -10,7 +11,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from roboyard.errors import ConfigError
-from roboyard.robots.definition import RobotDefinition
+from roboyard.robots.definition import EndEffectorVariant, RobotDefinition
 from roboyard.robots.definition_checks import Problem, check_against, check_alone
 from roboyard.robots.definition_names import Where
 from roboyard.urdf.model import RobotDescription
@@ -49,20 +50,34 @@ def check_fits(
     *,
     name: str = "definition",
     file: Path | None = None,
+    end_effector: str | None = None,
 ) -> None:
     """Check names and vector lengths against the robot.
 
     Args:
+        definition: of the robot.
+        description: its links and joints.
         name: stands for the file in messages.
         file: where the definition came from, to give lines.
+        end_effector: the hand whose fields stand in place of the definition's.
 
     Raises:
         ConfigError: one line for each problem.
     """
     problems = check_against(definition, description)
+    if end_effector is not None:
+        problems = [replace(p, where=_in_variant(p.where, end_effector)) for p in problems]
     if problems:
         yaml_file = None if file is None else read_yaml(file)
         raise ConfigError("\n".join(_told(problem, name, yaml_file) for problem in problems))
+
+
+def _in_variant(where: Where, end_effector: str) -> Where:
+    """Where a variant says what stands at this place of the definition."""
+    own = where[1:] if where[0] == "manipulation" else where
+    if own and own[0] in EndEffectorVariant.model_fields:
+        return ("manipulation", "end_effectors", end_effector, *own)
+    return where
 
 
 def _judged(yaml_file: YamlFile, name: str, description: RobotDescription | None) -> RobotDefinition:
