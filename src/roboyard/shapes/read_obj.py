@@ -18,6 +18,8 @@ from roboyard.shapes.parts import Floats, Indices, Part, check_indices, part_fro
 from roboyard.shapes.read_mtl import Finish, read_mtl
 
 _KEYWORDS = (b"v", b"vn", b"vt", b"f", b"usemtl", b"mtllib")
+MAX_CORNERS = 10_000
+"""Of a face; a file of one endless face would become millions of overlapping triangles."""
 # v, v/vt, v//vn, v/vt/vn, and the columns (vertex, uv, normal) that each fills
 _CORNER_STYLES = (
     (re.compile(rb"(?:\s+-?\d+)++\s*"), [0]),
@@ -142,6 +144,8 @@ def _triangles(lines: _Lines) -> tuple[Indices, NDArray[np.int64]]:
     groups: dict[tuple[int, int, bool], list[int]] = {}
     for number, line in enumerate(lines.faces):
         corners = len(line.split())
+        if corners > MAX_CORNERS:
+            raise ValueError(f"a face of {corners} corners; split it into triangles")
         if corners >= 3:
             groups.setdefault((corners, line.count(b"/"), b"//" in line), []).append(number)
     tables: list[Indices] = []

@@ -75,12 +75,21 @@ GLTF = json.dumps(
 REFUSED = {
     "entity bomb": bomb() + '<robot name="r"><link name="&a11;"/></robot>',
     "external entity": '<!DOCTYPE robot [<!ENTITY x SYSTEM "../secret.txt">]><robot name="r">&x;</robot>',
+    "parameter entity": '<!DOCTYPE r [<!ENTITY % x SYSTEM "../secret.txt"> %x;]><robot name="r"/>',
+    "entity bomb in UTF-16": (bomb() + '<robot name="&a11;"><link name="a"/></robot>').encode("utf-16"),
+    "UTF-7": b'<?xml version="1.0" encoding="utf-7"?>+ADw-robot name=+ACI-r+ACI-/+AD4-',
+    "device": arm(tip=INERTIAL + both(mesh("/dev/zero"))),
     "external DTD": '<!DOCTYPE robot SYSTEM "../secret.txt"><robot/>',
     "chain of 100,000 links": many_links(100_000),
     "deep nesting": "<robot>" + "<a>" * 200_000,
     "300,000 empty links": "<robot>" + "<link/>" * 300_000 + "</robot>",
     "STL of four billion triangles": with_mesh("part.stl", stl(CUBE, count=0xFFFFFFFF)),
     "OBJ with a far index": with_mesh("part.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n"),
+    "OBJ of one endless face": with_mesh(
+        "part.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + b"1 2 3 " * 1_000_000
+    ),
+    "glTF with a buffer elsewhere": with_mesh("part.gltf", GLTF.replace(b"data:,", b"../secret.stl")),
+    "glTF with an endless buffer": with_mesh("part.gltf", GLTF.replace(b"data:,", b"/dev/zero")),
     "DAE with an entity bomb": with_mesh("part.dae", (bomb('<?xml version="1.0"?>') + DAE).encode()),
     "glTF that claims a terabyte": with_mesh("part.gltf", GLTF),
     "PLY that claims a billion vertices": with_mesh(
@@ -176,6 +185,27 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "arm.urdf")
     found = in_a_child(tmp_path / "arm.urdf", tmp_path / "out")
     assert found["codes"] == ["file-unreadable"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+@pytest.mark.parametrize("name", ["part.obj", "colours.mtl", "wood.png"])
+def test_a_pipe_beside_the_robot_is_not_waited_for(name: str, tmp_path: Path) -> None:
+    def write(folder: Path) -> str:
+        corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+        (folder / "part.obj").write_text(f"mtllib colours.mtl\nusemtl m\n{corners}")
+        (folder / "colours.mtl").write_text("newmtl m\nmap_Kd wood.png\n")
+        (folder / name).unlink(missing_ok=True)
+        os.mkfifo(folder / name)
+        return arm(tip=INERTIAL + both(mesh("part.obj", "0.1 0.1 0.1")))
+
+    found = in_a_child(write_case(write, tmp_path), tmp_path / "out")
+    assert found["codes"][0] == ("mesh-missing" if name == "part.obj" else "mesh-companion-missing")
+    assert found["cpu_s"] < 5.0
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "utf-16-be"])
+def test_other_encodings_are_read(encoding: str, tmp_path: Path) -> None:
+    assert audit(write_case(arm().encode(encoding), tmp_path)).codes == ()
 
 
 def test_nothing_is_left_where_a_repair_is_refused(tmp_path: Path) -> None:
