@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import logging
 import re
+from collections import OrderedDict
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
@@ -18,6 +20,10 @@ if TYPE_CHECKING:
 MAX_PIXELS = 128 * 1024 * 1024
 MAX_SIDE = 4096
 """Larger images are reduced to this."""
+RECENT_BYTES = 128 * 1024 * 1024
+"""Of decoded images that are kept: the meshes of one scene often share theirs."""
+_recent: OrderedDict[tuple[Path, int, int], NDArray[np.uint8] | None] = OrderedDict()
+_recent_lock = Lock()
 _MESH_FOLDER = re.compile(
     r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
     re.IGNORECASE,
@@ -64,7 +70,24 @@ def load_image(mesh_file: Path, name: str) -> NDArray[np.uint8] | None:
     file = find_companion(mesh_file, name)
     if file is None:
         return None
-    return decode_image(file.read_bytes(), f"{mesh_file.name}: {file.name}")
+    status = file.stat()
+    key = (file.resolve(), status.st_mtime_ns, status.st_size)
+    with _recent_lock:
+        if key in _recent:
+            _recent.move_to_end(key)
+            return _recent[key]
+    image = decode_image(file.read_bytes(), f"{mesh_file.name}: {file.name}")
+    with _recent_lock:
+        _recent[key] = image
+        while sum(kept.nbytes for kept in _recent.values() if kept is not None) > RECENT_BYTES:
+            _recent.popitem(last=False)
+    return image
+
+
+def forget_images() -> None:
+    """Decode images anew from now on."""
+    with _recent_lock:
+        _recent.clear()
 
 
 def decode_image(data: bytes, who: str) -> NDArray[np.uint8] | None:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import MeshError
+from roboyard.shapes.companions import forget_images
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.parts import Part, combine
 
@@ -103,6 +104,7 @@ def clear_cache() -> None:
     """Forget all loaded meshes."""
     with _cache_lock:
         _cache.clear()
+    forget_images()
 
 
 def _bytes(mesh: TriangleMesh) -> int:

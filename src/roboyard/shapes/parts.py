@@ -82,7 +82,7 @@ def _if_there(kind: str, pair: tuple[Floats, Indices] | None) -> tuple[Floats, I
         try:
             check_indices(kind, pair[1], len(pair[0]))
         except ValueError as problem:
-            _log.warning("%s; doing without", problem)
+            _log.info("%s; doing without", problem)
             return None
     return pair
 

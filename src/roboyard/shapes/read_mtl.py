@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,8 +28,8 @@ class Finish:
     texture: NDArray[np.uint8] | None = None
 
 
-def read_mtl(obj_file: Path, libraries: Sequence[str]) -> dict[str, Finish]:
-    """Materials by name, of all the libraries of an OBJ file that can be found."""
+def read_mtl(obj_file: Path, libraries: Sequence[str], wanted: Collection[str]) -> dict[str, Finish]:
+    """Materials by name, those wanted of all the libraries of an OBJ file that can be found."""
     finishes: dict[str, Finish] = {}
     images: dict[str, NDArray[np.uint8] | None] = {}
     for library in libraries:
@@ -38,7 +38,8 @@ def read_mtl(obj_file: Path, libraries: Sequence[str]) -> dict[str, Finish]:
             continue
         text = file.read_text(encoding="utf-8", errors="replace")
         for name, entries in _materials(text).items():
-            finishes.setdefault(name, _finish(entries, obj_file, images))
+            if name in wanted and name not in finishes:
+                finishes[name] = _finish(entries, obj_file, images)
     return finishes
 
 

@@ -53,10 +53,11 @@ def read_obj(data: bytes, file: Path) -> list[Part]:
     triangles, face_of_triangle = _triangles(lines)
     if not len(triangles):
         return []
-    finishes = read_mtl(file, lines.libraries)
     material = np.array(lines.face_material, dtype=np.int64)[face_of_triangle]
+    in_use = np.unique(material)
+    finishes = read_mtl(file, lines.libraries, {lines.materials[number] for number in in_use})
     parts: list[Part] = []
-    for number in np.unique(material):
+    for number in in_use:
         own = triangles[material == number]
         check_indices("vertex", own[:, :, 0], len(positions))
         finish = finishes.get(lines.materials[number], Finish())
