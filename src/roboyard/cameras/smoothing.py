@@ -45,7 +45,8 @@ def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
     part_of_face = part[faces[:, 0]]
     # every directed edge once, and its opposite once
     forward, counts = np.unique(start * n + stop, return_counts=True)
-    paired = np.isin(stop * n + start, forward, assume_unique=False)
+    back = stop * n + start
+    paired = forward[np.minimum(np.searchsorted(forward, back), len(forward) - 1)] == back
     once = counts[np.searchsorted(forward, start * n + stop)] == 1
     open_part = np.zeros(count, dtype=bool)
     open_part[np.repeat(part_of_face, 3)[~(paired & once)]] = True

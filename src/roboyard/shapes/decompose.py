@@ -41,7 +41,7 @@ CLEARLY = (0.8, 0.1)
 """Own parts replace CoACD's where their excess is below this share of CoACD's, and lower by at least this."""
 TIME_LIMIT = 10.0
 """Seconds that CoACD may take for a mesh: what is not done by then seldom ends, and hugs no closer."""
-TOTAL_LIMIT = 45.0
+TOTAL_LIMIT = 35.0
 """Seconds that all runs of CoACD may take for a robot; the meshes left then go to the splitter."""
 SHELL_SHARE = 0.5
 """Share of voxels too thin to have an inside above which a mesh counts as an open shell."""
