@@ -8,6 +8,7 @@ controller knows of the robot comes in a `GroupState`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, Field
 
-from roboyard.errors import RoboyardError
+from roboyard.errors import ConfigError, RoboyardError
 from roboyard.poses import Array
 from roboyard.robots.controllers.scaling import LimitSetting, Scaling
 
@@ -117,6 +118,17 @@ class ControllerSettings(BaseModel):
     """Groups whose joints this controller drives too, before its own; they leave the action."""
 
 
+def meaningless(settings: BaseModel, keys: Iterable[str], why: str) -> None:
+    """Refuse keys that were given but would change nothing.
+
+    Raises:
+        ValueError: one of them was given; `why` completes "... has no meaning".
+    """
+    for key in keys:
+        if key in settings.model_fields_set and getattr(settings, key) is not None:
+            raise ValueError(f"{key} has no meaning {why}; leave it out")
+
+
 class Controller(ABC):
     """One controller of one group."""
 
@@ -126,6 +138,11 @@ class Controller(ABC):
     def __init__(self, limits: GroupLimits, settings: ControllerSettings) -> None:
         self.limits = limits
         self.settings = settings
+        if self.control_type == "effort":
+            try:
+                meaningless(settings, ("isaac_kp", "isaac_kd"), "for joints driven by effort")
+            except ValueError as error:
+                raise ConfigError(str(error)) from None
         self.goal: Any = None
         """What the last command meant; None before the first and after `reset`."""
         self.scaling = Scaling.from_settings(

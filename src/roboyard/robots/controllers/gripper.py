@@ -27,6 +27,7 @@ from roboyard.robots.controllers.base import (
     GroupLimits,
     GroupState,
     MotorType,
+    meaningless,
 )
 
 STILL = 0.02
@@ -50,6 +51,8 @@ class GripperSettings(ControllerSettings):
     def _fit(self) -> GripperSettings:
         if self.motor_type == "velocity" and self.isaac_kp:
             raise ValueError("isaac_kp has no meaning with motor_type 'velocity'; leave it out")
+        if self.mode != "binary":
+            meaningless(self, ("open_qpos", "closed_qpos"), f"with mode {self.mode!r}")
         return self
 
 

@@ -29,6 +29,7 @@ from roboyard.robots.controllers.base import (
     GroupLimits,
     GroupState,
     MotorType,
+    meaningless,
 )
 from roboyard.robots.controllers.joint import JointController, JointSettings
 
@@ -42,6 +43,8 @@ class HolonomicBaseSettings(JointSettings):
     def _is_absolute(self) -> HolonomicBaseSettings:
         if self.use_delta_commands:
             raise ValueError("use_delta_commands: commands to a holonomic base are relative to it already")
+        if self.motor_type != "velocity":
+            meaningless(self, ("max_acceleration",), f"with motor_type {self.motor_type!r}")
         if self.max_acceleration is not None and not min(self.max_acceleration) > 0:
             raise ValueError("max_acceleration: must be three positive numbers, or null")
         return self

@@ -21,7 +21,7 @@ import math
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from roboyard.kinematics import ChainArrays, differential_step, forward_kinematics, solve_ik
 from roboyard.poses import Array
@@ -32,6 +32,7 @@ from roboyard.robots.controllers.base import (
     GroupState,
     MotorType,
     acceleration,
+    meaningless,
 )
 from roboyard.robots.controllers.rotations import vector_of_matrix
 from roboyard.robots.controllers.task import TaskController, TaskSettings
@@ -62,6 +63,12 @@ class InverseKinematicsSettings(TaskSettings):
     pos_kp: float = Field(default=50.0, ge=0)
     """1/s²"""
     pos_damping_ratio: float = Field(default=1.0, ge=0)
+
+    @model_validator(mode="after")
+    def _gains_fit(self) -> InverseKinematicsSettings:
+        if not self.use_impedances:
+            meaningless(self, ("pos_kp", "pos_damping_ratio"), "without use_impedances")
+        return self
 
 
 class InverseKinematicsController(TaskController):

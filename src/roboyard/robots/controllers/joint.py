@@ -32,6 +32,7 @@ from roboyard.robots.controllers.base import (
     GroupState,
     MotorType,
     acceleration,
+    meaningless,
 )
 from roboyard.robots.controllers.velocity_tracking import VelocityTracking
 
@@ -57,13 +58,14 @@ class JointSettings(ControllerSettings):
 
     @model_validator(mode="after")
     def _fit(self) -> JointSettings:
-        given = [key for key in ("pos_kp", "pos_damping_ratio", "vel_kp") if getattr(self, key) is not None]
-        if self.motor_type == "velocity":
-            given = [key for key in given if key != "vel_kp"]
-        elif self.motor_type == "position":
-            given = [key for key in given if key == "vel_kp"]
-        if given:
-            raise ValueError(f"{given[0]} has no meaning with motor_type {self.motor_type!r}; leave it out")
+        kind = f"with motor_type {self.motor_type!r}"
+        if self.motor_type != "position":
+            meaningless(self, ("pos_kp", "pos_damping_ratio"), kind)
+        if self.motor_type != "velocity":
+            meaningless(self, ("vel_kp", "hold_position"), kind)
+        if not self.use_impedances:
+            gains = ("pos_kp", "pos_damping_ratio", "vel_kp", "use_cc_compensation")
+            meaningless(self, gains, "without use_impedances")
         if self.motor_type == "velocity" and self.isaac_kp:
             raise ValueError("isaac_kp has no meaning with motor_type 'velocity'; leave it out")
         if self.use_delta_commands and isinstance(self.command_output_limits, str):
