@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard.poses import matrix_from_quaternion
 from roboyard.viewer.page_script import PageScript
 
 Array = NDArray[np.float64]
@@ -112,7 +114,13 @@ class Texts:
             rotations: (k, 3, 3) of the frames that they are in.
         """
         wanted = [
-            [text.text, *place, _color(text.rgb), round(text.size, 4), _axes(text, turn)]
+            [
+                text.text,
+                *place,
+                _color(text.rgb),
+                text.size,
+                None if text.orientation is None else _axes(text, turn),
+            ]
             for text, place, turn in zip(texts, np.round(positions, 5).tolist(), rotations, strict=True)
         ]
         if wanted != self._shown:
@@ -120,15 +128,13 @@ class Texts:
             self._shown = wanted
 
 
-def _color(rgb: Sequence[float]) -> str:
+@lru_cache(maxsize=4096)
+def _color(rgb: tuple[float, float, float]) -> str:
     r, g, b = (max(0, min(255, round(255 * value))) for value in rgb)
     return f"#{r:02x}{g:02x}{b:02x}"
 
 
-def _axes(text: SceneText, turn: Array) -> list[float] | None:
-    if text.orientation is None:
-        return None
-    from roboyard.poses import matrix_from_quaternion
-
+def _axes(text: SceneText, turn: Array) -> list[float]:
+    assert text.orientation is not None
     axes = turn @ matrix_from_quaternion(text.orientation)
     return np.round(axes[:, :2].T.ravel(), 5).tolist()

@@ -26,7 +26,12 @@ def drawing_of(items: Iterable[Item], scene: Scene) -> Drawing:
     texts: list[SceneText] = []
     for item in items:
         if isinstance(item, Line):
-            lines.setdefault((item.parent, item.width), []).append(item)
+            key = (item.parent, item.width)
+            group = lines.get(key)
+            if group is None:
+                lines[key] = [item]
+            else:
+                group.append(item)
         elif _is_gone(item.parent, scene):
             continue
         elif isinstance(item, Points):
@@ -38,7 +43,7 @@ def drawing_of(items: Iterable[Item], scene: Scene) -> Drawing:
             texts.append(_text(item, scene))
     for (parent, width), group in lines.items():
         if not _is_gone(parent, scene):
-            ends = np.array([(line.start, line.end) for line in group])
+            ends = np.array([line.start + line.end for line in group])
             placed = _placed(ends.reshape(-1, 3), parent, scene).reshape(-1, 2, 3)
             drawn.append(
                 SceneLines(
@@ -54,7 +59,11 @@ def drawing_of(items: Iterable[Item], scene: Scene) -> Drawing:
 
 def _text(item: Text, scene: Scene) -> SceneText:
     turn = item.orientation
-    if turn is not None and item.parent is not None:
+    if item.parent is None:
+        return SceneText(
+            text=item.text, position=item.position, rgb=item.rgb, size=item.size, orientation=turn
+        )
+    if turn is not None:
         frame = _record(item.parent, scene).links[item.parent[1] + 1].frame
         x, y, z, w = (float(v) for v in multiply(frame.quaternion, turn))
         turn = (x, y, z, w)
