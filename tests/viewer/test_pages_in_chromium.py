@@ -145,3 +145,51 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
     finally:
         page.close()
         inspector.close()
+
+
+def test_every_switch_changes_the_picture(gripper: Path, tmp_path: Path) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(
+        "urdf_path: gripper.urdf\nname: gripper\n"
+        "camera_links: [{link: eye, parent_link: palm, offset: {position: [0, 0, 0.3]}}]\n"
+        "curobo: {collision_spheres: {palm: [{center: [0, 0, 0], radius: 0.12}]}}\n"
+    )
+    source = RobotSource(name="gripper", urdf=gripper, config=config)
+    inspector = Inspector(source, fixed_base=False, port=0, quiet=True)
+    page = chromium.Page(inspector.viewer.url, tmp_path / "profile")
+
+    def still() -> np.ndarray:
+        """The scene, once two pictures are alike."""
+        last: list[np.ndarray] = []
+
+        def same() -> bool:
+            last.append(page.picture()[60:, :500])
+            return len(last) > 1 and np.abs(last[-1] - last[-2]).max() < 8
+
+        until(inspector.tick, same)
+        return last[-1]
+
+    def changed(before: np.ndarray) -> float:
+        """Share of the scene that looks otherwise."""
+        return float((np.abs(page.picture()[60:, :500] - before).max(axis=2) > 25).mean())
+
+    try:
+        until(inspector.tick, lambda: inspector.viewer.watchers == 1)
+        inspector.play(True)
+        for _ in range(180):
+            inspector.tick(1 / 60)
+        inspector.play(False)
+        until(inspector.tick, lambda: page.place_of(page.with_text("contacts")))
+        page.evaluate("document.querySelectorAll('[class*=Notification-root]').forEach(e => e.remove())")
+        for label, box in inspector.switches.items():
+            before, was = still(), bool(box.value)
+            page.click(*page.place_of(page.with_text(label)))
+            until(inspector.tick, lambda box=box, was=was: box.value != was)
+            until(inspector.tick, lambda before=before: changed(before) > 1e-4, 20)
+            if label == "visual meshes":
+                continue  # they stay hidden: contacts lie below them
+            page.click(*page.place_of(page.with_text(label)))
+            until(inspector.tick, lambda box=box, was=was: box.value == was)
+    finally:
+        page.close()
+        inspector.close()

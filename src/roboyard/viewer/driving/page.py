@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.cameras import Camera
-from roboyard.poses import matrix_from_quaternion
 from roboyard.recording import Recorder, Stage, set_up
 from roboyard.recording.log import StateLog
+from roboyard.viewer.driving.aim import look_from_behind
 from roboyard.viewer.driving.filming import HEIGHT, WIDTH, Filming, free_file, moment_of, same_words
 from roboyard.viewer.driving.hands import Hands
 from roboyard.viewer.driving.panel import DrivingPanel
@@ -36,12 +36,6 @@ STATUS_PERIOD, HANDLE_PERIOD = 0.25, 0.1
 """s"""
 COMPLAINT_PERIOD = 5.0
 """s that a complaint stays on the page at least"""
-
-
-BEHIND, ABOVE = 2.6, 1.9
-"""Of the robot's height: where a page looks from, which is over the walls of a flat."""
-LEAST_HEIGHT = 0.5
-"""m: smaller robots are looked at as if they were as tall"""
 
 
 class DrivingPage:
@@ -288,16 +282,3 @@ class DrivingPage:
         self.stop()
         self.filming.stop()
         self.viewer.close()
-
-
-def look_from_behind(viewer: Viewer, robot: Robot) -> None:
-    """Let all pages look over the robot's shoulder, those that open later too."""
-    place, quaternion = robot.base_link.pose
-    forward = matrix_from_quaternion(quaternion)[:, 0]
-    heading = np.array([forward[0], forward[1], 0.0]) / max(float(np.hypot(forward[0], forward[1])), 1e-9)
-    height = max(float(np.ptp(robot.body.bounds[:, 2])), LEAST_HEIGHT)
-    target = np.array([place[0], place[1], place[2] + 0.5 * height])
-    eye = target + height * (-BEHIND * heading + [0.0, 0.0, ABOVE - 0.5])
-    viewer.server.initial_camera.position, viewer.server.initial_camera.look_at = eye, target
-    for client in viewer.server.get_clients().values():
-        client.camera.position, client.camera.look_at = eye, target

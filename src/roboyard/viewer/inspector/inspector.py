@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -13,11 +12,9 @@ import numpy as np
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
 from roboyard.sim.body import Body
-from roboyard.urdf import Audit, audit, load_urdf
-from roboyard.urdf.model import RobotDescription
 from roboyard.viewer.inspector.link_panel import plain
-from roboyard.viewer.inspector.notes import Notes, read_notes
 from roboyard.viewer.inspector.panels import Panels
+from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
 from roboyard.viewer.server import DEFAULT_PORT
 from roboyard.viewer.viewer import Viewer
@@ -33,16 +30,6 @@ STATUS_PERIOD = 0.25
 """s"""
 COMPLAINT_PERIOD = 5.0
 """s that a complaint stays on the page at least."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class _Robot:
-    """What was read of one robot."""
-
-    source: RobotSource
-    notes: Notes
-    description: RobotDescription
-    audit: Audit
 
 
 class Inspector:
@@ -85,22 +72,13 @@ class Inspector:
         self.is_playing = False
         self.world = World()
         self.world.add_plane()
-        self._put(self._read(source))
+        self._put(read_robot(source, self._packages))
         self.viewer = Viewer(self.world, host, port, title=source.name, quiet=quiet, on_click=self._on_click)
         self._add_time(self.viewer.server.gui)
         self._add_panels({})
         self._show_status()
 
-    def _read(self, source: RobotSource) -> _Robot:
-        """Everything of a robot that may be wrong, before anything changes."""
-        return _Robot(
-            source=source,
-            notes=read_notes(source),
-            description=load_urdf(source.urdf, packages=self._packages, missing_meshes="note"),
-            audit=audit(source.urdf, packages=self._packages),
-        )
-
-    def _put(self, robot: _Robot) -> None:
+    def _put(self, robot: ReadRobot) -> None:
         """Stand a robot on the floor."""
         self.body: Body = self.world.add_urdf(
             robot.description,
@@ -117,7 +95,7 @@ class Inspector:
 
         Raises as the constructor does; the old robot stays then.
         """
-        robot, before = self._read(source), self._robot
+        robot, before = read_robot(source, self._packages), self._robot
         self._end_wiggle()
         self.play(False)
         shown = {label: box.value for label, box in self.switches.items()}

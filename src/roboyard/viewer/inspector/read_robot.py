@@ -1,0 +1,37 @@
+"""Everything of a robot that may be wrong, read before anything changes on the page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from roboyard.urdf import Audit, audit, load_urdf
+from roboyard.urdf.model import RobotDescription
+from roboyard.viewer.inspector.notes import Notes, read_notes
+from roboyard.viewer.inspector.robot_source import RobotSource
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class ReadRobot:
+    """What was read of one robot."""
+
+    source: RobotSource
+    notes: Notes
+    description: RobotDescription
+    audit: Audit
+
+
+def read_robot(source: RobotSource, packages: Mapping[str, Path] | None) -> ReadRobot:
+    """Read and audit a robot.
+
+    Raises:
+        DescriptionError: the URDF cannot be used.
+        ConfigError: a file beside it is wrong.
+    """
+    return ReadRobot(
+        source=source,
+        notes=read_notes(source),
+        description=load_urdf(source.urdf, packages=packages, missing_meshes="note"),
+        audit=audit(source.urdf, packages=packages),
+    )
