@@ -17,9 +17,11 @@ from roboyard.cli import main
 from roboyard.drive import drive
 from roboyard.drive.choices import choose
 from roboyard.drive.picture import as_text
+from roboyard.drive.views import from_above
 from roboyard.errors import ConfigError
 from roboyard.recording import load_log, set_up
 from roboyard.recording.play import moments
+from roboyard.sensors import Lidar, LidarPattern, Scan
 
 START = "import sys; from roboyard.cli import main; sys.exit(main(sys.argv[1:]))"
 CRASH = (
@@ -124,6 +126,7 @@ def test_questions_keys_reset_and_quit_on_a_terminal(started, tmp_path: Path) ->
         time.sleep(0.03)
     terminal.say(b"m")
     terminal.until("▀")
+    terminal.until("scene empty")
     terminal.say(b"r")
     time.sleep(0.3)
     terminal.say(b"\x1b")
@@ -227,6 +230,34 @@ def test_choices_take_numbers_names_and_defaults(capsys: pytest.CaptureFixture[s
         choose("Which?", ["a", "b"], "a", nobody)
 
 
+def test_m_goes_through_the_robots_sensors_and_the_scene() -> None:
+    from roboyard.drive.views import Views
+
+    stage = set_up({"scene": "tabletop", "robot": "r1"})
+    robot = stage.robot
+    name = robot.sensors.add(Lidar(robot.body.link("torso_link4")))
+    views = Views(stage)
+    looks = [views.look() for _ in range(6)]
+    assert [look[0] for look in looks] == [*robot.sensors.names, "scene tabletop", robot.sensors.names[0]]
+    assert len(robot.sensors.names) == 4 and robot.sensors.names[-1] == name
+    assert np.array_equal(looks[0][1], robot.sensors[looks[0][0]].image().rgb)
+    assert looks[0][1].shape == (128, 128, 3) and looks[4][1].shape == (54, 72, 3)
+
+
+def test_a_scan_becomes_a_map() -> None:
+    """One point 2 m ahead lies at the top, one 1 m to the left halfway to the left."""
+    pattern = LidarPattern(horizontal_fov_deg=270, horizontal_resolution_deg=90, yaw_offset_deg=0)
+    ranges = np.array([[np.inf, 2.0, 1.0]])
+    scan = Scan(
+        ranges=ranges, owners=np.zeros((1, 3, 2), np.int32), position=np.zeros(3), rotation=np.eye(3),
+        pattern=pattern,
+    )  # fmt: skip
+    picture = from_above(scan, 19)
+    assert [tuple(p) for p in np.argwhere(picture.any(axis=2))] == [(1, 9), (9, 5), (9, 9)]
+
+
 def test_pictures_become_half_blocks() -> None:
+    wide = as_text(np.full((4, 4, 3), 7, dtype=np.uint8), 2)
+    assert wide == "\x1b[38;2;7;7;7m\x1b[48;2;7;7;7m▀" * 2 + "\x1b[0m"
     text = as_text(np.array([[[1, 2, 3]], [[4, 5, 6]], [[7, 8, 9]]], dtype=np.uint8))
     assert text == "\x1b[38;2;1;2;3m\x1b[48;2;4;5;6m▀\x1b[0m"

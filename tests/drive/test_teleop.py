@@ -7,6 +7,7 @@ import pytest
 
 from roboyard.drive.teleop import Teleop
 from roboyard.drive.terminal import decode
+from roboyard.poses import matrix_from_quaternion
 from roboyard.recording import Stage, set_up
 
 
@@ -141,7 +142,8 @@ def test_keys_that_mean_nothing_do_nothing(r1: Stage) -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "axis", "sign"), [("up", 0, 1), ("down", 0, -1), ("left", 1, 1), ("right", 1, -1), ("p", 2, 1)]
+    ("key", "axis", "sign"),
+    [("up", 0, 1), ("down", 0, -1), ("left", 1, 1), ("right", 1, -1), ("p", 2, 1), (";", 2, -1)],
 )
 def test_a_held_key_moves_the_hand_that_way(r1: Stage, key: str, axis: int, sign: int) -> None:
     robot, world = r1.robot, r1.scene.world
@@ -159,6 +161,54 @@ def test_a_held_key_moves_the_hand_that_way(r1: Stage, key: str, axis: int, sign
     assert sign * moved[axis] > 0.02, moved
 
 
+@pytest.mark.parametrize(
+    ("key", "axis", "sign"), [("n", 0, 1), ("b", 0, -1), ("o", 1, 1), ("u", 1, -1), ("v", 2, 1), ("c", 2, -1)]
+)
+def test_a_held_key_turns_the_hand_that_way(r1: Stage, key: str, axis: int, sign: int) -> None:
+    robot, world = r1.robot, r1.scene.world
+    robot.reset()
+    teleop = Teleop(robot)
+    for _ in range(20):
+        robot.apply_action(teleop.action())
+        world.step(robot.steps_per_control)
+    before = matrix_from_quaternion(robot.get_relative_eef_pose("left")[1])
+    for _ in range(20):
+        teleop.press(key)
+        robot.apply_action(teleop.action())
+        world.step(robot.steps_per_control)
+    turned = matrix_from_quaternion(robot.get_relative_eef_pose("left")[1]) @ before.T
+    about = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
+    assert sign * about[axis] > 0.1, about
+    assert np.abs(about).argmax() == axis
+
+
+def test_selected_joints_and_grippers_move(r1: Stage) -> None:
+    robot, world = r1.robot, r1.scene.world
+    robot.reset()
+    teleop = Teleop(robot, Clock())
+
+    def hold(*keys: str, steps: int = 20) -> np.ndarray:
+        was = robot.get_joint_positions()
+        for _ in range(steps):
+            for key in keys:
+                teleop.press(key)
+            robot.apply_action(teleop.action())
+            world.step(robot.steps_per_control)
+        return robot.get_joint_positions() - was
+
+    hold()
+    teleop.press("2")
+    place = robot.joint_names.index("base_footprint_y_joint")
+    assert "base_footprint_y_joint" in teleop.status()
+    assert hold("]")[place] > 0.03
+    hold()
+    assert hold("[")[place] < -0.03
+    fingers = robot.control_idx["gripper_right"]
+    teleop.press("5")
+    teleop.press("t")
+    assert (hold()[fingers] < -0.04).all()
+
+
 def test_wheels_drive_on_and_turn(rover: Stage) -> None:
     robot, world = rover.robot, rover.scene.world
     teleop = Teleop(robot)
@@ -170,6 +220,9 @@ def test_wheels_drive_on_and_turn(rover: Stage) -> None:
         assert _changed(teleop, key) == {start + place: value}
 
     def go(key: str) -> tuple[float, float]:
+        for _ in range(20):  # to a halt first
+            robot.apply_action(teleop.action())
+            world.step(robot.steps_per_control)
         was = np.array(robot.get_position_orientation()[0])
         x, y, z, w = robot.get_position_orientation()[1]
         yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

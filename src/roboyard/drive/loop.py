@@ -12,6 +12,7 @@ import numpy as np
 from roboyard.drive.picture import as_text
 from roboyard.drive.teleop import HELP, Teleop
 from roboyard.drive.terminal import KeySource, RawKeys
+from roboyard.drive.views import WIDTH, Views
 from roboyard.recording import Film, Recorder, Stage
 
 if TYPE_CHECKING:
@@ -123,6 +124,7 @@ class _Keys:
         self._stage, self._robot = stage, stage.robot
         self._keys = keys
         self._teleop = Teleop(stage.robot)
+        self._views = Views(stage)
         self._start = stage.scene.world.save_state()
         print(f"\n{HELP}")
         self._show()
@@ -141,8 +143,8 @@ class _Keys:
                 self._robot.reset()
                 self._teleop.reset()
             elif key == "m":
-                camera = self._stage.scene.camera(width=72, height=54)
-                print(f"\n{as_text(self._stage.scene.world.render(camera).rgb)}")
+                name, picture = self._views.look()
+                print(f"\n{as_text(picture, WIDTH)}\n{name}")
             else:
                 self._teleop.press(key)
         if pressed:

@@ -6,8 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def as_text(rgb: NDArray[np.uint8]) -> str:
-    """Lines of half blocks for a (h, w, 3) picture; an odd last row is left out."""
+def as_text(rgb: NDArray[np.uint8], width: int | None = None) -> str:
+    """Lines of half blocks for a (h, w, 3) picture; an odd last row is left out.
+
+    Args:
+        rgb: the picture.
+        width: make it this many characters wide, by averaging or repeating pixels.
+    """
+    if width is not None and width != rgb.shape[1]:
+        rgb = _resized(rgb, width, max(2, round(rgb.shape[0] * width / rgb.shape[1])))
     lines = []
     for upper, lower in zip(rgb[0:-1:2], rgb[1::2], strict=False):
         cells = [
@@ -16,3 +23,9 @@ def as_text(rgb: NDArray[np.uint8]) -> str:
         ]
         lines.append("".join(cells) + "\x1b[0m")
     return "\n".join(lines)
+
+
+def _resized(rgb: NDArray[np.uint8], width: int, height: int) -> NDArray[np.uint8]:
+    from PIL import Image
+
+    return np.asarray(Image.fromarray(rgb).resize((width, height), Image.Resampling.BOX))

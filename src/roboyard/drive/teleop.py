@@ -37,7 +37,7 @@ HELP = """\
   p ;   hand z + -      n b   about x + -    o u   about y + -      v c   about z + -
   5 6   previous, next gripper               t   open or close it
   i k   drive on, back  j l   turn left, right
-  m   picture           r   reset            Esc   quit
+  m   next sensor's picture   r   reset      Esc   quit
 """
 
 
