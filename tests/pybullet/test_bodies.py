@@ -560,3 +560,33 @@ def test_a_moment_goes_to_disk_and_back(client: int, tmp_path: Path) -> None:
     for name in (file, str(tmp_path / "none.bullet"), __file__):
         with pytest.raises(p.error, match=r"(?m)^Couldn't restore state\.$"):
             p.restoreState(fileName=name)
+
+
+def test_a_mesh_files_picture_shows_through_the_urdfs_colour(client: int, tmp_path: Path) -> None:
+    from PIL import Image
+
+    Image.fromarray(np.array([[[255, 0, 0], [0, 0, 255]]], dtype=np.uint8)).save(tmp_path / "two.png")
+    (tmp_path / "floor.mtl").write_text("newmtl m\nKd 0.6 0.6 0.6\nmap_Kd two.png\n")
+    (tmp_path / "floor.obj").write_text(
+        "mtllib floor.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+        "usemtl m\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
+    )
+    (tmp_path / "floor.urdf").write_text(
+        '<robot name="floor"><link name="a"><visual><geometry><mesh filename="floor.obj"/></geometry>'
+        '<material name="white"><color rgba="1 1 1 1"/></material></visual></link></robot>'
+    )
+    body = p.loadURDF(str(tmp_path / "floor.urdf"))
+    view = p.computeViewMatrix([0, 0, 2], [0, 0, 0], [0, 1, 0])
+    projection = p.computeProjectionMatrixFOV(40, 1, 0.1, 10)
+
+    def sides() -> np.ndarray:
+        picture = p.getCameraImage(40, 40, view, projection)[2][..., :3].astype(float)
+        return np.array([picture[20, 5], picture[20, 35]])
+
+    (left_r, _, left_b), (right_r, _, right_b) = sides()
+    assert left_r > left_b + 100
+    assert right_b > right_r + 100
+    p.changeVisualShape(body, -1, rgbaColor=[0, 0, 1, 1])
+    (left_r, _, _), (_, _, right_b) = sides()
+    assert left_r < 30
+    assert right_b > 100

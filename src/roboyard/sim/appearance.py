@@ -69,7 +69,10 @@ class Looks:
     def of(self, body: Body) -> dict[int, list[Look]]:
         """Shapes of a body by link index."""
         if body.id not in self._by_body:
-            self._by_body[body.id] = _gather(body)
+            looks = _gather(body)
+            if self._world.profile.keeps_textures:
+                _keep_textures(looks)
+            self._by_body[body.id] = looks
         return self._by_body[body.id]
 
     def change(self, body: Body, link_index: int, shape_index: int, **fields: Any) -> None:
@@ -104,6 +107,13 @@ class Looks:
             self._scene.revision += 1
             self._dirty = False
         return self._scene
+
+
+def _keep_textures(looks: dict[int, list[Look]]) -> None:
+    for look in (look for of_link in looks.values() for look in of_link):
+        shape = look.shape
+        if shape.texture is None and shape.mesh.texture is not None:
+            look.shape = replace(shape, texture=shape.mesh.texture)
 
 
 def _gather(body: Body) -> dict[int, list[Look]]:

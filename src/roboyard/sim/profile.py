@@ -35,6 +35,9 @@ class Profile:
     angular_impedance: float = 0.9999
     """How rigid motors, joint limits and hard contacts are, below 1."""
 
+    keeps_textures: bool = False
+    """The picture of a mesh file shows through the description's colour; else the colour takes its place."""
+
     @property
     def needs_halves(self) -> bool:
         """Whether each step is taken in two halves with Roboyard's rules between."""
@@ -54,6 +57,7 @@ BULLET = Profile(
     largest_velocity=100.0,
     pid_drives=False,
     joint_friction=False,
+    keeps_textures=True,
 )
 """Bullet's multibody world: friction by product, contacts on the velocity level with a look-ahead of 4 mm,
 velocities bounded at 100, joint damping explicit. Inertia from shapes and mass 1 without inertial are edits
