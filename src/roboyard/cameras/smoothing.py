@@ -42,6 +42,8 @@ def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
     stop = np.roll(faces, -1, axis=1).ravel().astype(np.int64)
     graph = coo_matrix((np.ones(len(start), dtype=np.int8), (start, stop)), shape=(n, n))
     count, part = connected_components(graph, directed=False)
+    if count == 1 and not _may_be_paired(start, stop, n):
+        return np.zeros(len(faces), dtype=bool)
     part_of_face = part[faces[:, 0]]
     # every directed edge once, and its opposite once
     forward, counts = np.unique(start * n + stop, return_counts=True)
@@ -54,6 +56,15 @@ def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
     a, b, c = (vertices[faces[:, k]] - centre for k in range(3))
     volume = np.bincount(part_of_face, weights=np.einsum("ij,ij->i", a, np.cross(b, c)), minlength=count)
     return ~open_part[part_of_face] & (volume[part_of_face] > 0)
+
+
+def _may_be_paired(start: NDArray, stop: NDArray, count: int) -> bool:
+    """False where surely not every directed edge has its opposite: terrain is told apart without sorting.
+
+    Edges and their opposites cancel in a sum of numbers that change sign with the edge's direction.
+    """
+    one, two = np.random.default_rng(0).integers(0, 2**63, (2, count), dtype=np.uint64)
+    return int((one[start] * two[stop] - one[stop] * two[start]).sum(dtype=np.uint64)) == 0
 
 
 def face_normals(vertices: NDArray, faces: NDArray) -> NDArray[np.float64]:
