@@ -272,6 +272,24 @@ def test_a_rover_has_one_stick_and_no_handles(rover, browser, wait) -> None:
     assert place(rover)[0] - before[0] > 0.05
 
 
+def test_what_is_kept_for_late_pages_does_not_grow(page, browser, wait) -> None:
+    kept = page.viewer.server._websock_server._broadcast_buffer.message_from_id
+    for stay in range(2):
+        tab = browser(page.viewer)
+        wait(lambda: page.viewer.watchers == 1)
+        page.sticks._pulled["turn"] = (99, 1.0, 0.0)
+        before, sent = len(kept), page.viewer.frames_sent
+        for _ in range(40):
+            run(page, 0.1)
+            page.viewer.sync(wait=True)
+        assert page.viewer.frames_sent > sent + 30
+        tab.close()
+        wait(lambda: page.viewer.watchers == 0)
+        if stay:
+            assert len(kept) <= before + 2
+    page.sticks._pulled.clear()
+
+
 def test_pausing_stops_the_world(page) -> None:
     page.play(False)
     time = page.stage.scene.world.time
