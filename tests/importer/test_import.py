@@ -69,6 +69,85 @@ def test_planner_files_say_what_the_configuration_decides(r1):
         assert set(others) <= set(robot["self_collision_ignore"][link])
 
 
+def planner(r1, variant="default"):
+    file = r1.folder / "curobo" / f"r1_description_curobo_{variant}.yaml"
+    return yaml.safe_load(file.read_text())["robot_cfg"]
+
+
+def arm(side, *joints):
+    return [f"{side}_arm_joint{k}" for k in joints]
+
+
+TORSO = [f"torso_joint{k}" for k in (1, 2, 3, 4)]
+FINGERS = {side: [f"{side}_gripper_axis{k}" for k in (1, 2)] for side in ("left", "right")}
+UPPER = [*TORSO, *arm("left", 1), *arm("right", 1), *arm("left", *range(2, 7)), *FINGERS["left"]]
+CSPACE = [*BASE, *UPPER, *arm("right", *range(2, 7)), *FINGERS["right"]]
+"""The document's printed order: link by link depth first, each with its own joints."""
+HELD = ["attached_object_right_eef_link", "attached_object_left_eef_link"]
+
+
+def test_the_planner_file_has_the_documents_names_and_orders(r1):
+    robot, config = planner(r1), yaml.safe_load(CONFIG.read_text())["curobo"]
+    assert robot["cspace"] == CSPACE
+    assert robot["usd_robot_root"] == "/r1"
+    assert (robot["ee_link"], robot["link_names"]) == ("right_eef_link", ["left_eef_link"])
+    links = [*config["collision_spheres"], *HELD]
+    assert set(robot["collision_link_names"]) == set(robot["mesh_link_names"]) == set(links)
+    assert robot["collision_link_names"][-2:] == HELD
+    assert robot["extra_collision_spheres"] == dict.fromkeys(HELD, 32)
+    for name in HELD:
+        assert robot["extra_links"][name] == {
+            "parent_link_name": name.removeprefix("attached_object_"),
+            "link_name": name,
+            "joint_name": f"{name}_joint",
+            "joint_type": "FIXED",
+            "fixed_transform": [0, 0, 0, 1, 0, 0, 0],
+        }
+
+
+def test_the_planner_file_locks_ignores_and_covers_as_the_document_does(r1):
+    robot, config = planner(r1), yaml.safe_load(CONFIG.read_text())["curobo"]
+    still = {f"base_footprint_{axis}_joint": 0.0 for axis in ("z", "rx", "ry")}
+    open_grippers = dict.fromkeys([*FINGERS["left"], *FINGERS["right"]], 0.05)
+    assert robot["lock_joints"] == pytest.approx({**still, **open_grippers})
+    ignore = {link: list(others) for link, others in config["self_collision_ignore"].items()}
+    for side in ("left", "right"):
+        for finger in (1, 2):
+            ignore.setdefault(f"{side}_gripper_link{finger}", []).append(f"attached_object_{side}_eef_link")
+    assert robot["self_collision_ignore"] == ignore
+    for link, spheres in config["collision_spheres"].items():
+        made = robot["collision_spheres"][link]
+        assert [(*s["center"], s["radius"]) for s in made] == [(*s["center"], s["radius"]) for s in spheres]
+    numbers = ("collision_sphere_buffer", "max_acceleration", "max_jerk")
+    assert [robot[key] for key in numbers] == [0.002, 15.0, 500.0]
+
+
+def test_each_variant_leaves_its_own_joints_to_the_planner(r1):
+    arms = [*arm("left", 1), *arm("right", 1), *arm("left", *range(2, 7)), *arm("right", *range(2, 7))]
+    glide = [f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz")]
+    wanted = {
+        "default": [*glide, *TORSO, *arms],
+        "base": glide,
+        "arm": [*TORSO, *arms],
+        "arm_no_torso": arms,
+    }
+    default = planner(r1)
+    for variant, free in wanted.items():
+        robot = planner(r1, variant)
+        assert [name for name in robot["cspace"] if name not in robot["lock_joints"]] == free, variant
+        differs = {key for key in default if robot[key] != default[key]}
+        assert set(robot) == set(default) and differs <= {"lock_joints", "ee_link", "link_names"}
+    assert (planner(r1, "base")["ee_link"], planner(r1, "base")["link_names"]) == ("base_link", [])
+
+
+def test_images_lie_in_the_packages_material_folder(r1):
+    Usd = pytest.importorskip("pxr.UsdUtils")
+    images = {file.name for file in (r1.folder / "material").iterdir()}
+    _, assets, unresolved = Usd.ComputeAllDependencies(str(r1.folder / "usd" / "r1.usda"))
+    assert images and {asset.replace("\\", "/").rsplit("/", 1)[-1] for asset in assets} == images
+    assert not unresolved and not (r1.folder / "usd" / "material").exists()
+
+
 def test_the_robot_keeps_its_masses_and_gains_a_gliding_base(r1):
     vendor = load_urdf(asset_path("r1"))
     written = load_urdf(r1.folder / "urdf" / "r1.urdf")
