@@ -148,15 +148,12 @@ def test_settings_that_contradict_are_refused(keys: dict, told: str) -> None:
 @pytest.mark.parametrize(
     ("name", "keys", "told"),
     [
-        ("JointController", {"pos_kp": 1.0}, "pos_kp has no meaning without use_impedances"),
-        ("JointController", {"use_cc_compensation": False}, "use_cc_compensation has no meaning"),
         ("JointController", {"motor_type": "effort", "isaac_kd": 1.0}, "isaac_kd has no meaning for joints"),
         (
             "JointController",
             {"hold_position": False},
             "hold_position has no meaning with",
         ),
-        ("MultiFingerGripperController", {"mode": "smooth", "open_qpos": [1, 1]}, "open_qpos has no meaning"),
         (
             "HolonomicBaseJointController",
             {"motor_type": "position", "max_acceleration": [1, 1, 1]},
@@ -167,6 +164,20 @@ def test_settings_that_contradict_are_refused(keys: dict, told: str) -> None:
 def test_keys_that_would_change_nothing_are_refused(name: str, keys: dict, told: str) -> None:
     with pytest.raises((ValueError, ConfigError), match=told):
         make(name, limits(3) if name.startswith("Holo") else fingers(), **keys)
+
+
+@pytest.mark.parametrize(
+    ("name", "keys", "told"),
+    [
+        ("JointController", {"pos_kp": 150.0, "use_impedances": False}, "pos_kp has no effect without"),
+        ("JointController", {"use_cc_compensation": False}, "use_cc_compensation has no effect"),
+        ("MultiFingerGripperController", {"mode": "smooth", "open_qpos": [1, 1]}, "open_qpos has no effect"),
+    ],
+)
+def test_idle_keys_of_omnigibson_configurations_are_pointed_out(name: str, keys: dict, told: str) -> None:
+    """Published configurations carry them, `pos_kp: 150` without impedances for one."""
+    with pytest.warns(UserWarning, match=told):
+        make(name, fingers(), **keys)
 
 
 def test_commands_of_another_length_or_not_finite_are_refused() -> None:

@@ -7,6 +7,7 @@ controller knows of the robot comes in a `GroupState`.
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -127,6 +128,13 @@ def meaningless(settings: BaseModel, keys: Iterable[str], why: str) -> None:
     for key in keys:
         if key in settings.model_fields_set and getattr(settings, key) is not None:
             raise ValueError(f"{key} has no meaning {why}; leave it out")
+
+
+def idle(settings: BaseModel, keys: Iterable[str], why: str) -> None:
+    """Warn of keys that change nothing but stand in many an OmniGibson configuration all the same."""
+    for key in keys:
+        if key in settings.model_fields_set and getattr(settings, key) is not None:
+            warnings.warn(f"{type(settings).__name__}: {key} has no effect {why}", stacklevel=2)
 
 
 class Controller(ABC):

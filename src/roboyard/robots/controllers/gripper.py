@@ -27,7 +27,7 @@ from roboyard.robots.controllers.base import (
     GroupLimits,
     GroupState,
     MotorType,
-    meaningless,
+    idle,
 )
 
 STILL = 0.02
@@ -52,7 +52,7 @@ class GripperSettings(ControllerSettings):
         if self.motor_type == "velocity" and self.isaac_kp:
             raise ValueError("isaac_kp has no meaning with motor_type 'velocity'; leave it out")
         if self.mode != "binary":
-            meaningless(self, ("open_qpos", "closed_qpos"), f"with mode {self.mode!r}")
+            idle(self, ("open_qpos", "closed_qpos"), f"with mode {self.mode!r}")
         return self
 
 

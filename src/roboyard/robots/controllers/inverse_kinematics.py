@@ -32,7 +32,7 @@ from roboyard.robots.controllers.base import (
     GroupState,
     MotorType,
     acceleration,
-    meaningless,
+    idle,
 )
 from roboyard.robots.controllers.rotations import vector_of_matrix
 from roboyard.robots.controllers.task import TaskController, TaskSettings
@@ -67,7 +67,7 @@ class InverseKinematicsSettings(TaskSettings):
     @model_validator(mode="after")
     def _gains_fit(self) -> InverseKinematicsSettings:
         if not self.use_impedances:
-            meaningless(self, ("pos_kp", "pos_damping_ratio"), "without use_impedances")
+            idle(self, ("pos_kp", "pos_damping_ratio"), "without use_impedances")
         return self
 
 

@@ -32,6 +32,7 @@ from roboyard.robots.controllers.base import (
     GroupState,
     MotorType,
     acceleration,
+    idle,
     meaningless,
 )
 from roboyard.robots.controllers.velocity_tracking import VelocityTracking
@@ -65,7 +66,7 @@ class JointSettings(ControllerSettings):
             meaningless(self, ("vel_kp", "hold_position"), kind)
         if not self.use_impedances:
             gains = ("pos_kp", "pos_damping_ratio", "vel_kp", "use_cc_compensation")
-            meaningless(self, gains, "without use_impedances")
+            idle(self, gains, "without use_impedances")
         if self.motor_type == "velocity" and self.isaac_kp:
             raise ValueError("isaac_kp has no meaning with motor_type 'velocity'; leave it out")
         if self.use_delta_commands and isinstance(self.command_output_limits, str):
