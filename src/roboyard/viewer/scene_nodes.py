@@ -24,6 +24,8 @@ STILL = 1e-6
 
 SHEET = 1e-4
 """m: what is thinner casts no shadow."""
+GROUND, FLATNESS = 5.0, 0.05
+"""m, and thickness over width: what is wider and flatter (terrain) casts none either, to stay clean."""
 
 HIGHLIGHT = (1.0, 0.45, 0.05, 1.0)
 """rgba of a link that was picked."""
@@ -113,7 +115,7 @@ class SceneNodes:
             *data,
             position=tuple(float(v) for v in shape.position),
             wxyz=tuple(to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float)))),
-            cast_shadow=not _is_sheet(shape),
+            cast_shadow=not _is_ground(shape),
             visible=self._visible or shape.infinite,
         )
         if self.on_click is not None:
@@ -195,9 +197,12 @@ class SceneNodes:
         return int((shifted | turned).sum())
 
 
-def _is_sheet(shape: RenderShape) -> bool:
-    """A floor, or another flat piece: in its own shadow it would be all spots."""
-    return shape.infinite or bool((np.ptp(shape.mesh.vertices, axis=0) * np.abs(shape.scale)).min() < SHEET)
+def _is_ground(shape: RenderShape) -> bool:
+    """A floor, terrain or another flat piece: in its own shadow it would be all spots."""
+    if shape.infinite:
+        return True
+    thin, wide, _ = sorted(np.ptp(shape.mesh.vertices, axis=0) * np.abs(shape.scale))
+    return bool(thin < SHEET or (wide > GROUND and thin < FLATNESS * wide))
 
 
 def _tinted(shape: RenderShape) -> RenderShape:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import errno
+import logging
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,6 +30,7 @@ def open_server(host: str, port: int, title: str) -> Any:
         ConfigError: nothing can listen at this address, or no port is free.
     """
     viser = _load_viser()
+    logging.getLogger("websockets.server").addFilter(_is_worth_saying)
     free = free_port(host, port)
 
     class Server(viser.ViserServer):
@@ -48,6 +50,11 @@ def open_server(host: str, port: int, title: str) -> Any:
     server.gui.main_panel.dock_right()
     server.scene.world_axes.visible = False
     return server
+
+
+def _is_worth_saying(record: logging.LogRecord) -> bool:
+    """Not of browsers that open a connection ahead of need and drop it."""
+    return record.getMessage() != "opening handshake failed"
 
 
 def stop_server(server: Any) -> None:

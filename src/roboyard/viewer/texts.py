@@ -7,9 +7,8 @@ brings all texts, and a script in the page writes them over the picture, from wh
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,9 +79,8 @@ _SCRIPT = """
 """
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SceneText:
-    """One text and where it is."""
+class SceneText(NamedTuple):
+    """One text and where it is; a tuple, as hundreds are made for each picture."""
 
     text: str
     position: tuple[float, float, float]
