@@ -62,7 +62,7 @@ def calculateJacobian(
         raise failure(_BAD_JACOBIAN, f"body {record.number} has no joint {linkIndex} that moves")
     import mujoco
 
-    model, data = scene.world.model, _at(scene, record, q)
+    model, data = scene.world.live_model, _at(scene, record, q)
     row = record.rows[linkIndex + 1]
     where = data.xpos[row] + data.xmat[row].reshape(3, 3) @ point
     linear, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
@@ -87,7 +87,7 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     if padded:
         base, joints = _split_base(objPositions, _BAD_MASS_MATRIX)
     q = _joint_values(record, joints, POSITION_COUNT, _BAD_MASS_MATRIX)
-    model, data = scene.world.model, _at(scene, record, q, base if record.free is not None else None)
+    model, data = scene.world.live_model, _at(scene, record, q, base if record.free is not None else None)
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
@@ -136,7 +136,7 @@ def calculateInverseDynamics(
         wanted = more + sum(count[info[2]] for info in record.infos)
         if len(values) != wanted:
             raise failure(message, f"{wanted} numbers are needed, got {len(values)}")
-    model = scene.world.model
+    model = scene.world.live_model
     data = _at(scene, record, given[0][extra[0] :], base=given[0][:7] if floating else None)
     columns = _columns(record, data)
     data.qvel[:] = columns @ given[1]
@@ -191,7 +191,7 @@ def _at(scene: Scene, record: BodyRecord, q: Array, base: Array | None = None) -
 
     scene.apply_parameters()
     data = scene.spare_data()
-    data.qpos[:] = scene.world.data.qpos
+    data.qpos[:] = scene.world.live_data.qpos
     data.qvel[:] = 0.0
     data.qacc[:] = 0.0
     start = 0
@@ -205,8 +205,8 @@ def _at(scene: Scene, record: BodyRecord, q: Array, base: Array | None = None) -
         free = record.body.free_qpos
         position, orientation = record.from_inertial(base[:3], base[3:] / (np.linalg.norm(base[3:]) or 1.0))
         data.qpos[free : free + 3], data.qpos[free + 3 : free + 7] = position, np.roll(orientation, 1)
-    mujoco.mj_kinematics(scene.world.model, data)
-    mujoco.mj_comPos(scene.world.model, data)
+    mujoco.mj_kinematics(scene.world.live_model, data)
+    mujoco.mj_comPos(scene.world.live_model, data)
     return data
 
 

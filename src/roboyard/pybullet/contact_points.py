@@ -37,7 +37,7 @@ def getContactPoints(
     """
     scene = client.scene
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
-    if scene.world.is_stale or scene.world.data.ncon == 0:
+    if scene.world.is_stale or scene.world.live_data.ncon == 0:
         return ()
     from roboyard.sim.contacts import contact_arrays
 
@@ -113,7 +113,7 @@ def getClosestPoints(
     ) as (world, first, second):
         if not first or not second:
             return ()
-        data, model = world.kinematics(), world.model
+        data, model = world.kinematics(), world.live_model
         points, ends = [], np.zeros(6)
         for body_a, link_a, geom_a in first:
             for body_b, link_b, geom_b in second:

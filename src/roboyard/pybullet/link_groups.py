@@ -23,7 +23,7 @@ _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_un
 def link_reader(scene: Scene, record: BodyRecord) -> LinkReader:
     """`read(link, with_velocity)` of a body's links, as long as MuJoCo's arrays stay where they are."""
     world, rows = scene.world, record.rows
-    data, rootid = world.data, world.model.body_rootid
+    data, rootid = world.live_data, world.live_model.body_rootid
     xpos, xquat, cvel, xipos, subtree_com = data.xpos, data.xquat, data.cvel, data.xipos, data.subtree_com
     frames = _inertial_frames(record)
     local = [(link.frame.position, link.frame.quaternion) for link in record.links]
@@ -52,7 +52,7 @@ class LinkGroup:
     __slots__ = ("_arrays", "_centres", "_parts", "_turns")
 
     def __init__(self, scene: Scene, record: BodyRecord, links: list[int]) -> None:
-        data = scene.world.data
+        data = scene.world.live_data
         places = np.array([link + 1 for link in links], dtype=np.int64)
         rows = np.array([record.rows[place] for place in places], dtype=np.int64)
         positions, turned = np.zeros((2, len(links), 3)), np.zeros((2, len(links), 4))

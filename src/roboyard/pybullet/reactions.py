@@ -23,7 +23,7 @@ def reaction(scene: Scene, record: BodyRecord, joint: int) -> tuple[float, ...]:
     wrenches = scene.joint_wrenches()
     if wrenches is None:
         return (0.0,) * 6
-    model, data = scene.world.model, scene.world.data
+    model, data = scene.world.live_model, scene.world.live_data
     row = record.rows[joint + 1]
     torque, force = wrenches[row, :3], wrenches[row, 3:]
     at_root = data.subtree_com[model.body_rootid[row]]

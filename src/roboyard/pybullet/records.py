@@ -108,7 +108,7 @@ class BodyRecord:
 
     def refresh(self, world: World) -> None:
         """Look up where this body lies in the World's arrays."""
-        body, data = self.body, world.data
+        body, data = self.body, world.live_data
         self.revision = world.revision
         self.fixed_pose = None
         self.joint_groups.clear()

@@ -217,7 +217,7 @@ class Scene:
         """MjData of the World's model for working something out aside."""
         import mujoco
 
-        model = self.world.model
+        model = self.world.live_model
         if self._spare is None or self._spare_revision != self.world.revision:
             self._spare, self._spare_revision = mujoco.MjData(model), self.world.revision
         return self._spare
@@ -272,9 +272,9 @@ class Scene:
         if not self._wrenches_known:
             import mujoco
 
-            mujoco.mj_rnePostConstraint(self.world.model, self.world.data)
+            mujoco.mj_rnePostConstraint(self.world.live_model, self.world.live_data)
             self._wrenches_known = True
-        return self.world.data.cfrc_int
+        return self.world.live_data.cfrc_int
 
     def flush_motors(self) -> None:
         """Bring motor commands that wait for the next step into the World."""
@@ -299,7 +299,7 @@ class Scene:
     def add_spherical_torque(self, record: BodyRecord, joint: int, torque: Any) -> None:
         """Torque (3,) N m on a spherical joint for one step, in the child link's axes."""
         self.world.ensure_compiled()
-        self.world.data.qfrc_applied[record.velocities_of(joint)] += torque
+        self.world.live_data.qfrc_applied[record.velocities_of(joint)] += torque
         self.world.wrenches.pending = True
 
     def step(self) -> None:
@@ -315,7 +315,7 @@ class Scene:
         pushes = self._pushes() if parts > 1 else None
         for part in range(parts):
             if part and pushes is not None:
-                world.data.xfrc_applied[:], world.data.qfrc_applied[:] = pushes
+                world.live_data.xfrc_applied[:], world.live_data.qfrc_applied[:] = pushes
                 world.wrenches.pending = True
             for effort in self.efforts.values():
                 effort()
@@ -330,7 +330,7 @@ class Scene:
         world = self.world
         if not world.wrenches.pending:
             return None
-        return world.data.xfrc_applied.copy(), world.data.qfrc_applied.copy()
+        return world.live_data.xfrc_applied.copy(), world.live_data.qfrc_applied.copy()
 
     @property
     def loose_shapes(self) -> LooseShapes:
@@ -358,7 +358,7 @@ class Scene:
             self.frames_are_old = False
             self.frames_revision = world.revision
             return data
-        return world.data
+        return world.live_data
 
     def mark_moved(self) -> None:
         """Positions or velocities were written."""

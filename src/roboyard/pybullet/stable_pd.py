@@ -40,8 +40,8 @@ def drive(
 
     world, step = scene.world, scene.time_step
     world.ensure_compiled()
-    model, data = world.model, scene.spare_data()
-    data.qpos[:], data.qvel[:] = world.data.qpos, world.data.qvel
+    model, data = world.live_model, scene.spare_data()
+    data.qpos[:], data.qvel[:] = world.live_data.qpos, world.live_data.qvel
     for work in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_crb, mujoco.mj_comVel):
         work(model, data)
     bias, mass = np.zeros(model.nv), np.zeros((model.nv, model.nv))
@@ -68,7 +68,7 @@ def drive(
     acceleration = np.zeros(model.nv)
     acceleration[own] = np.linalg.solve(matrix, push[own] - bias[own])
     torque = np.clip(push - damping * step * acceleration, -bound, bound)
-    world.data.qfrc_applied[driven] += torque[driven]
+    world.live_data.qfrc_applied[driven] += torque[driven]
     world.wrenches.pending = True
 
 

@@ -44,6 +44,11 @@ class MeshAssets:
         self._meshes[name] = (element, 1)
         return name
 
+    def retain(self, name: str) -> None:
+        """One more user of a mesh that is there."""
+        element, users = self._meshes[name]
+        self._meshes[name] = (element, users + 1)
+
     def release(self, name: str) -> None:
         """One user fewer."""
         element, users = self._meshes[name]

@@ -136,7 +136,7 @@ class Body:
         """(n,) rad or m, in `joint_names` order."""
         world = self.world
         world.ensure_compiled()
-        return world.data.qpos[self._positions].copy()
+        return world.live_data.qpos[self._positions].copy()
 
     @joint_positions.setter
     def joint_positions(self, values: ArrayLike | Mapping[str, float]) -> None:
@@ -151,7 +151,7 @@ class Body:
             raise RoboyardError(
                 f"body {self.name!r} has {len(self.joint_names)} joint positions; got shape {given.shape}"
             )
-        world.data.qpos[self._positions] = given
+        world.live_data.qpos[self._positions] = given
         world.mark_moved()
 
     @property
@@ -159,13 +159,13 @@ class Body:
         """(n,) rad/s or m/s, in `joint_names` order."""
         world = self.world
         world.ensure_compiled()
-        return world.data.qvel[self._velocities].copy()
+        return world.live_data.qvel[self._velocities].copy()
 
     @joint_velocities.setter
     def joint_velocities(self, values: ArrayLike) -> None:
         world = self.world
         world.ensure_compiled()
-        world.data.qvel[self._velocities] = values
+        world.live_data.qvel[self._velocities] = values
         world.mark_moved()
 
     @cached_property
@@ -182,10 +182,10 @@ class Body:
         world = self.world
         world.ensure_compiled()
         if self.free_qpos >= 0:
-            qpos = world.data.qpos[self.free_qpos : self.free_qpos + 7]
+            qpos = world.live_data.qpos[self.free_qpos : self.free_qpos + 7]
             return qpos[:3].copy(), from_wxyz(qpos[3:])
         row = self.mujoco_ids[0]
-        return world.model.body_pos[row].copy(), from_wxyz(world.model.body_quat[row])
+        return world.live_model.body_pos[row].copy(), from_wxyz(world.live_model.body_quat[row])
 
     @property
     def position(self) -> Array:
@@ -216,13 +216,13 @@ class Body:
         floating_and_live = self.free_qpos >= 0 and self.mujoco_ids[0] > 0
         if floating_and_live:
             world.ensure_compiled()
-            qpos = world.data.qpos[self.free_qpos : self.free_qpos + 7]
+            qpos = world.live_data.qpos[self.free_qpos : self.free_qpos + 7]
             if xyz is not None:
                 qpos[:3] = xyz
             if wxyz is not None:
                 qpos[3:] = wxyz
             if not keep_velocity:
-                world.data.qvel[self.free_dof : self.free_dof + 6] = 0.0
+                world.live_data.qvel[self.free_dof : self.free_dof + 6] = 0.0
             world.mark_moved()
             return
         if xyz is not None:
@@ -232,9 +232,9 @@ class Body:
         if not world.is_stale:
             row = self.mujoco_ids[0]
             if xyz is not None:
-                world.model.body_pos[row] = xyz
+                world.live_model.body_pos[row] = xyz
             if wxyz is not None:
-                world.model.body_quat[row] = wxyz
+                world.live_model.body_quat[row] = wxyz
             world.mark_moved()
 
     @property
@@ -244,7 +244,7 @@ class Body:
         world.ensure_compiled()
         if self.free_dof < 0:
             return np.zeros(3), np.zeros(3)
-        qvel = world.data.qvel[self.free_dof : self.free_dof + 6]
+        qvel = world.live_data.qvel[self.free_dof : self.free_dof + 6]
         return qvel[:3].copy(), rotate(self.pose[1], qvel[3:])
 
     def set_velocity(self, linear: ArrayLike | None = None, angular: ArrayLike | None = None) -> None:
@@ -253,7 +253,7 @@ class Body:
         world.ensure_compiled()
         if self.free_dof < 0:
             return
-        qvel = world.data.qvel[self.free_dof : self.free_dof + 6]
+        qvel = world.live_data.qvel[self.free_dof : self.free_dof + 6]
         if linear is not None:
             qvel[:3] = linear
         if angular is not None:
@@ -272,7 +272,7 @@ class Body:
     def center_of_mass(self) -> Array:
         """(3,) m, in the world."""
         data = self.world.kinematics()
-        masses = self.world.model.body_mass[self.mujoco_ids]
+        masses = self.world.live_model.body_mass[self.mujoco_ids]
         total = masses.sum()
         if total == 0:
             return data.xpos[self.mujoco_ids[0]].copy()

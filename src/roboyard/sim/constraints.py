@@ -250,9 +250,9 @@ class Constraints:
         if orientation is not None:
             site.quat = to_wxyz(normalized(orientation))
         if not world.is_stale:
-            world.model.site_pos[site.id] = site.pos
-            world.model.site_quat[site.id] = site.quat
-            world.model.site_sameframe[site.id] = 0
+            world.live_model.site_pos[site.id] = site.pos
+            world.live_model.site_quat[site.id] = site.quat
+            world.live_model.site_sameframe[site.id] = 0
 
     def set_gear(self, constraint: Constraint, ratio: float, offset: float) -> None:
         """Couple positions as q_a = offset - ratio q_b; with a third joint as q_a = offset - ratio q_b + q_c.
@@ -267,7 +267,7 @@ class Constraints:
         data[:2] = offset, 0.0 if constraint.tendon is not None else -ratio
         constraint.element.data = data
         if not self._world.is_stale:
-            self._world.model.eq_data[constraint.element.id, :2] = data[:2]
+            self._world.live_model.eq_data[constraint.element.id, :2] = data[:2]
 
     def set_max_force(self, constraint: Constraint, max_force: float) -> None:
         """N or N m, on each row."""
@@ -306,12 +306,12 @@ class Constraints:
 
     def applied(self, constraint: Constraint) -> Array:
         """(1,), (3,) or (6,) N and N m that the constraint applied in the last step, in world axes."""
-        data = self._world.data
+        data = self._world.live_data
         rows = np.arange(data.ne)
         mine = data.efc_id[: data.ne] == constraint.element.id
         if not mine.any():
             return np.zeros(0)
-        scale = row_scale(self._world.model, data)
+        scale = row_scale(self._world.live_model, data)
         return (np.asarray(data.efc_force)[: data.ne] * scale)[rows[mine]]
 
     def prepare(self, model: Any) -> None:

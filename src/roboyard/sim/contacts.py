@@ -62,7 +62,7 @@ def contact_arrays(world: World) -> ContactArrays:
     import mujoco
 
     world.ensure_compiled()
-    model, data = world.model, world.data
+    model, data = world.live_model, world.live_data
     k = data.ncon
     contact = data.contact
     force = np.zeros((k, 3))

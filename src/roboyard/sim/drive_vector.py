@@ -42,7 +42,7 @@ class DriveVector:
         if self._revision == world.revision:
             return
         self._rows = np.array([element.id for element in self._elements], dtype=np.intp)
-        self._position = world.model.actuator_ctrladr[self._rows].astype(np.intp)
+        self._position = world.live_model.actuator_ctrladr[self._rows].astype(np.intp)
         self._velocity, self._effort = self._position + 1, self._position + 2
         self._revision = world.revision
 
@@ -50,7 +50,7 @@ class DriveVector:
         """Set all inputs; those whose gain is zero have no effect."""
         if self._revision != self._world.revision or self._world.is_stale:
             self._bind()
-        ctrl = self._world.data.ctrl
+        ctrl = self._world.live_data.ctrl
         ctrl[self._position] = position
         ctrl[self._velocity] = velocity
         ctrl[self._effort] = effort
@@ -59,7 +59,7 @@ class DriveVector:
         """Set the effort inputs of some of the joints, `where` (k,) in this vector's order."""
         if self._revision != self._world.revision or self._world.is_stale:
             self._bind()
-        self._world.data.ctrl[self._effort[where]] = effort
+        self._world.live_data.ctrl[self._effort[where]] = effort
 
     def write_gains(self, stiffness: Array, damping: Array) -> None:
         """Set kp (N m/rad or N/m) and kd (N m s/rad or N s/m) of all joints.
@@ -68,7 +68,7 @@ class DriveVector:
         """
         if self._revision != self._world.revision or self._world.is_stale:
             self._bind()
-        bias = self._world.model.actuator_biasprm
+        bias = self._world.live_model.actuator_biasprm
         bias[self._rows, 1] = -stiffness
         bias[self._rows, 2] = -damping
 
@@ -76,11 +76,11 @@ class DriveVector:
     def inputs(self) -> tuple[Array, Array, Array]:
         """Position, velocity and effort inputs as they are; (n,) each."""
         self._bind()
-        ctrl = self._world.data.ctrl
+        ctrl = self._world.live_data.ctrl
         return ctrl[self._position].copy(), ctrl[self._velocity].copy(), ctrl[self._effort].copy()
 
     @property
     def applied(self) -> Array:
         """(n,) N m or N that the drives applied in the last step."""
         self._bind()
-        return self._world.data.actuator_force[self._rows].copy()
+        return self._world.live_data.actuator_force[self._rows].copy()

@@ -69,14 +69,14 @@ class Drives:
         """N m or N that the drive applied in the last step."""
         actuator = self._actuator(joint)
         self._world.ensure_compiled()
-        return float(self._world.data.actuator_force[actuator.id])
+        return float(self._world.live_data.actuator_force[actuator.id])
 
     def set_effort_limit(self, joint: Joint, effort: float) -> None:
         """Replace the effort limit that came from the file; N m or N."""
         actuator = self._actuator(joint)
         actuator.forcerange = [-effort, effort]
         if not self._world.is_stale:
-            self._world.model.actuator_forcerange[actuator.id] = (-effort, effort)
+            self._world.live_model.actuator_forcerange[actuator.id] = (-effort, effort)
 
     def effort_limit(self, joint: Joint) -> float:
         """N m or N; infinite where the file gives none."""
@@ -102,7 +102,7 @@ class Drives:
         self._actuator(joint)
         self._world.ensure_compiled()
         dof = joint.body.dof_addresses[joint.index]
-        return float(self._world.model.dof_M0[dof])
+        return float(self._world.live_model.dof_M0[dof])
 
     def _usual_stiffness(self, joint: Joint, inertia: float) -> float:
         effort = self.effort_limit(joint)
@@ -131,7 +131,7 @@ class Drives:
         bias = actuator.biasprm
         bias[1], bias[2] = -kp, -kd
         actuator.biasprm = bias
-        model, data, row = world.model, world.data, actuator.id
+        model, data, row = world.live_model, world.live_data, actuator.id
         model.actuator_biasprm[row, 1] = -kp
         model.actuator_biasprm[row, 2] = -kd
         start = model.actuator_ctrladr[row]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -10,8 +10,18 @@ import numpy as np
 
 from roboyard.errors import ModelError, RoboyardError
 from roboyard.poses import Array
-from roboyard.sim.options import HARD_SOLIMP, PILE_SOLIMP, PILE_SOLREF, Solver, apply_options, chosen_solver
+from roboyard.sim.assets import MeshAssets
+from roboyard.sim.options import (
+    HARD_SOLIMP,
+    PILE_SOLIMP,
+    PILE_SOLREF,
+    Solver,
+    apply_options,
+    chosen_solver,
+    new_spec,
+)
 from roboyard.sim.profile import Profile
+from roboyard.sim.spares import Spares
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -29,10 +39,10 @@ class Engine:
     ) -> None:
         if not timestep > 0:
             raise RoboyardError(f"a time step is positive; got {timestep}")
-        self.spec = mujoco.MjSpec()
-        self.spec.compiler.degree = False
-        self.spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-        self.spec.compiler.boundmass = 0.0
+        self.raw_spec = new_spec()
+        """The spec as it is, spares included; whoever edits it marks the world stale."""
+        self.assets = MeshAssets(self.raw_spec)
+        self.spares = Spares(self)
         self.body_by_id: dict[int, Body] = {}
         self.profile = profile
         self.revision = 0
@@ -48,6 +58,8 @@ class Engine:
         self._moved = True
         self._velocity_moved = True
         self._geom_owners: np.ndarray | None = None
+        self._dofs = 0
+        """Degrees of freedom of all bodies in MuJoCo's arrays; spares have none."""
 
     def _before_compile(self) -> None:
         """Last edits of the spec."""
@@ -63,15 +75,33 @@ class Engine:
         return self._stale
 
     @property
+    def spec(self) -> Any:
+        """The `mujoco.MjSpec`: the world's bodies and nothing else; after an edit call `mark_stale`."""
+        self.spares.dismiss()
+        return self.raw_spec
+
+    @property
     def model(self) -> Any:
         """The compiled `mujoco.MjModel`; a new object after each structural edit."""
+        self.spares.dismiss()
+        return self.live_model
+
+    @property
+    def data(self) -> Any:
+        """The `mujoco.MjData` of `model`; after writing into it call `mark_moved`."""
+        self.spares.dismiss()
+        return self.live_data
+
+    @property
+    def live_model(self) -> Any:
+        """The MjModel that is stepped: as `model`, but spares may lie behind the rows of the bodies."""
         if self._stale:
             self.ensure_compiled()
         return self._model
 
     @property
-    def data(self) -> Any:
-        """The `mujoco.MjData` of `model`; after writing into it call `mark_moved`."""
+    def live_data(self) -> Any:
+        """The MjData of `live_model`."""
         if self._stale:
             self.ensure_compiled()
         return self._data
@@ -92,9 +122,10 @@ class Engine:
         """
         if not self._stale:
             return
-        dofs = sum(body.built.dofs for body in self.body_by_id.values())
+        dofs = self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
+        spec = self.raw_spec
         apply_options(
-            self.spec,
+            spec,
             timestep=self._timestep,
             gravity=self._gravity,
             dofs=dofs,
@@ -102,32 +133,59 @@ class Engine:
             profile=self.profile,
         )
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
-        self.spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, MEMORY_LEAST, MEMORY_MOST))
         self._before_compile()
+        shapes += self.spares.prepare(spec)
+        spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, MEMORY_LEAST, MEMORY_MOST))
         try:
             if self._model is None:
-                self._model = self.spec.compile()
+                self._model = spec.compile()
                 self._data = mujoco.MjData(self._model)
             else:
-                self._model, self._data = self.spec.recompile(self._model, self._data)
+                self._model, self._data = spec.recompile(self._model, self._data)
         except ValueError as error:
             raise ModelError(f"MuJoCo refuses the world: {' '.join(str(error).split())}") from error
         self._stale = False
         self.revision += 1
-        self._set_contact_law(is_pile=chosen_solver(self._solver, dofs) == "cg")
+        self.hard_contacts = self.profile.hard_contacts and chosen_solver(self._solver, dofs) != "cg"
+        self._set_contact_law(self.body_by_id.values())
+        self.spares.settle(self._model)
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
 
-    def _set_contact_law(self, *, is_pile: bool) -> None:
+    def adopt(self, body: Body) -> None:
+        """Rows of MjModel that were there before are a new body's now."""
+        body.refresh(self._model)
+        self._dofs += body.built.dofs
+        self._set_contact_law([body])
+        self._rows_changed(body, owner=body.id)
+
+    def disown(self, body: Body) -> None:
+        """A body is gone, but its rows stay."""
+        self._dofs -= body.built.dofs
+        self._rows_changed(body, owner=-1)
+
+    def _rows_changed(self, body: Body, *, owner: int) -> None:
+        if self._geom_owners is not None:
+            record = body.built.links[0]
+            self._geom_owners[[geom.id for geom in (*record.geoms, *record.visuals)]] = (owner, min(owner, 0))
+        self.revision += 1
+        self.mark_moved()
+
+    def would_switch_solver(self, *, more_dofs: int) -> bool:
+        """Whether the world would be solved otherwise with so many degrees of freedom more."""
+        now, then = (chosen_solver(self._solver, dofs) for dofs in (self._dofs, self._dofs + more_dofs))
+        return now != then
+
+    def _set_contact_law(self, bodies: Iterable[Body]) -> None:
         """How rigid contacts are: by the profile, but soft in a pile. Shapes of MJCF files keep their own."""
         model, profile = self._model, self.profile
-        self.hard_contacts = profile.hard_contacts and not is_pile
+        is_pile = chosen_solver(self._solver, self._dofs) == "cg"
         if not (is_pile or profile.hard_contacts):
             return
-        records = [r for body in self.body_by_id.values() for r in body.built.links if r.link is not None]
+        records = [r for body in bodies for r in body.built.links if r.link is not None]
         ours = np.array([geom.id for record in records for geom in record.geoms], dtype=np.intp)
         model.geom_margin[ours] = profile.contact_margin if self.hard_contacts else 0.0
         model.geom_solimp[ours] = PILE_SOLIMP if is_pile else HARD_SOLIMP

@@ -85,9 +85,10 @@ class CollisionFilters:
         self._sync()
 
     def _sync(self) -> None:
-        spec, bodies = self._world.spec, self._world.body_by_id
+        bodies, spec = self._world.body_by_id, self._world.raw_spec
         for key in [key for key in self._elements if key not in self._disabled]:
             spec.delete(self._elements.pop(key))
+            self._world.mark_stale()
         for key in self._disabled - self._elements.keys():
             (body_a, link_a), (body_b, link_b) = key
             self._elements[key] = spec.add_exclude(

@@ -77,7 +77,7 @@ class Joint:
             return None if found is None else (found[0] * scale, found[1] * scale)
         if not self.is_scalar or not self._built.joint_elements:
             return None
-        model = self.body.world.model
+        model = self.body.world.live_model
         row = self._built.joint_elements[0].id
         if not model.jnt_limited[row]:
             return None
@@ -100,9 +100,9 @@ class Joint:
         if limited:
             element.range = [lower, upper]
         if not world.is_stale:
-            world.model.jnt_limited[element.id] = limited
+            world.live_model.jnt_limited[element.id] = limited
             if limited:
-                world.model.jnt_range[element.id] = lower, upper
+                world.live_model.jnt_range[element.id] = lower, upper
 
     @property
     def damping(self) -> float:
@@ -118,7 +118,7 @@ class Joint:
             element.damping = [value, 0.0, 0.0]
         world = self.body.world
         if self._built.joint_elements and not world.is_stale:
-            world.model.dof_damping[self.dof_slice] = value
+            world.live_model.dof_damping[self.dof_slice] = value
 
     @property
     def armature(self) -> float:
@@ -134,7 +134,7 @@ class Joint:
             element.armature = value
         world = self.body.world
         if self._built.joint_elements and not world.is_stale:
-            world.model.dof_armature[self.dof_slice] = value
+            world.live_model.dof_armature[self.dof_slice] = value
             world.mark_moved()
 
     @property
@@ -159,14 +159,14 @@ class Joint:
         world = self.body.world
         world.ensure_compiled()
         if self.is_scalar:
-            return float(world.data.qpos[self.body.qpos_addresses[self.index]])
-        return _to_public(self.type, world.data.qpos[self.qpos_slice])
+            return float(world.live_data.qpos[self.body.qpos_addresses[self.index]])
+        return _to_public(self.type, world.live_data.qpos[self.qpos_slice])
 
     @position.setter
     def position(self, value: ArrayLike) -> None:
         world = self.body.world
         world.ensure_compiled()
-        world.data.qpos[self.qpos_slice] = _from_public(self, value)
+        world.live_data.qpos[self.qpos_slice] = _from_public(self, value)
         world.mark_moved()
 
     @property
@@ -175,14 +175,14 @@ class Joint:
         world = self.body.world
         world.ensure_compiled()
         if self.is_scalar:
-            return float(world.data.qvel[self.body.dof_addresses[self.index]])
-        return world.data.qvel[self.dof_slice].copy()
+            return float(world.live_data.qvel[self.body.dof_addresses[self.index]])
+        return world.live_data.qvel[self.dof_slice].copy()
 
     @velocity.setter
     def velocity(self, value: ArrayLike) -> None:
         world = self.body.world
         world.ensure_compiled()
-        world.data.qvel[self.dof_slice] = value
+        world.live_data.qvel[self.dof_slice] = value
         world.mark_moved()
 
     # ---------------------------------------------------------------------------------------------- drives

@@ -120,8 +120,8 @@ class Link:
             wider = max(condim, int(geom.condim))
             geom.condim = wider
             if not world.is_stale:
-                world.model.geom_friction[geom.id] = values
-                world.model.geom_condim[geom.id] = wider
+                world.live_model.geom_friction[geom.id] = values
+                world.live_model.geom_condim[geom.id] = wider
 
     def glide(self, friction: float = 0.0) -> None:
         """Slide with this friction whatever it touches, as omnidirectional wheels and casters do.
@@ -133,7 +133,7 @@ class Link:
             geom.condim, geom.priority = 3 if friction > 0 else 1, 1
             geom.friction = np.array([friction, *geom.friction[1:]])
             if not world.is_stale:
-                model, row = world.model, geom.id
+                model, row = world.live_model, geom.id
                 model.geom_condim[row], model.geom_priority[row] = geom.condim, 1
                 model.geom_friction[row, 0] = friction
 

@@ -66,6 +66,9 @@ def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) 
         element = world.spec.body(f"{name}/{top}")
         built = _collect(element, f"{name}/")
         bodies.append(world.register(f"{name}/{top}", built, None, fixed_base=built.free_joint is None))
+    for body in bodies:
+        world.spares.note(body, None)
+    world.mark_stale()
     return tuple(bodies)
 
 
@@ -134,7 +137,7 @@ def _collect(top: Any, prefix: str) -> Built:
 def looks_of_model(body: Body) -> dict[int, list[Look]]:
     """Render shapes of a body that has no description, read from the compiled model."""
     world = body.world
-    model = world.model
+    model = world.live_model
     found: dict[int, list[Look]] = {}
     shown_by = {int(row): index for index, row in enumerate(body.mujoco_ids)}  # last of links in one place
     for row, index in shown_by.items():

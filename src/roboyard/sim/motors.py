@@ -98,7 +98,7 @@ class Motors:
     def applied(self, joint: Joint) -> Array:
         """(n,) N m or N the motor applied in the last step, one number for each degree of freedom."""
         world = self._world
-        data = world.data
+        data = world.live_data
         dofs = joint.dof_slice
         out = np.zeros(dofs.stop - dofs.start)
         for row in range(data.ne, data.ne + data.nf):
@@ -109,8 +109,8 @@ class Motors:
 
     def forces(self) -> Array:
         """(nv,) N m or N of all motors in the last step."""
-        data = self._world.data
-        out = np.zeros(self._world.model.nv)
+        data = self._world.live_data
+        out = np.zeros(self._world.live_model.nv)
         if data.nf:
             from roboyard.sim import _kernels
 
@@ -182,7 +182,7 @@ class Motors:
         if self._gathered and not world.is_stale:
             first = body.first_dof
             here = slice(first + rows.start, first + rows.stop)
-            model = world.model
+            model = world.live_model
             model.dof_frictionloss[here] = self._bounds[here] @ (1.0, 1.0 / model.opt.timestep)
 
     def _gather(self, model: Any) -> None:

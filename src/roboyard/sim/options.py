@@ -34,6 +34,17 @@ HARD_SOLIMP = (0.999, 0.999, 0.001, 0.5, 2.0)
 """Of contacts on the velocity level."""
 
 
+def new_spec() -> mujoco.MjSpec:
+    """An empty spec that takes masses and inertias as they are given."""
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    spec.compiler.boundmass = 0.0
+    return spec
+
+
 def apply_options(
     spec: mujoco.MjSpec,
     *,

@@ -40,7 +40,7 @@ class Proximity:
 def nearest(world: World, a: Link, b: Link, largest: float) -> Proximity | None:
     """The nearest points of two links, if they are within `largest` m; collision shapes only."""
     data = world.kinematics()
-    model = world.model
+    model = world.live_model
     best, ends = largest, None
     fromto = np.zeros(6)
     for one in a.geom_ids:
@@ -71,7 +71,7 @@ def between_bodies(world: World, a: Body, b: Body, largest: float) -> list[Proxi
 def geom_bounds(world: World, geoms: list[int]) -> Array:
     """(n, 2, 3) corners of the box around each of some MuJoCo geoms; m. Endless planes are ±inf."""
     data = world.kinematics()
-    model = world.model
+    model = world.live_model
     rotation = data.geom_xmat[geoms].reshape(-1, 3, 3)
     box = model.geom_aabb[geoms]
     centre = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", rotation, box[:, :3])

@@ -71,7 +71,7 @@ def cast(world: World, starts: ArrayLike, ends: ArrayLike, *, visual: bool = Fal
         raise RoboyardError(f"rays have (k, 3) starts and ends; got {origins.shape} and {targets.shape}")
     k = max(len(origins), len(targets))
     world.kinematics()
-    model, data = world.model, world.data
+    model, data = world.live_model, world.live_data
     groups = np.array([1, 1, int(visual), int(not visual), 1, 1], dtype=np.uint8)
     vectors = np.ascontiguousarray(np.broadcast_to(targets - origins, (k, 3)))
     lengths = np.linalg.norm(vectors, axis=1)

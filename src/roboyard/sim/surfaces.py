@@ -44,7 +44,8 @@ class Surfaces:
         if not 0.0 <= value <= 1.0:
             raise RoboyardError(f"link {link.name!r}: restitution is between 0 and 1; got {value}")
         self._restitution[(link.body.id, link.index)] = value
-        self._restitution_rows = None
+        if self._restitution_rows is not None and not self._world.is_stale:
+            self._restitution_rows[[geom.id for geom in link._built.geoms]] = value
         self._world.stepping.refresh()
 
     def damping(self, link: Link) -> tuple[float, float, float, float]:
@@ -65,15 +66,20 @@ class Surfaces:
         if not (np.isfinite(values).all() and min(values) >= 0):
             raise RoboyardError(f"link {link.name!r}: damping is at least 0; got {values}")
         self._damping[(link.body.id, link.index)] = values
-        self._damping_rows = None
+        if self._damping_rows is not None and not self._world.is_stale:
+            self._damping_rows[link.body.mujoco_ids[link.index]] = values
         self._world.stepping.refresh()
 
     def forget(self, body_id: int) -> None:
-        """Drop everything about a removed body."""
-        for table in (self._restitution, self._damping):
-            for key in [key for key in table if key[0] == body_id]:
-                del table[key]
-        self.invalidate()
+        """Drop everything about a body that is being removed."""
+        for link in self._world.body_by_id[body_id].links:
+            key = (body_id, link.index)
+            if key in self._restitution:
+                self.set_restitution(link, 0.0)
+                del self._restitution[key]
+            if key in self._damping:
+                self.set_damping(link, 0.0, 0.0)
+                del self._damping[key]
 
     def invalidate(self) -> None:
         """The compiled arrays changed."""

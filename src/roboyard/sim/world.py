@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from roboyard.errors import ModelError, RoboyardError, StaleHandleError
 from roboyard.poses import Array, normalized
 from roboyard.sim import appearance, contacts, objects, rays, state
-from roboyard.sim.assets import MeshAssets
 from roboyard.sim.body import Body
 from roboyard.sim.build import build, discard, is_anchored
 from roboyard.sim.constraints import Constraints
@@ -62,7 +61,6 @@ class World(Engine):
             profile: the engine's rules; see `roboyard.sim.profile`.
         """
         super().__init__(gravity=gravity, timestep=timestep, solver=solver, profile=profile)
-        self.assets = MeshAssets(self.spec)
         self.drives = Drives(self)
         self.motors = Motors(self)
         self.constraints = Constraints(self)
@@ -196,16 +194,18 @@ class World(Engine):
             contype=contype,
             conaffinity=conaffinity,
         )
-        built = build(
-            self.spec,
-            self.assets,
-            description,
-            f"{unique}/",
-            np.asarray(position, dtype=float),
-            normalized(orientation),
-            options,
-        )
+        prefix, xyz, quaternion = f"{unique}/", np.asarray(position, dtype=float), normalized(orientation)
+        taken = self.spares.take(description, prefix, xyz, quaternion, options)
+        built = taken
+        if built is None:
+            built = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
         body = self.register(unique, built, description, fixed_base=fixed_base, scale=scale)
+        if taken is None:
+            self.mark_stale()
+            self.spares.note(body, options)
+        else:
+            self.spares.settle_in(body)
+            self.adopt(body)
         for link in body.links:
             contact = link._built.link.contact if link._built.link is not None else None
             if contact is not None and contact.restitution:
@@ -221,14 +221,13 @@ class World(Engine):
         fixed_base: bool,
         scale: float = 1.0,
     ) -> Body:
-        """Give a freshly built body its id and its place."""
+        """Give a freshly built body its id and its place; whoever edited the spec marks the world stale."""
         body = Body(self, self._next_id, name, built, description, fixed_base=fixed_base, scale=scale)
         self._next_id += 1
         self.body_by_id[body.id] = body
         self._names.add(name)
         self.filters.claim(body)
         self.looks.add(body)
-        self.mark_stale()
         return body
 
     def _unique_name(self, wanted: str) -> str:
@@ -249,11 +248,15 @@ class World(Engine):
         self.motors.forget(body.id)
         self.stepping.forget(body.id)
         self.looks.forget(body.id)
-        discard(built, self.spec, self.assets)
         del self.body_by_id[body.id]
         self._names.discard(body.name)
+        if self.spares.give_back(body):
+            self.disown(body)
+        else:
+            self.spares.forget(body)
+            discard(built, self.raw_spec, self.assets)
+            self.mark_stale()
         body.detach()
-        self.mark_stale()
 
     add_plane = objects.add_plane
     add_box = objects.add_box
@@ -289,6 +292,8 @@ class World(Engine):
         Raises:
             ModelError: the simulation exploded (positions or velocities are no longer finite).
         """
+        if self.spares.free:
+            self.spares.tick(n)
         if self._stale:
             self.ensure_compiled()
         if self.before_step:

@@ -55,14 +55,14 @@ class Wrenches:
     def add_joint_effort(self, joint: Joint, effort: float) -> None:
         """Add a torque (N m) or force (N) on a joint of one degree of freedom, for one step."""
         self._world.ensure_compiled()
-        self._world.data.qfrc_applied[joint.body.dof_addresses[joint.index]] += effort
+        self._world.live_data.qfrc_applied[joint.body.dof_addresses[joint.index]] += effort
         self.pending = True
 
     def clear(self) -> None:
         """Forget everything that was added."""
         if self._pending:
-            self.of_last_push = (self._world.time, self._world.data.xfrc_applied.copy())
-        self._world.data.xfrc_applied[:] = 0.0
-        self._world.data.qfrc_applied[:] = 0.0
+            self.of_last_push = (self._world.time, self._world.live_data.xfrc_applied.copy())
+        self._world.live_data.xfrc_applied[:] = 0.0
+        self._world.live_data.qfrc_applied[:] = 0.0
         if self._pending:
             self.pending = False

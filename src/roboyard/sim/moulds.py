@@ -1,0 +1,152 @@
+"""What MuJoCo makes of a loose body: every number of a compile of that body alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from roboyard.sim.assets import MeshAssets
+from roboyard.sim.build import build
+from roboyard.sim.inertials import MassProperties
+from roboyard.sim.options import new_spec
+from roboyard.sim.records import BuildOptions
+from roboyard.urdf.model import Heightfield, RobotDescription
+
+KINDS = ("body", "jnt", "dof", "tree", "geom", "bvh", "qpos")
+"""Arrays of MjModel that have rows of their own for each body, by the beginning of their names."""
+BODY_FIELDS = (
+    "explicitinertial", "fuse", "gravcomp", "inertia", "ipos", "iquat", "mass", "mocap", "simple", "sleep",
+)  # fmt: skip
+GEOM_FIELDS = (
+    "adhesion", "castshadow", "conaffinity", "condim", "contype", "density", "fitscale", "fluid_coefs",
+    "fluid_ellipsoid", "friction", "fromto", "gap", "group", "margin", "mass", "material", "meshname", "pos",
+    "priority", "quat", "rgba", "size", "solimp", "solmix", "solref", "surfacevel", "type", "typeinertia",
+)  # fmt: skip
+"""Fields of a spec's elements that say what a body is."""
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class Mould:
+    """A loose body as its description and a compile of it alone give it."""
+
+    description: RobotDescription
+    options: BuildOptions
+    mass: MassProperties | None
+    notes: tuple[str, ...]
+    meshes: tuple[str, ...]
+    collisions: int
+    """How many of the geoms touch things; they come before the visual ones."""
+    body: dict[str, Any]
+    """Fields of the spec's body."""
+    geoms: list[dict[str, Any]]
+    """Fields of each of the spec's geoms."""
+    body_given: dict[str, Any]
+    geoms_given: list[dict[str, Any]]
+    """Those fields that are not MuJoCo's defaults."""
+    blocks: dict[str, np.ndarray]
+    """Rows of MjModel's arrays that are the same wherever the body lies among others."""
+    kinds: dict[str, str]
+    """Which of `KINDS` each block belongs to."""
+    structure: tuple[bytes, ...]
+    """How the body's rows refer to one another."""
+
+    def is_of(self, description: RobotDescription, options: BuildOptions) -> bool:
+        """Whether it is the mould of this description."""
+        same = self.description is description or self.description == description
+        return same and self.options == options
+
+    def fits(self, other: Mould) -> bool:
+        """Whether bodies of these two moulds can take one another's rows."""
+        return self is other or (self.structure == other.structure and self.meshes == other.meshes)
+
+    def write_elements(self, element: Any, geoms: list[Any]) -> None:
+        """Make a body of a spec and its geoms what this mould says."""
+        for name, value in self.body.items():
+            setattr(element, name, value)
+        for geom, fields in zip(geoms, self.geoms, strict=True):
+            for name, value in fields.items():
+                setattr(geom, name, value)
+
+
+def is_loose(description: RobotDescription, options: BuildOptions) -> bool:
+    """Whether a description is one free link; terrain is not."""
+    if options.fixed_base or description.joints or len(description.links) != 1:
+        return False
+    link = description.links[0]
+    return not any(isinstance(shape.geometry, Heightfield) for shape in (*link.collisions, *link.visuals))
+
+
+def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | None:
+    """The mould of a loose body; None where MuJoCo refuses the body."""
+    spec = new_spec()
+    plain = spec.worldbody.add_body()
+    plain_body, plain_geom = _fields(plain, BODY_FIELDS), _fields(plain.add_geom(), GEOM_FIELDS)
+    spec = new_spec()
+    origin, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+    built = build(spec, MeshAssets(spec), description, "", origin, unturned, options)
+    record = built.links[0]
+    elements = [*record.geoms, *record.visuals]
+    body = _fields(record.element, BODY_FIELDS)
+    geoms = [_fields(geom, GEOM_FIELDS) for geom in elements]
+    try:
+        model = spec.compile()
+    except ValueError:
+        return None
+    counts = {
+        "body": 1, "jnt": 1, "dof": 6, "tree": 1, "qpos": 7, "geom": len(elements), "bvh": int(model.body_bvhnum[1])
+    }  # fmt: skip
+    blocks, kinds, structure = {}, {}, []
+    for name in _row_fields():
+        kind = name.partition("_")[0] if not name.startswith("qpos") else "qpos"
+        start = 1 if kind == "body" else 0
+        block = np.array(getattr(model, name)[start : start + counts[kind]])
+        if _refers(name):
+            structure.append(block.tobytes())
+        else:
+            blocks[name], kinds[name] = block, kind
+    return Mould(
+        description=description,
+        options=options,
+        mass=record.mass,
+        notes=tuple(built.notes),
+        meshes=tuple(record.meshes),
+        collisions=len(record.geoms),
+        body=body,
+        geoms=geoms,
+        body_given=_given(body, plain_body),
+        geoms_given=[_given(fields, plain_geom) for fields in geoms],
+        blocks=blocks,
+        kinds=kinds,
+        structure=tuple(structure),
+    )
+
+
+def _row_fields() -> list[str]:
+    """Names of the arrays of MjModel that have rows for each body."""
+    prefixes = tuple(f"{kind}_" for kind in KINDS if kind != "qpos")
+    return [name for name in dir(mujoco.MjModel) if name.startswith(prefixes) or name.startswith("qpos")]
+
+
+def _refers(name: str) -> bool:
+    """Whether an array says how rows refer to one another rather than what a body is."""
+    trees = ("body_simple", "dof_simplenum", "bvh_child", "bvh_depth")
+    return name.endswith(("id", "adr", "num")) or name in trees
+
+
+def _fields(element: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    """Values of an element's fields, copied out of the spec."""
+    values = {name: getattr(element, name) for name in names}
+    return {name: np.array(v) if isinstance(v, np.ndarray) else v for name, v in values.items()}
+
+
+def _given(fields: dict[str, Any], plain: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: v for name, v in fields.items() if not np.array_equal(v, plain[name], equal_nan=_is_real(v))
+    }
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, (float, np.ndarray))
