@@ -96,7 +96,7 @@ def test_fewer_compiles_than_bodies():
     compiles = len({id(world._model)})
     assert compiles == 1
     revisions = []
-    for k in range(5):
+    for _ in range(5):
         _grow(world, 1)
         revisions.append(id(world._model))
     assert world.spares.free and len(set(revisions)) == 1

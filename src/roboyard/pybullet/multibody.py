@@ -4,18 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roboyard.errors import RoboyardError
-from roboyard.pybullet.arguments import number, quaternion, vector3, whole
+from roboyard.pybullet.arguments import Quaternion, Vector3, number, quaternion, vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.models import BodyModel, LinkModel, world_description
 from roboyard.pybullet.records import MULTIBODY, RIGID_BODY
-from roboyard.pybullet.shape_inertia import shape_moments
-from roboyard.urdf.model import Collision, Joint, JointType, Limit, Link, Pose, RobotDescription, Visual
+from roboyard.pybullet.shape_inertia import Moments, shape_moments
+from roboyard.urdf.model import (
+    Collision,
+    Joint,
+    JointType,
+    Limit,
+    Link,
+    Mesh,
+    Pose,
+    RobotDescription,
+    Visual,
+)
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
@@ -26,6 +38,11 @@ _FAILED = "createMultiBody failed."
 _NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 _TYPES: dict[int, JointType] = {0: "continuous", 1: "prismatic", 2: "spherical", 3: "planar", 4: "fixed"}
 _NO_RANGE = Limit(lower=1.0, upper=-1.0)
+REMEMBERED = 256
+"""Shapes and links whose properties are worked out once: scripts make the same things again and again."""
+_VALUES = ("name", "mass", "moments", "frame", "collisions", "visuals", "joint", "parent")
+_values = attrgetter(*_VALUES)
+"""Of a LinkModel, all that it says."""
 
 
 @command()
@@ -118,14 +135,21 @@ def _link(scene: Scene, name: str, mass: float, collision: int, visual: int, fra
         shapes = scene.collision_shapes[collision].shapes
     if whole(visual) in scene.visual_shapes:
         visuals = scene.visual_shapes[visual].visuals
+    from_files = any(isinstance(shape.geometry, Mesh) for shape in shapes)
+    moments_of = _moments.__wrapped__ if from_files else _moments
     return LinkModel(
         name=name,
         mass=mass,
-        moments=shape_moments(mass, frame, shapes, margin=0.0, implicit_cylinder=True),
+        moments=moments_of(mass, frame, shapes),
         frame=frame,
         collisions=shapes,
         visuals=visuals,
     )
+
+
+@lru_cache(REMEMBERED)
+def _moments(mass: float, frame: Pose, shapes: tuple[Collision, ...]) -> Moments:
+    return shape_moments(mass, frame, shapes, margin=0.0, implicit_cylinder=True)
 
 
 def _jointed_link(
@@ -155,22 +179,34 @@ def _jointed_link(
 
 
 def _model(links: list[LinkModel]) -> BodyModel:
-    described = RobotDescription(
-        name="",
-        links=tuple(Link(name=k.name, visuals=k.visuals, collisions=k.collisions) for k in links),
-        joints=tuple(k.joint for k in links if k.joint is not None),
-    )
     return BodyModel(
         name="",
         links=links,
-        description=world_description(described, links),
+        description=_description(*(_values(link) for link in links)),
         fixed_base=links[0].mass == 0.0,
         implicit_cylinder=True,
         collision_margin=0.001 if any(k.collisions for k in links) else 0.04,
     )
 
 
+@lru_cache(REMEMBERED)
+def _description(*links: tuple[Any, ...]) -> RobotDescription:
+    """The World's description of some links, each given as `_values` does: the same for the same links."""
+    models = [LinkModel(**dict(zip(_VALUES, values, strict=True))) for values in links]
+    described = RobotDescription(
+        name="",
+        links=tuple(Link(name=k.name, visuals=k.visuals, collisions=k.collisions) for k in models),
+        joints=tuple(k.joint for k in models if k.joint is not None),
+    )
+    return world_description(described, models)
+
+
 def _pose(position: Vector, orientation: Vector) -> Pose:
-    q: Any = np.array(quaternion(orientation, _FAILED))
+    return _unit_pose(vector3(position, _FAILED), quaternion(orientation, _FAILED))
+
+
+@lru_cache(REMEMBERED)
+def _unit_pose(position: Vector3, orientation: Quaternion) -> Pose:
+    q = np.array(orientation)
     x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
-    return Pose(position=vector3(position, _FAILED), quaternion=(x, y, z, w))
+    return Pose(position=position, quaternion=(x, y, z, w))

@@ -61,11 +61,7 @@ class Body:
         """First dof of the joints (after the base's own); -1 without joints."""
         self.joint_dofs = sum(VELOCITY_SIZE[joint.type] for joint in self.joints)
         """How many dofs the joints have together."""
-        sizes = [VELOCITY_SIZE[joint.type] for joint in self.joints]
-        places = np.argsort([record.place for record in built.links[1:]], kind="stable")
-        offsets = np.zeros(len(sizes), dtype=int)
-        offsets[places] = np.cumsum([0, *np.array(sizes, dtype=int)[places]])[:-1]
-        self.dof_offsets: tuple[int, ...] = tuple(offsets.tolist())
+        self.dof_offsets: tuple[int, ...] = _dof_offsets(self.joints, built)
         """Place of each joint's first dof among the dofs of all joints."""
         self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
         self._positions: slice | np.ndarray = slice(0, 0)
@@ -303,6 +299,15 @@ class Body:
         self.first_dof = int(moving.min()) if len(moving) else -1
         self._positions = _as_slice(self.qpos_addresses[self._scalar])
         self._velocities = _as_slice(self.dof_addresses[self._scalar])
+
+
+def _dof_offsets(joints: Sequence[Joint], built: Built) -> tuple[int, ...]:
+    """Sums of the dofs of all joints that come before each in MuJoCo's order."""
+    offsets, sum_so_far = [0] * len(joints), 0
+    for k in sorted(range(len(joints)), key=lambda k: built.links[k + 1].place):
+        offsets[k] = sum_so_far
+        sum_so_far += VELOCITY_SIZE[joints[k].type]
+    return tuple(offsets)
 
 
 def _joint_type(record: Any) -> JointType:

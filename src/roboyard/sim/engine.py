@@ -122,16 +122,9 @@ class Engine:
         """
         if not self._stale:
             return
-        dofs = self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
+        self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
         spec = self.raw_spec
-        apply_options(
-            spec,
-            timestep=self._timestep,
-            gravity=self._gravity,
-            dofs=dofs,
-            solver=self._solver,
-            profile=self.profile,
-        )
+        self._apply_options(spec.option)
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
         self._before_compile()
         shapes += self.spares.prepare(spec)
@@ -146,7 +139,6 @@ class Engine:
             raise ModelError(f"MuJoCo refuses the world: {' '.join(str(error).split())}") from error
         self._stale = False
         self.revision += 1
-        self.hard_contacts = self.profile.hard_contacts and chosen_solver(self._solver, dofs) != "cg"
         self._set_contact_law(self.body_by_id.values())
         self.spares.settle(self._model)
         for body in self.body_by_id.values():
@@ -158,12 +150,17 @@ class Engine:
     def adopt(self, body: Body) -> None:
         """Rows of MjModel that were there before are a new body's now."""
         body.refresh(self._model)
+        was_pile = self._is_pile
         self._dofs += body.built.dofs
-        self._set_contact_law([body])
+        if self._is_pile == was_pile:
+            self._set_contact_law([body])
+        else:
+            self._apply_options(self._model.opt)
+            self._set_contact_law(self.body_by_id.values())
         self._rows_changed(body, owner=body.id)
 
     def disown(self, body: Body) -> None:
-        """A body is gone, but its rows stay."""
+        """A body is gone, but its rows stay. It must not have been what made the world a pile."""
         self._dofs -= body.built.dofs
         self._rows_changed(body, owner=-1)
 
@@ -174,15 +171,30 @@ class Engine:
         self.revision += 1
         self.mark_moved()
 
-    def would_switch_solver(self, *, more_dofs: int) -> bool:
-        """Whether the world would be solved otherwise with so many degrees of freedom more."""
-        now, then = (chosen_solver(self._solver, dofs) for dofs in (self._dofs, self._dofs + more_dofs))
-        return now != then
+    @property
+    def _is_pile(self) -> bool:
+        return self.would_be_pile(more_dofs=0)
+
+    def would_be_pile(self, *, more_dofs: int) -> bool:
+        """Whether the world is solved as a pile with so many degrees of freedom more than now."""
+        return chosen_solver(self._solver, self._dofs + more_dofs) == "cg"
+
+    def _apply_options(self, option: Any) -> None:
+        """Time step, gravity and solver into the options of a spec or an MjModel."""
+        apply_options(
+            option,
+            timestep=self._timestep,
+            gravity=self._gravity,
+            dofs=self._dofs,
+            solver=self._solver,
+            profile=self.profile,
+        )
 
     def _set_contact_law(self, bodies: Iterable[Body]) -> None:
         """How rigid contacts are: by the profile, but soft in a pile. Shapes of MJCF files keep their own."""
         model, profile = self._model, self.profile
-        is_pile = chosen_solver(self._solver, self._dofs) == "cg"
+        is_pile = self._is_pile
+        self.hard_contacts = profile.hard_contacts and not is_pile
         if not (is_pile or profile.hard_contacts):
             return
         records = [r for body in bodies for r in body.built.links if r.link is not None]

@@ -8,12 +8,15 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from roboyard.errors import MeshError
+from roboyard.shapes.load import load_mesh
+from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim.assets import MeshAssets
 from roboyard.sim.build import build
 from roboyard.sim.inertials import MassProperties
 from roboyard.sim.options import new_spec
 from roboyard.sim.records import BuildOptions
-from roboyard.urdf.model import Heightfield, RobotDescription
+from roboyard.urdf.model import Heightfield, Mesh, RobotDescription
 
 KINDS = ("body", "jnt", "dof", "tree", "geom", "bvh", "qpos")
 """Arrays of MjModel that have rows of their own for each body, by the beginning of their names."""
@@ -37,6 +40,8 @@ class Mould:
     mass: MassProperties | None
     notes: tuple[str, ...]
     meshes: tuple[str, ...]
+    files: tuple[TriangleMesh, ...]
+    """What the mesh files held."""
     collisions: int
     """How many of the geoms touch things; they come before the visual ones."""
     body: dict[str, Any]
@@ -56,7 +61,7 @@ class Mould:
     def is_of(self, description: RobotDescription, options: BuildOptions) -> bool:
         """Whether it is the mould of this description."""
         same = self.description is description or self.description == description
-        return same and self.options == options
+        return same and self.options == options and self.files == _mesh_files(description)
 
     def fits(self, other: Mould) -> bool:
         """Whether bodies of these two moulds can take one another's rows."""
@@ -80,13 +85,16 @@ def is_loose(description: RobotDescription, options: BuildOptions) -> bool:
 
 
 def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | None:
-    """The mould of a loose body; None where MuJoCo refuses the body."""
+    """The mould of a loose body; None where its mesh files are gone or MuJoCo refuses it."""
     spec = new_spec()
     plain = spec.worldbody.add_body()
     plain_body, plain_geom = _fields(plain, BODY_FIELDS), _fields(plain.add_geom(), GEOM_FIELDS)
     spec = new_spec()
     origin, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
-    built = build(spec, MeshAssets(spec), description, "", origin, unturned, options)
+    try:
+        built = build(spec, MeshAssets(spec), description, "", origin, unturned, options)
+    except MeshError:
+        return None
     record = built.links[0]
     elements = [*record.geoms, *record.visuals]
     body = _fields(record.element, BODY_FIELDS)
@@ -95,9 +103,8 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
         model = spec.compile()
     except ValueError:
         return None
-    counts = {
-        "body": 1, "jnt": 1, "dof": 6, "tree": 1, "qpos": 7, "geom": len(elements), "bvh": int(model.body_bvhnum[1])
-    }  # fmt: skip
+    counts = {"body": 1, "jnt": 1, "dof": 6, "tree": 1, "qpos": 7, "geom": len(elements)}
+    counts["bvh"] = int(model.body_bvhnum[1])
     blocks, kinds, structure = {}, {}, []
     for name in _row_fields():
         kind = name.partition("_")[0] if not name.startswith("qpos") else "qpos"
@@ -113,6 +120,7 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
         mass=record.mass,
         notes=tuple(built.notes),
         meshes=tuple(record.meshes),
+        files=_mesh_files(description),
         collisions=len(record.geoms),
         body=body,
         geoms=geoms,
@@ -122,6 +130,17 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
         kinds=kinds,
         structure=tuple(structure),
     )
+
+
+def _mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
+    """The meshes of a description that come from files, as the files are now; each is loaded once."""
+    link = description.links[0]
+    shapes = (shape.geometry for shape in (*link.collisions, *link.visuals))
+    paths = [g.path for g in shapes if isinstance(g, Mesh) and g.data is None and g.path is not None]
+    try:
+        return tuple(load_mesh(path) for path in paths)
+    except MeshError:
+        return ()
 
 
 def _row_fields() -> list[str]:

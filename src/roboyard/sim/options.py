@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     import mujoco
@@ -46,7 +46,7 @@ def new_spec() -> mujoco.MjSpec:
 
 
 def apply_options(
-    spec: mujoco.MjSpec,
+    option: Any,
     *,
     timestep: float,
     gravity: tuple[float, float, float],
@@ -54,7 +54,7 @@ def apply_options(
     solver: Solver,
     profile: Profile,
 ) -> None:
-    """Write a world's options into its spec before it compiles.
+    """Write a world's options into those of its spec before it compiles, or of its MjModel.
 
     The plain integrator is `implicitfast`, so that stiff drives and joint damping stay stable at large
     steps; friction cones are elliptic (the true ones), with ten times more friction impedance than normal
@@ -62,7 +62,6 @@ def apply_options(
     """
     import mujoco
 
-    option = spec.option
     option.timestep = timestep
     option.gravity = gravity
     flags = int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)

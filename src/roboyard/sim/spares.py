@@ -29,13 +29,15 @@ if TYPE_CHECKING:
     from roboyard.sim.engine import Engine
 
 FEWEST = 8
-"""Spares at least; else half as many as there are bodies, so that compiles become rarer as they get dearer."""
+"""Spares at least; else as many as there are bodies, so that compiles become rarer as they get dearer."""
 STREAK = 3
 """Compiles in a row that loose bodies alone made necessary, the one with spares included."""
 IDLE_STEPS = 200
 """Steps after which spares that nobody takes go."""
 KEPT_MOULDS = 16
-_PARKED = "spare{}"
+PARKED_FIELDS = ("geom_contype", "geom_conaffinity", "geom_rgba", "body_contype", "body_conaffinity")
+"""What tells a parked body from one in use."""
+_NAME = "spare{}"
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -130,7 +132,7 @@ class Spares:
             owner=body.id,
             is_pristine=False,
         )
-        count = max(FEWEST, len(fresh), len(self._engine.body_by_id) // 2)
+        count = max(FEWEST, len(fresh), len(self._engine.body_by_id))
         self._slots = [own, *(self._add(spec, mould, record.element, 1 + k) for k in range(count))]
         self._used = 1
         return count * len(mould.geoms)
@@ -148,7 +150,7 @@ class Spares:
         self._weigh()
 
     def _add(self, spec: Any, mould: Mould, place: Any, number: int) -> Spare:
-        name = _PARKED.format(number)
+        name = _NAME.format(number)
         element = spec.worldbody.add_body(name=name, pos=place.pos, quat=place.quat, **mould.body_given)
         joint = element.add_freejoint(name=name, align=0)
         geoms = [element.add_geom(**given) for given in mould.geoms_given]
@@ -202,20 +204,21 @@ class Spares:
         if self._engine.is_stale or not self.free or not is_loose(description, options):
             return None
         slot, mould = self._slots[self._used], self._mould(description, options)
-        if mould is None or not mould.fits(slot.mould) or self._engine.would_switch_solver(more_dofs=6):
+        if mould is None or not mould.fits(slot.mould):
             return None
         root = description.root
         wxyz = to_wxyz(quaternion)
         if not slot.is_pristine or slot.mould is not mould:
             mould.write_elements(slot.element, slot.geoms)
-            slot.mould = mould
         slot.element.name, slot.free_joint.name = f"{prefix}{root.name}", f"{prefix}{root.name}/free"
         slot.element.pos, slot.element.quat = position, wxyz
-        for name, block in mould.blocks.items():
-            start = slot.starts[mould.kinds[name]]
+        names = PARKED_FIELDS if slot.is_pristine and slot.mould is mould else mould.blocks
+        for name in names:
+            block, start = mould.blocks[name], slot.starts[mould.kinds[name]]
             self._arrays[name][start : start + len(block)] = block
+        slot.mould, slot.is_pristine = mould, False
         row, first = slot.starts["body"], slot.starts["qpos"]
-        pose = np.concatenate([position, wxyz / np.linalg.norm(wxyz)])
+        pose = np.concatenate([position, wxyz])
         arrays, data = self._arrays, self._engine.live_data
         arrays["body_pos"][row], arrays["body_quat"][row] = pose[:3], pose[3:]
         for values in (arrays["qpos0"], arrays["qpos_spring"], data.qpos):
@@ -245,10 +248,12 @@ class Spares:
         slot = self._slots[self._used - 1] if self._used else None
         if slot is None or slot.owner != body.id or self._engine.is_stale or self._used == 1:
             return False
+        if self._engine.would_be_pile(more_dofs=0) and not self._engine.would_be_pile(more_dofs=-6):
+            return False  # contacts turn hard again: their numbers are in the spec
         self._used -= 1
         self._idle = 0
-        slot.owner, slot.is_pristine = -1, False
-        slot.element.name = slot.free_joint.name = _PARKED.format(slot.number)
+        slot.owner = -1
+        slot.element.name = slot.free_joint.name = _NAME.format(slot.number)
         self._rest(slot)
         self._park(slot)
         self._weigh()
@@ -258,10 +263,8 @@ class Spares:
         """Out of the way: nothing touches it, no ray meets it, nothing draws it."""
         geoms = slice(slot.starts["geom"], slot.starts["geom"] + len(slot.geoms))
         arrays = self._arrays
-        for name in ("geom_contype", "geom_conaffinity", "geom_rgba"):
-            arrays[name][geoms] = 0
-        for name in ("body_contype", "body_conaffinity"):
-            arrays[name][slot.starts["body"]] = 0
+        for name in PARKED_FIELDS:
+            arrays[name][geoms if name.startswith("geom") else slot.starts["body"]] = 0
 
     def _rest(self, slot: Spare) -> None:
         """No velocity, nothing that pushes, nothing remembered of the last step."""
@@ -280,7 +283,7 @@ class Spares:
             starts = self._slots[self._used].starts
             masses, inertias = masses[: starts["body"]], inertias[: starts["dof"]]
         self._arrays["body_subtreemass"][0] = masses.sum()
-        self._engine.live_model.stat.meaninertia = inertias.mean()
+        self._engine.live_model.stat.meaninertia = float(inertias.sum()) / len(inertias)
 
 
 def row_starts(model: Any, row: int) -> dict[str, int]:

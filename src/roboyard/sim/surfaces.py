@@ -187,8 +187,9 @@ class Surfaces:
     def _gather(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
         damping, restitution = np.zeros((model.nbody, 4)), np.zeros(model.ngeom)
         bodies = self._world.body_by_id
-        for (body_id, index), values in self._damping.items():
-            damping[bodies[body_id].mujoco_ids[index]] = values
+        if self._damping:
+            rows = [bodies[body_id].mujoco_ids[index] for body_id, index in self._damping]
+            damping[rows] = list(self._damping.values())
         for (body_id, index), value in self._restitution.items():
             for geom in bodies[body_id].built.links[index].geoms:
                 restitution[geom.id] = value

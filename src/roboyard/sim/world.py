@@ -75,6 +75,8 @@ class World(Engine):
         """Called when `step` has taken its steps: where viewers look at the world."""
         self._next_id = 0
         self._names: set[str] = set()
+        self._copies: dict[str, int] = {}
+        """By wanted name: up to which number names are known to be taken."""
         self.looks = appearance.Looks(self)
 
     def __repr__(self) -> str:
@@ -231,10 +233,11 @@ class World(Engine):
         return body
 
     def _unique_name(self, wanted: str) -> str:
-        name, k = wanted, 1
+        name, k = wanted, self._copies.get(wanted, 1)
         while name in self._names:
             k += 1
             name = f"{wanted}_{k}"
+        self._copies[wanted] = max(1, k - 1)
         return name
 
     def remove(self, body: Body) -> None:
@@ -250,6 +253,7 @@ class World(Engine):
         self.looks.forget(body.id)
         del self.body_by_id[body.id]
         self._names.discard(body.name)
+        self._copies.clear()
         if self.spares.give_back(body):
             self.disown(body)
         else:
