@@ -590,3 +590,37 @@ def test_a_mesh_files_picture_shows_through_the_urdfs_colour(client: int, tmp_pa
     (left_r, _, _), (_, _, right_b) = sides()
     assert left_r < 30
     assert right_b > 100
+
+
+def test_bodies_made_between_steps_are_as_bodies_made_at_once(client: int):
+    """Later ones need no compile of the world; what a script sees of them is the same."""
+
+    def make(step: bool) -> list[int]:
+        p.resetSimulation()
+        p.setGravity(0, 0, 0 if step else -10)
+        p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+        box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+        ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+        bodies = []
+        for k in range(16):
+            frame = [0.02, 0, 0] if k % 3 == 0 else [0, 0, 0]
+            shape, place = (box, ball)[k % 2], [0.4 * (k % 4), 0.4 * (k // 4), 0.2]
+            bodies.append(p.createMultiBody(1 + k, shape, -1, place, baseInertialFramePosition=frame))
+            p.changeDynamics(bodies[-1], -1, lateralFriction=0.1 * k, restitution=0.05 * k)
+            if step:
+                p.stepSimulation()
+        p.setGravity(0, 0, -10)
+        return bodies
+
+    def states(bodies: list[int]) -> np.ndarray:
+        for _ in range(60):
+            p.stepSimulation()
+        found = [np.hstack(p.getBasePositionAndOrientation(b) + p.getBaseVelocity(b)) for b in bodies]
+        touching = [len(p.getContactPoints(b, 0)) for b in bodies]
+        return np.column_stack([np.array(found), touching])
+
+    at_once = states(make(step=False))
+    one_by_one = make(step=True)
+    assert p.getNumBodies() == 17
+    assert p.getAABB(one_by_one[-1])[1][2] == pytest.approx(0.3, abs=0.01)
+    np.testing.assert_allclose(states(one_by_one), at_once, atol=1e-7)

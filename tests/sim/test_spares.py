@@ -89,18 +89,14 @@ def test_rows_are_what_a_compile_gives(profile, visual):
     _assert_same_model(real, _compiled_again(world))
 
 
-def test_fewer_compiles_than_bodies():
+def test_few_compiles_for_many_bodies():
     world = World()
-    before = World()
-    _grow(world, 60)
-    compiles = len({id(world._model)})
-    assert compiles == 1
-    revisions = []
-    for _ in range(5):
-        _grow(world, 1)
-        revisions.append(id(world._model))
-    assert world.spares.free and len(set(revisions)) == 1
-    assert before.spares.free == 0
+    models = []
+    for k in range(90):
+        world.add_box((0.2, 0.2, 0.2), (k, 0, 1))
+        world.step()
+        models.append(world.live_model)
+    assert len({id(model) for model in models}) == 6  # with 1, 2, 3 + 8, 12 + 12, 25 + 25 and 51 + 51 bodies
 
 
 def _twin(world: World) -> World:
@@ -237,6 +233,45 @@ def test_removed_body_leaves_a_spare():
     np.testing.assert_array_equal(again.velocity[1], 0)
     assert again.links[0].friction == 1.0 and again.name == body.name
     _assert_same_model(world.live_model, world.model)
+
+
+def test_adding_and_removing_in_turn_compiles_no_more():
+    world = World()
+    world.add_plane()
+    seen = []
+    for k in range(10):
+        body = world.add_box((0.1, 0.1, 0.1 + 0.01 * k), (0, 0, 1), mass=1.0 + k)
+        world.step(5)
+        seen.append(world.live_model)
+        np.testing.assert_allclose(body.velocity[0], 5 * world.gravity * world.timestep, atol=1e-12)
+        assert body.bounds[1, 2] - body.bounds[0, 2] == pytest.approx(0.1 + 0.01 * k, abs=1e-6)
+        _assert_no_other(world, body)
+        world.remove(body)
+    assert all(model is seen[-1] for model in seen[4:])
+    assert world.model.nbody == 2
+
+
+def _assert_no_other(world: World, body) -> None:
+    hit = world.ray((0, 0, 5), (0, 0, 0.2))
+    assert hit is not None and hit.link.body is body
+
+
+def test_body_changed_before_its_compile_is_no_mould_for_others():
+    from roboyard.urdf.model import Inertial, Pose
+
+    inertial = Inertial(mass=2.0, origin=Pose(position=(0.05, 0, 0)), inertia=(0.1, 0, 0, 0.1, 0, 0.1))
+    world = World()
+    for k in range(3):
+        body = world.add_box((0.2, 0.2, 0.2), (k, 0, 1))
+        body.links[0].set_inertial(inertial)
+        world.step()
+    assert world.spares.free
+    world.remove(body)
+    for k in range(2, 5):
+        world.add_box((0.2, 0.2, 0.2), (k, 0, 1))
+        world.step()
+    np.testing.assert_array_equal(world.model.body_mass[1:], [2, 2, 1, 1, 1])
+    np.testing.assert_array_equal(world.model.body_simple[1:], [0, 0, 1, 1, 1])
 
 
 def test_removal_in_the_middle_keeps_everybody_else():

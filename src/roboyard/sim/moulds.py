@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import mujoco
@@ -20,6 +21,8 @@ from roboyard.urdf.model import Heightfield, Mesh, RobotDescription
 
 KINDS = ("body", "jnt", "dof", "tree", "geom", "bvh", "qpos")
 """Arrays of MjModel that have rows of their own for each body, by the beginning of their names."""
+LINKS_WITHIN = ("body_simple", "bvh_child", "bvh_depth")
+"""Arrays that depend on a body's numbers and on nothing outside it, and that others are laid out by."""
 BODY_FIELDS = (
     "explicitinertial", "fuse", "gravcomp", "inertia", "ipos", "iquat", "mass", "mocap", "simple", "sleep",
 )  # fmt: skip
@@ -48,13 +51,12 @@ class Mould:
     """Fields of the spec's body."""
     geoms: list[dict[str, Any]]
     """Fields of each of the spec's geoms."""
-    body_given: dict[str, Any]
-    geoms_given: list[dict[str, Any]]
-    """Those fields that are not MuJoCo's defaults."""
     blocks: dict[str, np.ndarray]
     """Rows of MjModel's arrays that are the same wherever the body lies among others."""
     kinds: dict[str, str]
     """Which of `KINDS` each block belongs to."""
+    links_within: dict[str, np.ndarray]
+    """Those rows of `LINKS_WITHIN`."""
     structure: tuple[bytes, ...]
     """How the body's rows refer to one another."""
 
@@ -66,6 +68,19 @@ class Mould:
     def fits(self, other: Mould) -> bool:
         """Whether bodies of these two moulds can take one another's rows."""
         return self is other or (self.structure == other.structure and self.meshes == other.meshes)
+
+    def is_like(self, model: Any, starts: dict[str, int]) -> bool:
+        """Whether a body's rows refer to one another as this mould's do."""
+        for name, block in self.links_within.items():
+            start = starts[kind_of(name)]
+            if not np.array_equal(getattr(model, name)[start : start + len(block)], block):
+                return False
+        return True
+
+    def given(self) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+        """Those fields of the body and of its geoms that are not MuJoCo's defaults."""
+        plain_body, plain_geom = _defaults()
+        return _differing(self.body, plain_body), [_differing(geom, plain_geom) for geom in self.geoms]
 
     def write_elements(self, element: Any, geoms: list[Any]) -> None:
         """Make a body of a spec and its geoms what this mould says."""
@@ -87,9 +102,6 @@ def is_loose(description: RobotDescription, options: BuildOptions) -> bool:
 def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | None:
     """The mould of a loose body; None where its mesh files are gone or MuJoCo refuses it."""
     spec = new_spec()
-    plain = spec.worldbody.add_body()
-    plain_body, plain_geom = _fields(plain, BODY_FIELDS), _fields(plain.add_geom(), GEOM_FIELDS)
-    spec = new_spec()
     origin, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
     try:
         built = build(spec, MeshAssets(spec), description, "", origin, unturned, options)
@@ -105,11 +117,12 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
         return None
     counts = {"body": 1, "jnt": 1, "dof": 6, "tree": 1, "qpos": 7, "geom": len(elements)}
     counts["bvh"] = int(model.body_bvhnum[1])
-    blocks, kinds, structure = {}, {}, []
-    for name in _row_fields():
-        kind = name.partition("_")[0] if not name.startswith("qpos") else "qpos"
+    blocks, kinds, links_within, structure = {}, {}, {}, []
+    for name, kind in _row_fields().items():
         start = 1 if kind == "body" else 0
         block = np.array(getattr(model, name)[start : start + counts[kind]])
+        if name in LINKS_WITHIN:
+            links_within[name] = block
         if _refers(name):
             structure.append(block.tobytes())
         else:
@@ -124,10 +137,9 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
         collisions=len(record.geoms),
         body=body,
         geoms=geoms,
-        body_given=_given(body, plain_body),
-        geoms_given=[_given(fields, plain_geom) for fields in geoms],
         blocks=blocks,
         kinds=kinds,
+        links_within=links_within,
         structure=tuple(structure),
     )
 
@@ -143,16 +155,29 @@ def _mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
         return ()
 
 
-def _row_fields() -> list[str]:
-    """Names of the arrays of MjModel that have rows for each body."""
-    prefixes = tuple(f"{kind}_" for kind in KINDS if kind != "qpos")
-    return [name for name in dir(mujoco.MjModel) if name.startswith(prefixes) or name.startswith("qpos")]
+def kind_of(name: str) -> str:
+    """Which of `KINDS` an array of MjModel belongs to."""
+    return "qpos" if name.startswith("qpos") else name.partition("_")[0]
+
+
+@cache
+def _row_fields() -> dict[str, str]:
+    """The arrays of MjModel that have rows for each body, and their kinds; `body_user` is the user's own."""
+    accessors = set(KINDS)  # `MjModel.body(name)` and its siblings
+    named = (n for n in dir(mujoco.MjModel) if n not in accessors and not n.endswith("_user"))
+    return {name: kind_of(name) for name in named if kind_of(name) in KINDS}
+
+
+@cache
+def _defaults() -> tuple[dict[str, Any], dict[str, Any]]:
+    """What MuJoCo gives the fields of a body and of a geom of which nothing is said."""
+    body = new_spec().worldbody.add_body()
+    return _fields(body, BODY_FIELDS), _fields(body.add_geom(), GEOM_FIELDS)
 
 
 def _refers(name: str) -> bool:
     """Whether an array says how rows refer to one another rather than what a body is."""
-    trees = ("body_simple", "dof_simplenum", "bvh_child", "bvh_depth")
-    return name.endswith(("id", "adr", "num")) or name in trees
+    return name.endswith(("id", "adr", "num")) or name in LINKS_WITHIN
 
 
 def _fields(element: Any, names: tuple[str, ...]) -> dict[str, Any]:
@@ -161,7 +186,7 @@ def _fields(element: Any, names: tuple[str, ...]) -> dict[str, Any]:
     return {name: np.array(v) if isinstance(v, np.ndarray) else v for name, v in values.items()}
 
 
-def _given(fields: dict[str, Any], plain: dict[str, Any]) -> dict[str, Any]:
+def _differing(fields: dict[str, Any], plain: dict[str, Any]) -> dict[str, Any]:
     return {
         name: v for name, v in fields.items() if not np.array_equal(v, plain[name], equal_nan=_is_real(v))
     }

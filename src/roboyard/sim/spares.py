@@ -133,7 +133,8 @@ class Spares:
             is_pristine=False,
         )
         count = max(FEWEST, len(fresh), len(self._engine.body_by_id))
-        self._slots = [own, *(self._add(spec, mould, record.element, 1 + k) for k in range(count))]
+        given = mould.given()
+        self._slots = [own, *(self._add(spec, mould, given, record.element, 1 + k) for k in range(count))]
         self._used = 1
         return count * len(mould.geoms)
 
@@ -145,15 +146,20 @@ class Spares:
         self._arrays = {name: getattr(model, name) for name in self._slots[0].mould.blocks}
         for slot in self._slots:
             slot.starts = row_starts(model, slot.element.id)
+        if not self._slots[0].mould.is_like(model, self._slots[0].starts):
+            del self._slots[0]  # the body was changed after it was made: it cannot become a spare
+            self._used = 0
         for slot in self._slots[self._used :]:
             self._park(slot)
         self._weigh()
 
-    def _add(self, spec: Any, mould: Mould, place: Any, number: int) -> Spare:
+    def _add(
+        self, spec: Any, mould: Mould, given: tuple[dict[str, Any], list[Any]], place: Any, number: int
+    ) -> Spare:
         name = _NAME.format(number)
-        element = spec.worldbody.add_body(name=name, pos=place.pos, quat=place.quat, **mould.body_given)
+        element = spec.worldbody.add_body(name=name, pos=place.pos, quat=place.quat, **given[0])
         joint = element.add_freejoint(name=name, align=0)
-        geoms = [element.add_geom(**given) for given in mould.geoms_given]
+        geoms = [element.add_geom(**fields) for fields in given[1]]
         for mesh in mould.meshes:
             self._engine.assets.retain(mesh)
         return Spare(number=number, mould=mould, element=element, free_joint=joint, geoms=geoms)
@@ -246,7 +252,7 @@ class Spares:
     def give_back(self, body: Body) -> bool:
         """Make a body a spare again; only the last of all can become one."""
         slot = self._slots[self._used - 1] if self._used else None
-        if slot is None or slot.owner != body.id or self._engine.is_stale or self._used == 1:
+        if slot is None or slot.owner != body.id or self._engine.is_stale:
             return False
         if self._engine.would_be_pile(more_dofs=0) and not self._engine.would_be_pile(more_dofs=-6):
             return False  # contacts turn hard again: their numbers are in the spec
@@ -283,7 +289,9 @@ class Spares:
             starts = self._slots[self._used].starts
             masses, inertias = masses[: starts["body"]], inertias[: starts["dof"]]
         self._arrays["body_subtreemass"][0] = masses.sum()
-        self._engine.live_model.stat.meaninertia = float(inertias.sum()) / len(inertias)
+        self._engine.live_model.stat.meaninertia = (
+            float(inertias.sum()) / len(inertias) if len(inertias) else 1.0
+        )
 
 
 def row_starts(model: Any, row: int) -> dict[str, int]:
