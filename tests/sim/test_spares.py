@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from roboyard.errors import ModelError
 from roboyard.sim import World
 from roboyard.sim.moulds import KINDS, Mould
 from roboyard.sim.profile import BULLET, PLAIN
@@ -303,6 +304,15 @@ def test_later_edits_keep_state_and_settings():
     assert bodies[9].links[0].friction == 0.7
     row = bodies[9].links[0].geom_ids[0]
     assert world.model.geom_friction[row, 0] == 0.7
+
+
+def test_nonsense_is_refused_as_ever():
+    world = World()
+    _grow(world, 5)
+    assert world.spares.free
+    world.add_box((0.1, 0.1, 0.1), (np.nan, 0, 0))
+    with pytest.raises(ModelError):
+        world.step()
 
 
 def test_idle_spares_go():

@@ -93,11 +93,11 @@ class Spares:
 
     def tick(self, steps: int) -> None:
         """Time passes; spares that are not needed go."""
-        self._idle += steps
         if self._idle > IDLE_STEPS:
             self._drop()
             self._streak = 0
             self._engine.mark_stale()
+        self._idle += steps
 
     def dismiss(self) -> None:
         """Somebody wants MuJoCo's arrays or the spec as they are without spares."""
@@ -209,6 +209,8 @@ class Spares:
         """
         if self._engine.is_stale or not self.free or not is_loose(description, options):
             return None
+        if position.shape != (3,) or not np.isfinite(position).all():
+            return None  # the compile says what is wrong
         slot, mould = self._slots[self._used], self._mould(description, options)
         if mould is None or not mould.fits(slot.mould):
             return None
