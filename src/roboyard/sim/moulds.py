@@ -155,6 +155,20 @@ def _mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
         return ()
 
 
+def row_starts(model: Any, row: int) -> dict[str, int]:
+    """First row of a free body in each kind of MuJoCo's arrays."""
+    joint = int(model.body_jntadr[row])
+    return {
+        "body": row,
+        "jnt": joint,
+        "dof": int(model.body_dofadr[row]),
+        "tree": int(model.body_treeid[row]),
+        "geom": int(model.body_geomadr[row]),
+        "bvh": int(model.body_bvhadr[row]),
+        "qpos": int(model.jnt_qposadr[joint]),
+    }
+
+
 def kind_of(name: str) -> str:
     """Which of `KINDS` an array of MjModel belongs to."""
     return "qpos" if name.startswith("qpos") else name.partition("_")[0]

@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 
 from roboyard.poses import Array, to_wxyz
-from roboyard.sim.moulds import Mould, is_loose, make_mould
+from roboyard.sim.moulds import Mould, is_loose, make_mould, row_starts
 from roboyard.sim.records import BuildOptions, Built, BuiltLink
 from roboyard.urdf.model import RobotDescription
 
@@ -294,20 +294,6 @@ class Spares:
         self._engine.live_model.stat.meaninertia = (
             float(inertias.sum()) / len(inertias) if len(inertias) else 1.0
         )
-
-
-def row_starts(model: Any, row: int) -> dict[str, int]:
-    """First row of a free body in each kind of MuJoCo's arrays."""
-    joint = int(model.body_jntadr[row])
-    return {
-        "body": row,
-        "jnt": joint,
-        "dof": int(model.body_dofadr[row]),
-        "tree": int(model.body_treeid[row]),
-        "geom": int(model.body_geomadr[row]),
-        "bvh": int(model.body_bvhadr[row]),
-        "qpos": int(model.jnt_qposadr[joint]),
-    }
 
 
 def _may_sleep(spec: Any) -> bool:
