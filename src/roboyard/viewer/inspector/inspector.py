@@ -90,8 +90,8 @@ class Inspector:
         self._stand()
         self._start = self.world.save_state()
 
-    def load(self, source: RobotSource) -> None:
-        """Another robot, or the same one from new files, in the place of this one.
+    def load(self, source: RobotSource, told: str = "") -> None:
+        """Another robot, or the same one from new files, in the place of this one; `told` stands under Save.
 
         Raises as the constructor does; the old robot stays then.
         """
@@ -109,6 +109,7 @@ class Inspector:
         finally:
             self.viewer.sync(wait=True)
             self._add_panels(shown)
+        self.panels.save.told.content = told
         self._after_moving()
 
     def _stand(self) -> None:

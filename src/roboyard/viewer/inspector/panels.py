@@ -52,7 +52,7 @@ class Panels:
         notes: Notes,
         do: Do,
         wiggle: Callable[[], None],
-        reload: Callable[[RobotSource], None],
+        reload: Callable[[RobotSource, str], None],
     ) -> None:
         """Add everything to the page.
 
@@ -65,7 +65,7 @@ class Panels:
             notes: what can be edited; the panels change it in place.
             do: has things done in the world's thread.
             wiggle: begins or ends the wiggling.
-            reload: shows another robot.
+            reload: shows another robot, and says something about it.
         """
         self._viewer, self._world, self._body, self._audit = viewer, world, body, audit
         self._source, self.notes = source, notes

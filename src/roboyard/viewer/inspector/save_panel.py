@@ -40,9 +40,9 @@ class SavePanel:
         source: RobotSource,
         notes: Notes,
         do: Callable[[Callable[[], None]], None],
-        reload: Callable[[RobotSource], None],
+        reload: Callable[[RobotSource, str], None],
     ) -> None:
-        """Add the panel's elements; `reload` shows another robot on the page."""
+        """Add the panel's elements; `reload` shows another robot on the page, and words."""
         self._source, self._notes, self._do, self._reload = source, notes, do, reload
         self._before = notes.copy()
         self._config = source.config
@@ -170,9 +170,8 @@ class SavePanel:
             words = str(error) if isinstance(error, RoboyardError) else f"{type(error).__name__}: {error}"
             self._do(lambda: self._failed(words))
             return
-        warnings = len(result.warnings)
-        self._do(lambda: self._reload(source))
-        self._do(lambda: setattr(self.told, "content", f"Imported, {warnings} things to look at."))
+        told = f"Imported into {plain(str(result.folder))}; {len(result.warnings)} things to look at."
+        self._do(lambda: self._finish(source, told))
 
     def _finish_pairs(self, definition: Path) -> None:
         """The definition is the import's or the old one: put the page's pairs into it."""
@@ -185,6 +184,13 @@ class SavePanel:
         removed = self._before.physics_pairs - self._notes.physics_pairs
         wanted = (there | self._notes.physics_pairs) - removed
         write_definition(definition, Notes(physics_pairs=wanted), before)
+
+    def _finish(self, source: RobotSource, told: str) -> None:
+        """Show the new robot, or why it cannot be shown."""
+        try:
+            self._reload(source, told)
+        except RoboyardError as error:
+            self._failed(str(error))
 
     def _failed(self, words: str) -> None:
         self.import_button.disabled, self.progress.visible = False, False

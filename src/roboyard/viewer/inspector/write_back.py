@@ -132,13 +132,12 @@ def _mount_entries(mounts: list[Mount], old: list[Mount], given: list[Any]) -> l
             entries.append(given[old.index(mount)])
             continue
         entry = dict(given[k]) if k < len(given) and given[k].get("link") == mount.link else {}
+        was = old[k] if entry and k < len(old) else Mount(kind=mount.kind, link=mount.link)
         offset = dict(entry.get("offset") or {})
-        for key, value, usual in (
-            ("position", mount.position, (0.0, 0.0, 0.0)),
-            ("orientation", mount.quaternion, (0.0, 0.0, 0.0, 1.0)),
-        ):
-            if key in offset or value != usual:
-                offset[key] = _rounded(value)
+        if mount.position != was.position:
+            offset["position"] = _rounded(mount.position)
+        if mount.quaternion != was.quaternion:
+            offset["orientation"] = _rounded(mount.quaternion)
         entries.append({**entry, "link": mount.link, "parent_link": mount.parent, "offset": offset})
     return entries
 
