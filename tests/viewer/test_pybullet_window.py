@@ -258,8 +258,8 @@ def test_a_body_is_dragged_and_let_go(watched: Any, wait: Any) -> None:
         m["type"] == "SetSceneNodeDragBindingsMessage" and m["name"] == fixed for m in page.messages
     )
     drag("start", name, (0, 0, 0.6))
-    wait(lambda: window._dragging._held is not None)
     drag("update", name, (1, 1, 0.6))
+    wait(lambda: window._dragging._held is not None)
     drag("update", name, (float("nan"), 1, 0.6))
     end = time.monotonic() + 10
     while time.monotonic() < end:
@@ -272,6 +272,13 @@ def test_a_body_is_dragged_and_let_go(watched: Any, wait: Any) -> None:
     assert p.getNumConstraints() == 0
     drag("end", name, (1, 1, 0.6))
     wait(lambda: window._dragging._held is None)
+    assert len(CLIENTS[0].scene.world.constraints) == 0
+
+    drag("start", name, (0, 0, 0.6))
+    wait(lambda: window._dragging._held is not None)
+    page.close()  # in the middle of it: the next command lets go
+    wait(lambda: window._viewer.watchers == 0 and window.wants_to_look)
+    p.stepSimulation()
     assert len(CLIENTS[0].scene.world.constraints) == 0
 
 

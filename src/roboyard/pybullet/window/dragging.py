@@ -29,6 +29,8 @@ class Dragging:
 
     def __init__(self) -> None:
         self._wanted: Drag | None = None
+        self._start: Drag | None = None
+        """Of the drag whose body is still to be taken hold of."""
         self._fresh = False
         self._held: tuple[World, Constraint] | None = None
 
@@ -39,30 +41,39 @@ class Dragging:
 
     def hear(self, drag: Drag) -> None:
         """Someone drags, or lets go."""
-        if drag.phase != "end" and not np.isfinite((drag.grip, drag.target)).all():
+        before = self._wanted
+        if before is not None and before.client != drag.client:
             return
-        self._wanted = None if drag.phase == "end" else drag
-        self._fresh = True
+        if drag.phase == "end":
+            self.drop()
+        elif np.isfinite((drag.grip, drag.target)).all():
+            if drag.phase == "start":
+                self._start = drag
+            self._wanted, self._fresh = drag, True
 
-    def drop(self) -> None:
-        """Let go: nobody is there to do it."""
-        self._wanted, self._fresh = None, True
+    def drop(self, client: int | None = None) -> None:
+        """Let go; with a client's number given only what this one holds."""
+        wanted = self._wanted
+        if client is None or (wanted is not None and wanted.client == client):
+            self._wanted, self._start, self._fresh = None, None, True
 
     def apply(self, scene: Scene) -> None:
         """Take hold, pull along or let go."""
         if not self._fresh:
             return
-        self._fresh, drag = False, self._wanted
+        self._fresh, drag, start = False, self._wanted, self._start
+        self._start = None
         world = scene.world
-        if self._held is not None and (self._held[0] is not world or drag is None or self._is_gone(world)):
+        if self._held is not None and (
+            self._held[0] is not world or drag is None or start is not None or self._is_gone(world)
+        ):
             self._let_go(world)
         if drag is None:
             return
-        if self._held is None:
-            if drag.phase == "start":
-                self._take_hold(scene, drag)
-            return
-        world.constraints.set_frame(self._held[1], "b", drag.target)
+        if start is not None:
+            self._take_hold(scene, start)
+        if self._held is not None:
+            world.constraints.set_frame(self._held[1], "b", drag.target)
 
     def _take_hold(self, scene: Scene, drag: Drag) -> None:
         world = scene.world

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.input_events import key_code
@@ -64,6 +64,7 @@ class Window:
         self._keys = Keys(server, GRABBED)
         self._keys.subscribe(self._hear_key)
         self._pointer = Pointer(server, self._hear_mouse)
+        server.on_client_disconnect(self._on_disconnect)
         self._items_revision = -1
         self._stale_since: float | None = None
         self._patience = PATIENCE
@@ -151,6 +152,10 @@ class Window:
         if event.is_down and code in SHORTCUTS and is_on(camera, c.COV_ENABLE_KEYBOARD_SHORTCUTS):
             flag = SHORTCUTS[code]
             camera.switches[flag] = not camera.switches.get(flag, AT_START[flag])
+
+    async def _on_disconnect(self, client: Any) -> None:
+        self._dragging.drop(client.client_id)
+        self.wants_to_look = self.wants_to_look or self._dragging.is_pending
 
     def _hear_mouse(self, event: PointerEvent) -> None:
         mouse = self._client.mouse
