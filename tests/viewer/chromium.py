@@ -79,7 +79,12 @@ class Page:
         """(h, w, 3) int16 of the page."""
         from PIL import Image
 
-        data = base64.b64decode(self._call("Page.captureScreenshot", format="png")["data"])
+        for _ in range(20):  # a page that is only loading has no picture
+            answer = self._call("Page.captureScreenshot", format="png")
+            if answer is not None:
+                break
+            time.sleep(0.5)
+        data = base64.b64decode(answer["data"])
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(np.int16)
 
     def click(self, x: float, y: float) -> None:

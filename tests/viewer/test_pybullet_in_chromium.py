@@ -142,6 +142,7 @@ def test_keys_drive_and_the_mouse_turns_the_camera(window: Any, browse: Any, pen
     body = arm(pendulum)
     p.resetDebugVisualizerCamera(1.2, 0, -10, [0, 0, 0.3])
     page = browse()
+    run_until(lambda: window._viewer.watchers == 1)
     run_until(lambda: share(page, 0) > 0.005)
 
     def drive() -> None:
@@ -169,6 +170,7 @@ def test_two_browsers_agree_and_may_close(window: Any, browse: Any, pendulum: Pa
     body = arm(pendulum)
     p.resetDebugVisualizerCamera(1.2, 0, 0, [0, 0, 0.3])
     pages = [browse(), browse()]
+    run_until(lambda: window._viewer.watchers == 2)
     run_until(lambda: all(share(page, 0) > 0.005 for page in pages))
     p.resetJointState(body, 0, 1.2)
     run_until(lambda: np.abs(pages[0].picture()[150:, :500] - pages[1].picture()[150:, :500]).mean() < 1.0)
