@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tomllib
+import types
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed_version
 from pathlib import Path
@@ -116,3 +117,14 @@ def test_constraints_are_plain_pins_within_the_bounds() -> None:
         requirement = Requirement(wanted)
         pinned = pins[re.sub(r"[-_.]+", "-", requirement.name).lower()]
         assert requirement.specifier.contains(pinned), f"{requirement.name} {pinned}"
+
+
+@pytest.mark.parametrize(
+    "package", ["roboyard.importer", "roboyard.robots", "roboyard.scenes", "roboyard.urdf"]
+)
+def test_public_names_are_what_they_are_whatever_was_imported_first(package: str) -> None:
+    """A submodule of the same name must not stand in a function's place."""
+    home = importlib.import_module(package)
+    for module in pkgutil.iter_modules(home.__path__, f"{package}."):
+        importlib.import_module(module.name)
+    assert not [name for name in home.__all__ if isinstance(getattr(home, name), types.ModuleType)]

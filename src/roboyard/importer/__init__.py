@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 _HOMES = {
     "ImportResult": "roboyard.importer.run",
     "ImportedRobot": "roboyard.importer.model",
-    "audit_config": "roboyard.importer.load_config",
+    "audit_config": "roboyard.importer.config_file",
     "build_package": "roboyard.importer.run",
-    "load_config": "roboyard.importer.load_config",
+    "load_config": "roboyard.importer.config_file",
 }
 
 __all__ = ["ImportResult", "ImportedRobot", "audit_config", "build_package", "load_config"]
 
 if TYPE_CHECKING:
-    from roboyard.importer.load_config import audit_config, load_config
+    from roboyard.importer.config_file import audit_config, load_config
     from roboyard.importer.model import ImportedRobot
     from roboyard.importer.run import ImportResult, build_package
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from roboyard.importer.load_config import load_config
+from roboyard.importer.config_file import load_config
 
 
 def check_config(file: Path | str, *, packages: Mapping[str, Path] | None = None) -> tuple[str, ...]:

@@ -126,7 +126,7 @@ def read_notes(source: RobotSource) -> Notes:
 
 
 def _checked(file: Path) -> Any:
-    from roboyard.importer.load_config import load_config
+    from roboyard.importer.config_file import load_config
 
     return load_config(file).config
 
