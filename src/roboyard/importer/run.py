@@ -12,8 +12,8 @@ from typing import Any
 from roboyard.data import data_folder
 from roboyard.errors import ConfigError
 from roboyard.importer.config import ImportConfig, checked_dataset, checked_name
-from roboyard.importer.context import ImportContext
 from roboyard.importer.config_file import LoadedConfig, check_data, load_config
+from roboyard.importer.context import ImportContext
 from roboyard.importer.log import Decision, ImportLog, ProgressCallback
 from roboyard.importer.model import ImportedRobot
 from roboyard.importer.package import Place, building
