@@ -99,3 +99,25 @@ def test_a_log_of_controllers_has_no_records(client: int, tmp_path: Path) -> Non
     p.stopStateLogging(log)
     names, types, rest = path.read_bytes().split(b"\n")
     assert len(names.split(b",")) == len(types) and not rest
+
+
+def test_a_new_mass_lets_a_fixed_base_go(client: int) -> None:
+    """Positions and speeds are real PyBullet's."""
+    p.setGravity(0, 0, -10)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.5, 0.5, 0.5])
+    cube = p.createMultiBody(0, box, basePosition=[0, 0, 3])
+    for _ in range(10):
+        p.stepSimulation()
+    assert p.getBasePositionAndOrientation(cube)[0] == (0, 0, 3)
+    p.changeDynamics(cube, -1, mass=1)
+    for _ in range(51):
+        p.stepSimulation()
+    np.testing.assert_allclose(p.getBasePositionAndOrientation(cube)[0], [0, 0, 2.7711017501], atol=1e-8)
+    np.testing.assert_allclose(p.getBaseVelocity(cube)[0], [0, 0, -2.1039336497], atol=1e-8)
+    assert p.getDynamicsInfo(cube, -1)[0] == 1.0
+    plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    p.changeDynamics(plane, -1, mass=1)
+    for _ in range(300):
+        p.stepSimulation()
+    assert p.getBasePositionAndOrientation(plane)[0] == (0, 0, 0)
+    assert p.getBasePositionAndOrientation(cube)[0][2] == pytest.approx(0.5, abs=1e-3)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from sim_robots import angle_between, arm, loose, pendulum, rod
 
+from roboyard.errors import RoboyardError
 from roboyard.poses import quaternion_from_rpy
 from roboyard.shapes import primitives
 from roboyard.sim import World
@@ -254,3 +255,30 @@ def test_bounds_of_turned_meshes_are_tight():
 
     points = (ball.vertices * (1, 2, 1)) @ matrix_from_quaternion(quaternion).T + (1, 2, 3)
     np.testing.assert_allclose(body.bounds, [points.min(axis=0), points.max(axis=0)], atol=1e-5)
+
+
+def test_a_fixed_base_can_be_let_go():
+    world = World()
+    description = RobotDescription(
+        name="crate",
+        links=(
+            Link(
+                name="base",
+                inertial=Inertial(mass=2, inertia=(1, 0, 0, 1, 0, 1)),
+                collisions=(Collision(geometry=Box(size=(1, 1, 1))),),
+            ),
+        ),
+    )
+    crate = world.add_description(description, (0, 0, 5), fixed_base=True)
+    ball = world.add_sphere(0.1, (3, 0, 1))
+    world.step(10)
+    dropped = ball.position[2]
+    crate.free_base()
+    world.step(100)
+    t = 100 * world.timestep
+    assert crate.position[2] == pytest.approx(5 - 9.81 * t * (t + world.timestep) / 2, rel=1e-9)
+    assert ball.position[2] < dropped and not crate.is_fixed
+    crate.free_base()
+    ground = world.add_plane()
+    with pytest.raises(RoboyardError, match="no end"):
+        ground.free_base()

@@ -9,7 +9,7 @@ from roboyard.pybullet.arguments import number, vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.shape_inertia import shape_moments
-from roboyard.urdf.model import Inertial
+from roboyard.urdf.model import Inertial, Plane
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
@@ -79,8 +79,9 @@ def changeDynamics(
     """Change physical properties of a link (-1: the base); those left out stay. An unknown body is no error.
 
     A new mass (kg) brings the inertia of the collision shapes for it, unless localInertiaDiagonal (kg m²) is
-    given. With mass 0 a base that could move is pushed by nothing any more: it stays, or glides on as it is.
-    Damping holds for the whole body. Bodies do not sleep here, so the sleeping arguments have no effect.
+    given. A base that was fixed is let go by a mass. With mass 0 a base that could move is pushed by nothing
+    any more: it stays, or glides on as it is. Damping holds for the whole body. Bodies do not sleep here, so
+    the sleeping arguments have no effect.
     """
     if (number(contactStiffness) >= 0) != (number(contactDamping) >= 0):
         raise failure("Both contactStiffness and contactDamping needs to be set together.")
@@ -131,12 +132,19 @@ def _set_mass(
             implicit_cylinder=record.model.implicit_cylinder,
         )
     state.mass, state.moments = float(mass), moments
+    if mass > 0.0 and link == -1 and record.model.fixed_base and not _has_plane(record):
+        scene.free_base(record)
     scene.set_weightless(record, link, mass == 0.0)
     if mass == 0.0 and link == -1 and not record.model.fixed_base:
         mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS)
     x, y, z = moments
     inertial = Inertial(mass=mass, origin=state.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
     record.body.links[link + 1].set_inertial(inertial)
+
+
+def _has_plane(record: BodyRecord) -> bool:
+    shapes = record.model.description.links[0].collisions
+    return any(isinstance(shape.geometry, Plane) for shape in shapes)
 
 
 def _set_friction(

@@ -30,12 +30,12 @@ def getNumJoints(client: Client, bodyUniqueId: int) -> int:
 
 @command()
 def computeDofCount(client: Client, bodyUniqueId: int) -> int:
-    """Degrees of freedom of a body's joints, and six for a base that moves."""
+    """Degrees of freedom of a body's joints, and six for a base that could move when it was loaded."""
     record = client.scene.bodies.get(whole(bodyUniqueId))
     if record is None:
         return 0
     own = sum(VELOCITY_COUNT[info[2]] for info in record.infos)
-    return own + (0 if record.model.fixed_base else 6)
+    return own + (0 if record.loaded_fixed else 6)
 
 
 @command()

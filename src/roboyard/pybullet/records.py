@@ -92,6 +92,8 @@ class BodyRecord:
         self.position_addresses: list[int] = []
         self.velocity_addresses: list[int] = []
         self.qpos = self.qvel = np.zeros(0)
+        self.loaded_fixed = model.fixed_base
+        """Whether the base could not move at first (a new mass lets it go)."""
         self.base_frame = model.links[0].frame
         self.base_is_plain = _is_identity(self.base_frame)
 

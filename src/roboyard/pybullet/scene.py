@@ -112,6 +112,12 @@ class Scene:
                     link, linear, angular, linear_quadratic=linear, angular_quadratic=angular
                 )
 
+    def free_base(self, record: BodyRecord) -> None:
+        """Let a fixed base move from now on."""
+        record.body.free_base()
+        record.model.fixed_base = False
+        self.set_damping(record, record.linear_damping, record.angular_damping)
+
     def set_weightless(self, record: BodyRecord, link: int, weightless: bool) -> None:
         """Whether gravity and drag leave a link of a body alone."""
         handle = record.body.links[link + 1]

@@ -126,7 +126,7 @@ def surface_cost(x, sdf, unit, directions, tau, price, grad):
 
 @njit(cache=True)
 def descend(x, px, py, pz, weight, tau, tail, floor, ceiling, rounds, sdf, unit, directions, price):
-    """Lower `volume_cost` + `surface_cost` from `x` in place, radii from `floor` to `ceiling`; the cost reached.
+    """Lower `volume_cost` + `surface_cost` from `x` in place, radii from `floor` to `ceiling`; gives the sum.
 
     L-BFGS with eight pairs, projection onto the bounds and backtracking; Nocedal and Wright, Numerical
     Optimization (2006), algorithms 7.4 and 3.1. (SciPy's spends its time in threaded linear algebra here.)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -232,6 +233,23 @@ class Body:
             if wxyz is not None:
                 world.live_model.body_quat[row] = wxyz
             world.mark_moved()
+
+    def free_base(self) -> None:
+        """Let a base that was fixed move from now on: from where it is, at rest, with its link's mass.
+
+        Raises:
+            RoboyardError: the base has an endless plane, or is the fixed part of an MJCF file.
+        """
+        if not self.is_fixed:
+            return
+        root = self.built.links[0]
+        planes = any(geom.type == mujoco.mjtGeom.mjGEOM_PLANE for geom in (*root.geoms, *root.visuals))
+        if self.built.is_ground or planes:
+            raise RoboyardError(f"body {self.name!r} has no end and cannot move")
+        self.built.free_joint = root.element.add_freejoint(name=f"{root.element.name}/free", align=0)
+        self.built.dofs += 6
+        self.is_fixed = False
+        self.world.mark_stale()
 
     @property
     def velocity(self) -> tuple[Array, Array]:
