@@ -39,10 +39,18 @@ def _let_slide(robot: RobotBody) -> None:
 
 
 def _add_motor_inertia(robot: RobotBody) -> None:
-    """Of fingers, legs and driven wheels."""
-    block = robot.definition.manipulation
-    names = [name for finger in (block.finger_joint_names if block else {}).values() for name in finger]
-    is_legged = robot.two_wheel is None and robot.definition.holonomic_base is None
+    """Of arms, trunk, camera, fingers, legs and driven wheels."""
+    definition = robot.definition
+    names: list[str] = []
+    if definition.manipulation is not None:
+        block = definition.manipulation
+        for by_arm in (block.arm_joint_names, block.finger_joint_names):
+            names += [name for joints in by_arm.values() for name in joints]
+    if definition.articulated_trunk is not None:
+        names += definition.articulated_trunk.trunk_joint_names
+    if definition.active_camera is not None:
+        names += definition.active_camera.camera_joint_names
+    is_legged = robot.two_wheel is None and definition.holonomic_base is None
     if robot.locomotion is not None and is_legged:
         names += robot.locomotion.joint_names
     for place in robot.joints.places(names):

@@ -110,6 +110,12 @@ class JointArrays:
         return self.world.model.dof_frictionloss[self._dofs]
 
     @property
+    def dofs(self) -> Indices:
+        """(n,) of the joints in MuJoCo's velocities."""
+        self.bind()
+        return self._dofs
+
+    @property
     def inertia(self) -> Array:
         """Kg m² or kg that each joint moved at the last step, all others held."""
         return self.world.data.M[self._diagonal]
