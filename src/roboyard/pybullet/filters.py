@@ -25,7 +25,9 @@ def setCollisionFilterPair(
     a = scene.link(whole(bodyUniqueIdA), whole(linkIndexA))
     b = scene.link(whole(bodyUniqueIdB), whole(linkIndexB))
     if a is not None and b is not None and a is not b:
-        scene.set_pair((bodyUniqueIdA, linkIndexA), (bodyUniqueIdB, linkIndexB), bool(whole(enableCollision)))
+        scene.filters.set_pair(
+            (bodyUniqueIdA, linkIndexA), (bodyUniqueIdB, linkIndexB), bool(whole(enableCollision))
+        )
 
 
 @command()
@@ -35,4 +37,6 @@ def setCollisionFilterGroupMask(
     """Give a link a group and a mask: two links collide if each one's group has a bit of the other's mask."""
     scene = client.scene
     if scene.link(whole(bodyUniqueId), whole(linkIndexA)) is not None:
-        scene.set_group((bodyUniqueId, linkIndexA), whole(collisionFilterGroup), whole(collisionFilterMask))
+        scene.filters.set_group(
+            (bodyUniqueId, linkIndexA), whole(collisionFilterGroup), whole(collisionFilterMask)
+        )

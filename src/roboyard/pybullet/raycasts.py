@@ -150,7 +150,7 @@ def _cast(scene: Scene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted:
             continue
         number_ = scene.of_world(body).number
         hit: Hit = (number_, link - 1, fractions[i], tuple(positions[i]), tuple(normals[i]))
-        if wanted > 0 or leaving[i] or not scene.group_of(number_, link - 1) & mask:
+        if wanted > 0 or leaving[i] or not scene.filters.group_of(number_, link - 1) & mask:
             hit = _later_hit(scene, starts[i], ends[i], hit, mask, max(wanted, 0))
         hits.append(hit)
     return tuple(hits)
@@ -160,7 +160,7 @@ def _later_hit(scene: Scene, start: np.ndarray, end: np.ndarray, hit: Hit, mask:
     """The `wanted`-th surface (from 0) that a ray enters and the mask lets it see, from the first hit on."""
     whole_way = end - start
     while hit[0] >= 0:
-        if whole_way @ hit[4] <= 0.0 and scene.group_of(hit[0], hit[1]) & mask:
+        if whole_way @ hit[4] <= 0.0 and scene.filters.group_of(hit[0], hit[1]) & mask:
             if wanted == 0:
                 return hit
             wanted -= 1

@@ -10,6 +10,7 @@ from roboyard.pybullet.drives import Drives
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.ids import Counter, Recycler, drop_from_order
 from roboyard.pybullet.models import BodyModel
+from roboyard.pybullet.pair_filters import PairFilters
 from roboyard.pybullet.parameters import EngineParameters
 from roboyard.pybullet.records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.sim.link import Link
@@ -47,8 +48,7 @@ class Scene:
         self._without_motors: list[BodyRecord] = []
         self.waiting: set[Drives] = set()
         """Bodies with motor commands that have not reached the World yet."""
-        self._groups: dict[tuple[int, int], tuple[int, int]] = {}
-        self._pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
+        self.filters = PairFilters(self)
         self._loose: LooseShapes | None = None
         self._spare: Any = None
         self._spare_revision = -1
@@ -95,10 +95,7 @@ class Scene:
             )
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self._without_motors.append(record)
-        for place in self._groups:
-            for link, part in enumerate(model.links, start=-1):
-                if part.collisions:
-                    self._apply_groups(place, (number, link))
+        self.filters.add(record)
         return record
 
     def set_damping(self, record: BodyRecord, linear: float, angular: float) -> None:
@@ -146,8 +143,7 @@ class Scene:
         if record in self._without_motors:
             self._without_motors.remove(record)
         self.efforts = {key: effort for key, effort in self.efforts.items() if key[0] != number}
-        self._groups = {place: given for place, given in self._groups.items() if place[0] != number}
-        self._pairs = {key: on for key, on in self._pairs.items() if number not in (key[0][0], key[1][0])}
+        self.filters.forget(number)
 
     def of_world(self, world_body_id: int) -> BodyRecord:
         """The record of a World body."""
@@ -174,48 +170,12 @@ class Scene:
         there = ", ".join(map(str, self.order[:12])) or "none"
         return failure(message, f"there is no body {number}; bodies: {there}")
 
-    # ----------------------------------------------------------------------------------------------- filters
-
     def link(self, body: int, link: int) -> Link | None:
         """The World's link, or None."""
         record = self.bodies.get(body)
         if record is None or not -1 <= link < record.joint_count:
             return None
         return record.body.links[link + 1]
-
-    def group_of(self, body: int, link: int) -> int:
-        """Filter group of a link: 1, or 2 for what never moves, unless it was set."""
-        given = self._groups.get((body, link))
-        if given is not None:
-            return given[0]
-        return 2 if self.bodies[body].model.fixed_base and link == -1 else 1
-
-    def _mask_of(self, body: int, link: int) -> int:
-        given = self._groups.get((body, link))
-        return -1 if given is None else given[1]
-
-    def set_group(self, place: tuple[int, int], group: int, mask: int) -> None:
-        """Give a link a filter group and mask, and bring its pairs with all other links up to date."""
-        self._groups[place] = (group, mask)
-        for body, record in self.bodies.items():
-            for link, model in enumerate(record.model.links, start=-1):
-                if model.collisions and body != place[0]:
-                    self._apply_groups(place, (body, link))
-
-    def set_pair(self, a: tuple[int, int], b: tuple[int, int], collide: bool) -> None:
-        """Switch one pair of links on or off, whatever their groups say."""
-        self._pairs[(min(a, b), max(a, b))] = collide
-        self._set_collide(a, b, collide)
-
-    def _apply_groups(self, a: tuple[int, int], b: tuple[int, int]) -> None:
-        pair = self._pairs.get((min(a, b), max(a, b)))
-        both = self.group_of(*a) & self._mask_of(*b) and self.group_of(*b) & self._mask_of(*a)
-        self._set_collide(a, b, bool(both) if pair is None else pair)
-
-    def _set_collide(self, a: tuple[int, int], b: tuple[int, int], collide: bool) -> None:
-        first, second = self.link(*a), self.link(*b)
-        if first is not None and second is not None and self.world.filters.collides(first, second) != collide:
-            self.world.filters.set(first, second, collide=collide)
 
     # ---------------------------------------------------------------------------------------------- queries
 
