@@ -227,3 +227,21 @@ def test_a_figure_that_is_no_number_fails() -> None:
         "tuck",
         "sensors",
     }
+
+
+def test_only_the_gate_that_looks_builds_what_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    from roboyard.validation.bench import Bench
+
+    made: list[tuple[bool, int]] = []
+    build = Bench.robot
+
+    def recorded(self: Bench, **options: object) -> object:
+        made.append((bool(options.get("visual")), 0))
+        found = build(self, **options)  # type: ignore[arg-type]
+        made[-1] = (made[-1][0], int((found.world.model.geom_group == 2).sum()))
+        return found
+
+    monkeypatch.setattr(Bench, "robot", recorded)
+    report = validate(robot(), definition=DEFINITION)
+    assert report.joints == 2
+    assert made and all((seen > 0) == visual for visual, seen in made)

@@ -112,7 +112,8 @@ def check_curobo(robot: ImportedRobot, file: Path) -> list[str]:
     """Every name in the planner's file is a link or joint of the robot, or one that the file makes."""
     import yaml
 
-    data = yaml.safe_load(file.read_text(encoding="utf-8"))["robot_cfg"]
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    data = yaml.load(file.read_text(encoding="utf-8"), Loader=loader)["robot_cfg"]  # noqa: S506 - safe loaders
     fields = data.get("kinematics", data)
     made = set(fields.get("extra_links") or ())
     links = set(robot.description.link_by_name) | made

@@ -14,8 +14,9 @@ from roboyard.importer.shape_tools import geometry_mesh
 from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.reports.pictures import PLAIN, RGBA, Sight
 from roboyard.shapes import primitives
+from roboyard.shapes.simplify import for_small_pictures
 from roboyard.urdf.kinematics import forward_kinematics
-from roboyard.urdf.model import Collision, Link, Visual
+from roboyard.urdf.model import Collision, Link, Mesh, Visual
 
 Kind = Literal["visual shapes", "collision shapes", "planner's spheres"]
 KINDS: tuple[Kind, ...] = ("visual shapes", "collision shapes", "planner's spheres")
@@ -123,14 +124,19 @@ def _ball(ball: CollisionSphere, frame: int) -> RenderShape:
 
 def _drawn(shape: Visual | Collision, frame: int, rgba: RGBA | None) -> RenderShape | None:
     """A shape in `rgba`, or (visual ones) in its own colours; None for what has no end or no size."""
-    mesh = geometry_mesh(shape.geometry)
+    geometry, scale = shape.geometry, (1.0, 1.0, 1.0)
+    if isinstance(geometry, Mesh):  # the renderer scales, so that one mesh is prepared but once
+        geometry, scale = replace(geometry, scale=scale), geometry.scale
+    mesh = geometry_mesh(geometry)
     if mesh is None or not len(mesh.faces):
         return None
+    mesh = for_small_pictures(mesh)
     material = shape.material if isinstance(shape, Visual) else None
     own = rgba or (material.rgba if material is not None else None)
     colored = mesh.colors is not None or mesh.texture is not None
     return RenderShape(
         mesh=mesh,
+        scale=scale,
         position=np.asarray(shape.origin.position, dtype=float),
         rotation=matrix_from_quaternion(shape.origin.quaternion),
         frame=frame,

@@ -15,6 +15,7 @@ from roboyard.poses import Array
 from roboyard.shapes import primitives
 from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.simplify import for_small_pictures
 from roboyard.urdf.auditing.draft import Draft, DraftLink, DraftShape
 
 Kind = Literal["visual", "collision"]
@@ -169,7 +170,7 @@ def _render_shape(shape: DraftShape, draft: Draft, frame: int, rgba: RGBA | None
     own = None if rgba is not None else _color(shape, draft)
     plain = (1.0, 1.0, 1.0, 1.0) if mesh.colors is not None or mesh.texture is not None else PLAIN
     return RenderShape(
-        mesh=mesh,
+        mesh=for_small_pictures(mesh),
         position=shape.origin[:3, 3],
         rotation=shape.origin[:3, :3],
         frame=frame,

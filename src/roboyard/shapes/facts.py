@@ -30,6 +30,9 @@ Array = NDArray[np.float64]
 _VERSION = 3
 """Part of the cache key: raise it when the facts of a file change meaning."""
 _MAX_HULL_POINTS = 400
+_MOST_IN_MEMORY = 2000
+_in_memory: dict[tuple[str, int, int], MeshFacts] = {}
+"""By path, time and size of the file: one import asks for the same facts several times."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,12 +101,19 @@ def mesh_facts(path: Path) -> MeshFacts:
 
     if path.suffix.lower() not in MESH_SUFFIXES or not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
         return facts_of(load_mesh(path))  # raises, and says why
+    state = path.stat()
+    key = (str(path.absolute()), state.st_mtime_ns, state.st_size)
+    if key in _in_memory:
+        return _in_memory[key]
     content = _digest(path)
     kept = _cache_folder() / f"{content}-{path.suffix.lower().lstrip('.')}-{_VERSION}.npz"
     facts = _recall(kept, content)
     if facts is None:
         facts = dataclasses.replace(facts_of(load_mesh(path), content), names=tuple(names_in(path)))
         _remember(kept, facts)
+    if len(_in_memory) >= _MOST_IN_MEMORY:
+        _in_memory.clear()
+    _in_memory[key] = facts
     return facts
 
 

@@ -33,10 +33,14 @@ class Bench:
     """Called with each new world; a floor by default."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """Of `add_robot`."""
+    joint_count: int | None = None
+    """Joints of the robot, known once one was made."""
 
-    def robot(self, **options: Any) -> Robot:
-        """A fresh robot on the floor of a fresh world."""
-        world = World(timestep=self.timestep)
+    def robot(self, *, visual: bool = False, **options: Any) -> Robot:
+        """A fresh robot on the floor of a fresh world, without its visual shapes unless they are asked for:
+        nothing touches them, and dense ones take most of the time and memory of a world.
+        """
+        world = World(timestep=self.timestep, visual_geoms=visual)
         if self.scene is None:
             world.add_plane()
         else:
@@ -48,6 +52,7 @@ class Bench:
         if not robot.body.is_fixed or lowest < -SUNK:
             position, _ = robot.get_position_orientation(backend="numpy")
             robot.set_position_orientation(position - [0.0, 0.0, lowest])
+        self.joint_count = len(robot.joint_names)
         return robot
 
 

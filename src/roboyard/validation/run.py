@@ -57,11 +57,12 @@ def validate(
             results += GATES[name](bench)
         except RoboyardError as error:
             results.append(_broken(name, str(error)))
+    joints = bench.joint_count if bench.joint_count is not None else len(bench.robot().joint_names)
     return ValidationReport(
         robot=bench.name,
         gates=tuple(results),
         capabilities=bench.definition.capabilities,
-        joints=len(bench.robot().joint_names),
+        joints=joints,
         seconds=time.perf_counter() - began,
     )
 

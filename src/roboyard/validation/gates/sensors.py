@@ -27,7 +27,7 @@ def sensors(bench: Bench) -> tuple[Gate, ...]:
                 skipped="the robot has no cameras",
             ),
         )
-    robot = bench.robot()
+    robot = bench.robot(visual=True)
     findings, shares = [], []
     for camera in bench.cameras:
         names = [link.name for link in robot.body.links]

@@ -1,0 +1,79 @@
+"""Coarser copies of dense meshes, for pictures too small to show the difference."""
+
+from __future__ import annotations
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.shapes.mesh import TriangleMesh, read_only
+
+DENSE = 20_000
+"""Triangles above which a mesh is worth simplifying."""
+CELLS = 256
+"""Cells along the mesh's longest side: in a picture 300 pixels wide one is little more than a pixel."""
+UV_CELLS = 64
+"""Texture coordinates of vertices that become one differ by less than one of so many parts."""
+
+_known: WeakKeyDictionary[TriangleMesh, TriangleMesh] = WeakKeyDictionary()
+
+
+def for_small_pictures(mesh: TriangleMesh) -> TriangleMesh:
+    """The mesh itself where it is light, else `clustered`, remembered as long as the mesh lives."""
+    if len(mesh.faces) <= DENSE:
+        return mesh
+    found = _known.get(mesh)
+    if found is None:
+        found = _known[mesh] = clustered(mesh, CELLS)
+    return found
+
+
+def clustered(mesh: TriangleMesh, cells: int) -> TriangleMesh:
+    """The mesh with all vertices of a grid cell made one, at their mean, and without faces that vanish.
+
+    No vertex moves by more than the diagonal of a cell. Faces keep their order, colours and texture; normals
+    are left out, since those of joined vertices mean nothing.
+
+    Args:
+        mesh: any triangles with finite vertices.
+        cells: along the longest side of the mesh's box.
+    """
+    if not len(mesh.vertices):
+        return mesh
+    lower = mesh.vertices.min(axis=0)
+    size = max(float(np.ptp(mesh.vertices, axis=0).max()) / cells, 1e-300)
+    cell = np.minimum(np.floor((mesh.vertices - lower) / size), cells - 1).astype(np.int64)
+    key = (cell[:, 0] * cells + cell[:, 1]) * cells + cell[:, 2]
+    if mesh.uv is not None:
+        patch = np.floor(np.clip(mesh.uv, -8.0, 8.0) * UV_CELLS).astype(np.int64) + 8 * UV_CELLS
+        key = (key * (16 * UV_CELLS + 1) + patch[:, 0]) * (16 * UV_CELLS + 1) + patch[:, 1]
+    _, first, number = np.unique(key, return_index=True, return_inverse=True)
+    faces = number.reshape(-1)[mesh.faces]
+    kept = _first_of_each(faces)
+    return TriangleMesh(
+        vertices=read_only(_means(mesh.vertices, number.reshape(-1), len(first)), np.float64),
+        faces=read_only(faces[kept], np.int32),
+        uv=None if mesh.uv is None else read_only(mesh.uv[first], np.float64),
+        colors=None if mesh.colors is None else read_only(mesh.colors[kept], np.uint8),
+        texture=mesh.texture,
+    )
+
+
+def _means(values: NDArray[np.float64], number: NDArray[np.int64], count: int) -> NDArray[np.float64]:
+    """(count, 3) mean of the values of each number."""
+    sums = [np.bincount(number, weights=values[:, axis], minlength=count) for axis in range(3)]
+    return np.stack(sums, axis=1) / np.bincount(number, minlength=count)[:, None]
+
+
+def _first_of_each(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Rows of faces with three different corners, the first of those with the same corners in turn."""
+    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    rows = np.flatnonzero(whole)
+    if not len(rows):
+        return rows
+    turn = faces[rows].argmin(axis=1)
+    a, b, c = (faces[rows, (turn + k) % 3] for k in range(3))
+    order = np.lexsort((rows, c, b, a))
+    same = (np.diff(a[order]) == 0) & (np.diff(b[order]) == 0) & (np.diff(c[order]) == 0)
+    return np.sort(rows[order[np.concatenate([[True], ~same])]])
