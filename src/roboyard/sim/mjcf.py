@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from roboyard.urdf.model import Pose
 if TYPE_CHECKING:
     from roboyard.sim.appearance import Look
     from roboyard.sim.body import Body
+    from roboyard.sim.mjcf_textures import Coats
     from roboyard.sim.world import World
 
 
@@ -136,8 +138,10 @@ def _collect(top: Any, prefix: str) -> Built:
 
 def looks_of_model(body: Body) -> dict[int, list[Look]]:
     """Render shapes of a body that has no description, read from the compiled model."""
-    world = body.world
-    model = world.live_model
+    from roboyard.sim.mjcf_textures import coats_of
+
+    coats = coats_of(body.world)
+    model = coats.model
     found: dict[int, list[Look]] = {}
     shown_by = {int(row): index for index, row in enumerate(body.mujoco_ids)}  # last of links in one place
     for row, index in shown_by.items():
@@ -147,17 +151,16 @@ def looks_of_model(body: Body) -> dict[int, list[Look]]:
         if (model.geom_group[geoms] < 3).any():
             geoms = geoms[model.geom_group[geoms] < 3]
         for geom in geoms:
-            look = _look(model, int(geom), (body.id, index))
+            look = _look(coats, int(geom), (body.id, index))
             if look is not None:
                 found.setdefault(index, []).append(look)
     return found
 
 
-def _look(model: Any, geom: int, owner: tuple[int, int]) -> Look | None:
-    from roboyard.shapes.mesh import TriangleMesh, read_only
+def _look(coats: Coats, geom: int, owner: tuple[int, int]) -> Look | None:
     from roboyard.sim.appearance import Look, render_shape
+    from roboyard.sim.mjcf_textures import color_of
     from roboyard.urdf.model import (
-        RGBA,
         Box,
         Capsule,
         Cylinder,
@@ -169,6 +172,7 @@ def _look(model: Any, geom: int, owner: tuple[int, int]) -> Look | None:
         Sphere,
     )
 
+    model = coats.model
     kinds = mujoco.mjtGeom
     size = [float(v) for v in model.geom_size[geom]]
     geometry: Geometry
@@ -187,21 +191,12 @@ def _look(model: Any, geom: int, owner: tuple[int, int]) -> Look | None:
             geometry = Sphere(radius=0.5)
         case _:
             return None
-    rgba: RGBA = tuple(float(v) for v in model.geom_rgba[geom])  # type: ignore[assignment]
-    material_id = int(model.geom_matid[geom])
-    if material_id >= 0:
-        rgba = tuple(float(v) for v in model.mat_rgba[material_id])  # type: ignore[assignment]
     if int(model.geom_type[geom]) == int(kinds.mjGEOM_MESH):
         mesh_id = int(model.geom_dataid[geom])
-        v0, nv = int(model.mesh_vertadr[mesh_id]), int(model.mesh_vertnum[mesh_id])
-        f0, nf = int(model.mesh_faceadr[mesh_id]), int(model.mesh_facenum[mesh_id])
         geometry = Mesh(
             uri="",
             path=None,
-            data=TriangleMesh(
-                vertices=read_only(model.mesh_vert[v0 : v0 + nv], np.float64),
-                faces=read_only(model.mesh_face[f0 : f0 + nf], np.int32),
-            ),
+            data=coats.mesh(mesh_id),
         )
     elif int(model.geom_type[geom]) == int(kinds.mjGEOM_ELLIPSOID):
         from roboyard.shapes import primitives
@@ -224,8 +219,10 @@ def _look(model: Any, geom: int, owner: tuple[int, int]) -> Look | None:
     shape: RenderShape | None = render_shape(
         geometry,
         Pose(position=(px, py, pz), quaternion=(x, y, z, w)),
-        Material(rgba=rgba),
+        Material(rgba=color_of(model, geom)),
         1.0,
         owner,
     )
+    if shape is not None and (coated := coats.put_on(geom, shape.mesh, shape.scale)) is not None:
+        shape = replace(shape, mesh=coated[0], texture=coated[1], checker=None)
     return None if shape is None else Look(geometry=geometry, shape=shape)
