@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,18 +44,23 @@ def drawing_of(items: Iterable[Item], scene: Scene) -> Drawing:
             texts.append(_text(item, scene))
     for (parent, width), group in lines.items():
         if not _is_gone(parent, scene):
-            ends = np.array([line.start + line.end for line in group])
-            placed = _placed(ends.reshape(-1, 3), parent, scene).reshape(-1, 2, 3)
+            ends = _rows([end for line in group for end in (line.start, line.end)])
+            placed = _placed(ends, parent, scene).reshape(-1, 2, 3)
             drawn.append(
                 SceneLines(
                     start=placed[:, 0],
                     end=placed[:, 1],
-                    rgb=np.array([line.rgb for line in group]),
+                    rgb=_rows([line.rgb for line in group]),
                     width=width,
                     link=_owner(parent, scene),
                 )
             )
     return Drawing(lines=drawn, texts=texts)
+
+
+def _rows(triples: list[tuple[float, float, float]]) -> np.ndarray:
+    """(n, 3); several times as fast as `np.array`, for the thousands of lines of one frame."""
+    return np.fromiter(chain.from_iterable(triples), float, 3 * len(triples)).reshape(-1, 3)
 
 
 def _text(item: Text, scene: Scene) -> SceneText:
