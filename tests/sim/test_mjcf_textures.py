@@ -3,12 +3,16 @@
 The places were read off pictures of MuJoCo 4's OpenGL renderer; those here are the software renderer's.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
 
 from roboyard.cameras import UNLIT, Camera
+from roboyard.shapes import primitives
 from roboyard.sim import World
+from roboyard.sim.cube_texture import wrap_in_cube
 
 RED, GREEN, BLUE, YELLOW = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 0)
 PURPLE, CYAN, WHITE = (255, 0, 255), (0, 255, 255), (255, 255, 255)
@@ -137,3 +141,22 @@ def test_equal_geoms_share_image_and_mesh():
     </worldbody></mujoco>""")
     one, other = world.render_scene().shapes
     assert one.texture is other.texture and one.mesh is other.mesh
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.31, 0.5])
+def test_cutting_a_mesh_for_a_cube_texture_leaves_its_shape(offset):
+    """Same volume; every edge has two faces, but where a face of the box runs through the cube's middle."""
+    box = primitives.box(0.5, 0.3, 0.2)
+    shifted = replace(box, vertices=box.vertices + np.array([offset, 0.02, 0.0]))
+    cut = wrap_in_cube(shifted, np.ones(3), None, 64, 6)
+    assert 12 < len(cut.faces) < 5000
+    corners = cut.vertices[cut.faces]
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+    assert volume == pytest.approx(1.0 * 0.6 * 0.4)
+    if offset == 0.5:
+        return
+    places, number = np.unique(np.round(cut.vertices, 6), axis=0, return_inverse=True)
+    a, b = number.reshape(-1, 3), np.roll(number.reshape(-1, 3), -1, axis=1)
+    edges = np.stack([np.minimum(a, b).ravel(), np.maximum(a, b).ravel()], axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    assert len(places) - len(edges) // 2 + len(cut.faces) == 2

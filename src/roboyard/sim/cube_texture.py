@@ -43,10 +43,10 @@ def wrap_in_cube(
     packed = np.concatenate(parts, axis=2)
     for normal in _DIAGONALS:
         packed = _split(packed, np.array(normal, dtype=float))
-    uv, error = _uv(packed[..., 3:6])
-    while error > _WORST and 4 * len(packed) <= _MOST_FACES:
-        packed = _quartered(packed)
-        uv, error = _uv(packed[..., 3:6])
+    uv, off = _uv(packed[..., 3:6])
+    while (off > _WORST).any() and 2 * len(packed) <= _MOST_FACES:
+        packed = _bisected(packed, off)
+        uv, off = _uv(packed[..., 3:6])
     side = _side(packed[..., 3:6])[:, None] % sides
     rim = 0.5 / pixels  # neighbours in the picture are no neighbours on the cube
     uv = np.clip(uv, rim, 1.0 - rim)
@@ -71,8 +71,8 @@ def _side(directions: Array) -> NDArray[np.intp]:
     return 2 * axis + (np.take_along_axis(middle, axis[:, None], axis=1)[:, 0] < 0.0)
 
 
-def _uv(directions: Array) -> tuple[Array, float]:
-    """Column and row (m, 3, 2; 0 to 1) of each corner, and how far off a line between two corners is.
+def _uv(directions: Array) -> tuple[Array, Array]:
+    """Column and row (m, 3, 2; 0 to 1) of each corner, and how far off the middle of each edge is (m, 3).
 
     Halfway between corners of depths a and b the picture is at (a u + b v) / (a + b), not at their mean.
     """
@@ -83,15 +83,23 @@ def _uv(directions: Array) -> tuple[Array, float]:
     uv = 0.5 + 0.5 * (directions @ both) / depth
     other, next_depth = np.roll(uv, -1, axis=1), np.roll(depth, -1, axis=1)
     off = np.abs(other - uv) * np.abs(next_depth - depth) / (2.0 * (next_depth + depth))
-    return uv, float(off.max(initial=0.0))
+    # next to the middle of the cube its sides meet, and no cut helps
+    reachable = np.minimum(depth, next_depth) > 1e-3 * np.abs(directions).max(initial=0.0)
+    return uv, np.where(reachable[..., 0], off.max(axis=2), 0.0)
 
 
-def _quartered(packed: Array) -> Array:
-    """Four triangles for each."""
-    a, b, c = packed[:, 0], packed[:, 1], packed[:, 2]
-    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-    four = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-    return np.concatenate([np.stack(corners, axis=1) for corners in four])
+def _bisected(packed: Array, off: Array) -> Array:
+    """Two triangles for each that has an edge too far off, parted in the middle of its worst.
+
+    How far off an edge is, both its triangles agree upon (save next to the cube's middle): in the end they
+    part it alike and no gap opens.
+    """
+    bad = (off > _WORST).any(axis=1)
+    order = (off[bad].argmax(axis=1)[:, None] + np.arange(3)) % 3
+    a, b, c = np.swapaxes(np.take_along_axis(packed[bad], order[..., None], axis=1), 0, 1)
+    middle = 0.5 * (a + b)
+    halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+    return np.concatenate([packed[~bad], *halves])
 
 
 def _split(packed: Array, normal: Array) -> Array:
