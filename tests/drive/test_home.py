@@ -88,13 +88,13 @@ def test_r1_at_home_is_quicker_than_real_time(stage: Stage) -> None:
     draw = np.random.default_rng(0)
 
     def run(seconds: float, sensors: Sensors | None) -> float:
-        begin, until = time.perf_counter(), world.time + seconds
+        begin, until = time.process_time(), world.time + seconds
         while world.time < until:
             robot.apply_action(0.05 * draw.uniform(-1, 1, robot.action_dim))
             world.step(robot.steps_per_control)
             if sensors is not None:
                 sensors.observe()
-        return seconds / (time.perf_counter() - begin)
+        return seconds / (time.process_time() - begin)
 
     run(1.0, None)
     assert run(5.0, None) > 5.0

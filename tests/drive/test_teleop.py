@@ -209,6 +209,35 @@ def test_selected_joints_and_grippers_move(r1: Stage) -> None:
     assert (hold()[fingers] < -0.04).all()
 
 
+@pytest.mark.parametrize(
+    "name",
+    [f"torso_joint{k}" for k in range(1, 5)] + [f"left_arm_joint{k}" for k in range(1, 7)],
+)
+def test_a_held_key_moves_its_joint_and_no_other(r1: Stage, name: str) -> None:
+    robot, world = r1.robot, r1.scene.world
+    hands = {"arm_left": "JointController"} if name.startswith("left") else {}
+    try:
+        robot.reload_controllers(hands)
+        for key, sign in (("]", 1.0), ("[", -1.0)):
+            robot.reset()
+            teleop = Teleop(robot, Clock())
+            while f"joint {name}," not in teleop.status():
+                teleop.press("2")
+            was = robot.get_joint_positions()
+            place = robot.joint_names.index(name)
+            for k in range(45):
+                if k < 30:
+                    teleop.press(key)
+                robot.apply_action(teleop.action())
+                world.step(robot.steps_per_control)
+                moved = robot.get_joint_positions() - was
+                others = np.delete(moved, [0, 1, 5, place])
+                assert np.abs(others).max() < 0.03, (key, robot.joint_names)
+            assert min(sign * moved[place], 0.078) > 0.077, (key, moved[place])
+    finally:
+        robot.reload_controllers()
+
+
 def test_wheels_drive_on_and_turn(rover: Stage) -> None:
     robot, world = rover.robot, rover.scene.world
     teleop = Teleop(robot)

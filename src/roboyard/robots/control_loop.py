@@ -10,6 +10,7 @@ stay free.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from roboyard.poses import Array
 from roboyard.robots.controller_setup import Group
 from roboyard.robots.controllers.base import EYE4, GroupLimits, GroupState
 from roboyard.robots.definition import VIRTUAL_JOINTS
+from roboyard.robots.footing import Footing
 from roboyard.robots.gains import (
     GRIPPER_FREQUENCY,
     NATURAL_FREQUENCY,
@@ -48,6 +50,7 @@ class ControlLoop:
         *,
         rest: Array,
         steps_per_control: int,
+        footing: Footing | None = None,
     ) -> None:
         """Start with no goals.
 
@@ -57,11 +60,13 @@ class ControlLoop:
             groups: with their controllers.
             rest: (n,) where unclaimed joints are held.
             steps_per_control: time steps for each control step.
+            footing: of a robot that may tip over.
         """
         self.joints = joints
         self.limits = limits
         self.groups = dict(groups)
         self.steps_per_control = steps_per_control
+        self._footing = footing
         count = len(joints.names)
         self._countdown = 0
         self._stale = True
@@ -150,6 +155,8 @@ class ControlLoop:
         dt = self.joints.world.timestep if controller.control_type == "effort" else self.dt
         state = GroupState(q=q[group.places], v=v[group.places], dt=dt, mount=self._mount(group, q))
         state.inertia = self.joints.inertia[group.places]
+        if self._footing is not None and controller.keeps_balance:
+            state.balance = partial(self._footing.balance, group.places)
         if controller.control_type == "effort":
             if controller.needs_mass_matrix:
                 state.mass_matrix = self.joints.mass_matrix(group.places)
@@ -174,6 +181,8 @@ class ControlLoop:
         q, v = self.joints.q, self.joints.v
         kinds = self._kinds
         self._offset += min(1.0, self.dt / OFFSET_TIME) * (q - self._position - self._offset)
+        if self._footing is not None:
+            self._footing.forget()
         for group in self._other_groups:
             control = group.controller.step(self.state_of(group, q, v))
             kind = KINDS[control.kind]

@@ -19,6 +19,7 @@ from roboyard.robots.controller_setup import ControllerConfig, Group, Setup, mak
 from roboyard.robots.controllers import Controller
 from roboyard.robots.definition import RobotDefinition
 from roboyard.robots.fitting import fit
+from roboyard.robots.footing import footing_of
 from roboyard.robots.groups import plan_groups
 from roboyard.robots.joints import Indices
 from roboyard.robots.postures import ResetMode, reset_posture
@@ -106,7 +107,12 @@ class Robot(RobotBody, Senses):
                 f"{self.world.timestep:g} s"
             )
         return ControlLoop(
-            self.joints, self.limits, groups, rest=self._reset_posture, steps_per_control=max(1, round(steps))
+            self.joints,
+            self.limits,
+            groups,
+            rest=self._reset_posture,
+            steps_per_control=max(1, round(steps)),
+            footing=footing_of(self),
         )
 
     def _before_step(self) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.poses import Array
 from roboyard.robots.controllers.scaling import LimitSetting, Scaling
+from roboyard.robots.footing import Balance
 
 MotorType = Literal["position", "velocity", "effort"]
 EYE4 = np.eye(4)
@@ -67,6 +68,8 @@ class GroupState:
     """(n, n) of the group's joints, all others held; for controllers with `needs_mass_matrix`"""
     bias: Array | None = None
     """(n,) effort that gravity, Coriolis and centrifugal forces take; N m or N"""
+    balance: Callable[[], Balance | None] | None = None
+    """How these joints tip a robot that stands; for controllers with `keeps_balance`, worked out if asked"""
     mount: Array = field(default_factory=lambda: EYE4)
     """(4, 4) pose, in the robot's base frame, of the frame that the group hangs from. For a base: pose of the
     base in the frame of its virtual joints."""
@@ -142,6 +145,7 @@ class Controller(ABC):
 
     Settings: ClassVar[type[ControllerSettings]] = ControllerSettings
     needs_mass_matrix: ClassVar[bool] = False
+    keeps_balance: ClassVar[bool] = False
 
     def __init__(self, limits: GroupLimits, settings: ControllerSettings) -> None:
         self.limits = limits

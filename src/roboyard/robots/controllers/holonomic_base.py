@@ -5,8 +5,8 @@ With R, p the pose of the base in the frame its virtual joints start from, and a
     velocity   (v_x, v_y) = R_xy(ω dt / 2) R (c_x, c_y),  ω = c_ω
     position   (x, y) = p + R (c_x, c_y),  rz = rz + c_ω
 
-Velocities change by `max_acceleration` at most, in the base's frame, so that a tall robot does not tip
-over.
+Velocities change by `max_acceleration` at most, in the base's frame, and by less where a robot that leans
+would tip over (see `roboyard.robots.footing`).
 
 The goal is the command itself, turned into the base's present frame at every step, and by half the turn
 that the base makes before the next one; so a held command drives an arc (OmniGibson freezes the direction
@@ -59,17 +59,23 @@ class HolonomicBaseJointController(JointController):
             raise ConfigError(f"a holonomic base has 3 joints (x, y, rz); got {limits.size}")
         super().__init__(limits, settings)
         self._velocity_now = np.zeros(3)
+        self.keeps_balance = settings.max_acceleration is not None  # type: ignore[misc]
 
     def reset(self) -> None:
         super().reset()
         self._velocity_now = np.zeros(3)
 
-    def _approached(self, command: Array, dt: float) -> Array:
-        """The command, as near as the acceleration allows."""
+    def _approached(self, command: Array, state: GroupState) -> Array:
+        """The command, as near as the acceleration and the robot's balance allow."""
         if self.settings.max_acceleration is None or self.settings.motor_type != "velocity":
             return command
-        reach = np.asarray(self.settings.max_acceleration) * dt
-        self._velocity_now = self._velocity_now + np.clip(command - self._velocity_now, -reach, reach)
+        reach = np.asarray(self.settings.max_acceleration) * state.dt
+        change = np.clip(command - self._velocity_now, -reach, reach)
+        balance = state.balance() if state.balance is not None and change.any() else None
+        if balance is not None:
+            turned = np.append(state.mount[:2, :2] @ change[:2], change[2])
+            change = change * balance.bearable(turned / state.dt)
+        self._velocity_now = self._velocity_now + change
         return self._velocity_now
 
     def _goal(self, command: Array, state: GroupState) -> Array:
@@ -83,7 +89,7 @@ class HolonomicBaseJointController(JointController):
     def _control(self, state: GroupState) -> Control:
         if self.settings.motor_type == "position":
             return super()._control(state)
-        command = self._approached(self.goal, state.dt)
+        command = self._approached(self.goal, state)
         half = command[2] * state.dt / 2 if self.settings.motor_type == "velocity" else 0.0
         turned = state.mount[:2, :2] @ command[:2]
         c, s = np.cos(half), np.sin(half)

@@ -2,7 +2,9 @@
 
     position   u = r, which runs from the joint's position to q* with speeds up to v_max and accelerations
     up to
-               min(v_max / 0.2 s, 0.4 E / M), so that the drive can follow
+               min(v_max / 0.2 s, 0.4 E / M), so that the drive can follow; and with keep_balance so that a
+               robot on wheels does not fall, see `roboyard.robots.footing`: a joint speeds up and brakes as
+               its footing bears, and stops where it would lead the centre of mass off the wheels
     velocity   u = q̇* + i, with i the integral of `velocity_tracking`; once all are zero and the joints rest,
                u = the positions they rest at
     effort     u = τ*
@@ -54,6 +56,8 @@ class JointSettings(ControllerSettings):
     """Add Coriolis and centrifugal effort too (with use_impedances)."""
     smoothing_filter_size: int | None = Field(default=None, ge=1)
     """Targets are averaged over this many steps."""
+    keep_balance: bool = True
+    """Position: stop short of tipping over, for robots that stand on the floor by their wheels."""
     hold_position: bool = True
     """Velocity: stay in place, against any push, once at rest with all commands zero."""
 
@@ -61,7 +65,7 @@ class JointSettings(ControllerSettings):
     def _fit(self) -> JointSettings:
         kind = f"with motor_type {self.motor_type!r}"
         if self.motor_type != "position":
-            meaningless(self, ("pos_kp", "pos_damping_ratio"), kind)
+            meaningless(self, ("pos_kp", "pos_damping_ratio", "keep_balance"), kind)
         if self.motor_type != "velocity":
             meaningless(self, ("vel_kp", "hold_position"), kind)
         if not self.use_impedances:
@@ -85,6 +89,7 @@ class JointController(Controller):
     def __init__(self, limits: GroupLimits, settings: JointSettings) -> None:
         super().__init__(limits, settings)
         self.needs_mass_matrix = settings.use_impedances and settings.motor_type != "effort"  # type: ignore[misc]
+        self.keeps_balance = settings.keep_balance and settings.motor_type == "position"  # type: ignore[misc]
         self._kp = 50.0 if settings.pos_kp is None else settings.pos_kp
         damping = 1.0 if settings.pos_damping_ratio is None else settings.pos_damping_ratio
         self._kd = 2.0 * np.sqrt(self._kp) * damping
@@ -165,9 +170,15 @@ class JointController(Controller):
         if self._reference is None:
             self._reference, self._speed = state.q.copy(), np.zeros(self.limits.size)
         gap, fastest, dt = goal - self._reference, self.limits.velocity, state.dt
-        if not gap.any():
+        if not gap.any() and not self._speed.any():
             return self._reference
         rise = acceleration(self.limits, state.inertia)
+        balance = state.balance() if state.balance is not None else None
+        if balance is not None:
+            rise = np.minimum(rise, balance.acceleration())
+            stop = self._reference - state.q + self._speed * np.abs(self._speed) / (2.0 * rise)
+            gap = np.where(balance.allows(stop, np.sign(gap)), gap, 0.0)
+            goal = np.where(gap == 0.0, self._reference, goal)
         braking = np.sqrt(2.0 * rise * np.abs(gap))
         wanted = np.sign(gap) * np.minimum(np.minimum(fastest, braking), np.abs(gap) / dt)
         change = rise * dt

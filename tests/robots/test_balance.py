@@ -1,0 +1,119 @@
+"""A robot on wheels stays upright: shocks die out, nothing it is told leads it over its wheels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard.robots import Robot
+from roboyard.robots.footing import footing_of, hull_edges
+from roboyard.sim import World
+
+G = 9.81
+
+
+def floor(**options) -> Robot:
+    world = World()
+    world.add_plane()
+    robot = world.add_robot("r1", **options)
+    world.step(60)
+    return robot
+
+
+def tilt(robot: Robot) -> float:
+    """Rad of the base, roll or pitch."""
+    return float(np.abs(robot.get_joint_positions()[3:5]).max())
+
+
+def hold(robot: Robot, steps: int, **commands: list[float]) -> float:
+    """The greatest tilt on the way."""
+    action, worst = robot.no_op_action(), 0.0
+    for name, command in commands.items():
+        action[robot.controller_action_idx[name]] = command
+    for _ in range(steps):
+        robot.apply_action(action)
+        robot.world.step(robot.steps_per_control)
+        worst = max(worst, tilt(robot))
+    return worst
+
+
+def test_edges_of_a_square() -> None:
+    points = np.array([[0, 0], [2, 0], [2, 2], [0, 2], [1, 1], [1, 0], [2, 2]], float)
+    found = hull_edges(points)
+    assert found is not None
+    normals, bounds, middle = found
+    told = {(int(n[0]), int(n[1])): b for n, b in zip(normals.round(9), bounds, strict=True)}
+    assert told == {(0, -1): 0.0, (1, 0): 2.0, (0, 1): 2.0, (-1, 0): 0.0}
+    assert middle.tolist() == [1.0, 1.0]
+    assert hull_edges(points[:1]) is None
+    assert hull_edges(np.array([[0, 0], [1, 1], [2, 2], [3, 3]], float)) is None
+
+
+def test_balance_agrees_with_the_cart_table_and_with_differences() -> None:
+    """A base that speeds up by a moves the floor's answer by -h a / g; joints move the centre of mass."""
+    robot = floor()
+    footing = footing_of(robot)
+    assert footing is not None
+    places = np.arange(26)
+    balance = footing.balance(places)
+    assert balance is not None
+    assert robot.locomotion is not None
+    wheels = [link.pose[0][:2] for link in robot.locomotion.floor_touching_links]
+    edges = hull_edges(np.array(wheels))
+    assert edges is not None
+    normals, height = edges[0], robot.body.center_of_mass[2]
+    assert balance.sway[:, 0] == pytest.approx(-normals[:, 0] * height / G, rel=0.01, abs=1e-6)
+    assert balance.sway[:, 1] == pytest.approx(-normals[:, 1] * height / G, rel=0.01, abs=1e-6)
+    assert balance.edge == pytest.approx(edges[1] - normals @ robot.body.center_of_mass[:2], abs=2e-3)
+    q, small = robot.get_joint_positions(), 1e-5
+    for place in (6, 7, 8, 9, 10, 13):
+        moved = []
+        for sign in (1, -1):
+            robot.set_joint_positions(q + sign * small * (places == place))
+            moved.append(robot.body.center_of_mass[:2])
+        assert balance.lean[:, place] == pytest.approx(
+            normals @ (moved[0] - moved[1]) / (2 * small), abs=1e-4
+        )
+
+
+@pytest.mark.parametrize(
+    ("joint", "speed"),
+    [("torso_joint1", 0.5), ("torso_joint2", 1.0), ("torso_joint3", 1.0), ("left_arm_joint2", 1.0)],
+)
+def test_a_shock_to_a_joint_dies_out(joint: str, speed: float) -> None:
+    """Drives at their limits do not throw coupled joints about; no shock here has the energy to tip R1."""
+    robot = floor()
+    posture = robot.get_joint_positions()
+    robot.joints.v = robot.joints.v + np.where(np.array(robot.joint_names) == joint, speed, 0.0)
+    hold(robot, 75)
+    assert robot.get_joint_positions()[6:] == pytest.approx(posture[6:], abs=0.01)
+    assert np.abs(robot.get_joint_velocities()).max() < 0.02
+    assert tilt(robot) < 0.01
+
+
+@pytest.mark.parametrize(("lean", "way"), [(0.1, (1.0, 0.0, 0.0)), (-0.1, (-1.0, 0.0, 0.0))])
+def test_a_robot_that_leans_drives_and_halts_upright(lean: float, way: tuple[float, ...]) -> None:
+    robot = floor()
+    assert hold(robot, 120, trunk=[0, lean, 0, 0]) < 0.005
+    assert robot.get_joint_positions()[7] * np.sign(lean) > 0.35
+    assert hold(robot, 45, base=list(way)) < 0.03
+    assert robot.get_joint_velocities()[0] * way[0] > 1.0
+    assert hold(robot, 240) < 0.03
+    assert abs(robot.get_joint_velocities()[0]) < 0.1
+
+
+def test_without_its_guard_the_trunk_leads_the_robot_over() -> None:
+    robot = floor(controllers={"trunk": {"keep_balance": False}})
+    assert hold(robot, 75, trunk=[0.1, 0, 0, 0]) > 0.2
+
+
+def test_what_stops_for_balance_goes_back_and_on() -> None:
+    """Leaning back with another joint makes room for the one that stopped."""
+    robot = floor()
+    hold(robot, 75, trunk=[0, 0.1, 0, 0])
+    stopped = robot.get_joint_positions()[7]
+    assert hold(robot, 75, trunk=[-0.1, 0.1, 0, 0]) < 0.01
+    gone_on = robot.get_joint_positions()[7]
+    assert gone_on > stopped + 0.2
+    assert hold(robot, 30, trunk=[0, -0.1, 0, 0]) < 0.01
+    assert robot.get_joint_positions()[7] < gone_on - 0.05
