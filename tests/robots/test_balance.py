@@ -57,9 +57,7 @@ def test_balance_agrees_with_the_cart_table_and_with_differences() -> None:
     places = np.arange(26)
     balance = footing.balance(places)
     assert balance is not None
-    assert robot.locomotion is not None
-    wheels = [link.pose[0][:2] for link in robot.locomotion.floor_touching_links]
-    edges = hull_edges(np.array(wheels))
+    edges = hull_edges(np.array([contact.position[:2] for contact in robot.world.contacts(robot.body)]))
     assert edges is not None
     normals, height = edges[0], robot.body.center_of_mass[2]
     assert balance.sway[:, 0] == pytest.approx(-normals[:, 0] * height / G, rel=0.01, abs=1e-6)
