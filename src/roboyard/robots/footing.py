@@ -84,10 +84,10 @@ class Balance:
 class Footing:
     """The support of one robot: the parts that touch the floor."""
 
-    def __init__(self, joints: JointArrays, links: Sequence[Link]) -> None:
-        """Look at a robot that stands on these links."""
+    def __init__(self, joints: JointArrays, links: Sequence[Link], rolling: Sequence[bool]) -> None:
+        """Look at a robot that stands on these links; those that roll touch the floor below their middle."""
         self._joints = joints
-        self._links = tuple(links)
+        self._links = tuple(zip(links, rolling, strict=True))
         self._last: Balance | None = None
         self._fresh = False
 
@@ -135,12 +135,13 @@ class Footing:
     def _points(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
         """(n, 3) m, world frame: the lowest points of the links' shapes."""
         found = []
-        for link in self._links:
+        for link, rolls in self._links:
             for i in link.geom_ids:
                 if not model.geom_contype[i] and not model.geom_conaffinity[i]:
                     continue
-                if model.geom_type[i] == mujoco.mjtGeom.mjGEOM_SPHERE:
-                    found.append(data.geom_xpos[i][None] - [0.0, 0.0, model.geom_size[i, 0]])
+                if rolls or model.geom_type[i] == mujoco.mjtGeom.mjGEOM_SPHERE:
+                    radius = float(model.geom_aabb[i, 3:].max())
+                    found.append(data.geom_xpos[i][None] - [0.0, 0.0, radius])
                     continue
                 centre, half = model.geom_aabb[i, :3], model.geom_aabb[i, 3:]
                 signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
@@ -151,13 +152,19 @@ class Footing:
 
 
 def footing_of(robot: RobotBody) -> Footing | None:
-    """What a robot on wheels stands on; None for one that is fixed, walks, or does not name its wheels."""
-    definition = robot.definition
-    on_wheels = definition.holonomic_base is not None or (
-        robot.two_wheel is not None and not robot.body.is_fixed
-    )
-    links = robot.locomotion.floor_touching_links if robot.locomotion is not None else ()
-    return Footing(robot.joints, links) if on_wheels and links else None
+    """What a robot on wheels stands on; None for one that is fixed, walks, or does not say what else than two
+    driven wheels touches the floor.
+    """
+    if robot.locomotion is None:
+        return None
+    links = robot.locomotion.floor_touching_links
+    if robot.definition.holonomic_base is None:
+        driven = {robot.body.joint(name).child.name for name in robot.locomotion.joint_names}
+        if robot.two_wheel is None or robot.body.is_fixed or driven.issuperset(link.name for link in links):
+            return None
+    above = robot.description.parent_joint
+    rolling = [link.name in above and above[link.name].is_moving for link in links]
+    return Footing(robot.joints, links, rolling) if links else None
 
 
 def hull_edges(points: Array) -> tuple[Array, Array, Array] | None:
