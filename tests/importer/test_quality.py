@@ -98,3 +98,11 @@ def test_the_figures_of_links_stand_in_the_log(shelf, tmp_path, capsys):
     folder = Path(json.loads(capsys.readouterr().out)["folder"])
     links = json.loads((folder / "import_log.json").read_text())["links"]
     assert {"size", "mass", "shapes", "excess"} <= set(links["base"])
+
+
+def test_coacd_leaves_the_rest_of_an_import_its_time() -> None:
+    from roboyard.importer.steps.collision import TIME_BUDGET, time_for_coacd
+
+    assert 30.0 < time_for_coacd(30) < TIME_BUDGET < 60.0
+    assert time_for_coacd(60) < time_for_coacd(30)
+    assert time_for_coacd(500) == 0.2 * TIME_BUDGET

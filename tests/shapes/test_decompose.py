@@ -2,6 +2,7 @@
 
 import functools
 import os
+import threading
 import time
 
 import numpy as np
@@ -10,7 +11,8 @@ import trimesh
 
 from roboyard.errors import ConfigError
 from roboyard.shapes import coacd_process
-from roboyard.shapes.decompose import decompose, decompose_many
+from roboyard.shapes.decompose import decompose
+from roboyard.shapes.decompose_all import decompose_many
 from roboyard.shapes.hulls import is_convex
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.splitter import clip_triangles, slice_extremes, split_convex
@@ -278,3 +280,31 @@ def test_slice_extremes_are_running_maxima():
             np.take_along_axis(reach, above[k : k + 1], 0)[0].tolist()
             == reach[index >= k].max(axis=0).tolist()
         )
+
+
+def test_own_parts_do_not_wait_for_coacd_and_the_most_air_is_asked_about_first(monkeypatch):
+    asked, given = [], threading.Event()
+
+    def run_coacd(mesh, *_):
+        asked.append(mesh)
+        given.wait(20.0)
+        raise coacd_process.CoacdFailedError("as told")
+
+    monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
+    monkeypatch.setattr(coacd_process, "run_coacd", run_coacd)
+    torus = mesh_of(trimesh.creation.torus(0.2, 0.05))
+    begun = []
+
+    def split(mesh, *args, **options):
+        begun.append(mesh)
+        if len(begun) == 3:
+            given.set()
+        return split_convex(mesh, *args, **options)
+
+    monkeypatch.setattr("roboyard.shapes.decompose.split_convex", split)
+    small = TriangleMesh(vertices=ELL.vertices * 0.1, faces=ELL.faces)
+    # one of three is asked about while the others are still to be split; then the torus has the most air
+    made = decompose_many([small, ELL, torus], "coacd", workers=2)
+    assert len(begun) == 3 and [m.method_used for m in made] == ["split"] * 3
+    assert [mesh is torus for mesh in asked] == [True, False, False]
+    assert asked[1] is ELL and asked[2] is small

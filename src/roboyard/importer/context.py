@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +25,8 @@ class ImportContext:
     """False where everything is a default because the user gave only a URDF."""
     packages: Mapping[str, Path] = field(default_factory=dict)
     workers: int = 2
+    started: float = field(default_factory=time.monotonic)
+    """`time.monotonic()` at the beginning."""
 
     @property
     def urdf_folder(self) -> Path:

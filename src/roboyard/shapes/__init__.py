@@ -12,7 +12,7 @@ _HOMES = {
     "Decomposition": "roboyard.shapes.decompose",
     "SphereFit": "roboyard.shapes.spheres",
     "convex_hull": "roboyard.shapes.hulls",
-    "decompose_many": "roboyard.shapes.decompose",
+    "decompose_many": "roboyard.shapes.decompose_all",
     "fit_spheres": "roboyard.shapes.spheres",
     "measure_spheres": "roboyard.shapes.metrics",
 }
@@ -30,7 +30,8 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from roboyard.shapes.decompose import Decomposition, decompose_many
+    from roboyard.shapes.decompose import Decomposition
+    from roboyard.shapes.decompose_all import decompose_many
     from roboyard.shapes.hulls import convex_hull
     from roboyard.shapes.metrics import measure_spheres
     from roboyard.shapes.spheres import SphereFit, fit_spheres

@@ -7,13 +7,10 @@ less closely, by Roboyard's own splitter. Results are cached under the hash of m
 
 from __future__ import annotations
 
-import functools
 import json
 import math
-import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -41,10 +38,53 @@ CLEARLY = (0.8, 0.1)
 """Own parts replace CoACD's where their excess is below this share of CoACD's, and lower by at least this."""
 TIME_LIMIT = 10.0
 """Seconds that CoACD may take for a mesh: what is not done by then seldom ends, and hugs no closer."""
-TOTAL_LIMIT = 35.0
-"""Seconds that all runs of CoACD may take for a robot; the meshes left then go to the splitter."""
 SHELL_SHARE = 0.5
 """Share of voxels too thin to have an inside above which a mesh counts as an open shell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How meshes are taken apart; fields as the arguments of `decompose`.
+
+    Raises:
+        ConfigError: an unknown method, or a limit below what a hull needs.
+    """
+
+    method: Method | None = "coacd"
+    hull_count: int = 8
+    max_vertices: int = 60
+    time_limit: float = TIME_LIMIT
+    use_cache: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if self.method is not None and self.method not in METHODS:
+            raise ConfigError(unknown_name("decomposition method", self.method, METHODS))
+        if self.hull_count < 1:
+            raise ConfigError(f"hull_count {self.hull_count}: give at least 1")
+        if self.max_vertices < 4:
+            raise ConfigError(f"max_vertices {self.max_vertices}: a hull has at least 4")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Begun:
+    """A mesh whose hull and own parts are made, for which CoACD is still to be asked."""
+
+    mesh: TriangleMesh
+    key: str
+    """Of the cache."""
+    grid: VoxelGrid
+    single: tuple[Hull, HullFit]
+    own: tuple[list[Hull], HullFit]
+    """What the splitter made."""
+    notes: tuple[str, ...]
+    seconds: float
+    """Spent so far."""
+
+    @property
+    def air(self) -> float:
+        """What CoACD might gain: volume of the own parts outside the solid; m³."""
+        return self.own[1].excess * self.grid.volume
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -96,140 +136,109 @@ def decompose(
         ConfigError: an unknown method, or a limit below what a hull needs.
         MeshError: the mesh has no finite vertex.
     """
-    _check(method, hull_count, max_vertices)
+    settings = Settings(method, hull_count, max_vertices, time_limit, use_cache)
+    begun = begin(mesh, settings, stop)
+    return begun if isinstance(begun, Decomposition) else finish(begun, settings, stop, deadline)
+
+
+def begin(
+    mesh: TriangleMesh, settings: Settings, stop: Callable[[], bool] = lambda: False
+) -> Decomposition | Begun:
+    """All that needs no CoACD; the result where that is all there is to do, or where it is known already.
+
+    Raises:
+        MeshError: the mesh has no finite vertex.
+    """
+    method, vertices = settings.method, settings.max_vertices
     if method is None:
         return Decomposition(
             hulls=(), excess=0.0, missing=1.0, deepest_mm=0.0, method_used="none", seconds=0.0
         )
-    key = content_key(mesh.vertices, mesh.faces, method, hull_count, max_vertices, time_limit, VERSION)
-    if use_cache and (known := _from_cache(key)) is not None:
+    key = content_key(
+        mesh.vertices, mesh.faces, method, settings.hull_count, vertices, settings.time_limit, VERSION
+    )
+    if settings.use_cache and (known := _from_cache(key)) is not None:
         return known
-    begin = time.perf_counter()
-    allowed = min(time_limit, deadline - time.monotonic())
-    made, lasting = _compute(mesh, method, hull_count, max_vertices, allowed, stop)
-    made = replace(made, seconds=time.perf_counter() - begin)
-    if use_cache and lasting and not stop():
-        store_arrays("hulls", key, _to_arrays(made))
-    return made
-
-
-def decompose_many(
-    meshes: Sequence[TriangleMesh],
-    method: Method | None = "coacd",
-    *,
-    workers: int = 2,
-    progress: Callable[[int, int, Decomposition], None] | None = None,
-    hull_count: int = 8,
-    max_vertices: int = 60,
-    time_limit: float = TIME_LIMIT,
-    total_limit: float = TOTAL_LIMIT,
-    use_cache: bool = True,
-) -> list[Decomposition]:
-    """`decompose` for several meshes, in their order, `workers` at a time, the largest first.
-
-    Args:
-        total_limit: seconds after which CoACD is not asked any more.
-        progress: called after each as (index of the mesh, how many are done, its result), from this thread.
-
-    An interrupt ends the child processes before it goes on.
-    """
-    stopped = threading.Event()
-    results: dict[int, Decomposition] = {}
-    deadline = time.monotonic() + total_limit
-
-    def work(mesh: TriangleMesh) -> Decomposition:
-        return decompose(
-            mesh,
-            method,
-            hull_count=hull_count,
-            max_vertices=max_vertices,
-            time_limit=time_limit,
-            use_cache=use_cache,
-            stop=stopped.is_set,
-            deadline=deadline,
-        )
-
-    with ThreadPoolExecutor(max_workers=max(1, workers), thread_name_prefix="decompose") as pool:
-        order = sorted(range(len(meshes)), key=lambda index: -len(meshes[index].faces))
-        futures = {pool.submit(work, meshes[index]): index for index in order}
-        try:
-            for future in as_completed(futures):
-                index = futures[future]
-                results[index] = future.result()
-                if progress is not None:
-                    progress(index, len(results), results[index])
-        except BaseException:
-            stopped.set()
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
-    return [results[index] for index in range(len(meshes))]
-
-
-def _check(method: str | None, hull_count: int, max_vertices: int) -> None:
-    if method is not None and method not in METHODS:
-        raise ConfigError(unknown_name("decomposition method", method, METHODS))
-    if hull_count < 1:
-        raise ConfigError(f"hull_count {hull_count}: give at least 1")
-    if max_vertices < 4:
-        raise ConfigError(f"max_vertices {max_vertices}: a hull has at least 4")
-
-
-def _compute(
-    mesh: TriangleMesh,
-    method: Method,
-    hull_count: int,
-    max_vertices: int,
-    time_limit: float,
-    stop: Callable[[], bool],
-) -> tuple[Decomposition, bool]:
-    """The parts, and whether they are worth keeping (without coacd installed they are not)."""
+    started = time.perf_counter()
     grid = voxelize(mesh, fill_cavities=True)
-    single = convex_hull(mesh, max_vertices)
+    single = convex_hull(mesh, vertices)
     fit = measure_hulls([single.mesh], grid)
     notes = [*grid.notes, *single.notes]
     tight = fit.excess < TIGHT_EXCESS or grid.volume > TIGHT_RATIO * single.volume
-    if method == "convex" or hull_count == 1 or tight:
-        return _result([single], fit, "hull", notes), True
-    hulls, used, lasting = _take_apart(mesh, grid, method, hull_count, max_vertices, time_limit, stop, notes)
-    parts = measure_hulls([hull.mesh for hull in hulls], grid)
-    if len(hulls) == 1 or parts.excess > WORTH_PARTS * fit.excess:
-        notes.append("parts hug the mesh no closer: one hull kept")
-        return _result([single], fit, "hull", notes), lasting
-    return _result(hulls, parts, used, notes), lasting
+    parts: list[Hull] = [single]
+    parts_fit, asks_coacd, lasting = fit, False, True
+    if method != "convex" and settings.hull_count > 1 and not tight:
+        parts = split_convex(mesh, grid, settings.hull_count, vertices, stop=stop)
+        parts_fit = measure_hulls([hull.mesh for hull in parts], grid)
+        asks_coacd, lasting = _asks_coacd(method, grid, notes)
+    begun = Begun(
+        mesh=mesh,
+        key=key,
+        grid=grid,
+        single=(single, fit),
+        own=(parts, parts_fit),
+        notes=tuple(notes),
+        seconds=time.perf_counter() - started,
+    )
+    return begun if asks_coacd else _kept(begun, settings, parts, parts_fit, "split", notes, stop, lasting)
 
 
-def _take_apart(
-    mesh: TriangleMesh,
-    grid: VoxelGrid,
-    method: Method,
-    hull_count: int,
-    max_vertices: int,
-    time_limit: float,
-    stop: Callable[[], bool],
-    notes: list[str],
-) -> tuple[list[Hull], str, bool]:
-    own = functools.partial(split_convex, mesh, grid, hull_count, max_vertices, stop=stop)
+def _asks_coacd(method: str, grid: VoxelGrid, notes: list[str]) -> tuple[bool, bool]:
+    """Whether CoACD is to be asked, and whether the answer lasts (without coacd installed it does not)."""
     if method != "coacd":
-        return own(), "split", True
+        return False, True
     if grid.thin.sum() > SHELL_SHARE * grid.solid.sum():
         notes.append("open shell: split without coacd, which has no inside to work on")
-        return own(), "split", True
+        return False, True
     if not coacd_process.is_installed():
         notes.append('split without coacd, which is not installed: pip install "roboyard[convex]"')
-        return own(), "split", False
+        return False, False
+    return True, True
+
+
+def finish(
+    begun: Begun, settings: Settings, stop: Callable[[], bool] = lambda: False, deadline: float = math.inf
+) -> Decomposition:
+    """Ask CoACD, and take its parts or Roboyard's own; `deadline` as of `decompose`."""
+    since = time.perf_counter()
+    notes = list(begun.notes)
+    (parts, fit), used = begun.own, "split"
     try:
-        clouds = coacd_process.run_coacd(mesh, hull_count, time_limit, stop)
+        allowed = min(settings.time_limit, deadline - time.monotonic())
+        clouds = coacd_process.run_coacd(begun.mesh, settings.hull_count, allowed, stop)
     except coacd_process.CoacdFailedError as error:
         notes.append(f"split without coacd: {error}")
-        return own(), "split", True
-    theirs, ours = [convex_hull(cloud, max_vertices) for cloud in clouds], own()
-    their_excess, our_excess = (
-        measure_hulls([h.mesh for h in hulls], grid).excess for hulls in (theirs, ours)
-    )
-    if our_excess < min(CLEARLY[0] * their_excess, their_excess - CLEARLY[1]):
-        notes.append(f"own parts kept: excess {our_excess:.2f}, coacd's {their_excess:.2f}")
-        return ours, "split", True
-    return theirs, "coacd", True
+    else:
+        theirs = [convex_hull(cloud, settings.max_vertices) for cloud in clouds]
+        their_fit = measure_hulls([hull.mesh for hull in theirs], begun.grid)
+        if fit.excess < min(CLEARLY[0] * their_fit.excess, their_fit.excess - CLEARLY[1]):
+            notes.append(f"own parts kept: excess {fit.excess:.2f}, coacd's {their_fit.excess:.2f}")
+        else:
+            parts, fit, used = theirs, their_fit, "coacd"
+    begun = replace(begun, seconds=begun.seconds + time.perf_counter() - since)
+    return _kept(begun, settings, parts, fit, used, notes, stop, True)
+
+
+def _kept(
+    begun: Begun,
+    settings: Settings,
+    parts: list[Hull],
+    fit: HullFit,
+    used: str,
+    notes: list[str],
+    stop: Callable[[], bool],
+    lasting: bool,
+) -> Decomposition:
+    """The parts, or the single hull where they hug the mesh no closer; kept on disk where it lasts."""
+    single, single_fit = begun.single
+    if len(parts) == 1 or fit.excess > WORTH_PARTS * single_fit.excess:
+        if parts != [single]:
+            notes.append("parts hug the mesh no closer: one hull kept")
+        parts, fit, used = [single], single_fit, "hull"
+    made = replace(_result(parts, fit, used, notes), seconds=begun.seconds)
+    if settings.use_cache and lasting and not stop():
+        store_arrays("hulls", begun.key, _to_arrays(made))
+    return made
 
 
 def _result(hulls: Sequence[Hull], fit: HullFit, used: str, notes: Sequence[str]) -> Decomposition:
