@@ -34,6 +34,9 @@ HULL_RGBA: tuple[RGBA, ...] = (
 SPHERE_RGBA: RGBA = (0.95, 0.55, 0.12, 0.55)
 GHOST: RGBA = (0.55, 0.60, 0.68, 1.0)
 """The link itself, behind its spheres."""
+_CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+SEGMENTS = 20
+"""Round the equator of a planner's sphere; a robot has hundreds, each drawn in several see-through layers."""
 
 
 def sight_of_robot(
@@ -84,7 +87,9 @@ def link_pictures(
 
 
 def _bounds(drawn: list[RenderShape], pose: Array) -> Array:
-    clouds = [(s.mesh.vertices * s.scale) @ s.rotation.T + s.position for s in drawn]
+    """(2, 3) box in the root frame round the shapes' own boxes."""
+    boxes = [s.mesh.bounds[_CORNERS, (0, 1, 2)] for s in drawn]
+    clouds = [(b * s.scale) @ s.rotation.T + s.position for b, s in zip(boxes, drawn, strict=True)]
     points = np.concatenate(clouds) @ pose[:3, :3].T + pose[:3, 3]
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
@@ -112,7 +117,7 @@ def _shapes(robot: ImportedRobot, link: Link, kind: Kind, frame: int) -> Iterato
 def _ball(ball: CollisionSphere, frame: int) -> RenderShape:
     d = 2.0 * ball.radius
     return RenderShape(
-        mesh=primitives.sphere(),
+        mesh=primitives.sphere(segments=SEGMENTS),
         scale=(d, d, d),
         position=np.asarray(ball.center, dtype=float),
         rotation=np.eye(3),
