@@ -31,8 +31,8 @@ LEAN = 0.75
 """Of the way from the middle of the support to each edge, how far the centre of mass may be led."""
 SWAY = 0.25
 """Of the same way, how far accelerations of one joint may push the floor's answer."""
-TO_THE_EDGE = 0.8
-"""Of the way from the centre of mass to the edge, how far driving may push the floor's answer."""
+RESERVE = 0.08
+"""Of the same way, how near to the edge driving may not push it."""
 SLOWEST = 0.1
 TINY = 1e-9
 
@@ -51,6 +51,8 @@ class Balance:
     """(e,) m that accelerations may take"""
     edge: Array
     """(e,) m from the centre of mass to the edge"""
+    reserve: Array
+    """(e,) m of that which driving leaves"""
 
     def acceleration(self) -> Array:
         """(k,) rad/s² or m/s² that each joint may take alone; inf for one that tips nothing."""
@@ -65,7 +67,7 @@ class Balance:
         outwards = push > TINY
         if not outwards.any():
             return 1.0
-        share = float((TO_THE_EDGE * self.edge[outwards] / push[outwards]).min())
+        share = float(((self.edge - self.reserve)[outwards] / push[outwards]).min())
         return min(1.0, max(share, SLOWEST))
 
     def allows(self, shift: Array, direction: Array) -> NDArray[np.bool_]:
@@ -130,6 +132,7 @@ class Footing:
             room=LEAN * way - normals @ (com[:2] - middle),
             slack=SWAY * way,
             edge=bounds - normals @ com[:2],
+            reserve=RESERVE * way,
         )
 
     def _points(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
