@@ -8,15 +8,14 @@ import pytest
 import trimesh
 
 from roboyard.errors import MeshError
-from roboyard.shapes import facts as facts_module
 from roboyard.shapes.facts import mesh_facts
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "cache"
-    monkeypatch.setattr(facts_module, "_cache_folder", lambda: folder)
-    return folder
+    monkeypatch.setenv("ROBOYARD_CACHE", str(folder))
+    return folder / "mesh-facts"
 
 
 def write_stl(file: Path, mesh: trimesh.Trimesh) -> Path:
@@ -63,6 +62,7 @@ def test_changed_content_is_looked_at_again(tmp_path: Path) -> None:
 def test_a_damaged_or_unwritable_cache_just_costs_time(tmp_path: Path, cache: Path, damage) -> None:
     file = write_stl(tmp_path / "box.stl", trimesh.creation.box((1, 2, 3)))
     if damage is None:
+        cache.parent.mkdir(exist_ok=True)
         cache.write_text("a file where the folder should be")
     else:
         mesh_facts(file)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from roboyard.errors import MeshError
 from roboyard.shapes import inertia
+from roboyard.shapes.cache import cache_folder
 from roboyard.shapes.inertia import MassProperties, convex_hull, is_closed, volume_integrals
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.references import names_in
@@ -106,7 +107,7 @@ def mesh_facts(path: Path) -> MeshFacts:
     if key in _in_memory:
         return _in_memory[key]
     content = _digest(path)
-    kept = _cache_folder() / f"{content}-{path.suffix.lower().lstrip('.')}-{_VERSION}.npz"
+    kept = cache_folder() / "mesh-facts" / f"{content}-{path.suffix.lower().lstrip('.')}-{_VERSION}.npz"
     facts = _recall(kept, content)
     if facts is None:
         facts = dataclasses.replace(facts_of(load_mesh(path), content), names=tuple(names_in(path)))
@@ -174,12 +175,6 @@ def _digest(path: Path) -> str:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise MeshError(f"cannot be read: {error.strerror or error}", file=path) from None
-
-
-def _cache_folder() -> Path:
-    from platformdirs import user_cache_path
-
-    return user_cache_path("roboyard") / "mesh-facts"
 
 
 _SCALARS = ("triangles", "vertices", "is_finite", "is_closed", "volume", "hull_volume", "solid", "mass")
