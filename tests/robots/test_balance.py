@@ -113,5 +113,21 @@ def test_what_stops_for_balance_goes_back_and_on() -> None:
     assert hold(robot, 75, trunk=[-0.1, 0.1, 0, 0]) < 0.01
     gone_on = robot.get_joint_positions()[7]
     assert gone_on > stopped + 0.2
+    hold(robot, 60, trunk=[0, 0, 0, 0])  # the other arrives: joints that move at once share the footing
+    gone_on = robot.get_joint_positions()[7]
     assert hold(robot, 30, trunk=[0, -0.1, 0, 0]) < 0.01
     assert robot.get_joint_positions()[7] < gone_on - 0.05
+
+
+@pytest.mark.parametrize(("size", "held"), [(1.0, 1), (0.1, 30)])
+def test_commands_by_chance_tip_nothing(size: float, held: int) -> None:
+    """All joints at once share what the footing bears."""
+    robot, draw = floor(), np.random.default_rng(0)
+    worst, action = 0.0, robot.no_op_action()
+    for step in range(480):
+        if step % held == 0:
+            action = draw.uniform(-size, size, robot.action_dim)
+        robot.apply_action(action)
+        robot.world.step(robot.steps_per_control)
+        worst = max(worst, tilt(robot))
+    assert worst < 0.05

@@ -58,6 +58,16 @@ class Balance:
         """(k,) rad/s² or m/s² that each joint may take alone; inf for one that tips nothing."""
         return (self.slack[:, None] / np.maximum(np.abs(self.sway), TINY)).min(axis=0)
 
+    def together(self, acceleration: Array) -> float:
+        """Share of (k,) accelerations that joints may take at once, 1 for any alone.
+
+        What they do to the floor's answer may cancel; but joints come to rest at different times, so only
+        half of that is counted on.
+        """
+        parts = self.sway * acceleration
+        push = 0.5 * (np.abs(parts.sum(axis=1)) + np.abs(parts).sum(axis=1))
+        return float(np.min(self.slack / np.maximum(push, self.slack), initial=1.0))
+
     def bearable(self, acceleration: Array) -> float:
         """Share of an acceleration of all k joints together that the footing bears in this posture.
 

@@ -176,6 +176,7 @@ class JointController(Controller):
         balance = state.balance() if state.balance is not None else None
         if balance is not None:
             rise = np.minimum(rise, balance.acceleration())
+            rise = rise * balance.together(rise * np.sign(np.where(gap == 0.0, self._speed, gap)))
             stop = self._reference - state.q + self._speed * np.abs(self._speed) / (2.0 * rise)
             gap = np.where(balance.allows(stop, np.sign(gap)), gap, 0.0)
             goal = np.where(gap == 0.0, self._reference, goal)
