@@ -197,7 +197,15 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
     place = record.position_addresses[joint]
     if place < 0:
         return 0.0, 0.0, _reaction(client, record, joint), 0.0
-    applied = client.scene.applied(record, joint)
+    scene = client.scene
+    if record.is_scalar[joint] and not record.sensors:
+        dof = record.velocity_addresses[joint]
+        if joint in record.limp or scene.motor_revision != record.revision:
+            applied = record.applied[joint]
+        else:
+            applied = scene.motor_forces().item(dof)
+        return record.qpos.item(place), record.qvel.item(dof), NO_REACTION, applied
+    applied = scene.applied(record, joint)
     return (
         record.qpos.item(place),
         record.qvel.item(record.velocity_addresses[joint]),

@@ -65,6 +65,8 @@ class BodyRecord:
         """For inverse kinematics, by the links that have targets."""
         self.chain_places: Any = None
         """Where the positions of all movable joints lie."""
+        self.is_scalar = [info[2] in (0, 1) for info in self.infos]
+        """Joints of one degree of freedom."""
         self.sensors: set[int] = set()
         """Joints whose force and torque are measured."""
         self.applied: list[Any] = [_nothing(info[2]) for info in self.infos]
