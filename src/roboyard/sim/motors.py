@@ -37,6 +37,8 @@ class Motors:
         self._motors = np.zeros((0, 5))
         self._targets = np.zeros((0, 4))
         self._bounds = np.zeros((0, 2))
+        self._joints: Any = ()
+        """What the kernel of a step reads of joints."""
         self._bound_timestep = 0.0
         self._gathered = False
 
@@ -136,14 +138,7 @@ class Motors:
         from roboyard.sim import _kernels
 
         _kernels.drive_motors(
-            self._motors,
-            self._targets,
-            model.dof_jntid,
-            model.jnt_type,
-            model.jnt_qposadr,
-            model.jnt_dofadr,
-            data.qpos,
-            data.qvel,
+            *self._joints,
             data.efc_type,
             data.efc_id,
             data.ne,
@@ -195,6 +190,11 @@ class Motors:
             here = slice(first, first + len(own.motors))
             own.move_to(self._motors[here], self._targets[here], self._bounds[here])
             model.dof_solimp[here] = IMPEDANCE
+        data = self._world.live_data
+        self._joints = (
+            *(self._motors, self._targets, model.dof_jntid, model.jnt_type, model.jnt_qposadr),
+            *(model.jnt_dofadr, data.qpos, data.qvel),
+        )
         self._bound_timestep = 0.0
         self._gathered = True
 

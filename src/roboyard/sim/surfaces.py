@@ -28,6 +28,8 @@ class Surfaces:
         self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
+        self._drag: tuple[Any, ...] = ()
+        """What the kernel of drag reads and writes."""
         self._base = np.zeros(0)
         self._acceleration = np.zeros(0)
 
@@ -91,18 +93,12 @@ class Surfaces:
 
         if self._damping_rows is None or self._restitution_rows is None:
             self._damping_rows, self._restitution_rows = self._gather(model)
-        if self._damping:
-            _kernels.add_damping(
-                self._damping_rows,
-                model.body_mass,
-                model.body_inertia,
-                model.body_rootid,
-                data.cvel,
-                data.xipos,
-                data.ximat,
-                data.subtree_com,
-                data.xfrc_applied,
+            self._drag = (
+                *(self._damping_rows, model.body_mass, model.body_inertia, model.body_rootid, data.cvel),
+                *(data.xipos, data.ximat, data.subtree_com, data.xfrc_applied),
             )
+        if self._damping:
+            _kernels.add_damping(*self._drag)
         profile = self._world.profile
         if self._world.hard_contacts and data.ne:
             _kernels.hard_equalities(
