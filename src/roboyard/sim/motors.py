@@ -137,8 +137,16 @@ class Motors:
             return
         from roboyard.sim import _kernels
 
+        motors, targets, dof_joint, types, qpos_places, dof_places, qpos, qvel = self._joints
         _kernels.drive_motors(
-            *self._joints,
+            motors,
+            targets,
+            dof_joint,
+            types,
+            qpos_places,
+            dof_places,
+            qpos,
+            qvel,
             data.efc_type,
             data.efc_id,
             data.ne,
