@@ -26,6 +26,10 @@ def texel(texels, offset, width, height, u, v, out):
     y1 = y1 - height if y1 >= height else y1
     a, b = offset + y0 * width, offset + y1 * width
     c00, c10, c01, c11 = texels[a + x0], texels[a + x1], texels[b + x0], texels[b + x1]
+    if c00 == c10 and c00 == c01 and c00 == c11:  # plain parts of a picture are common
+        for k in range(4):
+            out[k] = ((c00 >> np.uint32(8 * k)) & MASK) * (1.0 / 255.0)
+        return
     w11 = fx * fy * (1.0 / 255.0)
     w10, w01 = fx * (1.0 / 255.0) - w11, fy * (1.0 / 255.0) - w11
     w00 = (1.0 - fx) * (1.0 / 255.0) - w01
