@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.config import ImportConfig
 from roboyard.importer.config_checks import Problem, check_against
+from roboyard.setting_errors import told_plainly
 from roboyard.urdf.model import RobotDescription
 from roboyard.yaml_lines import Where, YamlFile, read_yaml
 
@@ -229,6 +230,9 @@ def _remove(data: Any, where: Where) -> set[Where]:
 
 
 def _text(detail: Any, where: Where) -> str:
+    plain = told_plainly(detail)
+    if plain is not None:
+        return plain
     kind, context = detail["type"], detail.get("ctx", {})
     match kind:
         case "extra_forbidden":
@@ -240,26 +244,10 @@ def _text(detail: Any, where: Where) -> str:
             return f"has {detail['loc'][-1]} numbers and needs more; add them"
         case "missing":
             return "is required; add it"
-        case "value_error":
-            return str(context.get("error", detail["msg"]))
-        case "bool_type" | "bool_parsing":
-            return "must be true or false"
-        case "int_type" | "int_parsing" | "int_from_float":
-            return "must be a whole number"
-        case "greater_than_equal":
-            return f"must be at least {context['ge']}"
-        case "less_than_equal":
-            return f"must be at most {context['le']}"
-        case "string_type":
-            return "must be a word; quote it"
-        case "string_too_short":
-            return "must not be empty"
         case "list_type":
             return "must be a list"
         case "tuple_type":
             return "must be a list of numbers"
-        case "dict_type" | "model_type" | "model_attributes_type":
-            return "must be a mapping of keys to values"
         case "too_long" | "too_short":
             wanted = context.get("max_length") or context.get("min_length")
             return f"has {context.get('actual_length')} entries; give {wanted}"

@@ -86,7 +86,7 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     joints: Vector | Array = objPositions
     if padded:
         base, joints = _split_base(objPositions, _BAD_MASS_MATRIX)
-    q = _joint_values(record, joints, POSITION_COUNT, _BAD_MASS_MATRIX)
+    q = _joint_values(record, joints, POSITION_COUNT, _BAD_MASS_MATRIX, more_is_fine=True)
     model, data = scene.world.live_model, _at(scene, record, q, base if record.free is not None else None)
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
@@ -173,11 +173,18 @@ def _padding(record: BodyRecord) -> tuple[int, list[int]]:
     return size, places
 
 
-def _joint_values(record: BodyRecord, values: Vector | Array, count: dict[int, int], message: str) -> Array:
+def _joint_values(
+    record: BodyRecord,
+    values: Vector | Array,
+    count: dict[int, int],
+    message: str,
+    *,
+    more_is_fine: bool = False,
+) -> Array:
     given = np.asarray(values, dtype=float).reshape(-1)
     wanted = sum(count[info[2]] for info in record.infos)
-    if message == _BAD_MASS_MATRIX:
-        given = given[:wanted]  # more than enough is no error there
+    if more_is_fine:
+        given = given[:wanted]
     if len(given) != wanted:
         raise failure(message, f"body {record.number} takes {wanted} numbers, got {len(given)}")
     return given

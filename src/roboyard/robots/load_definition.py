@@ -14,6 +14,7 @@ from roboyard.errors import ConfigError
 from roboyard.robots.definition import EndEffectorVariant, RobotDefinition
 from roboyard.robots.definition_checks import Problem, check_against, check_alone
 from roboyard.robots.definition_names import Where
+from roboyard.setting_errors import told_plainly
 from roboyard.urdf.model import RobotDescription
 from roboyard.yaml_lines import YamlFile, parse_yaml, read_yaml
 
@@ -162,6 +163,9 @@ def _place(location: Sequence[str | int], data: Any) -> Where:
 
 
 def _text(detail: Any, where: Where) -> str:
+    plain = told_plainly(detail)
+    if plain is not None:
+        return plain
     kind, context = detail["type"], detail.get("ctx", {})
     match kind:
         case "extra_forbidden":
@@ -171,24 +175,8 @@ def _text(detail: Any, where: Where) -> str:
             return f"{UNKNOWN}{hint} (known here: {', '.join(known)})"
         case "missing":
             return MISSING
-        case "value_error":
-            return str(context.get("error", detail["msg"]))
-        case "bool_type" | "bool_parsing":
-            return "must be true or false"
-        case "int_type" | "int_parsing" | "int_from_float":
-            return "must be a whole number"
-        case "greater_than_equal":
-            return f"must be at least {context['ge']}"
-        case "less_than_equal":
-            return f"must be at most {context['le']}"
-        case "string_type":
-            return "must be a word; quote it"
-        case "string_too_short":
-            return "must not be empty"
         case "list_type" | "tuple_type":
             return "must be a list"
-        case "dict_type" | "model_type" | "model_attributes_type":
-            return "must be a mapping of keys to values"
         case "literal_error":
             return f"must be one of {context.get('expected')}"
         case _:

@@ -1,0 +1,33 @@
+"""What pydantic finds wrong with a value, in words for whoever wrote the file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+
+def told_plainly(detail: Mapping[str, Any]) -> str | None:
+    """The rest of a sentence that begins with the field; None for kinds that need to know the field.
+
+    `detail`: one of pydantic's `ValidationError.errors()`.
+    """
+    context = detail.get("ctx", {})
+    match detail["type"]:
+        case "value_error":
+            return str(context.get("error", detail["msg"]))
+        case "bool_type" | "bool_parsing":
+            return "must be true or false"
+        case "int_type" | "int_parsing" | "int_from_float":
+            return "must be a whole number"
+        case "greater_than_equal":
+            return f"must be at least {context['ge']}"
+        case "less_than_equal":
+            return f"must be at most {context['le']}"
+        case "string_type":
+            return "must be a word; quote it"
+        case "string_too_short":
+            return "must not be empty"
+        case "dict_type" | "model_type" | "model_attributes_type":
+            return "must be a mapping of keys to values"
+        case _:
+            return None
