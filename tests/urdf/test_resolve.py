@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from roboyard.urdf.resolve import Resolver, package_name
+from roboyard.urdf.resolve import Resolver
+from roboyard.urdf.workspaces import package_name, packages_below
 
 
 def touch(file: Path) -> Path:
@@ -196,3 +197,65 @@ def test_a_description_in_memory_uses_the_callers_roots_alone(tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     assert Resolver(environment={}).resolve("a.stl").path is None
     assert Resolver(environment={}, search_paths=[tmp_path]).resolve("a.stl").path == mesh
+
+
+def test_package_anywhere_in_the_workspace(tmp_path):
+    """`rospack find` sees packages in any folder below a workspace's src."""
+    ours, theirs = (
+        tmp_path / "ws" / "src" / "arms" / "arm",
+        tmp_path / "ws" / "src" / "parts" / "more" / "hand-2",
+    )
+    mesh = touch(theirs / "meshes" / "a.stl")
+    (theirs / "package.xml").write_text("<package><name>hand</name></package>")
+    base = ours / "urdf"
+    base.mkdir(parents=True)
+    (ours / "package.xml").write_text("<package><name>arm</name></package>")
+    assert resolver(base).resolve("package://hand/meshes/a.stl").path == mesh
+    generated = tmp_path / "ws"
+    (generated / "devel").mkdir()
+    assert resolver(generated).resolve("package://hand/meshes/a.stl").path == mesh
+    elsewhere = tmp_path / "home" / "elsewhere"
+    elsewhere.mkdir(parents=True)
+    named = Resolver(base=elsewhere, environment={"ROS_PACKAGE_PATH": str(tmp_path / "ws")})
+    assert named.resolve("package://hand/meshes/a.stl").path == mesh
+    packages_below.cache_clear()
+    (theirs.parent / "COLCON_IGNORE").touch()
+    assert resolver(base).resolve("package://hand/meshes/a.stl").path is None
+
+
+def test_files_of_a_moved_robot_are_found_by_the_end_of_their_path(tmp_path):
+    mesh = touch(tmp_path / "arm" / "meshes" / "v2" / "visual" / "a.stl")
+    other = touch(tmp_path / "arm" / "meshes" / "v2" / "collision" / "a.stl")
+    base = tmp_path / "arm" / "urdf"
+    base.mkdir()
+    for uri in (
+        "package://vendor/models/arm/meshes/v2/visual/a.stl",
+        "package://visual/a.stl",
+        "/home/somebody/src/arm/meshes/v2/visual/a.stl",
+        "file:///C:/robots/arm/meshes/v2/visual/a.stl",
+        "C:\\robots\\arm\\meshes\\v2\\visual\\a.stl",
+    ):
+        found = resolver(base).resolve(uri)
+        assert found.path == mesh, uri
+        assert "'meshes/v2/visual/a.stl' in the robot's own folder" in found.note
+    assert resolver(base).resolve("package://collision/a.stl").path == other
+    for uri in ("package://camera/meshes/visual/a.stl", "package://a.stl", "v3/a.stl"):
+        assert resolver(base).resolve(uri).path is None, uri
+
+
+def test_a_folder_full_of_robots_lends_no_files(tmp_path):
+    touch(tmp_path / "downloads" / "other" / "meshes" / "a.stl")
+    assert resolver(tmp_path / "downloads").resolve("meshes/a.stl").path is None
+
+
+def test_mesh_folders_of_neighbours_and_parents(tmp_path):
+    arm = touch(tmp_path / "robots" / "arms" / "arm" / "meshes" / "visual" / "a.obj")
+    touch(tmp_path / "robots" / "arms" / "arm" / "meshes" / "secret.txt")
+    touch(tmp_path / "robots" / "arms" / "arm" / "other.obj")
+    above = touch(tmp_path / "robots" / "both" / "meshes" / "b.obj")
+    base = tmp_path / "robots" / "both" / "arm_and_hand"
+    base.mkdir()
+    assert resolver(base).resolve("../../arms/arm/meshes/visual/a.obj").path.samefile(arm)
+    assert resolver(base).resolve("meshes/b.obj").path == above
+    for uri in ("../../arms/arm/meshes/secret.txt", "../../arms/arm/other.obj"):
+        assert "lies outside the robot's folders" in resolver(base).resolve(uri).problem

@@ -5,13 +5,17 @@ resolved before the check:
 
 - the description's own tree: its package (the nearest folder above with a `package.xml`, at most 8 levels
   up), else its folder, or the parent of its folder where that is called as ROS packages call it (`urdf/`,
-  `robots/`, ...); and folders called as mesh folders are, one or two levels up (`../meshes`, ...);
+  `robots/`, ...); and meshes in folders called as mesh folders are, one or two levels up (`../meshes`,
+  `../../arms/panda/meshes`, ...);
 - for `package://NAME/...`: a folder called NAME that is, or stands beside, one of the 8 folders above the
-  description (never a file system's root or a user's home);
+  description (never a file system's root or a user's home); a package of that name anywhere in the workspace
+  that the description lies in (see `roboyard.urdf.workspaces`);
 - what the caller gives: `packages`, `search_paths`; what the environment gives: `ROS_PACKAGE_PATH`,
-  `GAZEBO_MODEL_PATH`, `AMENT_PREFIX_PATH`.
+  `GAZEBO_MODEL_PATH`, `AMENT_PREFIX_PATH`; and packages anywhere below those.
 
-Anything else is reported as not found, with the remedy of naming its folder in `search_paths`.
+A file that is in none of these places is looked for in the description's own tree by the end of its path (see
+`roboyard.urdf.lookalikes`), which finds the files of robots that were moved. Anything else is reported as not
+found, with the remedy of naming its folder in `search_paths`.
 """
 
 from __future__ import annotations
@@ -24,12 +28,16 @@ from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
+from roboyard.urdf.lookalikes import LEAST_SHARED, is_mesh_or_image, moved_file
+from roboyard.urdf.workspaces import package_name, packages_below, workspace_sources
+
 MAX_LEVELS = 8
 _URDF_FOLDERS = {"urdf", "urdfs", "robot", "robots", "xacro", "model", "models", "sdf", "description"}
 _MESH_FOLDERS = re.compile(
     r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
     re.IGNORECASE,
 )
+_DRIVE = re.compile(r"[A-Za-z]:[\\/]")
 _SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.S)
 
 
@@ -93,6 +101,9 @@ class Resolver:
                     continue
                 notes = [note for note in (candidate.note, spelling_note, case_note) if note]
                 return Resolved(path=found, note="; ".join(notes) or None)
+        moved = self._moved(scheme, rest)
+        if moved is not None:
+            return moved
         if refused is not None:
             problem = (
                 f"{refused} lies outside the robot's folders, so it is not opened; "
@@ -102,6 +113,19 @@ class Resolver:
         if folder is not None:
             return Resolved(path=None, problem=f"{folder} is a folder; name a file")
         return Resolved(path=None, problem=self._not_found(scheme, rest, seen))
+
+    def _moved(self, scheme: str, rest: str) -> Resolved | None:
+        """The file of the description's own tree that a path from another tree means."""
+        if self._package is None:
+            return None
+        path = unquote(rest).replace("\\", "/")
+        absolute = scheme == "file" or path.startswith("/") or _DRIVE.match(path) is not None
+        deep = self._package != self.base or (self._package / "package.xml").is_file()
+        found = moved_file(self._package, path, deep=deep, least=1 if absolute else LEAST_SHARED)
+        if found is None or not self._is_allowed(found, self._package):
+            return None
+        where = found.relative_to(self._package).as_posix()
+        return Resolved(path=found, note=f"not found; read from {where!r} in the robot's own folder")
 
     def _not_found(self, scheme: str, rest: str, seen: Sequence[str]) -> str:
         places = list(dict.fromkeys(str(Path(path).parent) for path in seen))
@@ -118,7 +142,7 @@ class Resolver:
     def _candidates(self, scheme: str, rest: str) -> Iterator[_Candidate]:
         if scheme in ("package", "model"):
             yield from self._in_package(rest.lstrip("/"))
-        elif scheme == "file" or rest.startswith("/") or re.match(r"[A-Za-z]:[\\/]", rest):
+        elif scheme == "file" or rest.startswith("/") or _DRIVE.match(rest):
             path = rest if scheme != "file" else "/" + rest.removeprefix("localhost").lstrip("/")
             yield from self._absolute(Path(path))
             if scheme == "file" and not rest.startswith("/"):  # file://meshes/x.stl, as some exporters write
@@ -140,6 +164,9 @@ class Resolver:
             while folder is not None and folder != self._package and folder != folder.parent:
                 folder = folder.parent
                 yield _Candidate(folder, rest, f"found relative to {folder.name}/, above the robot's folder")
+        for folder in self._above[1:3]:
+            if _MESH_FOLDERS.fullmatch(rest.partition("/")[0]):
+                yield _Candidate(folder, rest, f"found relative to {folder.name}/, above the robot's folder")
 
     def _in_package(self, rest: str) -> Iterator[_Candidate]:
         name, _, tail = rest.partition("/")
@@ -159,6 +186,10 @@ class Resolver:
                 yield _Candidate(folder, tail)
             if (folder / name).resolve().is_relative_to(folder.resolve()):
                 yield _Candidate(folder / name, tail)
+        for root in (*self._given, *workspace_sources(self._above)):
+            package = packages_below(root).get(name)
+            if package is not None:
+                yield _Candidate(package, tail)
         if self._package is not None:
             note = f"package {name!r} was not found; its files were found in {self._package.name}/"
             yield _Candidate(self._package, tail, note)
@@ -206,11 +237,15 @@ class Resolver:
 
 
 def _is_in_mesh_folder(file: Path, folder: Path) -> bool:
-    """True where `file` lies in a folder beneath `folder` that is called as mesh folders are."""
+    """True where `file` lies in a folder beneath `folder` that is called as mesh folders are.
+
+    That is a folder directly below; for files called as meshes and images are, also one further down.
+    """
     if not file.is_relative_to(folder):
         return False
-    parts = file.relative_to(folder).parts
-    return len(parts) > 1 and _MESH_FOLDERS.fullmatch(parts[0]) is not None
+    inner = file.relative_to(folder).parts[:-1]
+    searched = inner if is_mesh_or_image(file) else inner[:1]
+    return any(_MESH_FOLDERS.fullmatch(part) for part in searched)
 
 
 def _folders_above(base: Path) -> tuple[Path, ...]:
@@ -229,19 +264,6 @@ def _package_root(base: Path) -> Path:
         if (folder / "package.xml").is_file():
             return folder
     return base.parent if base.name.lower() in _URDF_FOLDERS and base.parent in above else base
-
-
-def package_name(folder: Path) -> str | None:
-    """The name in a folder's `package.xml`; None without one."""
-    file = folder / "package.xml"
-    try:
-        if not file.is_file() or file.stat().st_size > 1 << 20:
-            return None
-        head = file.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return None
-    match = re.search(r"<name>\s*([^<]*?)\s*</name>", head)
-    return match[1] if match else None
 
 
 def _spellings(rest: str) -> Iterator[tuple[str, str | None]]:

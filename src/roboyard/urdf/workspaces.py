@@ -1,0 +1,88 @@
+"""ROS packages as `rospack` and `colcon` find them: folders with a `package.xml` anywhere below another."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import deque
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+MAX_DEPTH = 6
+"""Levels below the root that are searched."""
+MAX_FOLDERS = 20_000
+"""Folders that are looked into before the search gives up."""
+_IGNORED = ("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE", "rospack_nosubdirs")
+_WORKSPACE_MARKS = ("devel", "install", "build", "log", ".catkin_tools", ".rosinstall")
+
+
+def package_name(folder: Path) -> str | None:
+    """The name in a folder's `package.xml`; None without one."""
+    file = folder / "package.xml"
+    try:
+        if not file.is_file() or file.stat().st_size > 1 << 20:
+            return None
+        head = file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    match = re.search(r"<name>\s*([^<]*?)\s*</name>", head)
+    return match[1] if match else None
+
+
+@lru_cache(maxsize=64)
+def packages_below(root: Path) -> dict[str, Path]:
+    """Packages below `root` by name, the one nearest to it where two share a name.
+
+    A package is a folder with a `package.xml`; nothing is looked for inside one, nor in hidden folders and
+    those that a file tells the tools to ignore. Symbolic links are not followed.
+    """
+    found: dict[str, Path] = {}
+    todo = deque([(root, 0)])
+    for _ in range(MAX_FOLDERS):
+        if not todo:
+            break
+        folder, depth = todo.popleft()
+        try:
+            with os.scandir(folder) as listing:
+                entries = list(listing)
+        except OSError:
+            continue
+        names = {entry.name for entry in entries}
+        if names.intersection(_IGNORED):
+            continue
+        if "package.xml" in names:
+            for name in filter(None, (package_name(folder), folder.name)):
+                found.setdefault(name, folder)
+            continue
+        if depth < MAX_DEPTH:
+            below = sorted(e.name for e in entries if _is_plain_folder(e))
+            todo.extend((folder / name, depth + 1) for name in below)
+    return found
+
+
+def workspace_sources(above: Sequence[Path]) -> tuple[Path, ...]:
+    """Folders that hold the packages of the workspace that a description lies in, nearest first.
+
+    Args:
+        above: the description's folder and those above it, nearest first.
+
+    Returns:
+        Folders called `src` or `share`, and the `src` of each workspace's root: a folder with a `src` and
+        what building leaves beside it.
+    """
+    roots: list[Path] = []
+    for folder in above:
+        if folder.name in ("src", "share"):
+            roots.append(folder)
+        source = folder / "src"
+        if source.is_dir() and any((folder / mark).exists() for mark in _WORKSPACE_MARKS):
+            roots.append(source)
+    return tuple(dict.fromkeys(roots))
+
+
+def _is_plain_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return not entry.name.startswith(".") and entry.is_dir(follow_symlinks=False)
+    except OSError:
+        return False
