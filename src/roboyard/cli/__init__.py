@@ -14,22 +14,10 @@ from typing import Annotated
 
 import typer
 
+from roboyard.cli.help_text import EXAMPLES, GROUPS, GroupedHelp
 from roboyard.errors import RoboyardError
 
-COMMANDS = (
-    "demo",
-    "audit",
-    "repair",
-    "import",
-    "view",
-    "drive",
-    "replay",
-    "robots",
-    "validate",
-    "run",
-    "serve",
-    "version",
-)
+COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 """In the order of the help text; `name` is the function `name` of the module `roboyard.cli.name`."""
 
 _RENAMED = {"import": "importing"}  # a word of the language cannot name a module's function
@@ -76,9 +64,10 @@ def _run(words: list[str]) -> int:
     """Give the words to typer; only the modules that are needed get imported."""
     app = typer.Typer(
         name="roboyard",
+        cls=GroupedHelp,
         help="Turn any robot description into a robot you can drive.",
+        epilog=EXAMPLES,
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
@@ -88,7 +77,9 @@ def _run(words: list[str]) -> int:
         home = _RENAMED.get(name, name)
         module = import_module(f"{__name__}.{home}")
         settings = getattr(module, "CONTEXT_SETTINGS", None)
-        app.command(name, context_settings=settings)(getattr(module, home))
+        app.command(name, context_settings=settings, epilog=getattr(module, "EXAMPLES", None))(
+            getattr(module, home)
+        )
     try:
         typer.main.get_command(app)(words, prog_name="roboyard")
     except SystemExit as leave:

@@ -11,10 +11,20 @@ import typer
 if TYPE_CHECKING:
     from roboyard.urdf.auditing import Audit, Severity
 
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard audit my_robot.urdf
+  roboyard audit my_robot.urdf --html faults.html   with pictures
+  roboyard audit config.yaml                        an import configuration
+"""
+
 
 def audit(
     file: Annotated[
-        Path, typer.Argument(help="A URDF, or an import configuration (YAML).", show_default=False)
+        Path,
+        typer.Argument(help="A URDF, or an import configuration (YAML).", metavar="FILE", show_default=False),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     html: Annotated[
@@ -33,9 +43,10 @@ def audit(
         bool, typer.Option("--all", help="Show every finding, also where many are alike.")
     ] = False,
 ) -> None:
-    """Say what is wrong with a robot description, how to mend it, and what `roboyard repair` mends.
+    """Say what is wrong with a robot description and how to mend it.
 
-    Exit code 0: usable as it is or after the mends it names; 1: not usable.
+    Each finding names its line; those that `roboyard repair` mends say so. Exit code 0: usable as it is or
+    after these mends; 1: not usable.
     """
     from roboyard.cli.packages import read_packages
 

@@ -16,6 +16,14 @@ if TYPE_CHECKING:
 
     from roboyard.demo.run import Report
 
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard demo                                      the bundled robot
+  roboyard demo --urdf my_robot.urdf --out my_demo   yours
+"""
+
 _ACTS = {
     "reading": ("reading the robot", 0.05),
     "settling": ("dropping it on the floor", 0.15),
@@ -49,7 +57,10 @@ def demo(
         bool, typer.Option("--json", help="Print the summary as JSON instead of tables.")
     ] = False,
 ) -> None:
-    """Read a robot, drop it on a floor, move every joint, and write pictures, a plot and a summary."""
+    """Show a robot that moves: a film, four views, a plot and a summary.
+
+    The robot is read, mended in a copy, dropped on a floor, and every joint goes through its range.
+    """
     from rich.console import Console
 
     from roboyard.cli.packages import read_packages

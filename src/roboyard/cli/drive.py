@@ -8,8 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from roboyard.cli.completion import robot_names, scene_names
+
 if TYPE_CHECKING:
     from roboyard.viewer.driving import DrivingPage
+
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard drive --quickstart                r1 at home, by keys
+  roboyard drive r1 --scene home --browser   on a web page
+  roboyard drive r1 --scene home --control-mode random --short-exec --record a.gif
+"""
 
 
 class Mode(StrEnum):
@@ -24,7 +35,9 @@ def _page(
 ) -> DrivingPage:
     from roboyard.recording import Recorder
     from roboyard.viewer.driving import DrivingPage
+    from roboyard.viewer.server import load_viser
 
+    load_viser()
     page = DrivingPage({"scene": scene, "robot": robot}, host=host, port=port)
     try:
         if record is not None:
@@ -55,10 +68,23 @@ def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browse
 
 
 def drive(
-    robot: Annotated[str | None, typer.Argument(help="A registered robot.", show_default=False)] = None,
+    robot: Annotated[
+        str | None,
+        typer.Argument(
+            help="A robot of `roboyard robots`.",
+            metavar="ROBOT",
+            show_default=False,
+            autocompletion=robot_names,
+        ),
+    ] = None,
     scene: Annotated[
         str | None,
-        typer.Option("--scene", help="empty, tabletop, home, terrain, or a scene file.", show_default=False),
+        typer.Option(
+            "--scene",
+            help="empty, tabletop, home, terrain, or a scene file.",
+            show_default=False,
+            autocompletion=scene_names,
+        ),
     ] = None,
     control_mode: Annotated[
         Mode | None, typer.Option("--control-mode", help="By chance or by keys.", show_default=False)
@@ -86,7 +112,10 @@ def drive(
         bool, typer.Option("--open/--no-open", help="Open a browser where there is a display.")
     ] = True,
 ) -> None:
-    """Put a robot into a scene and drive it; asks for whatever no flag says."""
+    """Drive a robot in a scene, by keys, from a web page or by chance.
+
+    Asks for what no flag says.
+    """
     from roboyard.drive import drive as run
     from roboyard.drive.choices import choose
     from roboyard.drive.loop import SHORT

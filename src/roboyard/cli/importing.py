@@ -11,7 +11,15 @@ import typer
 if TYPE_CHECKING:
     from roboyard.validation import ValidationReport
 
-EXAMPLE = """
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard import my_robot.urdf --name mine
+  roboyard import --config my_config.yaml --overwrite
+"""
+
+CONFIGURATION = """
 A source configuration, here the bundled R1's (every key but urdf_path and name may be left out):
 
 \b
@@ -53,11 +61,12 @@ curobo:                           # for motion planning; what is missing is work
 
 def importing(
     urdf: Annotated[
-        Path | None, typer.Argument(help="A URDF, where there is no configuration.", show_default=False)
+        Path | None,
+        typer.Argument(help="A URDF, where there is no configuration.", metavar="URDF", show_default=False),
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option("--config", help="A source configuration (YAML); see below.", show_default=False),
+        typer.Option("--config", help="A source configuration (YAML), as above.", show_default=False),
     ] = None,
     name: Annotated[str | None, typer.Option("--name", help="Name of the robot.", show_default=False)] = None,
     data: Annotated[
@@ -89,7 +98,9 @@ def importing(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Import a robot: URDF, USD, MJCF and planner files, a definition and a report, in one folder.
+    """Turn a URDF into clean URDF, USD, MJCF and planner files.
+
+    They come with fitted collision shapes and spheres, a definition and a report, in one folder.
 
     At the end the robot is tried out on a floor. What then fails is told, and the package stays.
     """
@@ -129,7 +140,7 @@ def importing(
     print(f"report: {result.report}")
 
 
-importing.__doc__ = f"{cleandoc(importing.__doc__ or '')}\n{EXAMPLE}"
+importing.__doc__ = f"{cleandoc(importing.__doc__ or '')}\n{CONFIGURATION}"
 
 
 def _tried(report: ValidationReport) -> list[str]:

@@ -7,9 +7,17 @@ from typing import Annotated
 
 import typer
 
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard repair my_robot.urdf --out mended
+  roboyard repair my_robot.urdf --out mended --only inertial-missing
+"""
+
 
 def repair(
-    file: Annotated[Path, typer.Argument(help="A URDF.", show_default=False)],
+    file: Annotated[Path, typer.Argument(help="A URDF.", metavar="FILE", show_default=False)],
     out: Annotated[Path, typer.Option("--out", help="Folder to write the repaired robot into.")],
     only: Annotated[
         list[str] | None,
@@ -34,8 +42,9 @@ def repair(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the log as JSON.")] = False,
 ) -> None:
-    """Mend a robot description, log every mend, and say what is left.
+    """Mend a robot description in a new folder.
 
+    What needs no guess is mended and logged, then what is left is told; the original stays as it is.
     Exit code 0: the result is usable; 1: something is left that makes it unusable.
     """
     from roboyard.cli.packages import read_packages

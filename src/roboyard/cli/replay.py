@@ -7,9 +7,17 @@ from typing import Annotated
 
 import typer
 
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard replay drive.npz                      what it holds
+  roboyard replay drive.npz --record again.gif
+"""
+
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="State log (.npz).")],
+    log: Annotated[Path, typer.Argument(help="State log (.npz).", metavar="LOG", show_default=False)],
     record: Annotated[
         Path | None, typer.Option("--record", help="Film to write, .gif or .mp4.", show_default=False)
     ] = None,
@@ -17,7 +25,10 @@ def replay(
     width: Annotated[int, typer.Option("--width", min=16, max=4096, help="Pixels.")] = 480,
     height: Annotated[int, typer.Option("--height", min=16, max=4096, help="Pixels.")] = 360,
 ) -> None:
-    """Tell what a state log holds; with --record, set its world up again and film the motion."""
+    """Tell what a recorded motion holds, or film it again.
+
+    With --record its world is set up again and filmed.
+    """
     from rich.console import Console
     from rich.table import Table
 

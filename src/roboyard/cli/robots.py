@@ -6,6 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard robots
+  roboyard robots --json --no-pictures
+"""
+
 if TYPE_CHECKING:
     from roboyard.robots import RegisteredRobot
 
@@ -14,9 +22,10 @@ def robots(
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
     pictures: Annotated[bool, typer.Option(help="Render pictures that are not there yet.")] = True,
 ) -> None:
-    """List the robots of the data folder and the bundled ones, with what they can do.
+    """List your imported robots and the bundled ones.
 
-    Exit code 0 also where a definition is broken: it is listed with its problem.
+    Each with its joints, what it can do and a picture. Exit code 0 also where a definition is broken: it is
+    listed with its problem.
     """
     from roboyard.robots.registry import REGISTERED_ROBOTS
 

@@ -7,17 +7,30 @@ from typing import Annotated
 
 import typer
 
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard run my_script.py
+  roboyard run my_script.py --its-own flags
+"""
+
 CONTEXT_SETTINGS = {"allow_interspersed_args": False, "ignore_unknown_options": True}
 """What follows the script is the script's."""
 
 
 def run(
-    script: Annotated[Path, typer.Argument(help="Python file that imports pybullet.", show_default=False)],
+    script: Annotated[
+        Path, typer.Argument(help="Python file that imports pybullet.", metavar="SCRIPT", show_default=False)
+    ],
     arguments: Annotated[
         list[str] | None, typer.Argument(help="Passed to the script.", metavar="[ARGS]...")
     ] = None,
 ) -> None:
-    """Run an unmodified PyBullet script on Roboyard; the exit code is the script's."""
+    """Run an unmodified PyBullet script on Roboyard.
+
+    The exit code is the script's. ROBOYARD_VIEWER=0 leaves the page of connect(GUI) away.
+    """
     if not script.exists():
         raise typer.BadParameter(f"there is no file {str(script)!r}", param_hint="SCRIPT")
     from roboyard.pybullet.running import run_script

@@ -6,6 +6,14 @@ from typing import Annotated
 
 import typer
 
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard serve
+  roboyard serve --port 0 --key 1234
+"""
+
 
 def serve(
     port: Annotated[int, typer.Option(help="Port for TCP and UDP; 0 takes a free one.")] = 6667,
@@ -14,10 +22,10 @@ def serve(
         int, typer.Option(help="Key by which connect(SHARED_MEMORY, key) finds this server.")
     ] = 12347,
 ) -> None:
-    """Own a world that PyBullet scripts in other processes share; runs until interrupted.
+    """Share one world between PyBullet scripts in several processes.
 
-    Whoever can reach the port controls the world and reads the files it names, so keep it on this machine
-    (the default) unless the network is yours.
+    Runs until Ctrl-C. Whoever can reach the port controls the world and reads the files it names, so keep it
+    on this machine (the default) unless the network is yours.
     """
     from roboyard.pybullet.remote.server import serve_forever
 

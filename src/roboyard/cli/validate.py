@@ -7,10 +7,27 @@ from typing import Annotated
 
 import typer
 
+from roboyard.cli.completion import robot_names
+
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard validate r1
+  roboyard validate mine --gate settle --html report.html
+  roboyard validate my_robot.urdf --definition my_robot.yaml
+"""
+
 
 def validate(
     robot: Annotated[
-        str, typer.Argument(help="A registered robot, or a URDF with --definition.", show_default=False)
+        str,
+        typer.Argument(
+            help="A robot of `roboyard robots`, or a URDF with --definition.",
+            metavar="ROBOT",
+            show_default=False,
+            autocompletion=robot_names,
+        ),
     ],
     definition: Annotated[
         Path | None,
@@ -28,7 +45,7 @@ def validate(
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Of the poses that arms are sent to.")] = 0,
 ) -> None:
-    """Load a robot in a scene and try it: it settles, stays, obeys each controller, reaches, sees.
+    """Try a robot out: it settles, stays, obeys, reaches, sees.
 
     Exit code 0: every gate passed; 1: one failed, with a word on what to look at.
     """

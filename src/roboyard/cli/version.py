@@ -9,16 +9,25 @@ from importlib.metadata import version as installed
 from roboyard import __version__
 
 _PACKAGES = ("mujoco", "numpy", "scipy", "numba", "trimesh", "pillow")
+_EXTRAS = {"viser": "gui", "usd-core": "usd", "coacd": "convex", "imageio-ffmpeg": "video", "torch": "torch"}
+"""Package to the extra that brings it."""
 
 
 def version() -> None:
     """Print the versions of Roboyard and of what it stands on."""
     rows = [("roboyard", __version__), ("python", platform.python_version())]
-    for package in _PACKAGES:
-        try:
-            rows.append((package, installed(package)))
-        except PackageNotFoundError:
-            rows.append((package, "not installed"))
+    rows += [(package, _installed(package) or "not installed") for package in _PACKAGES]
+    rows += [
+        (package, _installed(package) or f"not installed (extra {extra})")
+        for package, extra in _EXTRAS.items()
+    ]
     rows.append(("system", f"{platform.system()} {platform.machine()}"))
     for name, value in rows:
-        print(f"{name:<10}{value}")
+        print(f"{name:<16}{value}")
+
+
+def _installed(package: str) -> str | None:
+    try:
+        return installed(package)
+    except PackageNotFoundError:
+        return None

@@ -7,10 +7,27 @@ from typing import Annotated
 
 import typer
 
+from roboyard.cli.completion import viewed_names
+
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard view arm7            a bundled robot
+  roboyard view my_robot.urdf   yours
+  roboyard view mine            one that you imported
+"""
+
 
 def view(
     robot: Annotated[
-        str, typer.Argument(help="A URDF, or the name of a robot.", metavar="ROBOT", show_default=False)
+        str,
+        typer.Argument(
+            help="A URDF, or the name of a robot.",
+            metavar="ROBOT",
+            show_default=False,
+            autocompletion=viewed_names,
+        ),
     ],
     host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="First port to try; the next free one is taken.")] = 8080,
@@ -39,15 +56,18 @@ def view(
         bool, typer.Option("--open/--no-open", help="Open a browser where there is a display.")
     ] = True,
 ) -> None:
-    """Look a robot over in the browser: shapes, inertias, frames, joints, findings; runs until interrupted.
+    """Look a robot over on a web page.
 
+    Shapes, inertias, frames, joints, sensors, findings, and checks of all these; runs until Ctrl-C.
     Whoever can reach the port can move the robot on the page, so keep it on this machine (the default).
     """
     from roboyard.cli.packages import read_packages
     from roboyard.robots import REGISTERED_ROBOTS
     from roboyard.viewer.browser import open_page
     from roboyard.viewer.inspector import Inspector, find_robot
+    from roboyard.viewer.server import load_viser
 
+    load_viser()
     found = REGISTERED_ROBOTS.get(robot)
     if found is not None and not found.is_imported:
         print(f"{robot} is imported first; that is done once and takes a moment", flush=True)

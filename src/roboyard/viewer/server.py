@@ -29,7 +29,7 @@ def open_server(host: str, port: int, title: str) -> Any:
         MissingExtraError: viser is not installed.
         ConfigError: nothing can listen at this address, or no port is free.
     """
-    viser = _load_viser()
+    viser = load_viser()
     logging.getLogger("websockets.server").addFilter(_is_worth_saying)
     free = free_port(host, port)
 
@@ -91,7 +91,12 @@ def free_port(host: str, port: int) -> int:
     raise ConfigError(f"no free port from {port} to {last - 1}; name another with port=0 or a higher number")
 
 
-def _load_viser() -> Any:
+def load_viser() -> Any:
+    """The module viser.
+
+    Raises:
+        MissingExtraError: it is not installed.
+    """
     try:
         import viser
     except ImportError as error:
