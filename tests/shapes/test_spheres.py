@@ -85,6 +85,19 @@ def test_larger_and_longer_links_get_more_spheres():
     assert number(0.1, 0.1, 0.1) < number(0.05, 0.05, 0.4)
 
 
+def test_hollow_and_small_parts_take_no_more_spheres_than_a_planner_can_use():
+    """A cup of 2 mm walls has hardly any volume, and a finger's 3 mm ribs are nobody's concern."""
+    cup = trimesh.creation.annulus(r_min=0.048, r_max=0.05, height=0.1)
+    bottom = trimesh.creation.cylinder(0.05, 0.002).apply_translation((0, 0, -0.05))
+    fit = fit_spheres(mesh_of(trimesh.util.concatenate([cup, bottom])))
+    assert len(fit.radii) <= 80
+    assert fit.surface_coverage > 0.95
+    frame = [trimesh.creation.box((0.05, 0.003, 0.015)).apply_translation((0, y, 0)) for y in (-0.006, 0.006)]
+    finger = fit_spheres(mesh_of(trimesh.util.concatenate(frame)))
+    assert len(finger.radii) <= 24
+    assert finger.surface_coverage > 0.97
+
+
 def test_same_input_same_spheres():
     mesh = mesh_of(elbow())
     a, b = fit_spheres(mesh, 6), fit_spheres(mesh, 6)

@@ -15,7 +15,7 @@ from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.spheres import fit_spheres
 from roboyard.urdf.model import Collision, Sphere
 
-VERSION = 2
+VERSION = 3
 """Raised when the same shapes give other spheres than before."""
 SMALLEST = 1e-6
 """m: extent below which a shape is a point that no planner needs to avoid."""

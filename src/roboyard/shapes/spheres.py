@@ -43,9 +43,13 @@ class SpherePreset:
     number, since few spheres would pay for it by bulging.
     """
     excess: float
-    """Above this, a fit that may choose its number takes more spheres."""
+    """Above this, a fit that may choose its number takes more spheres, if they bulge by more than `NEAR`: the
+    walls of a hollow part are thinner than any sphere that a planner can afford.
+    """
     bulge: float = 0.2
-    """The same for the share of the spheres' surface that is more than `BULGE` outside the solid."""
+    """Share of the spheres' surface more than `BULGE` (with too much excess: `NEAR`) outside the solid above
+    which a fit that may choose its number takes more spheres.
+    """
     price: float = 1.5
     """Excess volume that as large a share of the spheres' surface is worth when it is kept inside."""
     slack: float | None = None
@@ -60,6 +64,10 @@ PRESETS: dict[str, SpherePreset] = {
 MAX_COUNT = 128
 BULGE = 0.01
 """Distance outside the solid that planners' clearances swallow; m."""
+NEAR = 0.005
+"""Distance outside the solid that nobody looks at; m."""
+FINE_ENOUGH = 0.015
+"""Median radius below which more spheres would be finer than planners' clearances; m."""
 RAISE, RAISE_SKIN, RAISES = 1.15, 1.6, 20
 """Factors by which the worth of covered volume and skin is raised until it suffices; how often at most."""
 STARTS = 4
@@ -163,7 +171,10 @@ def _resolve(preset: str | SpherePreset) -> SpherePreset:
 
 def _is_crude(problem: Problem, spheres: Array, goal: SpherePreset) -> bool:
     """True where more spheres would serve better."""
-    return problem.excess(spheres) > goal.excess or problem.outside(spheres, BULGE) > goal.bulge
+    if np.median(spheres[:, 3]) * problem.scale < FINE_ENOUGH:
+        return False
+    near = NEAR if problem.excess(spheres) > goal.excess else BULGE
+    return problem.outside(spheres, near) > goal.bulge
 
 
 def _solve(problem: Problem, number: int, goal: SpherePreset) -> Array:
