@@ -50,7 +50,7 @@ class Assets:
         if key not in self.meshes:
             if len(np.unique(mesh.vertices.astype(np.float32), axis=0)) < MIN_VERTICES:
                 return None
-            chosen = self._free("mesh", name)
+            chosen = self._free("mesh", name.replace("/", "_"))
             suffix = ".obj" if keep_uv or len(mesh.faces) > STL_MAX_FACES else ".stl"
             file = self.folder / MESHES / f"{chosen}{suffix}"
             file.parent.mkdir(parents=True, exist_ok=True)

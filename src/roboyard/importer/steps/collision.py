@@ -177,9 +177,13 @@ def _hull_shapes(
 def hull_collision(
     link: str, index: int, hull: TriangleMesh, context: ImportContext, *, origin_of: Visual | Collision
 ) -> Collision:
-    """A collision shape whose mesh is written to `meshes/collision/<link>_col_<index>.obj`."""
-    name = f"{link}_col_{index}"
+    """A collision shape whose mesh is written to `meshes/collision/<link>_col_<index>.obj`; `_` for `/`."""
+    plain = link.replace("/", "_")
+    name = f"{plain}_col_{index}"
     path = context.urdf_folder / "meshes" / "collision" / f"{name}.obj"
+    while plain != link and path.exists():
+        name = f"{name}_"
+        path = path.with_stem(name)
     write_obj(hull, path)
     uri = path.relative_to(context.urdf_folder).as_posix()
     return Collision(geometry=Mesh(uri=uri, path=path), origin=origin_of.origin, name=name)

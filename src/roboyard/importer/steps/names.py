@@ -1,7 +1,7 @@
 """Names that other tools cannot bear become plain ones.
 
-Blanks, parentheses, accents and the like go. What only USD forbids (`-`, `.`, a digit in front) stays: the
-USD writer finds its own identifiers and keeps the name beside them.
+Blanks, parentheses, accents and the like go. What only USD forbids (`-`, `.`, a digit in front, the `/` of
+ROS name spaces) stays: the USD writer finds its own identifiers and keeps the name beside them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from roboyard.urdf.auditing.renames import identifier
 from roboyard.urdf.model import Joint, RobotDescription
 
-_BEARABLE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
+_BEARABLE = re.compile(r"/?[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
