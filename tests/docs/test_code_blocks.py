@@ -1,0 +1,48 @@
+"""Every Python block of the README and the documentation runs as printed, page by page, top to bottom."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from roboyard.assets import asset_path
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+OUTPUT = re.compile(r"^```python\n.*?^```\n\n((?:    [^\n]+\n)+)", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page: Path) -> list[tuple[int, str]]:
+    """Line number and text of each block."""
+    text = page.read_text(encoding="utf-8")
+    return [(text.count("\n", 0, found.start(1)), found[1]) for found in BLOCK.finditer(text)]
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.name)
+def test_the_blocks_of_a_page_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
+    shutil.copy(asset_path("cartpole"), tmp_path / "my_robot.urdf")
+    names: dict[str, object] = {"__name__": "__main__"}
+    for line, text in blocks(page):
+        if "roboyard.viewer" in text:
+            pytest.importorskip("viser")
+            # a page is served for as long as the script runs; here for a few steps
+            text = text.replace("while True:", "for _ in range(3):").replace("(world)", "(world, port=0)")
+        if "run_demo" in text:
+            text = text.replace("run_demo(", "run_demo(short=True, urdf=")
+        code = compile("\n" * line + text, str(page), "exec")
+        exec(code, names)
+    viewer = names.get("viewer")
+    if viewer is not None:
+        viewer.close()  # type: ignore[attr-defined]
+    printed = capsys.readouterr().out
+    for found in OUTPUT.finditer(page.read_text(encoding="utf-8")):
+        assert textwrap.dedent(found[1]) in printed
