@@ -168,25 +168,6 @@ def is_physical(inertia: ArrayLike, tolerance: float = 1e-6) -> bool:
     return bool(small > 0 and small + middle >= large * (1.0 - tolerance))
 
 
-ROD_RATIO = 1e-3
-"""Least moment of a rod / its largest, where a file rounds the least to zero; that of a rod 39 times longer
-than thick is about this.
-"""
-
-
-def rod_inertia(inertia: ArrayLike) -> Array | None:
-    """The (3, 3) tensor of a rod of no thickness, its least moment raised to `ROD_RATIO` of the largest.
-
-    None for any other tensor: one that no body comes near to, or that needs no change.
-    """
-    moments, axes = np.linalg.eigh(np.asarray(inertia, dtype=float))
-    small, middle, large = moments
-    if not (large > 0 and abs(small) <= 1e-9 * large and large - middle <= ROD_RATIO * large):
-        return None
-    moments[0] = ROD_RATIO * large
-    return (axes * moments) @ axes.T
-
-
 # ----------------------------------------------------------------------------------------------- triangles
 
 

@@ -87,6 +87,31 @@ def test_an_input_path_that_looks_like_a_staged_one_stays_itself(tmp_path: Path)
         assert shape.geometry.path.read_bytes() == stl(size * CUBE)
 
 
+def test_no_copy_takes_the_name_of_a_missing_file(tmp_path: Path) -> None:
+    """Or the missing mesh would be found in the repaired robot: another one."""
+    home = tmp_path / "pkg" / "arm"
+    (home / "meshes" / "coarse").mkdir(parents=True)
+    (home / "package.xml").write_text("<package><name>arm</name></package>")
+    (home / "meshes" / "coarse" / "tip.stl").write_bytes(stl(0.08 * CUBE))
+    shapes = visual(mesh("package://arm/meshes/tip.stl"))
+    shapes += collision(mesh("package://arm/meshes/coarse/tip.stl"))
+    file = home / "arm.urdf"
+    file.write_text(arm(tip=INERTIAL + shapes))
+    first = repair(file, tmp_path / "one")
+    assert first.before.of("mesh-missing") and first.after.of("mesh-missing")
+    second = repair(first.urdf, tmp_path / "two")
+    assert (second.mends, second.diff) == ((), "")
+
+
+def test_an_impossible_tensor_without_shapes_is_changed_as_little_as_helps(tmp_path: Path) -> None:
+    tip = inertial(mass="1", tensor=(0.01, 0, 0, 0.01, 0, 0.04))
+    result = repair(write_case(arm(tip=tip), tmp_path), tmp_path / "out")
+    assert [mend.code for mend in result.mends] == ["inertia-triangle"]
+    mended = load_urdf(result.urdf).link_by_name["tip"].inertial
+    assert mended is not None
+    np.testing.assert_allclose(mended.matrix(), np.diag([0.02, 0.02, 0.04]), rtol=1e-5, atol=1e-12)
+
+
 def test_companions_of_a_mesh_come_along(tmp_path: Path) -> None:
     file = write_case(obj("here.mtl", with_library=True), tmp_path)
     (file.parent / "textures").mkdir()

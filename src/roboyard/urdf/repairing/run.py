@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from roboyard.errors import ConfigError, DescriptionError, unknown_name
 from roboyard.urdf.auditing.draft import Draft
@@ -121,7 +122,7 @@ def repair(
         original = _text(draft.root)
         bench = Bench(
             draft=draft,
-            stage=Stage(folder=work, plain="mesh-file-name" in codes),
+            stage=Stage(folder=work, plain="mesh-file-name" in codes, reserved=_missing_names(draft)),
             keep=frozenset(MENDS) - codes,
         )
         done = _mend_all(bench, codes)
@@ -180,6 +181,16 @@ def _mend_all(bench: Bench, codes: frozenset[str]) -> list[Mend]:
             )
         bench.draft = _again(bench.draft)
     return done
+
+
+def _missing_names(draft: Draft) -> frozenset[str]:
+    """Names of the files that the description names and that are not there."""
+    missing = [mesh.uri for _, mesh in draft.mesh_shapes if mesh.found.path is None]
+    for material in draft.materials:
+        texture = material.element.find("texture")
+        if texture is not None and (material.texture is None or material.texture.path is None):
+            missing.append(texture.get("filename") or "")
+    return frozenset(unquote(uri).replace("\\", "/").rpartition("/")[2].strip().casefold() for uri in missing)
 
 
 def _again(draft: Draft) -> Draft:

@@ -38,6 +38,8 @@ class Stage:
     staged: dict[Path, str] = field(default_factory=dict)
     """Source to its path relative to `folder`."""
     taken: set[str] = field(default_factory=set)
+    reserved: frozenset[str] = frozenset()
+    """File names, case folded, that no copy may have: those of missing files, or it would stand for them."""
 
     def mesh(self, source: Path) -> str:
         """Copy a mesh with what it names; returns its path relative to the folder, with `/`."""
@@ -70,9 +72,10 @@ class Stage:
         while True:
             stem, suffix = Path(name).stem + (f"_{number}" if number else ""), Path(name).suffix
             key = f"{folder}/{stem}" if own_folder else f"{folder}/{stem}{suffix}"
-            if key.casefold() not in self.taken:
+            if key.casefold() not in self.taken and f"{stem}{suffix}".casefold() not in self.reserved:
                 self.taken.add(key.casefold())
-                return f"{key}/{name}" if own_folder else key
+                kept = f"{stem}{suffix}" if name.casefold() in self.reserved else name
+                return f"{key}/{kept}" if own_folder else key
             number += 1
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from roboyard.poses import Array
-from roboyard.shapes.inertia import principal_moments, rod_inertia
+from roboyard.shapes.inertia import principal_moments
+from roboyard.shapes.possible_inertia import rod_inertia
 from roboyard.urdf.auditing.draft import Draft, DraftInertial, DraftLink
 from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
@@ -31,6 +32,14 @@ def inertial_line(link: DraftLink) -> int | None:
     return link.line if link.inertial is None else line_of(link.inertial.element)
 
 
+_NO_SHAPES = "give it in kg m² about the centre of mass; there are no shapes to compute it from"
+
+
+def _from_shapes(link: DraftLink) -> tuple[bool, str | None]:
+    """Whether repair can compute the link's inertia, and the remedy where it cannot."""
+    return (True, None) if link_solid(link) is not None else (False, _NO_SHAPES)
+
+
 def needs_mass(draft: Draft, link: DraftLink) -> bool:
     """True where the link belongs to a moving body that no inertial of which gives any mass."""
     return draft.tree.body_of[link.name] in draft.massless_bodies
@@ -45,10 +54,20 @@ def needs_mass(draft: Draft, link: DraftLink) -> bool:
 )
 def inertial_missing(draft: Draft) -> Faults:
     """A moving body has no `<inertial>` in any of its links, though it has shapes to compute one from."""
+    body_of = draft.tree.body_of
+    seen = {
+        body_of[link.name]
+        for link in draft.links
+        if link.name and link.visuals and needs_mass(draft, link) and link_solid(link) is not None
+    }
     for link in draft.links:
         if link.inertial is None and link.name and link.shapes and needs_mass(draft, link):
+            if not link.visuals and body_of[link.name] in seen:
+                continue  # collision shapes alone around a link that is seen: a safety volume, not matter
             mendable = link_solid(link) is not None
-            yield Fault(at=link, message="it moves and has shapes but no <inertial>", mendable=mendable)
+            message = "it moves and has shapes but no <inertial>"
+            remedy = None if mendable else "add <inertial>; no size of its shapes is known to compute it from"
+            yield Fault(at=link, message=message, mendable=mendable, remedy=remedy)
 
 
 @check(
@@ -130,12 +149,9 @@ def inertia_missing(draft: Draft) -> Faults:
                 if element is None
                 else "<inertia> is incomplete"
             )
-            yield Fault(
-                at=link,
-                line=line_of(inertial.element),
-                message=message,
-                mendable=link_solid(link) is not None,
-            )
+            line = line_of(inertial.element)
+            mendable, remedy = _from_shapes(link)
+            yield Fault(at=link, line=line, message=message, mendable=mendable, remedy=remedy)
 
 
 @check(
@@ -147,11 +163,22 @@ def inertia_missing(draft: Draft) -> Faults:
 )
 def inertia_zero(draft: Draft) -> Faults:
     """A link has mass, but its inertia tensor is zero: simulators refuse it or explode."""
+    body_of = draft.tree.body_of
+    turned = {body_of[link.name] for link, _, tensor in with_tensor(draft) if link.name and tensor.any()}
     for link, mass, tensor in with_tensor(draft):
         if not tensor.any():
-            mendable = link_solid(link) is not None
+            # fixed to a link that has inertia, a point mass does no harm
+            severity = UNTIDY if body_of.get(link.name) in turned else None
+            mendable, remedy = _from_shapes(link)
             message = f"inertia is zero at a mass of {mass:g} kg"
-            yield Fault(at=link, line=inertial_line(link), message=message, mendable=mendable)
+            yield Fault(
+                at=link,
+                line=inertial_line(link),
+                message=message,
+                mendable=mendable,
+                remedy=remedy,
+                severity=severity,
+            )
 
 
 @check(
@@ -168,15 +195,16 @@ def inertia_not_positive(draft: Draft) -> Faults:
         moments = principal_moments(tensor)
         if tensor.any() and moments[0] <= 0:
             shown = ", ".join(f"{moment:.3g}" for moment in moments)
-            mendable = rod_inertia(tensor) is not None or link_solid(link) is not None
+            mendable, remedy = (True, None) if rod_inertia(tensor) is not None else _from_shapes(link)
             message = f"inertia is not positive definite (principal moments {shown} kg m²)"
-            yield Fault(at=link, line=inertial_line(link), message=message, mendable=mendable)
+            line = inertial_line(link)
+            yield Fault(at=link, line=line, message=message, mendable=mendable, remedy=remedy)
 
 
 @check(
     "inertia-triangle",
     MISBEHAVES,
-    remedy="repair computes it from the link's shapes and mass",
+    remedy="repair computes it from the link's shapes and mass; without shapes it raises the smaller moments",
     mendable=True,
     example='<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3"/>',
 )
@@ -186,8 +214,7 @@ def inertia_triangle(draft: Draft) -> Faults:
         small, middle, large = principal_moments(tensor)
         if small > 0 and small + middle < large * (1.0 - 1e-3):
             shown = f"{small:.3g}, {middle:.3g}, {large:.3g}"
-            mendable = link_solid(link) is not None
             message = (
                 f"no body has this inertia (principal moments {shown} kg m² break the triangle inequality)"
             )
-            yield Fault(at=link, line=inertial_line(link), message=message, mendable=mendable)
+            yield Fault(at=link, line=inertial_line(link), message=message)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from roboyard.urdf.auditing.checks.xml import misspelt
 from roboyard.urdf.auditing.draft import Draft
 from roboyard.urdf.auditing.findings import BLOCKS, MISBEHAVES, UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
@@ -50,7 +51,14 @@ def axis_missing(draft: Draft) -> Faults:
     for joint in draft.one_axis_joints:
         axis = joint.element.find("axis")
         if axis is None or not (axis.get("xyz") or "").strip():
-            yield Fault(at=joint, message=f"a {joint.type} joint without <axis> turns or slides along x")
+            message = f"a {joint.type} joint without <axis> turns or slides along x"
+            wrong = None if axis is None else next((key for key in axis.attrib if misspelt(axis, key)), None)
+            if wrong is None:
+                yield Fault(at=joint, message=message)
+                continue
+            message += f"; <axis> gives {wrong}, which is not read"
+            remedy = 'write its axis as xyz="..."'
+            yield Fault(at=joint, message=message, remedy=remedy, severity=MISBEHAVES, mendable=False)
 
 
 @check(

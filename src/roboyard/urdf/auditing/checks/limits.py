@@ -4,25 +4,32 @@ from __future__ import annotations
 
 import math
 
-from roboyard.urdf.auditing.draft import Draft
+from roboyard.urdf.auditing.draft import Draft, DraftJoint
 from roboyard.urdf.auditing.findings import MISBEHAVES, UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
 
 ENDLESS = 1000.0
 """rad or m beyond which a bound stops nothing."""
+_ADD_LIMIT = 'add <limit lower="..." upper="..." effort="..." velocity="..."/>'
+
+
+def _for_slides(joint: DraftJoint, remedy: str) -> str | None:
+    """The remedy for a joint that slides, which cannot be continuous; None: the check's own."""
+    return remedy if joint.type == "prismatic" else None
 
 
 @check(
     "limit-missing",
     MISBEHAVES,
-    remedy='add <limit lower="..." upper="..." effort="..." velocity="..."/>, or use type="continuous"',
+    remedy=f'{_ADD_LIMIT}, or use type="continuous"',
     example='<joint name="j" type="revolute"> without <limit>',
 )
 def limit_missing(draft: Draft) -> Faults:
     """A revolute or prismatic joint has no `<limit>`; Roboyard lets it move without end, others lock it."""
     for joint in draft.joints:
         if joint.type in ("revolute", "prismatic") and joint.limit is None:
-            yield Fault(at=joint, message=f"a {joint.type} joint needs a <limit>; it moves without end")
+            message = f"a {joint.type} joint needs a <limit>; it moves without end"
+            yield Fault(at=joint, message=message, remedy=_for_slides(joint, _ADD_LIMIT))
 
 
 @check(
@@ -57,9 +64,9 @@ def limit_reversed(draft: Draft) -> Faults:
         if joint.type in ("revolute", "prismatic") and None not in (joint.lower, joint.upper):
             lower, upper = joint.lower or 0.0, joint.upper or 0.0
             if lower > upper:
-                yield Fault(
-                    at=joint, message=f"lower limit {lower:g} is above upper limit {upper:g} {joint.unit}"
-                )
+                message = f"lower limit {lower:g} is above upper limit {upper:g} {joint.unit}"
+                remedy = _for_slides(joint, "swap them, or leave both out for no limits")
+                yield Fault(at=joint, message=message, remedy=remedy)
 
 
 @check(
@@ -158,7 +165,8 @@ def limit_endless(draft: Draft) -> Faults:
         bounds = [b for b in (joint.lower, joint.upper) if b is not None and math.isfinite(b)]
         if joint.type in ("revolute", "prismatic") and any(abs(bound) > ENDLESS for bound in bounds):
             shown = ", ".join(f"{bound:g}" for bound in bounds)
-            yield Fault(at=joint, message=f"limits of {shown} {joint.unit} stop nothing")
+            remedy = _for_slides(joint, "give the range the joint really has, or leave both out")
+            yield Fault(at=joint, message=f"limits of {shown} {joint.unit} stop nothing", remedy=remedy)
 
 
 @check(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 
@@ -196,7 +197,6 @@ def robot_name_missing(draft: Draft) -> Faults:
 def element_repeated(draft: Draft) -> Faults:
     """An element that counts once stands twice; only the first one is read."""
     for element, owner in read_elements(draft):
-        seen: set[str] = set()
         if element.tag == "geometry":
             shapes = [child.tag for child in element if child.tag in CHILDREN["geometry"]]
             if len(shapes) > 1:
@@ -207,12 +207,14 @@ def element_repeated(draft: Draft) -> Faults:
                 )
         if element is draft.root:
             continue
-        for child in element:
-            if child.tag in seen and child.tag in _SINGLE:
-                message = f"<{element.tag}> holds a second <{child.tag}>; only the first is read"
-                yield Fault(at=owner, line=line_of(child), message=message)
-            if child.tag in CHILDREN.get(element.tag, ()):
-                seen.add(child.tag)
+        single = _SINGLE.intersection(CHILDREN.get(element.tag, ()))
+        for tag in dict.fromkeys(child.tag for child in element if child.tag in single):
+            same = [child for child in element if child.tag == tag]
+            if len(same) > 1:
+                count = "a second" if len(same) == 2 else f"{len(same)}"
+                message = f"<{element.tag}> holds {count} <{tag}>; only the first is read"
+                severity = UNTIDY if tag == "material" else None  # colours move nothing
+                yield Fault(at=owner, line=line_of(same[1]), message=message, severity=severity)
 
 
 @check(
@@ -245,13 +247,25 @@ def element_unread(draft: Draft) -> Faults:
 )
 def attribute_unread(draft: Draft) -> Faults:
     """An attribute that Roboyard does not read, misspelt perhaps; it is kept."""
-    counts: dict[tuple[str, str], list[Place]] = {}
+    counts: dict[tuple[str, str, str | None], list[Place]] = {}
     for element, owner in read_elements(draft):
         for key in element.attrib:
             known = ATTRIBUTES.get(element.tag)
             if known is not None and key not in known and not key.startswith("xmlns") and ":" not in key:
                 place = Place(who=owner.who, line=line_of(element), link_names=owner.link_names)
-                counts.setdefault((element.tag, key), []).append(place)
-    for (tag, key), places in counts.items():
+                counts.setdefault((element.tag, key, misspelt(element, key)), []).append(place)
+    for (tag, key, meant), places in counts.items():
         many = f" ({len(places)} of them)" if len(places) > 1 else ""
-        yield Fault(at=places[0], message=f"<{tag} {key[:60]}> is kept but not used{many}")
+        message = f"<{tag} {key[:60]}> is kept but not used{many}"
+        if meant is None:
+            yield Fault(at=places[0], message=message)
+        else:
+            remedy = f"write {meant}, if that is what it means"
+            message += f"; {meant} is missing"
+            yield Fault(at=places[0], message=message, remedy=remedy, severity=MISBEHAVES)
+
+
+def misspelt(element: ET.Element, key: str) -> str | None:
+    """The attribute that an element lacks and that `key` looks like, or None."""
+    absent = [name for name in ATTRIBUTES.get(element.tag, ()) if name not in element.attrib]
+    return next(iter(difflib.get_close_matches(key.lower(), absent, n=1)), None)

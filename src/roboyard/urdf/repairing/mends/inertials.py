@@ -8,12 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from roboyard.poses import Array
-from roboyard.shapes.inertia import DEFAULT_DENSITY, rod_inertia
+from roboyard.shapes.inertia import DEFAULT_DENSITY
+from roboyard.shapes.possible_inertia import raised_inertia, rod_inertia
 from roboyard.urdf.auditing.draft import DraftLink
 from roboyard.urdf.auditing.registry import Fault
 from roboyard.urdf.auditing.solids import link_solid
 from roboyard.urdf.model import INERTIA_KEYS
-from roboyard.urdf.repairing.registry import Bench, Changes, change, mend, rounded
+from roboyard.urdf.repairing.registry import Bench, Change, Changes, change, mend, rounded
 
 
 def _links(faults: Sequence[Fault]) -> list[tuple[Fault, DraftLink]]:
@@ -108,19 +109,37 @@ def positive_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
     """Raise a rod's moment that was rounded to zero; else compute the tensor from the shapes and the mass."""
     others = []
     for fault, link in _links(faults):
-        inertial = link.inertial
-        tensor = inertial.matrix() if inertial is not None else None
-        rod = rod_inertia(tensor) if tensor is not None else None
-        if inertial is None or rod is None:
+        tensor = _tensor(link)
+        rod = None if tensor is None else rod_inertia(tensor)
+        if rod is None:
             others.append(fault)
-            continue
-        before = _described(inertial.element)
-        _write_tensor(inertial.element, rod)
-        yield change(fault, before, f"{_described(inertial.element)} (a thin rod's)")
+        else:
+            yield _retold(fault, link, rod, "a thin rod's")
     yield from _tensor_from_shapes(others)
 
 
 @mend("inertia-triangle")
 def possible_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
-    """Compute the tensor from the shapes and the mass."""
-    yield from _tensor_from_shapes(faults)
+    """Compute the tensor from the shapes and the mass; without shapes raise the two smaller moments."""
+    others = []
+    for fault, link in _links(faults):
+        tensor = None if link_solid(link) is not None else _tensor(link)
+        raised = None if tensor is None else raised_inertia(tensor)
+        if raised is None:
+            others.append(fault)
+        else:
+            yield _retold(fault, link, raised, "its smaller moments raised until a body can have them")
+    yield from _tensor_from_shapes(others)
+
+
+def _tensor(link: DraftLink) -> Array | None:
+    return None if link.inertial is None else link.inertial.matrix()
+
+
+def _retold(fault: Fault, link: DraftLink, tensor: Array, why: str) -> Change:
+    """Write a tensor, and say so."""
+    assert link.inertial is not None
+    element = link.inertial.element
+    before = _described(element)
+    _write_tensor(element, tensor)
+    return change(fault, before, f"{_described(element)} ({why})")
