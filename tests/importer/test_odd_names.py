@@ -73,3 +73,21 @@ def test_the_world_takes_it(imported):
 def _vertices(path):
     rows = [line.split()[1:4] for line in path.read_text().splitlines() if line.startswith("v ")]
     return np.array(rows, dtype=float)
+
+
+def test_kept_names_and_filtered_overlaps_are_nothing_to_look_at(tmp_path):
+    """Both are settled: USD names are the writer's business, and links that overlap do not push."""
+    box = '<collision><geometry><box size=".2 .2 .2"/></geometry></collision>'
+    links = "".join(f'<link name="{k}">{INERTIAL}{box}</link>' for k in "012")
+    joints = "".join(
+        f"""<joint name="j-{k}" type="revolute"><parent link="{k}"/><child link="{k + 1}"/>
+        <origin xyz="0 0 0.08"/><axis xyz="0 1 0"/>
+        <limit lower="-1" upper="1" effort="9" velocity="1"/></joint>"""
+        for k in (0, 1)
+    )
+    (tmp_path / "stack.urdf").write_text(f'<robot name="stack">{links}{joints}</robot>')
+    made = import_robot(urdf=tmp_path / "stack.urdf", name="stack", data=tmp_path / "data")
+    assert ("0", "2") in made.robot.filtered_pairs
+    told = " ".join(warning.message for warning in made.warnings)
+    assert "[collision-overlap]" not in told
+    assert "[joint-name-odd]" not in told and "[link-name-odd]" not in told

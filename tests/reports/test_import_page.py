@@ -227,3 +227,14 @@ def test_the_file_lies_in_the_package(tmp_path):
     robot = robot_of(["base", "tip"])
     write_import_page(robot, context)
     assert (tmp_path / "import_report.html").read_text(encoding="utf-8") == import_page(robot, {}, ())
+
+
+def test_findings_of_one_kind_are_told_once():
+    log = ImportLog()
+    for k in range(5):
+        log.warn(f"mesh {k} is open; close it [mesh-open]", f'link "l{k}"', code="mesh-open")
+    log.warn("too heavy", 'link "l0"')
+    shown = "".join(Page(import_page(robot_of(["l0", "l1"]), log.facts, log.warnings)).text)
+    assert "mesh 0 is open; close it [mesh-open] — and 4 more like this" in shown
+    assert "mesh 1 is open" not in shown
+    assert "2 things to look at" in shown

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from roboyard.importer.context import ImportContext
 from roboyard.importer.model import ImportedRobot
+from roboyard.importer.steps.stage_and_clean import KEPT
 from roboyard.urdf.auditing import audit
+
+SETTLED = ("collision-overlap", *KEPT)
+"""Found again in the written URDF, and settled all the same: the planning step keeps links that overlap from
+pushing, and each writer finds names that its format takes.
+"""
 
 
 def settle(robot: ImportedRobot, context: ImportContext) -> None:
     """Audit the written URDF; warnings about the vendor's file that no longer hold become notes."""
     log = context.log
-    codes = {decision.code for decision in log.warnings if decision.code}
+    codes = {decision.code for decision in log.warnings if decision.code}.difference(SETTLED)
     log.facts["still"] = []
     if not codes:
+        log.settle()
         return
     ours = {f'link "{name}"' for name in robot.description.link_by_name if _is_virtual(name)}
     ours |= {f'joint "{name}"' for name in robot.description.joint_by_name if _is_virtual(name)}

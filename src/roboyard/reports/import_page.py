@@ -18,6 +18,11 @@ if TYPE_CHECKING:
     from roboyard.validation import Gate, ValidationReport
 
 MAX_ROWS = 40
+_SETTLED = {
+    "collision-overlap": "the pairs are kept from pushing each other",
+    "link-name-odd": "kept; USD has its own name and keeps this one beside it",
+    "joint-name-odd": "kept; USD has its own name and keeps this one beside it",
+}
 _STYLE = """
 .cards{display:flex;flex-wrap:wrap;gap:.6rem;margin:1rem 0}.cards div{background:var(--card);
 border-radius:.5rem;padding:.4rem .9rem}.cards b{display:block;font-size:1.25rem}.cards span{color:var(--dim)}
@@ -27,9 +32,10 @@ border-radius:.5rem;padding:.4rem .9rem}.cards b{display:block;font-size:1.25rem
 @media(max-width:60rem){.sides{flex-wrap:wrap}}
 body{max-width:88rem}
 ul.look{padding-left:1.2rem}ul.look li{margin:.15rem 0}ul.look b{color:var(--look)}
-.gates{display:grid;grid-template-columns:repeat(auto-fill,minmax(27rem,1fr));gap:.8rem}
-.gate{border:1px solid var(--line);border-left:.35rem solid var(--good);border-radius:.5rem;
-padding:.5rem .8rem}.gate.bad{border-left-color:var(--bad)}.gate.none{border-left-color:var(--line)}
+.gates{columns:27rem;column-gap:.8rem}
+.gate{break-inside:avoid;margin-bottom:.8rem;border:1px solid var(--line);border-radius:.5rem;
+border-left:.35rem solid var(--good);padding:.5rem .8rem}.gate.bad{border-left-color:var(--bad)}
+.gate.none{border-left-color:var(--line)}
 .gate p{margin:.2rem 0}.gate svg{max-width:100%;height:auto}.gate svg text{font:11px system-ui,sans-serif;
 fill:var(--dim)}
 .links{display:grid;gap:.8rem}.link{display:grid;grid-template-columns:minmax(13rem,19rem) 1fr;gap:1rem;
@@ -105,7 +111,7 @@ def _verdicts(facts: Mapping[str, Any], warnings: Sequence[Any], validation: Val
             if wrong
             else verdict("files read back as meant", "good")
         )
-    count = len(_alike((w.message, w.element) for w in warnings))
+    count = len(_alike(warnings))
     parts.append(
         verdict(f"{plural(count, 'thing')} to look at", "look")
         if warnings
@@ -171,21 +177,29 @@ def _look_at(warnings: Sequence[Any]) -> list[str]:
     if not warnings:
         return []
     rows = []
-    for message, elements in _alike((w.message, w.element) for w in warnings):
+    for message, elements in _alike(warnings):
         named = [element for element in elements if element]
         who = ", ".join(named[:4]) + (f" and {len(named) - 4} more" if len(named) > 4 else "")
         rows.append(f"<li>{f'<b>{escape(who)}</b>: ' if who else ''}{escape(message)}</li>")
     return ["<h2>Look at next</h2>", '<ul class="look">', *rows, "</ul>"]
 
 
-def _alike(pairs: Any) -> list[tuple[str, list[str]]]:
-    """Messages in order of their first appearance, each with the elements that it was said of."""
-    found: dict[str, list[str]] = {}
-    for message, element in pairs:
-        found.setdefault(message, [])
-        if element not in found[message]:
-            found[message].append(element)
-    return list(found.items())
+def _alike(warnings: Sequence[Any]) -> list[tuple[str, list[str]]]:
+    """Messages in order of their first appearance, each with the elements that it was said of.
+
+    Findings of one kind are told once: the first one's message stands for them.
+    """
+    messages: dict[str, dict[str, None]] = {}
+    elements: dict[str, dict[str, None]] = {}
+    for warning in warnings:
+        key = warning.code or warning.message
+        messages.setdefault(key, {})[warning.message] = None
+        elements.setdefault(key, {})[warning.element] = None
+    told = []
+    for key, said in messages.items():
+        more = f" — and {len(said) - 1} more like this" if len(said) > 1 else ""
+        told.append((next(iter(said)) + more, list(elements[key])))
+    return told
 
 
 def _gates(validation: ValidationReport | None) -> list[str]:
@@ -237,7 +251,7 @@ def _came_in(facts: Mapping[str, Any]) -> list[str]:
         what = str(first.get("message", code)) + (f" — and {count - 1} more like this" if count > 1 else "")
         now = f"put right: {_short(done[0].get('before'))} → {_short(done[0].get('after'))}" if done else ""
         if not done:
-            now = "as it was" if code in still else "settled by the import"
+            now = "as it was" if code in still else _SETTLED.get(code, "settled by the import")
         rows.append((what, where, str(first.get("severity", "")), now))
     if not rows:
         return []

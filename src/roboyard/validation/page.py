@@ -73,7 +73,8 @@ def plot(curve: Curve) -> str:
     step = max(1, len(curve.x) // MOST_POINTS)
     x = curve.x[::step]
     lines = {label: np.nan_to_num(values[::step]) for label, values in curve.lines.items()}
-    top = max((float(values.max()) for values in lines.values()), default=0.0) or 1e-9
+    top = max((float(values.max()) for values in lines.values()), default=0.0)
+    top = max(top, 1e-6)  # what is less than that is rounding
     low, high = float(x.min()), float(x.max())
     span = high - low or 1.0
     across, up = WIDTH - LEFT - 10, HEIGHT - BOTTOM - TOP

@@ -75,7 +75,7 @@ def _record(context: ImportContext, made: Repair) -> None:
     if made.staged:
         log.note(f"{len(made.staged)} mesh and image files staged under plain names")
     for finding in made.left:
-        if finding.severity != BLOCKS:
+        if finding.severity != BLOCKS and finding.code not in KEPT:
             log.warn(
                 f"{finding.message}; {finding.remedy} [{finding.code}]", finding.element, code=finding.code
             )
