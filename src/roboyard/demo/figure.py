@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from roboyard.poses import Array
 from roboyard.shapes import primitives
+from roboyard.shapes.hulls import farthest_along
 from roboyard.urdf.kinematics import forward_kinematics, vector_joints
 from roboyard.urdf.model import Box, Capsule, Cylinder, Geometry, Joint, Link, Mesh, RobotDescription, Sphere
 
@@ -234,7 +235,7 @@ def extreme_points(points: Array, directions: int = DIRECTIONS) -> Array:
     """(k, 3) those of (n, 3) points that lie farthest out in one of many even directions."""
     if len(points) <= directions:
         return points
-    return points[np.unique(np.argmax(points @ _directions(directions).T, axis=0))]
+    return points[np.unique(farthest_along(np.ascontiguousarray(points), _directions(directions)))]
 
 
 def _directions(count: int) -> Array:
