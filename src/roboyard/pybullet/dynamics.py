@@ -44,7 +44,7 @@ def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[
     return (
         *(s.mass, s.friction, s.moments, s.frame.position, s.frame.quaternion),
         *(s.restitution, s.rolling_friction, s.spinning_friction, s.contact_damping, s.contact_stiffness),
-        *(record.kind, record.model.collision_margin),
+        *(record.kind, record.bounds(linkIndex)[1]),
     )
 
 
@@ -108,7 +108,7 @@ def changeDynamics(
     if contactStiffness >= 0:
         state.contact_stiffness, state.contact_damping = contactStiffness, contactDamping
     if number(collisionMargin) >= 0:
-        record.model.collision_margin = collisionMargin
+        state.collision_margin = collisionMargin
     if linkIndex >= 0:
         joint = record.body.joints[linkIndex]
         if number(jointDamping) >= 0:
@@ -122,15 +122,9 @@ def changeDynamics(
 def _set_mass(
     scene: Scene, record: BodyRecord, link: int, mass: float, moments: tuple[float, float, float] | None
 ) -> None:
-    state, model = record.links[link + 1], record.model.links[link + 1]
+    state = record.links[link + 1]
     if moments is None:
-        moments = shape_moments(
-            mass,
-            state.frame,
-            model.collisions,
-            margin=record.model.collision_margin,
-            implicit_cylinder=record.model.implicit_cylinder,
-        )
+        moments = shape_moments(mass, *record.bounds(link))
     state.mass, state.moments = float(mass), moments
     if mass > 0.0 and link == -1 and record.model.fixed_base and not _has_plane(record):
         scene.free_base(record)

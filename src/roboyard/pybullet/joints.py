@@ -207,7 +207,7 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
         return record.qpos.item(place), record.qvel.item(dof), NO_REACTION, applied
     applied = scene.applied(record, joint)
     return (
-        record.qpos.item(place),
+        record.qpos.item(place if POSITION_COUNT[record.joint_type(joint)] == 1 else place + 1),
         record.qvel.item(record.velocity_addresses[joint]),
         _reaction(client, record, joint) if record.sensors else NO_REACTION,
         applied if type(applied) is float else applied[0],

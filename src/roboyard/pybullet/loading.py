@@ -19,6 +19,7 @@ from roboyard.pybullet.user_data import attach_from_file
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
+    from roboyard.pybullet.records import BodyRecord
     from roboyard.urdf.model import RobotDescription
 
 Vector = Sequence[float]
@@ -107,7 +108,23 @@ def _load_urdf_command(
     except RoboyardError as problem:
         raise failure(_NOT_LOADED, *str(problem).splitlines()) from problem
     attach_from_file(client, record)
+    _filter_as_said(client, record)
     return record.number
+
+
+def _filter_as_said(client: Client, record: BodyRecord) -> None:
+    """Filter groups and masks that collisions of the file have as attributes; a link's last one holds."""
+    filters = client.scene.filters
+    for link, part in enumerate(record.model.links, start=-1):
+        said = {
+            key: int(value)
+            for shape in part.collisions
+            for key, value in shape.attributes
+            if key in ("group", "mask") and value.strip().lstrip("-").isdigit()
+        }
+        if said:
+            group = said.get("group", filters.group_of(record.number, link))
+            filters.set_group((record.number, link), group, said.get("mask", -1))
 
 
 def read_description(client: Client, path: Path) -> RobotDescription:

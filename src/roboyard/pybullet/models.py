@@ -6,9 +6,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.merging import merge_fixed_links
+from roboyard.pybullet.mesh_objects import hull_by_hull
+from roboyard.pybullet.shape_bounds import LinkBounds, link_bounds
 from roboyard.pybullet.shape_inertia import Moments, shape_moments
 from roboyard.sim.inertials import mass_properties
 from roboyard.urdf.model import (
@@ -31,6 +34,8 @@ MASS_WITHOUT_INERTIAL = 1.0
 STATIC_LINK_NAME = "world"
 MomentsOf = Callable[[float, Pose, tuple[Collision, ...]], Moments]
 """Moments from mass (kg), inertial frame and shapes of a link."""
+BoundsOf = Callable[[Pose, tuple[Collision, ...]], LinkBounds]
+"""The box around the shapes of a link, from its inertial frame and shapes."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -61,7 +66,7 @@ class BodyModel:
     """For the World: with these masses and moments, in the same link order."""
     fixed_base: bool
     implicit_cylinder: bool
-    collision_margin: float
+    bounds_of: BoundsOf
     index_by_name: dict[str, int] = field(default_factory=dict)
 
 
@@ -72,11 +77,13 @@ def bullet_model(
     scale: float = 1.0,
     fixed_base: bool = False,
     moments_of: MomentsOf | None = None,
+    bounds_of: BoundsOf | None = None,
 ) -> BodyModel:
     """Bullet's reading of a description, with the flags of loadURDF.
 
     Lengths are scaled; masses are not, and moments follow from shapes or, with URDF_USE_INERTIA_FROM_FILE,
-    from the file as it is. `moments_of` replaces the rule for moments from shapes.
+    from the file as it is. `moments_of` replaces the rule for moments from shapes, `bounds_of` that for their
+    boxes.
     """
     description = scaled(description, scale)
     if flags & c.URDF_IGNORE_COLLISION_SHAPES:
@@ -88,10 +95,14 @@ def bullet_model(
         description = merge_fixed_links(description, fixed_base=fixed_base)
     base = description.root
     joints = ordered_joints(description, keep_link_order=bool(flags & c.URDF_MAINTAIN_LINK_ORDER))
-    links = [_link_model(base, flags, implicit, moments_of)]
+    if bounds_of is None:
+        bounds_of = partial(link_bounds, implicit_cylinder=implicit, from_file=True)
+    if moments_of is None:
+        moments_of = _moments_within(bounds_of)
+    links = [_link_model(base, flags, moments_of)]
     index = {base.name: -1}
     for k, joint in enumerate(joints):
-        link = _link_model(description.link_by_name[joint.child], flags, implicit, moments_of)
+        link = _link_model(description.link_by_name[joint.child], flags, moments_of)
         link.joint, link.parent = bullet_joint(joint), index[joint.parent]
         index[joint.child] = k
         links.append(link)
@@ -104,7 +115,7 @@ def bullet_model(
         description=world_description(description, links),
         fixed_base=is_fixed,
         implicit_cylinder=implicit,
-        collision_margin=0.001,
+        bounds_of=bounds_of,
         index_by_name=index,
     )
 
@@ -113,7 +124,8 @@ def world_description(description: RobotDescription, links: Sequence[LinkModel])
     """The description that the World builds: Bullet's masses and joints in Bullet's link order."""
     source = description.link_by_name
     made = tuple(
-        replace(source[link.name], inertial=_inertial(link), collisions=link.collisions) for link in links
+        replace(source[link.name], inertial=_inertial(link), collisions=hull_by_hull(link.collisions))
+        for link in links
     )
     joints = tuple(link.joint for link in links if link.joint is not None)
     return replace(description, links=made, joints=joints)
@@ -136,7 +148,14 @@ def bullet_joint(joint: Joint) -> Joint:
     return replace(joint, type=kind, mimic=None)
 
 
-def _link_model(link: Link, flags: int, implicit_cylinder: bool, moments_of: MomentsOf | None) -> LinkModel:
+def _moments_within(bounds_of: BoundsOf) -> MomentsOf:
+    def moments(mass: float, frame: Pose, collisions: tuple[Collision, ...]) -> Moments:
+        return shape_moments(mass, bounds_of(frame, collisions)) if mass else (0.0, 0.0, 0.0)
+
+    return moments
+
+
+def _link_model(link: Link, flags: int, moments_of: MomentsOf) -> LinkModel:
     inertial = link.inertial
     if inertial is None:
         mass = 0.0 if link.name == STATIC_LINK_NAME else MASS_WITHOUT_INERTIAL
@@ -144,10 +163,12 @@ def _link_model(link: Link, flags: int, implicit_cylinder: bool, moments_of: Mom
     frame = inertial.origin
     if flags & c.URDF_USE_INERTIA_FROM_FILE:
         frame, moments = _file_moments(inertial)
-    elif moments_of is not None:
-        moments = moments_of(inertial.mass, frame, link.collisions)
     else:
-        moments = shape_moments(inertial.mass, frame, link.collisions, implicit_cylinder=implicit_cylinder)
+        moments = moments_of(inertial.mass, frame, link.collisions)
+    if link.contact is not None and link.contact.inertia_scaling is not None:
+        x, y, z = moments
+        k = link.contact.inertia_scaling
+        moments = k * x, k * y, k * z
     return LinkModel(
         name=link.name,
         mass=inertial.mass,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.models import BodyModel, LinkModel, world_description
 from roboyard.pybullet.records import MULTIBODY, RIGID_BODY
+from roboyard.pybullet.shape_bounds import link_bounds
 from roboyard.pybullet.shape_inertia import Moments, shape_moments
 from roboyard.urdf.model import (
     Collision,
@@ -41,6 +42,7 @@ _NO_RANGE = Limit(lower=1.0, upper=-1.0)
 REMEMBERED = 256
 """Shapes and links whose properties are worked out once: scripts make the same things again and again."""
 _VALUES = ("name", "mass", "moments", "frame", "collisions", "visuals", "joint", "parent")
+_bounds_of = partial(link_bounds, implicit_cylinder=True, from_file=False)
 _values = attrgetter(*_VALUES)
 """Of a LinkModel, all that it says."""
 
@@ -149,7 +151,7 @@ def _link(scene: Scene, name: str, mass: float, collision: int, visual: int, fra
 
 @lru_cache(REMEMBERED)
 def _moments(mass: float, frame: Pose, shapes: tuple[Collision, ...]) -> Moments:
-    return shape_moments(mass, frame, shapes, margin=0.0, implicit_cylinder=True)
+    return shape_moments(mass, _bounds_of(frame, shapes)) if mass else (0.0, 0.0, 0.0)
 
 
 def _jointed_link(
@@ -185,7 +187,7 @@ def _model(links: list[LinkModel]) -> BodyModel:
         description=_description(*(_values(link) for link in links)),
         fixed_base=links[0].mass == 0.0,
         implicit_cylinder=True,
-        collision_margin=0.001 if any(k.collisions for k in links) else 0.04,
+        bounds_of=_bounds_of,
     )
 
 

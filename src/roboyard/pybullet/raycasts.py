@@ -96,7 +96,7 @@ def getAABB(
     record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
-    lower, upper = _box(scene, record, linkIndex)
+    lower, upper = _box(record, linkIndex)
     return tuple(lower.tolist()), tuple(upper.tolist())
 
 
@@ -114,16 +114,16 @@ def getOverlappingObjects(
         for link in range(-1, record.joint_count):
             if not record.model.links[link + 1].collisions:
                 continue
-            lower, upper = _box(scene, record, link)
+            lower, upper = _box(record, link)
             if (lower <= high).all() and (upper >= low).all():
                 found.append((number_, link))
     return tuple(found) or None
 
 
-def _box(scene: Scene, record: BodyRecord, link: int) -> np.ndarray:
-    box = scene.world.bounds_of(np.array([record.rows[link + 1]]))
-    margin = record.model.collision_margin if record.file else 0.0
-    return box + margin * np.array([[-1.0], [1.0]])
+def _box(record: BodyRecord, link: int) -> np.ndarray:
+    """(2, 3) corners of Bullet's box around a link's shapes; m."""
+    bounds, margin = record.bounds(link)
+    return bounds.in_world(margin, *record.to_inertial(*record.body.links[link + 1].pose, link))
 
 
 def _points(values: Sequence[Vector]) -> np.ndarray:

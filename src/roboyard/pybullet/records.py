@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
     from roboyard.pybullet.joint_groups import JointGroup
     from roboyard.pybullet.link_groups import LinkGroup, LinkReader
+    from roboyard.pybullet.shape_bounds import LinkBounds
     from roboyard.sim.body import Body
     from roboyard.sim.world import World
 
@@ -41,6 +42,8 @@ class LinkState:
     restitution: float = 0.0
     contact_damping: float = -1.0
     contact_stiffness: float = -1.0
+    collision_margin: float | None = None
+    """m, where a script has changed it."""
 
 
 class BodyRecord:
@@ -60,6 +63,7 @@ class BodyRecord:
             LinkState(mass=link.mass, moments=link.moments, frame=link.frame, **_contact_of(model, i))
             for i, link in enumerate(model.links)
         ]
+        self._bounds: dict[int, LinkBounds] = {}
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
         self.chains: dict[tuple[int, ...], ChainArrays] = {}
         """For inverse kinematics, by the links that have targets."""
@@ -105,6 +109,15 @@ class BodyRecord:
 
     def joint_type(self, joint: int) -> int:
         return self.infos[joint][2]
+
+    def bounds(self, link: int) -> tuple[LinkBounds, float]:
+        """Box of a link's shapes and the margin (m) that it has now."""
+        found = self._bounds.get(link)
+        if found is None:
+            model = self.model.links[link + 1]
+            found = self._bounds[link] = self.model.bounds_of(self.links[link + 1].frame, model.collisions)
+        changed = self.links[link + 1].collision_margin
+        return found, found.margin if changed is None or found.is_round else changed
 
     def movable(self) -> list[int]:
         """Joints of one degree of freedom or more, in order."""

@@ -38,6 +38,7 @@ CONTACT_TAGS = (
     "restitution",
     "stiffness",
     "damping",
+    "inertia_scaling",
 )
 """Fields of `Contact`."""
 
@@ -198,6 +199,8 @@ class Contact:
     restitution: float | None = None
     stiffness: float | None = None
     damping: float | None = None
+    inertia_scaling: float | None = None
+    """Factor of the moments of inertia."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
