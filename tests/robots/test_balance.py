@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from roboyard.robots import Robot
-from roboyard.robots.footing import footing_of, hull_edges
+from roboyard.robots.footing import footing_of
+from roboyard.robots.hull_edges import hull_edges
 from roboyard.sim import World
 
 G = 9.81

@@ -8,6 +8,23 @@ floor pushes at
 and the robot stands as long as p lies within the convex hull of its wheels. An acceleration a_i of joint i
 shifts p by s_i a_i, and a change of its position shifts c_xy by J_i. (Vukobratović and Borovac, "Zero-moment
 point: thirty-five years of its life", 2004.)
+
+A robot that drives as one rigid body, its base at o with velocity v and turning rate ω, accelerates its mass
+at r by v̇ + ω ẑ×v + ω̇ ẑ×(r - o) - ω² (r - o), where v̇ is the change of v in the base's own axes. With the
+first moment d = Σ m z (r - o) / W of its mass at heights z above the ground and h the height of c, so that
+L̇ = Σ m z ẑ×r̈, this gives
+
+    p = c_xy - (h / g) (v̇ + ω ẑ×v) - ω̇ ẑ×d + ω² d
+
+so that a curve pushes outwards by (h / g) v ω even at constant speed. At s times the speed on the same curve,
+v and ω both being s times as large, it is s² times as much.
+
+A robot that is tilting already, its centre of mass moving at ċ over its wheels, can still be caught as long
+as c_xy + √(h / g) ċ lies within them (Pratt et al., "Capture point: a step toward humanoid push recovery",
+2006). While it tilts, edges ahead count as nearer by `CAUTION` times √(h / g) ċ, so that it comes back
+instead of hanging in balance. While it is tilted, all edges count as nearer than those of the upright robot
+by `CAUTION` + 1 times the shift of its centre of mass, so that no push makes it fall back and over the other
+side. What counts as upright follows the robot within `SETTLING`, as floors slope.
 """
 
 from __future__ import annotations
@@ -21,6 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.poses import Array
+from roboyard.robots.hull_edges import hull_edges
 from roboyard.robots.joints import Indices, JointArrays
 from roboyard.sim.link import Link
 
@@ -33,6 +51,13 @@ SWAY = 0.25
 """Of the same way, how far accelerations of one joint may push the floor's answer."""
 RESERVE = 0.08
 """Of the same way, how near to the edge driving may not push it."""
+CURVE = 0.7
+"""Of the way from the centre of mass to where driving may push it, how far a steady curve may; the rest is
+for speeding up and slowing down in it."""
+CAUTION = 2.0
+"""How many times over a tilt counts."""
+SETTLING = 1.0
+"""s"""
 SLOWEST = 0.1
 TINY = 1e-9
 
@@ -51,8 +76,16 @@ class Balance:
     """(e,) m that accelerations may take"""
     edge: Array
     """(e,) m from the centre of mass to the edge"""
+    lost: Array
+    """(e,) m by which edges count as nearer, for a robot that is tilted or tilting"""
     reserve: Array
     """(e,) m of that which driving leaves"""
+    outwards: Array
+    """(e, 2) normals of the edges in the base's axes"""
+    height: float
+    """s²: h / g"""
+    moment: Array
+    """(2,) m s²: d in the base's axes"""
 
     def acceleration(self) -> Array:
         """(k,) rad/s² or m/s² that each joint may take alone; inf for one that tips nothing."""
@@ -68,17 +101,37 @@ class Balance:
         push = 0.5 * (np.abs(parts.sum(axis=1)) + np.abs(parts).sum(axis=1))
         return float(np.min(self.slack / np.maximum(push, self.slack), initial=1.0))
 
-    def bearable(self, acceleration: Array) -> float:
-        """Share of an acceleration of all k joints together that the footing bears in this posture.
+    def push(self, twist: Array, change: Array) -> Array:
+        """(e,) m outwards that driving shifts the floor's answer.
 
-        Never less than `SLOWEST`, so that a base can always come to rest.
+        Args:
+            twist: (3,) m/s, m/s, rad/s of the base in its own axes.
+            change: (3,) m/s², m/s², rad/s², how fast that changes.
         """
-        push = self.sway @ acceleration
-        outwards = push > TINY
-        if not outwards.any():
-            return 1.0
-        share = float(((self.edge - self.reserve)[outwards] / push[outwards]).min())
-        return min(1.0, max(share, SLOWEST))
+        (x, y, turn), (ax, ay, spin), (dx, dy) = twist, change, self.moment
+        shift = (
+            -self.height * (ax - turn * y) + spin * dy + turn**2 * dx,
+            -self.height * (ay + turn * x) - spin * dx + turn**2 * dy,
+        )
+        return self.outwards @ shift
+
+    def steady(self, twist: Array) -> float:
+        """Share of a twist (see `push`) that the footing bears for long, on the same curve.
+
+        Never less than `SLOWEST`.
+        """
+        room = CURVE * np.maximum(self.edge - self.lost - self.reserve, 0.0)
+        return max(SLOWEST, _share(room, self.push(twist, np.zeros(3))) ** 0.5)
+
+    def bearable(self, twist: Array, change: Array) -> float:
+        """Share of a change of twist (see `push`) that the footing bears on top of the twist itself.
+
+        Never less than `SLOWEST`, so that a base can always come to rest; but a robot that is tilting may
+        have to wait with it.
+        """
+        spare = self.edge - self.reserve - np.maximum(self.push(twist, np.zeros(3)), 0.0)
+        push = self.push(np.zeros(3), change)
+        return min(max(SLOWEST, _share(spare, push)), _share(spare - self.lost, push))
 
     def allows(self, shift: Array, direction: Array) -> NDArray[np.bool_]:
         """(k,) whether joints may go on that way.
@@ -93,14 +146,27 @@ class Balance:
         return np.logical_not(np.any(worse, axis=0))
 
 
+def _share(room: Array, push: Array) -> float:
+    """The largest share of pushes that stays within the room on every side; 0 to 1."""
+    out = push > TINY
+    return float(np.clip(np.min(room[out] / push[out], initial=1.0), 0.0, 1.0))
+
+
 class Footing:
     """The support of one robot: the parts that touch the floor."""
 
-    def __init__(self, joints: JointArrays, links: Sequence[Link], rolling: Sequence[bool]) -> None:
-        """Look at a robot that stands on these links; those that roll touch the floor below their middle."""
+    def __init__(
+        self, joints: JointArrays, base: Link, links: Sequence[Link], rolling: Sequence[bool]
+    ) -> None:
+        """Look at a robot that stands on these links; those that roll touch the floor below their middle.
+
+        Twists of driving count in the base's frame.
+        """
         self._joints = joints
+        self._base = base
         self._links = tuple(zip(links, rolling, strict=True))
         self._last: Balance | None = None
+        self._upright, self._seen = np.zeros(2), -np.inf
         self._fresh = False
 
     def forget(self) -> None:
@@ -132,18 +198,46 @@ class Footing:
         mujoco.mj_angmomMat(model, data, spin, root)
         shift, spin = shift[:, dofs], spin[:, dofs]
         com = data.subtree_com[root]
-        height = com[2] - float(points[:, 2].min())
+        floor = float(points[:, 2].min())
+        height = com[2] - floor
+        base = int(self._base.mujoco_id)
+        axes = data.xmat[base].reshape(3, 3)[:2, :2]
         moment = spin[:2] + mass * height * np.array([-shift[1], shift[0]])
-        weight = mass * max(float(np.linalg.norm(model.opt.gravity)), TINY)
-        way = bounds - normals @ middle
+        gravity = max(float(np.linalg.norm(model.opt.gravity)), TINY)
+        weight = mass * gravity
+        way, edge = bounds - normals @ middle, bounds - normals @ com[:2]
+        reserve, lost = RESERVE * way, self._lost(normals, base, height, gravity)
         return Balance(
             lean=normals @ shift[:2],
             sway=normals @ (np.array([-moment[1], moment[0]]) / weight),
-            room=LEAN * way - normals @ (com[:2] - middle),
-            slack=SWAY * way,
-            edge=bounds - normals @ com[:2],
-            reserve=RESERVE * way,
+            room=LEAN * way - normals @ (com[:2] - middle) - lost,
+            slack=np.clip(edge - reserve - lost, SLOWEST * SWAY * way, SWAY * way),
+            edge=edge,
+            lost=lost,
+            reserve=reserve,
+            outwards=normals @ axes,
+            height=mass * height / weight,
+            moment=self._first_moment(model, data, floor, data.xpos[base]) @ axes / weight,
         )
+
+    def _lost(self, normals: Array, base: int, height: float, gravity: float) -> Array:
+        """(e,) m that edges count as nearer, for a base that is tilted or tilting."""
+        data = self._joints.world.data
+        height, axis = max(height, 0.0), data.xmat[base].reshape(3, 3)[:2, 2]
+        kept = np.exp(min(self._seen - data.time, 0.0) / SETTLING)
+        self._upright, self._seen = axis + kept * (self._upright - axis), float(data.time)
+        shift = normals @ (height * (axis - self._upright))
+        speed = normals @ (height * data.cvel[base, [1, 0]] * [1.0, -1.0])
+        ahead = CAUTION * np.maximum(speed, 0.0) * (height / gravity) ** 0.5
+        return ahead + (CAUTION + 1.0) * np.abs(shift) - shift
+
+    def _first_moment(self, model: mujoco.MjModel, data: mujoco.MjData, floor: float, origin: Array) -> Array:
+        """(2,) kg m²: sum of mass times height above the floor times way from the origin, in world axes."""
+        bodies = self._joints.body.mujoco_ids
+        mass, place = model.body_mass[bodies], data.xipos[bodies]
+        turned = data.ximat[bodies].reshape(-1, 3, 3)
+        own = -np.einsum("nij,nj,nj->i", turned[:, :2], model.body_inertia[bodies], turned[:, 2])
+        return (mass * (place[:, 2] - floor)) @ (place[:, :2] - origin[:2]) + own
 
     def _points(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
         """(n, 3) m, world frame: the lowest points of the links' shapes."""
@@ -177,40 +271,4 @@ def footing_of(robot: RobotBody) -> Footing | None:
             return None
     above = robot.description.parent_joint
     rolling = [link.name in above and above[link.name].is_moving for link in links]
-    return Footing(robot.joints, links, rolling) if links else None
-
-
-def hull_edges(points: Array) -> tuple[Array, Array, Array] | None:
-    """Edges of the convex hull of points in the plane (Andrew's monotone chain).
-
-    Args:
-        points: (n, 2) m.
-
-    Returns:
-        (e, 2) outward normals, (e,) m of each edge along its normal, (2,) mean of the corners; None where the
-        hull has no area.
-    """
-    order = sorted({(float(x), float(y)) for x, y in points})
-    if len(order) < 3:
-        return None
-    corners = np.array(_half(order)[:-1] + _half(order[::-1])[:-1])
-    along = np.roll(corners, -1, axis=0) - corners
-    length = np.linalg.norm(along, axis=1)
-    area = 0.5 * abs(float(np.sum(corners[:, 0] * along[:, 1] - corners[:, 1] * along[:, 0])))
-    if len(corners) < 3 or area < TINY + 1e-3 * float(length.max()) ** 2:
-        return None
-    normals = np.stack([along[:, 1], -along[:, 0]], axis=1) / length[:, None]
-    return normals, np.sum(normals * corners, axis=1), corners.mean(axis=0)
-
-
-def _half(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """One side of the hull of sorted points, counter-clockwise."""
-    kept: list[tuple[float, float]] = []
-    for x, y in points:
-        while len(kept) > 1:
-            (ax, ay), (bx, by) = kept[-2], kept[-1]
-            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
-                break
-            kept.pop()
-        kept.append((x, y))
-    return kept
+    return Footing(robot.joints, robot.base_link, links, rolling) if links else None

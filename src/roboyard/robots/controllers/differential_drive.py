@@ -4,12 +4,14 @@
 means v_max = w_max r, or ω_max = 2 v_max / L. Where both together ask more of a wheel than it can, both
 wheels slow down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends
 it). Both speeds change together along the straight line from what they are to what they are to be, by
-`max_acceleration` at most, so that a robot that starts keeps to its curve and a tall one does not tip over.
+`max_acceleration` at most, so that a robot that starts keeps to its curve. A robot that would tip over speeds
+up and brakes more gently, and drives curves slower (see `roboyard.robots.footing`).
 Wheels reach their speeds under load and hold their place at rest, see `velocity_tracking`.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -25,6 +27,7 @@ from roboyard.robots.controllers.base import (
     GroupState,
     MotorType,
 )
+from roboyard.robots.controllers.twist_ramp import next_twist
 from roboyard.robots.controllers.velocity_tracking import VelocityTracking
 
 Positive = Annotated[float, Field(gt=0)]
@@ -60,6 +63,7 @@ class DifferentialDriveController(Controller):
         super().__init__(limits, settings)
         self._tracking = VelocityTracking(limits.velocity, hold_position=settings.hold_position)
         self._twist_now = np.zeros(2)
+        self.keeps_balance = settings.max_acceleration is not None  # type: ignore[misc]
 
     @property
     def command_dim(self) -> int:
@@ -83,17 +87,22 @@ class DifferentialDriveController(Controller):
         return np.zeros(2)
 
     def _control(self, state: GroupState) -> Control:
-        self._approach(self.goal, state.dt)
+        self._approach(self.goal, state)
         return self._tracking.control(self.wheel_speeds(self._twist_now), state)
 
-    def _approach(self, twist: Array, dt: float) -> None:
-        """As near to a twist as the acceleration allows."""
-        change = twist - self._twist_now
-        if self.settings.max_acceleration is not None:
-            share = (np.abs(change) / self.settings.max_acceleration).max() / dt
-            if share > 1.0:
-                change = change / share
-        self._twist_now = self._twist_now + change
+    def _approach(self, twist: Array, state: GroupState) -> None:
+        """As near to a twist as the acceleration and the robot's balance allow."""
+        led = next_twist(
+            _planar(self._twist_now), _planar(twist), state, partial(self._reachable, dt=state.dt)
+        )
+        self._twist_now = led[[0, 2]]
+
+    def _reachable(self, change: Array, dt: float) -> Array:
+        """As much of a change as the acceleration allows, along the straight line to it."""
+        if self.settings.max_acceleration is None:
+            return change
+        share = (np.abs(change[[0, 2]]) / self.settings.max_acceleration).max() / dt
+        return change / share if share > 1.0 else change
 
     def reset(self) -> None:
         super().reset()
@@ -116,3 +125,8 @@ class DifferentialDriveController(Controller):
         left, right = wheel_velocities
         r, length = self.settings.wheel_radius, self.settings.wheel_axle_length
         return float(left + right) / 2 * r, float(right - left) * r / length
+
+
+def _planar(twist: Array) -> Array:
+    """(3,) forwards, sideways, turn."""
+    return np.array([twist[0], 0.0, twist[1]])

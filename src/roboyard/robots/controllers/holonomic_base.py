@@ -5,8 +5,9 @@ With R, p the pose of the base in the frame its virtual joints start from, and a
     velocity   (v_x, v_y) = R_xy(ω dt / 2) R (c_x, c_y),  ω = c_ω
     position   (x, y) = p + R (c_x, c_y),  rz = rz + c_ω
 
-Velocities change by `max_acceleration` at most, in the base's frame, and by less where a robot that leans
-would tip over (see `roboyard.robots.footing`).
+Velocities change by `max_acceleration` at most, in the base's frame, and by less where a robot would tip
+over; curves that would tip it are driven slower, all three velocities alike so that the curve stays the same
+(see `roboyard.robots.footing`).
 
 The goal is the command itself, turned into the base's present frame at every step, and by half the turn
 that the base makes before the next one; so a held command drives an arc (OmniGibson freezes the direction
@@ -32,6 +33,7 @@ from roboyard.robots.controllers.base import (
     meaningless,
 )
 from roboyard.robots.controllers.joint import JointController, JointSettings
+from roboyard.robots.controllers.twist_ramp import next_twist
 
 
 class HolonomicBaseSettings(JointSettings):
@@ -70,12 +72,9 @@ class HolonomicBaseJointController(JointController):
         if self.settings.max_acceleration is None or self.settings.motor_type != "velocity":
             return command
         reach = np.asarray(self.settings.max_acceleration) * state.dt
-        change = np.clip(command - self._velocity_now, -reach, reach)
-        balance = state.balance() if state.balance is not None and change.any() else None
-        if balance is not None:
-            turned = np.append(state.mount[:2, :2] @ change[:2], change[2])
-            change = change * balance.bearable(turned / state.dt)
-        self._velocity_now = self._velocity_now + change
+        self._velocity_now = next_twist(
+            self._velocity_now, command, state, lambda change: np.clip(change, -reach, reach)
+        )
         return self._velocity_now
 
     def _goal(self, command: Array, state: GroupState) -> Array:
