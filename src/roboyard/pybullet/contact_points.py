@@ -9,6 +9,8 @@ import numpy as np
 
 from roboyard.pybullet.arguments import number, whole
 from roboyard.pybullet.commands import command
+from roboyard.pybullet.contact_order import kind_of, tangents
+from roboyard.pybullet.shape_bounds import MARGIN
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 Point = tuple[Any, ...]
+Place = tuple[int, int]
+"""Body and link."""
 ANY_LINK = -2
 
 
@@ -33,7 +37,8 @@ def getContactPoints(
 
     Returns:
         for each contact: 0, body A, body B, link A, link B, point on A and on B (m), normal on B towards A,
-        distance (m, negative where they overlap), normal force (N), friction force and direction, twice.
+        distance (m, negative where they overlap), normal force (N), friction force and direction, twice: what
+        the body feels that Bullet names first where no bodyA is given (see `contact_order`).
     """
     scene = client.scene
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
@@ -42,31 +47,79 @@ def getContactPoints(
     from roboyard.sim.contacts import contact_arrays
 
     arrays = contact_arrays(scene.world)
+    middles = arrays.position.tolist()
+    normals = arrays.frame[:, 0].tolist()
+    forces = np.einsum("ij,ijk->ik", arrays.force, arrays.frame).tolist()
+    kinds: dict[Place, int] = {}
     points = []
-    for i in range(len(arrays.distance)):
-        distance = float(arrays.distance[i])
-        normal_force, first, second = arrays.force[i].tolist()
-        if distance > 0.0 and normal_force <= 0.0:
+    for i, distance in enumerate(arrays.distance.tolist()):
+        pushing = float(arrays.force[i, 0])
+        if distance > 0.0 and pushing <= 0.0:
             continue
         world_a, link_a, world_b, link_b = arrays.owners[i].tolist()
         a, b = (scene.of_world(world_a).number, link_a - 1), (scene.of_world(world_b).number, link_b - 1)
-        order = _order(a, b, wanted)
-        if order is None:
-            continue
-        normal, *tangents = arrays.frame[i]
-        half = 0.5 * distance * normal
-        on_a, on_b = arrays.position[i] - half, arrays.position[i] + half
-        sign = -1.0
-        if order < 0:
-            a, b, on_a, on_b, sign = b, a, on_b, on_a, 1.0
-        points.append(
-            (
-                *(0, a[0], b[0], a[1], b[1], tuple(on_a.tolist()), tuple(on_b.tolist())),
-                *(tuple((sign * normal).tolist()), distance, normal_force),
-                *(sign * first, tuple(tangents[0].tolist()), sign * second, tuple(tangents[1].tolist())),
-            )
-        )
+        is_turned = _comes_second(scene, a, b, kinds)
+        point = _point(middles[i], normals[i], distance, pushing, forces[i], is_turned=is_turned)
+        listed = _listed((b, a) if is_turned else (a, b), point, wanted)
+        if listed is not None:
+            points.append(listed)
     return tuple(points)
+
+
+def _comes_second(scene: Scene, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
+    """Whether Bullet names b first."""
+    for body, link in (a, b):
+        if (body, link) not in kinds:
+            kinds[(body, link)] = kind_of(scene.bodies[body].model.links[link + 1])
+    if kinds[a] != kinds[b]:
+        return kinds[a] < kinds[b]
+    age = scene.bodies[a[0]].body.id - scene.bodies[b[0]].body.id
+    return age > 0 or (age == 0 and a[1] > b[1])
+
+
+def _point(
+    middle: list[float],
+    normal: list[float],
+    distance: float,
+    pushing: float,
+    force: list[float],
+    *,
+    is_turned: bool,
+) -> tuple[Any, ...]:
+    """Point on A, point on B, normal on B, distance, and the forces that A feels.
+
+    Middle, normal and force are MuJoCo's: the normal points to its second geom, which feels the force.
+    """
+    half, sign = 0.5 * distance, 1.0 if is_turned else -1.0
+    on_b = (sign * normal[0], sign * normal[1], sign * normal[2])
+    first, second = tangents(on_b)
+    on_a = tuple(m + half * n for m, n in zip(middle, on_b, strict=True))
+    across = (sum(f * t for f, t in zip(force, way, strict=True)) * sign for way in (first, second))
+    first_force, second_force = across
+    return (
+        on_a, tuple(m - half * n for m, n in zip(middle, on_b, strict=True)), on_b, distance, pushing,
+        first_force, first, second_force, second,
+    )  # fmt: skip
+
+
+def _listed(pair: tuple[Place, Place], point: Point, wanted: tuple[int, int, int, int]) -> Point | None:
+    """The row of a contact as scripts get it: bodyA first where it is the second; None where unwanted.
+
+    Only bodies and places change sides then, as in Bullet: friction stays what the pair's first link feels.
+    """
+    (body_a, link_a), (body_b, link_b) = pair
+    on_a, on_b, normal, *rest = point
+    wanted_a, wanted_b, wanted_link_a, wanted_link_b = wanted
+    if wanted_a >= 0 and wanted_a != body_a:
+        if wanted_a != body_b:
+            return None
+        body_a, link_a, body_b, link_b = body_b, link_b, body_a, link_a
+        on_a, on_b, normal = on_b, on_a, (-normal[0], -normal[1], -normal[2])
+    if wanted_b >= 0 and wanted_b != body_b:
+        return None
+    if wanted_link_a not in (ANY_LINK, link_a) or wanted_link_b not in (ANY_LINK, link_b):
+        return None
+    return (0, body_a, body_b, link_a, link_b, on_a, on_b, normal, *rest)
 
 
 @command()
@@ -85,6 +138,8 @@ def getClosestPoints(
     collisionShapeOrientationB: Vector | None = None,
 ) -> tuple[Point, ...]:
     """Nearest points of two bodies' links, for pairs of shapes within a distance (m); forces are 0.
+
+    Of a body and itself every link also meets itself: as deep as the link is thin.
 
     With collisionShapeA or collisionShapeB a shape at a pose takes the place of that body.
     """
@@ -117,38 +172,49 @@ def getClosestPoints(
         points, ends = [], np.zeros(6)
         for body_a, link_a, geom_a in first:
             for body_b, link_b, geom_b in second:
-                if (body_a, link_a) == (body_b, link_b) and body_a >= 0:
+                margins = _margin(scene, model, body_a, geom_a), _margin(scene, model, body_b, geom_b)
+                reach = max(limit + sum(margins), 1e-6)
+                gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
+                if gap > reach or (gap == reach and not ends.any()):
                     continue
-                gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, max(limit, 1e-6), ends)
-                if gap > limit or (gap == limit and not ends.any()):
-                    continue
-                points.append(_nearest(body_a, body_b, link_a, link_b, float(gap), ends))
+                points.append(_nearest(body_a, body_b, link_a, link_b, float(gap), ends, margins))
         return tuple(points)
 
 
-def _nearest(body_a: int, body_b: int, link_a: int, link_b: int, gap: float, ends: np.ndarray) -> Point:
+def _margin(scene: Scene, model: Any, body: int, geom: int) -> float:
+    """By how much Bullet's shape is larger than a geom: hulls have a margin around them; m."""
+    import mujoco
+
+    kind = model.geom_type[geom]
+    if kind == mujoco.mjtGeom.mjGEOM_MESH:
+        return MARGIN
+    record = scene.bodies.get(body)
+    if record is None or record.model.implicit_cylinder:
+        return 0.0
+    return MARGIN if kind == mujoco.mjtGeom.mjGEOM_CYLINDER else 0.0
+
+
+def _nearest(
+    body_a: int,
+    body_b: int,
+    link_a: int,
+    link_b: int,
+    gap: float,
+    ends: np.ndarray,
+    margins: tuple[float, float],
+) -> Point:
     on_a, on_b = ends[:3].copy(), ends[3:].copy()
     normal = on_a - on_b
     length = float(np.linalg.norm(normal))
     normal = normal / length if length > 1e-12 else np.array([0.0, 0.0, 1.0])
     if gap < 0.0:
         normal = -normal
+    on_a, on_b = on_a - margins[0] * normal, on_b + margins[1] * normal
     nothing = (0.0, 0.0, 0.0)
     return (
         *(0, body_a, body_b, link_a, link_b, tuple(on_a.tolist()), tuple(on_b.tolist())),
-        *(tuple(normal.tolist()), gap, 0.0, 0.0, nothing, 0.0, nothing),
+        *(tuple(normal.tolist()), gap - sum(margins), 0.0, 0.0, nothing, 0.0, nothing),
     )
-
-
-def _order(a: tuple[int, int], b: tuple[int, int], wanted: tuple[int, int, int, int]) -> int | None:
-    """1 where a contact fits as it is, -1 where it fits the other way round, None where it does not."""
-    body_a, body_b, link_a, link_b = wanted
-    for sign, first, second in ((1, a, b), (-1, b, a)):
-        fits_a = (body_a < 0 or first[0] == body_a) and (link_a == ANY_LINK or first[1] == link_a)
-        fits_b = (body_b < 0 or second[0] == body_b) and (link_b == ANY_LINK or second[1] == link_b)
-        if fits_a and fits_b:
-            return sign
-    return None
 
 
 def geoms_of(scene: Scene, body: int, link: int) -> list[tuple[int, int, int]]:

@@ -15,6 +15,8 @@ from roboyard.sim.world import World
 from roboyard.urdf.model import Link, RobotDescription
 
 Geoms = list[tuple[int, int, int]]
+LOOSE = -2
+"""Link that stands for a shape of no body."""
 Side = tuple[int, int, int, Sequence[float] | None, Sequence[float] | None]
 
 
@@ -26,11 +28,11 @@ class LooseShapes:
         self._kept: dict[tuple[int, int], tuple[Any, Body]] = {}
 
     def placed(self, scene: Scene, first: Side, second: Side) -> tuple[World, Geoms, Geoms]:
-        """The world and (-1, -1, MuJoCo geom) of both sides."""
+        """The world and (-1, -2, MuJoCo geom) of both sides."""
         bodies = [self._body(scene, number, side) for number, side in enumerate((first, second))]
         for body, side in zip(bodies, (first, second), strict=True):
             body.set_pose(*_pose(side))
-        one, two = ([(-1, -1, geom) for geom in body.links[0].geom_ids] for body in bodies)
+        one, two = ([(-1, LOOSE, geom) for geom in body.links[0].geom_ids] for body in bodies)
         return self._world, one, two
 
     def let_go(self) -> None:
@@ -54,7 +56,7 @@ class LooseShapes:
 def placed(scene: Scene, first: Side, second: Side) -> Iterator[tuple[World, Geoms, Geoms]]:
     """A world and (body, link, MuJoCo geom) of both sides: body, link, shape id, position, orientation each.
 
-    Shapes are there while the context lasts; they count as body -1, link -1.
+    Shapes are there while the context lasts; they count as body -1, link -2.
     """
     from roboyard.pybullet.contact_points import geoms_of
 
@@ -71,7 +73,7 @@ def placed(scene: Scene, first: Side, second: Side) -> Iterator[tuple[World, Geo
             if body is None:
                 found.append(geoms_of(scene, side[0], side[1]))
             else:
-                found.append([(-1, -1, geom) for geom in body.links[0].geom_ids])
+                found.append([(-1, LOOSE, geom) for geom in body.links[0].geom_ids])
         yield scene.world, found[0], found[1]
 
 

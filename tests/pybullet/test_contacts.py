@@ -1,0 +1,102 @@
+"""Contacts, nearest points and friction directions, compared with figures of PyBullet 3.2.7."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+
+
+def _body(kind: int, mass: float, height: float, **size: object) -> int:
+    return p.createMultiBody(mass, p.createCollisionShape(kind, **size), basePosition=[0, 0, height])
+
+
+def _box(mass: float, height: float) -> int:
+    return _body(p.GEOM_BOX, mass, height, halfExtents=[0.1, 0.1, 0.1])
+
+
+def _steps(count: int) -> None:
+    for _ in range(count):
+        p.stepSimulation()
+
+
+def test_friction_is_what_the_first_named_body_feels(client: int) -> None:
+    p.setGravity(0, 0, -9.81)
+    ground, box = _body(p.GEOM_BOX, 0, -1, halfExtents=[5, 5, 1]), _box(1, 0.1)
+    p.changeDynamics(ground, -1, lateralFriction=1)
+    _steps(100)
+    p.resetBaseVelocity(box, [2, 1, 0])
+    _steps(20)
+    for pair in ((box, ground), (ground, box)):
+        points = p.getContactPoints(*pair)
+        assert {tuple(np.round(point[11], 6) + 0.0) for point in points} == {(0.0, 1.0, 0.0)}
+        assert {tuple(np.round(point[13], 6) + 0.0) for point in points} == {(1.0, 0.0, 0.0)}
+        across = sum(point[10] * np.array(point[11]) + point[12] * np.array(point[13]) for point in points)
+        # drags the ground along, whichever of the two is asked for first
+        assert across == pytest.approx([4.387, 2.194, 0], abs=0.02)
+        assert sum(point[9] for point in points) == pytest.approx(9.81, rel=0.01)
+
+
+SHAPES = {"box": p.GEOM_BOX, "ball": p.GEOM_SPHERE, "plane": p.GEOM_PLANE}
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "named"),
+    [
+        (("box", 0.1), ("ball", 0.65), (0, 1)),
+        (("ball", 0.65), ("box", 0.1), (0, 1)),
+        (("plane", 0.0), ("ball", 0.49), (1, 0)),
+        (("ball", 0.49), ("plane", 0.0), (0, 1)),
+    ],
+)
+def test_bullet_names_the_older_body_first_and_planes_last(
+    client: int, first: tuple[str, float], second: tuple[str, float], named: tuple[int, int]
+) -> None:
+    for name, height in (first, second):
+        size = {"halfExtents": [0.1, 0.1, 0.1]} if name == "box" else {}
+        _body(SHAPES[name], float(name != "plane"), height, **size)
+    p.performCollisionDetection()
+    assert {point[1:3] for point in p.getContactPoints()} == {named}
+
+
+def test_a_link_of_several_shapes_is_named_before_a_single_one(client: int) -> None:
+    p.setGravity(0, 0, -10)
+    box = _box(1, 0.1)
+    shapes = p.createCollisionShapeArray(
+        [p.GEOM_BOX, p.GEOM_BOX],
+        halfExtents=[[1, 1, 1], [1, 1, 1]],
+        collisionFramePositions=[[0, 0, -1], [2, 0, -1]],
+    )
+    ground = p.createMultiBody(0, shapes)
+    _steps(5)
+    assert {point[1:3] for point in p.getContactPoints()} == {(ground, box)}
+    assert p.getContactPoints(bodyB=ground) == ()
+    assert {point[1:3] for point in p.getContactPoints(bodyB=box)} == {(ground, box)}
+    assert p.getContactPoints(box)[0][7] == pytest.approx((0, 0, 1), abs=1e-6)
+
+
+def test_nearest_points_know_the_margin_of_hulls(client: int) -> None:
+    ball = _body(p.GEOM_SPHERE, 1, 1, radius=0.1)
+    corners = [[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+    cube = _body(p.GEOM_MESH, 1, 3, vertices=corners)
+    point = p.getClosestPoints(ball, cube, 5)[0]
+    assert point[8] == pytest.approx(1.399, abs=1e-6)
+    assert point[6][2] == pytest.approx(2.499, abs=1e-6)
+
+
+def test_a_body_meets_itself(client: int) -> None:
+    box = _body(p.GEOM_BOX, 1, 1, halfExtents=[0.1, 0.2, 0.3])
+    (point,) = p.getClosestPoints(box, box, 1)
+    assert point[1:5] == (box, box, -1, -1)
+    assert point[8] == pytest.approx(-0.2, abs=1e-3)
+
+
+def test_shapes_of_no_body_count_as_link_minus_two(client: int) -> None:
+    box = _box(1, 0)
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    (point,) = p.getClosestPoints(
+        bodyA=-1, bodyB=box, distance=5, collisionShapeA=ball, collisionShapePositionA=[0, 0, 1]
+    )
+    assert point[1:5] == (-1, box, -2, -1)
+    assert point[8] == pytest.approx(0.8)
