@@ -256,3 +256,16 @@ def test_wrong_flags_are_named(tmp_path):
         import_robot(urdf=asset_path("cube"), name="1 x", dataset="../x", data=tmp_path)
     name, dataset = str(caught.value).splitlines()
     assert name.startswith("--name: '1 x'") and dataset.startswith("--dataset-name: '../x'")
+
+
+def test_a_missing_mesh_is_told_with_the_places_searched(tmp_path):
+    text = (
+        '<robot name="a"><link name="l"><visual><geometry><mesh filename="package://arm/a.stl"/></geometry>'
+    )
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "arm.urdf").write_text(f"{text}</visual></link></robot>")
+    with pytest.raises(DescriptionError) as caught:
+        import_robot(urdf=tmp_path / "in" / "arm.urdf", data=tmp_path / "data")
+    told = str(caught.value)
+    assert "--package arm=FOLDER" in told
+    assert str(tmp_path / "in") in told and ".import-" not in told

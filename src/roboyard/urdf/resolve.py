@@ -132,7 +132,10 @@ class Resolver:
         looked = f" (looked in {', '.join(places[:3])}{', ...' if len(places) > 3 else ''})" if places else ""
         if scheme in ("package", "model"):
             name = rest.lstrip("/").partition("/")[0]
-            remedy = f"pass packages={{{name!r}: folder}} or search_paths=[folder that holds {name!r}]"
+            remedy = (
+                f"name its folder with --package {name}=FOLDER (in Python pass packages={{{name!r}: folder}} "
+                f"or search_paths=[folder that holds {name!r}])"
+            )
         else:
             remedy = "add the file or pass its folder in search_paths"
         return f"no such file{looked}; {remedy}"

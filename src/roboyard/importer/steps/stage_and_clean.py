@@ -19,6 +19,9 @@ MAX_LINKS = 1000
 KEPT = ("link-name-odd", "joint-name-odd")
 """Names are this package's own business: see `names`."""
 
+NO_FILE = ("mesh-missing", "mesh-outside")
+"""Told of the vendor's file: only there do the places that were searched mean anything."""
+
 
 def stage_and_clean(context: ImportContext) -> ImportedRobot:
     """The mended robot; its meshes and images lie in `build/urdf` under plain names.
@@ -34,7 +37,8 @@ def stage_and_clean(context: ImportContext) -> ImportedRobot:
             f"{context.urdf.name}: {made.after.facts.links} links are more than an import takes "
             f"({MAX_LINKS}); split the robot"
         )
-    left = [f for f in made.after.findings if f.severity == BLOCKS]
+    left = [f for f in made.before.findings if f.code in NO_FILE]
+    left += [f for f in made.after.findings if f.severity == BLOCKS and f.code not in NO_FILE]
     if left:
         raise DescriptionError.collect([_error(context, made, finding) for finding in left])
     description = load_urdf(made.urdf)
