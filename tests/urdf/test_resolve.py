@@ -259,3 +259,20 @@ def test_mesh_folders_of_neighbours_and_parents(tmp_path):
     assert resolver(base).resolve("meshes/b.obj").path == above
     for uri in ("../../arms/arm/meshes/secret.txt", "../../arms/arm/other.obj"):
         assert "lies outside the robot's folders" in resolver(base).resolve(uri).problem
+
+
+def test_installed_packages_may_be_links_to_their_sources(tmp_path):
+    """`colcon build --symlink-install` leaves links to the workspace's src, one prefix to a package."""
+    mesh = touch(tmp_path / "ws" / "src" / "parts" / "hand" / "meshes" / "a.stl")
+    share = tmp_path / "ws" / "install" / "hand" / "share" / "hand"
+    (share / "meshes").mkdir(parents=True)
+    (share / "meshes" / "a.stl").symlink_to(mesh)
+    (share / "package.xml").write_text("<package><name>hand</name></package>")
+    base = tmp_path / "ws" / "install" / "arm" / "share" / "arm" / "urdf"
+    base.mkdir(parents=True)
+    assert resolver(base).resolve("package://hand/meshes/a.stl").path.samefile(mesh)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    sourced = Resolver(base=elsewhere, environment={"AMENT_PREFIX_PATH": str(tmp_path / "ws/install/hand")})
+    assert sourced.resolve("package://hand/meshes/a.stl").path.samefile(mesh)
+    assert sourced.resolve("package://hand/../../../../src/parts/hand/meshes/a.stl").path is None

@@ -29,7 +29,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from roboyard.urdf.lookalikes import LEAST_SHARED, is_mesh_or_image, moved_file
-from roboyard.urdf.workspaces import package_name, packages_below, workspace_sources
+from roboyard.urdf.workspaces import package_folders, package_name, packages_below, workspace_sources
 
 MAX_LEVELS = 8
 _URDF_FOLDERS = {"urdf", "urdfs", "robot", "robots", "xacro", "model", "models", "sdf", "description"}
@@ -189,7 +189,7 @@ class Resolver:
                 yield _Candidate(folder, tail)
             if (folder / name).resolve().is_relative_to(folder.resolve()):
                 yield _Candidate(folder / name, tail)
-        for root in (*self._given, *workspace_sources(self._above)):
+        for root in (*self._given, *package_folders(self._above)):
             package = packages_below(root).get(name)
             if package is not None:
                 yield _Candidate(package, tail)
@@ -208,9 +208,15 @@ class Resolver:
         folders = [Path(folder) for folder in self.search_paths]
         for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"):
             folders += [Path(part) for part in environment.get(variable, "").split(os.pathsep) if part]
-        for part in environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
-            folders += [Path(part) / "share"] if part else []
+        folders += self._installed
         return tuple(dict.fromkeys(Path(os.path.abspath(folder)) for folder in folders))  # noqa: PTH100
+
+    @cached_property
+    def _installed(self) -> tuple[Path, ...]:
+        """Where the environment says that packages are installed; what their links lead to is trusted."""
+        environment = os.environ if self.environment is None else self.environment
+        prefixes = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+        return tuple(Path(os.path.abspath(prefix)) / "share" for prefix in prefixes if prefix)  # noqa: PTH100
 
     @cached_property
     def _above(self) -> tuple[Path, ...]:
@@ -233,7 +239,11 @@ class Resolver:
 
     def _is_allowed(self, found: Path, root: Path) -> bool:
         """True where `found`, symbolic links resolved, stays inside `root` or another trusted folder."""
+        if found.is_relative_to(root) and any(root.is_relative_to(share) for share in self._installed):
+            return True
         real = found.resolve()
+        if any(real.is_relative_to(source.resolve()) for source in workspace_sources(self._above)):
+            return True
         if any(real.is_relative_to(folder.resolve()) for folder in (root, *self._trusted)):
             return True
         return any(_is_in_mesh_folder(real, folder.resolve()) for folder in self._above[1:3])
@@ -242,12 +252,13 @@ class Resolver:
 def _is_in_mesh_folder(file: Path, folder: Path) -> bool:
     """True where `file` lies in a folder beneath `folder` that is called as mesh folders are.
 
-    That is a folder directly below; for files called as meshes and images are, also one further down.
+    That is a folder directly below; for files called as meshes and images are, also one up to three levels
+    below, as in a collection of robots.
     """
     if not file.is_relative_to(folder):
         return False
     inner = file.relative_to(folder).parts[:-1]
-    searched = inner if is_mesh_or_image(file) else inner[:1]
+    searched = inner[:3] if is_mesh_or_image(file) else inner[:1]
     return any(_MESH_FOLDERS.fullmatch(part) for part in searched)
 
 

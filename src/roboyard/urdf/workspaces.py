@@ -61,24 +61,23 @@ def packages_below(root: Path) -> dict[str, Path]:
     return found
 
 
-def workspace_sources(above: Sequence[Path]) -> tuple[Path, ...]:
-    """Folders that hold the packages of the workspace that a description lies in, nearest first.
+def package_folders(above: Sequence[Path]) -> tuple[Path, ...]:
+    """Folders that may hold packages at any depth, nearest first: `src`, `share` and `install` ones.
 
     Args:
         above: the description's folder and those above it, nearest first.
-
-    Returns:
-        Folders called `src` or `share`, and the `src` of each workspace's root: a folder with a `src` and
-        what building leaves beside it.
     """
-    roots: list[Path] = []
-    for folder in above:
-        if folder.name in ("src", "share"):
-            roots.append(folder)
-        source = folder / "src"
-        if source.is_dir() and any((folder / mark).exists() for mark in _WORKSPACE_MARKS):
-            roots.append(source)
-    return tuple(dict.fromkeys(roots))
+    called = [folder for folder in above if folder.name in ("src", "share", "install")]
+    return tuple(dict.fromkeys((*called, *workspace_sources(above))))
+
+
+def workspace_sources(above: Sequence[Path]) -> tuple[Path, ...]:
+    """The `src` of each workspace that the description lies in: it stands beside what building leaves.
+
+    Installed packages are often links to files in there. `above` is as for `package_folders`.
+    """
+    roots = [folder for folder in above if any((folder / mark).exists() for mark in _WORKSPACE_MARKS)]
+    return tuple(folder / "src" for folder in roots if (folder / "src").is_dir())
 
 
 def _is_plain_folder(entry: os.DirEntry[str]) -> bool:
