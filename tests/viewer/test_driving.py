@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 from roboyard.errors import ConfigError
 from roboyard.recording import load_log
+from roboyard.sensors import Lidar
 from roboyard.viewer.driving import DrivingPage
 from roboyard.viewer.driving.filming import free_file
 
@@ -312,3 +314,28 @@ def test_the_command_drives_in_the_browser(monkeypatch, capsys, tmp_path: Path) 
     assert len(load_log(log)) == 12
     assert main([*words, "--seed", "3"]) == 1
     assert "leave --control-mode random and --seed out" in capsys.readouterr().err
+
+
+def test_lidar_scans_are_shown_where_they_are_asked_for(page: DrivingPage) -> None:
+    assert not page.panel.scans_box.visible  # R1 has none
+    page.robot.sensors.add(Lidar(page.robot.body.link("base_link"), position=(0, 0, 0.6), rate=10))
+    crate = page.stage.scene.world.add_box((1, 1, 2), (3, 0, 1))
+    try:
+        page.panel.show_robot()
+        assert page.panel.scans_box.visible
+        page.viewer.watchers += 1
+        run(page, 0.3)
+        assert not len(page.scans.points)
+        page.panel.scans_box.value = True
+        time.sleep(0.12)
+        run(page, 0.1)
+        assert len(page.scans.points) > 10
+        assert page.scans.points[:, 0].min() == pytest.approx(2.5, abs=0.01)
+        page.panel.scans_box.value = False
+        time.sleep(0.12)
+        run(page, 0.1)
+        assert not len(page.scans.points)
+    finally:
+        page.viewer.watchers -= 1
+        page.stage.scene.world.remove(crate)
+        page.set_up({"scene": "empty", "robot": "r1"})

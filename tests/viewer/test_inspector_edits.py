@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from roboyard.errors import ConfigError
+from roboyard.poses import matrix_from_quaternion
 from roboyard.viewer.inspector import Inspector, RobotSource, find_robot
 from roboyard.viewer.inspector.checks.shapes import out_of_round
 from roboyard.viewer.inspector.notes import Ball, Mount, Notes, read_notes
@@ -390,3 +391,32 @@ def test_round_is_round() -> None:
         1 - 1 / 1.2, abs=0.01
     )
     assert out_of_round(wheel, list(np.eye(3))) < 0.01  # the roundest axis counts
+
+
+def test_a_live_scan_puts_points_where_the_rays_end(inspect: Callable[..., Inspector], config: Path) -> None:
+    inspector = inspect(config=config)
+    panel, scans = inspector.panels.mounts, inspector.overlays.mounts.scans
+    lidar = next(mount for mount in panel._notes.mounts if mount.kind == "lidar_links")
+    panel.update(watched=True)
+    assert not panel.scan_box.visible
+    panel.pick(lidar)
+    assert panel.scan_box.visible
+    panel.update(watched=True)
+    assert not len(scans.points)  # nobody asked for it
+
+    panel.scan_box.value = True
+    panel.update(watched=False)
+    assert not len(scans.points)  # nobody sees it
+    panel.update(watched=True)
+    name, pose = panel._notes.place_of(lidar)
+    position, quaternion = inspector.body.link(name).pose
+    origin = np.array(position) + matrix_from_quaternion(quaternion) @ pose[:3, 3]
+    floor = scans.points[np.abs(scans.points[:, 2]) < 1e-5]
+    assert len(floor) > 100
+    # rows are 4 degrees apart, the lowest 14 degrees down
+    away = np.hypot(*(floor[:, :2] - origin[:2]).T)
+    assert away.min() == pytest.approx(origin[2] / np.tan(np.radians(14.0)), rel=1e-4)
+
+    panel.scan_box.value = False
+    panel.update(watched=True)
+    assert not len(scans.points)

@@ -20,6 +20,7 @@ from roboyard.viewer.driving.panel import DrivingPanel
 from roboyard.viewer.driving.pilot import NAMES, Pilot
 from roboyard.viewer.follow import Follow
 from roboyard.viewer.keys import KeyEvent, Keys
+from roboyard.viewer.scans import Scans, lidars_of
 from roboyard.viewer.server import DEFAULT_PORT
 from roboyard.viewer.sticks import Sticks
 from roboyard.viewer.viewer import Viewer
@@ -74,6 +75,7 @@ class DrivingPage:
         self.sticks = Sticks(server)
         self.follow = Follow(server)
         self.filming = Filming()
+        self.scans = Scans(server)
         self.recorder: Recorder | None = None
         """Takes every control step where someone set it."""
         self.moments: dict[str, StateLog] = {}
@@ -222,6 +224,10 @@ class DrivingPage:
         if now - self._last_handles > HANDLE_PERIOD:
             self._last_handles = now
             self.hands.follow()
+            if not self.panel.scans_box.value:
+                self.scans.clear()
+            elif self.viewer.watchers:
+                self.scans.show(lidars_of(self.robot))
             self._pace = [*self._pace[-10:], (now, self.stage.scene.world.time)]
             if now > self._quiet_until:
                 self.show_status()

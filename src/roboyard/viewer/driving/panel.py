@@ -13,6 +13,7 @@ from roboyard.scenes import SCENES
 from roboyard.viewer.driving.filming import endings, free_file, read_moment
 from roboyard.viewer.driving.pilot import HELP, SPEED
 from roboyard.viewer.inspector.link_panel import plain
+from roboyard.viewer.scans import lidars_of
 
 if TYPE_CHECKING:
     from roboyard.viewer.driving.page import DrivingPage
@@ -33,6 +34,9 @@ class DrivingPanel:
         self.reset_button = gui.add_button("Reset", hint="back to the beginning (key r)")
         self.follow_box = gui.add_checkbox("camera goes along", True)
         self.handles_box = gui.add_checkbox("handles on the hands", True, hint="drag one; the arm goes there")
+        self.scans_box = gui.add_checkbox(
+            "lidar scans", False, hint="points where the rays of the robot's lidars end"
+        )
         self.speed_slider = gui.add_slider(
             "speed", min=0.05, max=1.0, step=0.05, initial_value=SPEED, hint="of the base's largest speed"
         )
@@ -111,6 +115,7 @@ class DrivingPanel:
                 if group in robot.controllers:
                     self._of_robot.append(self._controller_choice(group, allowed))
         self.handles_box.visible = bool(page.hands.handles)
+        self.scans_box.visible = bool(lidars_of(robot))
         self.speed_slider.visible = bool(page.pilot.sticks)
         page.hands.show(self.handles_box.value)
         self.scene_choice.value = str(page.stage.setup["scene"])

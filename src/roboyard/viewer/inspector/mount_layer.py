@@ -1,8 +1,9 @@
-"""Cameras as pyramids, lidars as rings, hands as frames: drawn where the notes say."""
+"""Cameras as pyramids, lidars as rings, hands as frames: drawn where the notes say, and what they see."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from roboyard.poses import Array, matrix_from_quaternion, quaternion_from_matrix, to_wxyz
 from roboyard.sensors.camera import FOVX
 from roboyard.viewer.inspector.notes import Mount, Notes
+from roboyard.viewer.scans import Scans
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -24,6 +26,8 @@ TO_OPTICAL = np.diag([1.0, -1.0, -1.0, 1.0])
 PLAIN, PICKED = (60, 60, 70), (250, 120, 10)
 RINGS = 48
 """Points of a ring"""
+NEAREST = 0.05
+"""m: from here on a live scan sees"""
 
 
 class MountLayer:
@@ -36,6 +40,7 @@ class MountLayer:
         self.nodes: list[Any] = []
         self.is_on = False
         self.picked: Mount | None = None
+        self.scans = Scans(viewer.server)
 
     def path_of(self, mount: Mount) -> tuple[str, Array] | None:
         """Node that a mount hangs from and its (4, 4) pose there; None where the robot lacks the link."""
@@ -123,6 +128,26 @@ class MountLayer:
             height=height,
         )
         return shown_as(sensor.image(), kind)
+
+    def scan(self, mount: Mount) -> None:
+        """Show where the rays of a lidar end now; nothing where the robot lacks its link.
+
+        The pattern is the one that an import writes, and what the robot itself blocks shows from 5 cm on.
+        """
+        from roboyard.sensors import IMPORTED_PATTERN, Lidar
+
+        name, pose = self._notes.place_of(mount)
+        if not any(link.name == name for link in self._body.links):
+            self.scans.clear()
+            return
+        lidar = Lidar(
+            self._body.link(name),
+            position=pose[:3, 3],
+            orientation=quaternion_from_matrix(pose[:3, :3]),
+            pattern=replace(IMPORTED_PATTERN, min_range=NEAREST),
+            sees_itself=True,
+        )
+        self.scans.show([lidar])
 
 
 def world_pose(body: Body, notes: Notes, mount: Mount) -> Array | None:

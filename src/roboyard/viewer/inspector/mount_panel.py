@@ -46,6 +46,11 @@ class MountPanel:
         self.live_box = gui.add_checkbox(
             "live picture", True, hint="what the camera sees, five times a second"
         )
+        self.scan_box = gui.add_checkbox(
+            "live scan",
+            False,
+            hint="where its rays end, five times a second; pink: on the robot itself",
+        )
         self.kind = gui.add_dropdown("shows", PICTURES, initial_value=PICTURES[0])
         self.picture = gui.add_image(blank(), format="jpeg")
         with gui.add_folder("Offset"):
@@ -120,6 +125,7 @@ class MountPanel:
         is_camera = mount is not None and mount.kind == "camera_links"
         for element in (self.live_box, self.kind, self.picture):
             element.visible = is_camera
+        self.scan_box.visible = mount is not None and mount.kind == "lidar_links"
         self._layer.draw()
         self._show_handle()
         self._last_picture = 0.0
@@ -193,14 +199,17 @@ class MountPanel:
             self.refresh()
 
     def update(self, *, watched: bool) -> None:
-        """Take a live picture, when one is due and somebody watches."""
+        """Take a live picture or scan, when one is due and somebody watches."""
         mount, now = self.picked, perf_counter()
-        if (
-            mount is None
-            or mount.kind != "camera_links"
-            or not (watched and self.live_box.value)
-            or now - self._last_picture < PERIOD
-        ):
+        is_lidar = mount is not None and mount.kind == "lidar_links"
+        if not (is_lidar and self.scan_box.value):
+            self._layer.scans.clear()
+        if mount is None or not watched or now - self._last_picture < PERIOD:
+            return
+        if is_lidar and self.scan_box.value:
+            self._last_picture = now
+            self._layer.scan(mount)
+        if mount.kind != "camera_links" or not self.live_box.value:
             return
         self._last_picture = now
         picture = self._layer.picture(mount, WIDTH, HEIGHT, str(self.kind.value))

@@ -93,6 +93,7 @@ class Overlays:
         with self._viewer.server.atomic():
             for layer in self._layers.values():
                 layer.clear()
+            self.mounts.scans.clear()
             for nodes in self._made.values():
                 for node in nodes:
                     node.remove()
