@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -44,7 +46,9 @@ def test_a_client_that_left_frees_its_world(client: int) -> None:
     from roboyard.pybullet.clients import CLIENTS
 
     other = p.connect(p.DIRECT)
-    p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, physicsClientId=other), physicsClientId=other)
+    p.createMultiBody(
+        1.0, p.createCollisionShape(p.GEOM_SPHERE, physicsClientId=other), physicsClientId=other
+    )
     p.stepSimulation(physicsClientId=other)
     freed = weakref.ref(CLIENTS[other].scene.world.data)
     p.disconnect(other)
@@ -114,7 +118,7 @@ def test_a_script_can_serve(tmp_path) -> None:
     server = p.connect(p.SHARED_MEMORY_SERVER, key=48151623)
     try:
         other = p.connect(p.SHARED_MEMORY, key=48151623)
-        shape = p.createCollisionShape(p.GEOM_BOX, physicsClientId=other)
+        shape = p.createCollisionShape(p.GEOM_SPHERE, physicsClientId=other)
         body = p.createMultiBody(1.0, shape, basePosition=[1, 2, 3], physicsClientId=other)
         position, _ = p.getBasePositionAndOrientation(body, physicsClientId=server)
         assert position == (1.0, 2.0, 3.0)
@@ -144,3 +148,74 @@ def test_mass_0_leaves_a_body_to_itself(ball: int) -> None:
     for _ in range(24):
         p.stepSimulation()
     assert p.getBaseVelocity(ball)[0][2] == pytest.approx(-1, rel=0.05)
+
+
+def _picture(folder: Path, name: str) -> Path:
+    from PIL import Image
+
+    Image.new("RGB", (4, 4), (200, 30, 30)).save(folder / name)
+    return folder / name
+
+
+def _textured_box(folder: Path) -> Path:
+    file = folder / "box.urdf"
+    file.write_text(
+        '<robot name="b"><link name="b"><visual><geometry><box size="1 1 1"/></geometry><material name="m">'
+        f'<texture filename="{_picture(folder, "red.png")}"/></material></visual></link></robot>'
+    )
+    return file
+
+
+def _texture_ids(body: int) -> list[int]:
+    return [row[8] for row in p.getVisualShapeData(body, p.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS)]
+
+
+def test_pictures_of_bodies_and_files_share_one_row_of_numbers(client: int, tmp_path: Path) -> None:
+    box, other = str(_textured_box(tmp_path)), str(_picture(tmp_path, "other.png"))
+    first = p.loadURDF(box)
+    assert p.loadTexture(other) == 1
+    second = p.loadURDF(box)
+    p.removeBody(second)
+    assert p.loadTexture(other) == 3
+    assert _texture_ids(first) == [0]
+    p.changeVisualShape(first, -1, textureUniqueId=3)
+    assert _texture_ids(first) == [0], "told as it was loaded"
+    p.changeVisualShape(first, -1, textureUniqueId=77)
+    p.resetSimulation()
+    assert p.loadTexture(other) == 4
+
+
+def test_a_texture_changes_by_bytes_and_alone(client: int, tmp_path: Path) -> None:
+    picture = str(_picture(tmp_path, "red.png"))
+    kept, changed = p.loadTexture(picture), p.loadTexture(picture)
+    boxes = [
+        p.createMultiBody(0, -1, p.createVisualShape(p.GEOM_BOX, halfExtents=[0.5] * 3), [x, 0, 0])
+        for x in (-1, 1)
+    ]
+    for box, texture in zip(boxes, (kept, changed), strict=True):
+        p.changeVisualShape(box, -1, textureUniqueId=texture)
+    p.changeTexture(changed, bytes([0, 0, 255] * 4), 2, 2)
+    view = p.computeViewMatrix([0, 0, 4], [0, 0, 0], [0, 1, 0])
+    image = p.getCameraImage(
+        40, 20, view, p.computeProjectionMatrixFOV(40, 2, 0.1, 10),
+        lightAmbientCoeff=1, lightDiffuseCoeff=0, lightSpecularCoeff=0,
+    )[2]  # fmt: skip
+    assert image[10, 10].tolist() == [200, 30, 30, 255]
+    assert image[10, 30].tolist() == [0, 0, 255, 255]
+
+
+def test_a_new_colour_is_told_for_all_shapes_of_a_link(client: int) -> None:
+    shapes = p.createVisualShapeArray(
+        [p.GEOM_SPHERE, p.GEOM_SPHERE], radii=[0.1, 0.2], visualFramePositions=[[0, 0, 0], [0, 0, 1]]
+    )
+    body = p.createMultiBody(1, -1, shapes)
+    p.changeVisualShape(body, -1, shapeIndex=1, rgbaColor=[0, 1, 0, 1])
+    assert [row[7] for row in p.getVisualShapeData(body)] == [(0, 1, 0, 1)] * 2
+
+
+def test_a_box_needs_its_size(client: int) -> None:
+    with pytest.raises(p.error, match=r"createCollisionShape failed\."):
+        p.createCollisionShape(p.GEOM_BOX)
+    with pytest.raises(p.error, match=r"createVisualShape failed\."):
+        p.createVisualShape(p.GEOM_BOX)
+    assert p.createCollisionShape(p.GEOM_SPHERE) == 0

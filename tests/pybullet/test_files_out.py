@@ -117,7 +117,7 @@ def test_mesh_data_is_the_hull_in_the_inertial_frame(client: int) -> None:
     count, vertices = p.getMeshData(body)
     assert count == len(vertices) == 8
     assert sorted(vertices) == sorted((x + 4.0, float(y), float(z)) for x, y, z in corners)
-    box = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX))
+    box = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 1]))
     assert p.getMeshData(box) == (0, ())
     with pytest.raises(p.error, match="getMeshData failed"):
         p.getMeshData(99)
@@ -139,7 +139,7 @@ def test_vhacd_writes_convex_parts(client: int, tmp_path: Path) -> None:
 
 
 def test_render_image_is_get_camera_image(client: int) -> None:
-    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX))
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 1]))
     view = p.computeViewMatrix([5, 0, 2], [0, 0, 0], [0, 0, 1])
     projection = p.computeProjectionMatrixFOV(60, 4 / 3, 0.1, 50)
     wanted = p.getCameraImage(80, 60, view, projection)
@@ -150,7 +150,7 @@ def test_render_image_is_get_camera_image(client: int) -> None:
 
 
 def test_what_cannot_be_had_says_so(client: int, tmp_path: Path) -> None:
-    body = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX))
+    body = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 1]))
     with pytest.raises(p.error, match="unsupportedChangeScaling"):
         p.unsupportedChangeScaling(body, [2, 2, 2])
     p.saveBullet(str(tmp_path / "moment.bullet"))

@@ -48,6 +48,7 @@ class Client:
         self.keyboard, self.mouse = Keyboard(), Mouse()
         self.user_data = UserData()
         self.logs = Logs()
+        self._first_texture = 0
 
     scene: Scene
     """The bodies and their world, made on first use."""
@@ -57,7 +58,7 @@ class Client:
             raise AttributeError(f"a client has no {name!r}")
         from roboyard.pybullet.scene import Scene
 
-        self.scene = Scene(self.parameters)
+        self.scene = Scene(self.parameters, self._first_texture)
         return self.scene
 
     def _let_go(self) -> None:
@@ -67,6 +68,8 @@ class Client:
 
     def reset(self) -> None:
         """Let go of everything in the world; settings stay but for gravity and iterations."""
+        if "scene" in self.__dict__:
+            self._first_texture = self.scene.textures.following
         self._let_go()
         self.user_data = UserData()
         self.parameters.reset()

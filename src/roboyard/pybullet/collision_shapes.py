@@ -53,7 +53,7 @@ def createCollisionShape(
     client: Client,
     shapeType: int,
     radius: float = 0.5,
-    halfExtents: Vector = (1.0, 1.0, 1.0),
+    halfExtents: Vector | None = None,
     height: float = 1.0,
     fileName: str = "",
     meshScale: Vector = (1.0, 1.0, 1.0),
@@ -137,7 +137,7 @@ def createCollisionShapeArray(
             client,
             whole(kind),
             at(radii, i, 0.5),
-            at(halfExtents, i, (1.0, 1.0, 1.0)),
+            at(halfExtents, i, None),
             at(lengths, i, 1.0),
             at(fileNames, i, ""),
             at(meshScales, i, (1.0, 1.0, 1.0)),
@@ -183,7 +183,7 @@ def plain_geometry(
     client: Client,
     kind: int,
     radius: float,
-    half_extents: Vector,
+    half_extents: Vector | None,
     length: float,
     file_name: str,
     mesh_scale: Vector,
@@ -200,6 +200,8 @@ def plain_geometry(
     if kind == c.GEOM_SPHERE:
         return Sphere(radius=_positive(radius, "radius", message))
     if kind == c.GEOM_BOX:
+        if half_extents is None:
+            raise failure(message, "a box needs halfExtents")
         x, y, z = vector3(half_extents, message)
         return Box(size=(2 * x, 2 * y, 2 * z))
     if kind == c.GEOM_CAPSULE:

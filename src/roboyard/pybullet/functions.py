@@ -34,6 +34,7 @@ _TOPICS = (
     "saved_files",
     "search",
     "stepping",
+    "textures",
     "unavailable",
     "user_data",
     "visual_shapes",

@@ -44,6 +44,7 @@ class EngineParameters:
         """What resetSimulation changes: gravity and iterations."""
         self.gravity = (0.0, 0.0, 0.0)
         self.iterations = DEFAULT_ITERATIONS
+        self.inner_iterations = 1
         self.revision += 1
 
 

@@ -71,6 +71,8 @@ class BodyRecord:
         """Where the positions of all movable joints lie."""
         self.is_scalar = [info[2] in (0, 1) for info in self.infos]
         """Joints of one degree of freedom."""
+        self.colors: dict[int, tuple[float, ...]] = {}
+        """What changeVisualShape said of a link, the base being 0."""
         self.sensors: set[int] = set()
         """Joints whose force and torque are measured."""
         self.applied: list[Any] = [_nothing(info[2]) for info in self.infos]

@@ -13,6 +13,7 @@ from roboyard.pybullet.models import BodyModel
 from roboyard.pybullet.pair_filters import PairFilters
 from roboyard.pybullet.parameters import EngineParameters
 from roboyard.pybullet.records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
+from roboyard.pybullet.textures import Textures
 from roboyard.sim.link import Link
 from roboyard.sim.profile import BULLET
 from roboyard.sim.world import World
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 class Scene:
     """Bodies by id, shapes by id, and how time passes."""
 
-    def __init__(self, parameters: EngineParameters) -> None:
+    def __init__(self, parameters: EngineParameters, first_texture: int = 0) -> None:
         self._parameters = parameters
         self._applied_revision = -1
         self.world = World(
@@ -42,7 +43,7 @@ class Scene:
         self.constraint_ids = Counter(1)
         self.states: dict[int, Any] = {}
         self.state_ids = Recycler()
-        self.textures: dict[int, Any] = {}
+        self.textures = Textures(first_texture)
         self.efforts: dict[tuple[int, int], Any] = {}
         """Spring-damper torques by body and joint, worked out anew before each step."""
         self._without_motors: list[BodyRecord] = []
@@ -96,6 +97,7 @@ class Scene:
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self._without_motors.append(record)
         self.filters.add(record)
+        self.textures.came(record)
         return record
 
     def set_damping(self, record: BodyRecord, linear: float, angular: float) -> None:
@@ -136,6 +138,7 @@ class Scene:
         self.waiting.discard(record.drives)
         for key in [key for key, held in self.constraints.items() if held.concerns(number)]:
             del self.constraints[key]
+        self.textures.went(record, self.world)
         self.world.remove(record.body)
         del self._records_of_world[record.body.id]
         drop_from_order(self.order, number)

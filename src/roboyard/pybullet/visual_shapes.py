@@ -14,7 +14,7 @@ from roboyard.pybullet.arguments import floats, quaternion, text, vector3, whole
 from roboyard.pybullet.collision_shapes import QUARTER_TURN, at, plain_geometry
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
-from roboyard.pybullet.search import find_file, not_found_remedy
+from roboyard.pybullet.search import find_file
 from roboyard.urdf.model import (
     Box,
     Capsule,
@@ -52,7 +52,7 @@ def createVisualShape(
     client: Client,
     shapeType: int,
     radius: float = 0.5,
-    halfExtents: Vector = (1.0, 1.0, 1.0),
+    halfExtents: Vector | None = None,
     length: float = 1.0,
     fileName: str = "",
     meshScale: Vector = (1.0, 1.0, 1.0),
@@ -99,7 +99,7 @@ def createVisualShapeArray(
             client,
             whole(kind),
             at(radii, i, 0.5),
-            at(halfExtents, i, (1.0, 1.0, 1.0)),
+            at(halfExtents, i, None),
             at(lengths, i, 1.0),
             at(fileNames, i, ""),
             at(meshScales, i, (1.0, 1.0, 1.0)),
@@ -121,26 +121,29 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
         for each visual shape: body, link, type, dimensions, mesh file, position and quaternion in the link
         frame, rgba; with VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS the texture's id too. () for an unknown body.
     """
-    record = client.scene.bodies.get(whole(objectUniqueId))
+    scene = client.scene
+    record = scene.bodies.get(whole(objectUniqueId))
     if record is None:
         return ()
-    looks = client.scene.world.looks.of(record.body)
+    with_textures = bool(whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS)
+    looks = scene.world.looks.of(record.body)
     rows = []
     for index, link in enumerate(record.model.links):
-        shapes = link.visuals or (link.collisions if not any(k.visuals for k in record.model.links) else ())
-        for shape, look in zip(shapes, looks.get(index, ()), strict=False):
-            kind, size, file = described(shape.geometry)
-            if isinstance(shape.geometry, Sphere):
-                size = (shape.geometry.radius, 0.0, 0.0)
+        shapes = link.visuals or link.collisions
+        for place, (shape, look) in enumerate(zip(shapes, looks.get(index, ()), strict=False)):
+            kind, size, file = _seen(shape.geometry)
             row = (
                 *(record.number, index - 1, kind, size, file),
                 *(
                     tuple(shape.origin.position),
                     own_orientation(shape),
-                    _WHITE if look.shape.use_mesh_colors else tuple(look.shape.rgba),
+                    record.colors.get(index)
+                    or (_WHITE if look.shape.use_mesh_colors else tuple(look.shape.rgba)),
                 ),
             )
-            rows.append((*row, -1) if whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS else row)
+            if with_textures:
+                row = (*row, scene.textures.of_shape(record, index, place, scene.world))
+            rows.append(row)
     return tuple(rows)
 
 
@@ -162,9 +165,13 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
     back = conjugate(link.frame.quaternion)
     rows = []
     for shape in link.collisions:
+        if isinstance(shape.geometry, Heightfield):
+            continue  # as PyBullet's list has none
         kind, size, file = described(
             shape.geometry, hull_cylinders=bool(record.file) and not record.model.implicit_cylinder
         )
+        if kind == c.GEOM_MESH and not record.file:
+            size, file = (1.0, 1.0, 1.0), b"unknown_file"
         offset = np.asarray(shape.origin.position) - np.asarray(link.frame.position)
         position = tuple(float(v) for v in rotate(back, offset))
         rotation = tuple(float(v) for v in multiply(back, own_orientation(shape)))
@@ -183,7 +190,11 @@ def changeVisualShape(
     specularColor: Vector | None = None,
     flags: int = -1,
 ) -> None:
-    """Change colour, gloss or texture (id; -1 takes it away) of a link's shapes; shapeIndex -1 means all."""
+    """Change colour, gloss or texture of a link's shapes; shapeIndex -1 means all.
+
+    The texture -1, or one that there is not, takes the picture away. getVisualShapeData tells a new colour
+    for all shapes of the link, as PyBullet's does.
+    """
     scene = client.scene
     record = scene.bodies.get(whole(objectUniqueId))
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
@@ -192,13 +203,11 @@ def changeVisualShape(
     if rgbaColor is not None and len(rgbaColor) == 4:
         fields["rgba"] = floats(rgbaColor, 4, "Error resetting visual shape info")
         fields["use_mesh_colors"] = False
+        record.colors[linkIndex + 1] = fields["rgba"]
     if specularColor is not None:
         fields["specular"] = sum(vector3(specularColor, "Error resetting visual shape info")) / 3.0
     if whole(textureUniqueId) >= -1:
-        image = scene.textures.get(textureUniqueId)
-        if textureUniqueId >= 0 and image is None:
-            raise failure("Error resetting visual shape info", f"there is no texture {textureUniqueId}")
-        fields["texture"] = image
+        fields["texture"] = scene.textures.image(textureUniqueId, scene.world)
     if fields:
         _change(client, record, linkIndex, whole(shapeIndex), fields)
 
@@ -227,43 +236,6 @@ def setDebugObjectColor(
     """Colour of a link in the window's wireframe view; there is no such view here."""
     if objectDebugColorRGB is not None:
         vector3(objectDebugColorRGB, "Error converting objectDebugColorRGB[3]")
-
-
-@command()
-def loadTexture(client: Client, textureFilename: str) -> int:
-    """Load an image and give the texture's id."""
-    from roboyard.sim.appearance import load_texture
-
-    path = find_file(client, text(textureFilename))
-    image = None if path is None else load_texture(path)
-    if image is None:
-        remedy = not_found_remedy(client, textureFilename) if path is None else f"{path.name} is no image"
-        raise failure("Error loading texture", remedy)
-    return _keep_texture(client, image)
-
-
-@command()
-def changeTexture(
-    client: Client, textureUniqueId: int, pixels: Sequence[int], width: int, height: int
-) -> None:
-    """Replace a texture's image: width · height · 3 numbers from 0 to 255, row by row."""
-    textures = client.scene.textures
-    values = np.asarray(pixels, dtype=np.uint8).reshape(-1)
-    if whole(textureUniqueId) not in textures:
-        raise failure("Error processing changeTexture.", f"there is no texture {textureUniqueId}")
-    if len(values) != whole(width) * whole(height) * 3:
-        raise failure(
-            "Error: invalid arguments in changeTexture.", f"{len(values)} numbers for {width} by {height}"
-        )
-    image = np.full((height, width, 4), 255, dtype=np.uint8)
-    image[..., :3] = values.reshape(height, width, 3)
-    old, textures[textureUniqueId] = textures[textureUniqueId], image
-    scene = client.scene
-    for record in scene.bodies.values():
-        for link, looks in scene.world.looks.of(record.body).items():
-            for index, look in enumerate(looks):
-                if look.shape.texture is old:
-                    scene.world.looks.change(record.body, link, index, texture=image)
 
 
 # ------------------------------------------------------------------------------------------------- helpers
@@ -297,8 +269,21 @@ def described(geometry: Geometry, *, hull_cylinders: bool = False) -> tuple[int,
             return c.GEOM_HEIGHTFIELD, (1.0, 1.0, 1.0), b""
 
 
+def _seen(geometry: Geometry) -> tuple[int, tuple[float, ...], bytes]:
+    """Type, dimensions and file of a shape as visual shapes tell them: some are left out."""
+    kind, size, file = described(geometry)
+    match geometry:
+        case Sphere(radius=radius):
+            size = (radius, 0.0, 0.0)
+        case Plane() | Heightfield():
+            size = (0.0, 0.0, 0.0)
+        case Mesh(data=data) if data is not None:
+            file = b""
+    return kind, size, file
+
+
 def _visual(
-    client: Client, kind: int, radius: float, half_extents: Vector, length: float, file_name: str,
+    client: Client, kind: int, radius: float, half_extents: Vector | None, length: float, file_name: str,
     mesh_scale: Vector, normal: Vector, rgba: Vector, position: Vector, orientation: Vector,
     vertices: Sequence[Vector] | None = None, indices: Sequence[int] | None = None,
     normals: Sequence[Vector] | None = None, uvs: Sequence[Vector] | None = None,
@@ -327,13 +312,6 @@ def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:
     scene = client.scene
     number = scene.visual_ids.take()
     scene.visual_shapes[number] = VisualSet(visuals=visuals)
-    return number
-
-
-def _keep_texture(client: Client, image: np.ndarray) -> int:
-    textures = client.scene.textures
-    number = len(textures)
-    textures[number] = image
     return number
 
 

@@ -68,15 +68,23 @@ def pixels(image: Image) -> NDArray[np.uint8]:
 def load_image(mesh_file: Path, name: str) -> NDArray[np.uint8] | None:
     """(h, w, 4) RGBA pixels of an image that a mesh names; None, logged, where there is none to read."""
     file = find_companion(mesh_file, name)
-    if file is None:
-        return None
+    return None if file is None else load_image_file(file, f"{mesh_file.name}: {file.name}")
+
+
+def load_image_file(file: Path, what: str) -> NDArray[np.uint8] | None:
+    """(h, w, 4) RGBA pixels of an image file, read once while it is in use; None, logged, if unreadable.
+
+    Args:
+        file: there is one.
+        what: it is called in the log.
+    """
     status = file.stat()
     key = (file.resolve(), status.st_mtime_ns, status.st_size)
     with _recent_lock:
         if key in _recent:
             _recent.move_to_end(key)
             return _recent[key]
-    image = decode_image(file.read_bytes(), f"{mesh_file.name}: {file.name}")
+    image = decode_image(file.read_bytes(), what)
     with _recent_lock:
         _recent[key] = image
         while sum(kept.nbytes for kept in _recent.values() if kept is not None) > RECENT_BYTES:

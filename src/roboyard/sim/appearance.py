@@ -206,11 +206,10 @@ def triangles_of(geometry: Geometry, scale: float) -> tuple[TriangleMesh, tuple[
 
 
 def load_texture(path: Path) -> np.ndarray | None:
-    """(h, w, 4) RGBA of an image file; None where it cannot be read."""
-    from PIL import Image, UnidentifiedImageError
+    """(h, w, 4) RGBA of an image file, the same array for the same file; None where it cannot be read."""
+    from roboyard.shapes.companions import load_image_file
 
     try:
-        with Image.open(path) as image:
-            return np.asarray(image.convert("RGBA"))
-    except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
+        return load_image_file(path, path.name)
+    except OSError:
         return None
