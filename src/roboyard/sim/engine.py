@@ -140,7 +140,7 @@ class Engine:
         self._stale = False
         self.revision += 1
         self._set_contact_law(self.body_by_id.values())
-        self.spares.settle(self._model)
+        self.spares.settle()
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self._geom_owners = None
@@ -167,7 +167,8 @@ class Engine:
     def _rows_changed(self, body: Body, *, owner: int) -> None:
         if self._geom_owners is not None:
             record = body.built.links[0]
-            self._geom_owners[[geom.id for geom in (*record.geoms, *record.visuals)]] = (owner, min(owner, 0))
+            rows = [geom.id for geom in (*record.geoms, *record.visuals)]
+            self._geom_owners[rows] = (owner, min(owner, 0))
         self.revision += 1
         self.mark_moved()
 

@@ -9,6 +9,7 @@ import numpy as np
 from roboyard.poses import multiply, normalized, rotate, to_wxyz
 from roboyard.sim.options import CONTACT_SOLIMP, CONTACT_SOLREF
 from roboyard.urdf.model import (
+    RGBA,
     Box,
     Capsule,
     Collision,
@@ -38,6 +39,7 @@ SMALLEST_MESH = 1e-4
 """m: MuJoCo refuses hulls whose volume is next to nothing."""
 HALF_SPACE = 100.0
 """m: half size of the box that stands in for a plane on a moving body."""
+UNPAINTED: RGBA = (0.7, 0.7, 0.7, 1.0)
 TERRAIN_BASE = 1.0
 """m of solid ground under the lowest point of a heightfield."""
 
@@ -89,12 +91,16 @@ def add_visual(
     )
     if arguments is None:
         return
-    rgba = visual.material.rgba if visual.material and visual.material.rgba else (0.7, 0.7, 0.7, 1.0)
     record.visuals.append(
         record.element.add_geom(
-            group=VISUAL_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=rgba, **arguments
+            group=VISUAL_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=paint(visual), **arguments
         )
     )
+
+
+def paint(visual: Visual) -> RGBA:
+    """Colour of a visual shape's geom."""
+    return visual.material.rgba if visual.material and visual.material.rgba else UNPAINTED
 
 
 def geom_arguments(
@@ -117,20 +123,8 @@ def geom_arguments(
     size = np.zeros(3)
     extra: dict[str, Any] = {}
     match geometry:
-        case Box():
-            kind, size = kinds.mjGEOM_BOX, np.asarray(geometry.size) * scale / 2
-            used = size
-        case Sphere():
-            kind, size[0] = kinds.mjGEOM_SPHERE, geometry.radius * scale
-            used = size[:1]
-        case Cylinder():
-            kind = kinds.mjGEOM_CYLINDER
-            size[:2] = geometry.radius * scale, geometry.length * scale / 2
-            used = size[:2]
-        case Capsule():
-            kind = kinds.mjGEOM_CAPSULE if geometry.length > SMALLEST else kinds.mjGEOM_SPHERE
-            size[:2] = geometry.radius * scale, geometry.length * scale / 2
-            used = size[:1]
+        case Box() | Sphere() | Cylinder() | Capsule():
+            kind, size, used = plain_size(geometry, scale)
         case Plane():
             quaternion = multiply(quaternion, turn_z_to(np.asarray(geometry.normal, dtype=float)))
             if static:
@@ -155,6 +149,29 @@ def geom_arguments(
     if not (used > SMALLEST).all():
         return None
     return {"type": kind, "size": size, "pos": position, "quat": to_wxyz(quaternion), **extra}
+
+
+def plain_size(
+    geometry: Box | Sphere | Cylinder | Capsule, scale: float
+) -> tuple[Any, np.ndarray, np.ndarray]:
+    """MuJoCo's type of a shape that its sizes say all of, its three sizes, and those that must not vanish."""
+    import mujoco
+
+    kinds = mujoco.mjtGeom
+    match geometry:
+        case Box(size=(x, y, z)):
+            size = np.array([x * scale / 2, y * scale / 2, z * scale / 2])
+            return kinds.mjGEOM_BOX, size, size
+        case Sphere(radius=radius):
+            size = np.array([radius * scale, 0.0, 0.0])
+            return kinds.mjGEOM_SPHERE, size, size[:1]
+        case Cylinder(radius=radius, length=length):
+            size = np.array([radius * scale, length * scale / 2, 0.0])
+            return kinds.mjGEOM_CYLINDER, size, size[:2]
+        case Capsule(radius=radius, length=length):
+            kind = kinds.mjGEOM_CAPSULE if length > SMALLEST else kinds.mjGEOM_SPHERE
+            size = np.array([radius * scale, length * scale / 2, 0.0])
+            return kind, size, size[:1]
 
 
 def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:

@@ -64,9 +64,10 @@ def _trace(mass: float, reach: float) -> MassProperties:
 
 
 def write_mass(element: Any, mass: MassProperties | None) -> None:
-    """Put mass properties on a spec body; None and zero mass leave it massless."""
+    """Put mass properties on a spec body; None and zero mass leave it massless, about its own frame."""
     element.explicitinertial = True
     element.mass = 0.0
+    element.ipos, element.iquat = np.zeros(3), (1.0, 0.0, 0.0, 0.0)
     element.inertia = np.zeros(3)
     if mass is None or mass.mass == 0.0:
         return

@@ -1,4 +1,4 @@
-"""What MuJoCo makes of a loose body: every number of a compile of that body alone."""
+"""What MuJoCo makes of a body of one link: every number of a compile of that body alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from roboyard.sim.build import build
 from roboyard.sim.inertials import MassProperties
 from roboyard.sim.options import new_spec
 from roboyard.sim.records import BuildOptions
-from roboyard.urdf.model import Heightfield, Mesh, RobotDescription
+from roboyard.urdf.model import Heightfield, Mesh, Plane, RobotDescription
 
 KINDS = ("body", "jnt", "dof", "tree", "geom", "bvh", "qpos")
 """Arrays of MjModel that have rows of their own for each body, by the beginning of their names."""
@@ -33,10 +33,13 @@ GEOM_FIELDS = (
 )  # fmt: skip
 """Fields of a spec's elements that say what a body is."""
 
+Make = tuple[tuple[bytes, ...], tuple[str, ...]]
+"""How the rows of a body refer to one another, and its meshes: bodies of one make can share rows."""
+
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class Mould:
-    """A loose body as its description and a compile of it alone give it."""
+    """A body of one link as its description and a compile of it alone give it."""
 
     description: RobotDescription
     options: BuildOptions
@@ -55,56 +58,51 @@ class Mould:
     """Rows of MjModel's arrays that are the same wherever the body lies among others."""
     kinds: dict[str, str]
     """Which of `KINDS` each block belongs to."""
-    links_within: dict[str, np.ndarray]
-    """Those rows of `LINKS_WITHIN`."""
-    structure: tuple[bytes, ...]
-    """How the body's rows refer to one another."""
+    make: Make
+    origin: Mould | None = None
+    """The mould whose numbers this one has but for `varied`; None for one that was compiled."""
+    varied: tuple[str, ...] = ()
+    """Names of those blocks."""
+    _given: tuple[dict[str, Any], list[dict[str, Any]]] | None = None
+
+    @property
+    def family(self) -> Mould:
+        """The compiled mould that this one comes from."""
+        return self if self.origin is None else self.origin
 
     def is_of(self, description: RobotDescription, options: BuildOptions) -> bool:
         """Whether it is the mould of this description."""
         same = self.description is description or self.description == description
-        return same and self.options == options and self.files == _mesh_files(description)
+        return same and self.options == options and self.is_current()
 
-    def fits(self, other: Mould) -> bool:
-        """Whether bodies of these two moulds can take one another's rows."""
-        return self is other or (self.structure == other.structure and self.meshes == other.meshes)
-
-    def is_like(self, model: Any, starts: dict[str, int]) -> bool:
-        """Whether a body's rows refer to one another as this mould's do."""
-        for name, block in self.links_within.items():
-            start = starts[kind_of(name)]
-            if not np.array_equal(getattr(model, name)[start : start + len(block)], block):
-                return False
-        return True
+    def is_current(self) -> bool:
+        """Whether the mesh files still hold what they did."""
+        return not self.files or self.files == mesh_files(self.description)
 
     def given(self) -> tuple[dict[str, Any], list[dict[str, Any]]]:
         """Those fields of the body and of its geoms that are not MuJoCo's defaults."""
-        plain_body, plain_geom = _defaults()
-        return _differing(self.body, plain_body), [_differing(geom, plain_geom) for geom in self.geoms]
-
-    def write_elements(self, element: Any, geoms: list[Any]) -> None:
-        """Make a body of a spec and its geoms what this mould says."""
-        for name, value in self.body.items():
-            setattr(element, name, value)
-        for geom, fields in zip(geoms, self.geoms, strict=True):
-            for name, value in fields.items():
-                setattr(geom, name, value)
+        if self._given is None:
+            plain_body, plain_geom = _defaults()
+            differing = [_differing(geom, plain_geom) for geom in self.geoms]
+            self._given = _differing(self.body, plain_body), differing
+        return self._given
 
 
-def is_loose(description: RobotDescription, options: BuildOptions) -> bool:
-    """Whether a description is one free link; terrain is not."""
-    if options.fixed_base or description.joints or len(description.links) != 1:
+def is_single(description: RobotDescription, options: BuildOptions) -> bool:
+    """Whether a description is one link, free or fixed, that ends somewhere: no terrain, no endless plane."""
+    if description.joints or len(description.links) != 1:
         return False
     link = description.links[0]
-    return not any(isinstance(shape.geometry, Heightfield) for shape in (*link.collisions, *link.visuals))
+    endless = (Heightfield, Plane) if options.fixed_base else Heightfield
+    return not any(isinstance(shape.geometry, endless) for shape in (*link.collisions, *link.visuals))
 
 
 def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | None:
-    """The mould of a loose body; None where its mesh files are gone or MuJoCo refuses it."""
+    """The mould of a single link; None where its mesh files are gone or MuJoCo refuses it."""
     spec = new_spec()
-    origin, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+    nowhere, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
     try:
-        built = build(spec, MeshAssets(spec), description, "", origin, unturned, options)
+        built = build(spec, MeshAssets(spec), description, "", nowhere, unturned, options)
     except MeshError:
         return None
     record = built.links[0]
@@ -115,14 +113,13 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
         model = spec.compile()
     except ValueError:
         return None
-    counts = {"body": 1, "jnt": 1, "dof": 6, "tree": 1, "qpos": 7, "geom": len(elements)}
+    free = int(not options.fixed_base)
+    counts = {"body": 1, "jnt": free, "dof": 6 * free, "tree": free, "qpos": 7 * free, "geom": len(elements)}
     counts["bvh"] = int(model.body_bvhnum[1])
-    blocks, kinds, links_within, structure = {}, {}, {}, []
+    blocks, kinds, structure = {}, {}, []
     for name, kind in _row_fields().items():
         start = 1 if kind == "body" else 0
         block = np.array(getattr(model, name)[start : start + counts[kind]])
-        if name in LINKS_WITHIN:
-            links_within[name] = block
         if _refers(name):
             structure.append(block.tobytes())
         else:
@@ -133,18 +130,17 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
         mass=record.mass,
         notes=tuple(built.notes),
         meshes=tuple(record.meshes),
-        files=_mesh_files(description),
+        files=mesh_files(description),
         collisions=len(record.geoms),
         body=body,
         geoms=geoms,
         blocks=blocks,
         kinds=kinds,
-        links_within=links_within,
-        structure=tuple(structure),
+        make=(tuple(structure), tuple(record.meshes)),
     )
 
 
-def _mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
+def mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
     """The meshes of a description that come from files, as the files are now; each is loaded once."""
     link = description.links[0]
     shapes = (shape.geometry for shape in (*link.collisions, *link.visuals))
@@ -156,7 +152,7 @@ def _mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
 
 
 def row_starts(model: Any, row: int) -> dict[str, int]:
-    """First row of a free body in each kind of MuJoCo's arrays."""
+    """First row of a body of one link in each kind of MuJoCo's arrays; -1 where it has none."""
     joint = int(model.body_jntadr[row])
     return {
         "body": row,
@@ -165,7 +161,7 @@ def row_starts(model: Any, row: int) -> dict[str, int]:
         "tree": int(model.body_treeid[row]),
         "geom": int(model.body_geomadr[row]),
         "bvh": int(model.body_bvhadr[row]),
-        "qpos": int(model.jnt_qposadr[joint]),
+        "qpos": int(model.jnt_qposadr[joint]) if joint >= 0 else -1,
     }
 
 

@@ -1,27 +1,32 @@
-"""Spare bodies: a world to which loose bodies are added one by one compiles a few more of them beforehand.
+"""Spare bodies: a world to which single bodies are added one by one compiles a few more of them beforehand.
 
 A compile costs MuJoCo time that grows with the square of the number of bodies. When one compile after another
-is due to new loose bodies (one link, free), the next one gets some spares of the same make at the end of the
-spec, parked: they touch nothing, no ray meets them, nothing draws them. A body added later takes the first
-spare over: its numbers go into MuJoCo's arrays, where they are what a compile would have put there, because
-they come from a compile of that body alone (its mould). A body that fits no spare compiles as ever.
+is due to new bodies of one link, the next one gets some spares of the same makes at the end of the spec,
+parked: they touch nothing, no ray meets them, nothing draws them. A body added later takes over the first
+spare of its make: its numbers go into MuJoCo's arrays, where they are what a compile would have put there,
+because they come from a compile of that body alone (its mould) or follow from its sizes (its casting). Spares
+before that one are passed over for good, so that the bodies of a world lie in the order of their ids. A body
+that fits no spare compiles as ever.
 
-Spares lie behind all bodies in every array, so that rows of bodies do not move when spares go. They go with
-the next compile, after some steps without use, and when somebody asks for MuJoCo's own arrays
-(`Engine.model`, `Engine.data`) or for the spec.
+A body of one link that is removed is parked too. Whatever is parked goes with the next compile, after some
+steps in which nobody came or went, and when somebody asks for MuJoCo's own arrays (`Engine.model`,
+`Engine.data`) or for the spec.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import Counter, deque
+from itertools import cycle, islice
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
 from roboyard.poses import Array, to_wxyz
-from roboyard.sim.moulds import Mould, is_loose, make_mould, row_starts
+from roboyard.sim.castings import cast, numbers_of
+from roboyard.sim.moulds import Mould, is_single, make_mould
 from roboyard.sim.records import BuildOptions, Built, BuiltLink
+from roboyard.sim.spare_rows import Spare, SpareRows
 from roboyard.urdf.model import RobotDescription
 
 if TYPE_CHECKING:
@@ -29,33 +34,20 @@ if TYPE_CHECKING:
     from roboyard.sim.engine import Engine
 
 FEWEST = 8
-"""Spares at least; else as many as there are bodies, so that compiles become rarer as they get dearer."""
+MORE = 32
+"""Spares: as many as there are bodies, but at least `FEWEST` and at most `MORE` and half as many as bodies.
+
+Thus compiles become rarer as they get dearer, and steps do not get much dearer for what is parked."""
 STREAK = 3
-"""Compiles in a row that loose bodies alone made necessary, the one with spares included."""
+"""Compiles in a row that single bodies alone made necessary, the one with spares included."""
 IDLE_STEPS = 200
-"""Steps after which spares that nobody takes go."""
-KEPT_MOULDS = 16
-PARKED_FIELDS = ("geom_contype", "geom_conaffinity", "geom_rgba", "body_contype", "body_conaffinity")
-"""What tells a parked body from one in use."""
-_NAME = "spare{}"
+"""Steps without coming and going after which what is parked goes."""
+REMEMBERED = 12
+"""Additions by which the makes of spares are chosen: those that were seen twice."""
+KEPT_MOULDS = 256
+_NAME, _GONE = "spare{}", "gone{}"
 
-
-@dataclass(kw_only=True, slots=True, eq=False)
-class Spare:
-    """Rows of one body in MuJoCo's arrays, and its elements in the spec."""
-
-    number: int
-    mould: Mould
-    """What its elements in the spec say."""
-    element: Any
-    free_joint: Any
-    geoms: list[Any]
-    owner: int = -1
-    """Id of the body that lives here; -1 while it is free."""
-    is_pristine: bool = True
-    """Nobody has had it yet."""
-    starts: dict[str, int] = field(default_factory=dict)
-    """First row by kind of array."""
+Recent = tuple[RobotDescription, BuildOptions]
 
 
 class Spares:
@@ -63,36 +55,46 @@ class Spares:
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
+        self._rows = SpareRows(engine)
         self._slots: list[Spare] = []
-        self._used = 0
-        self._fresh: list[tuple[Body, BuildOptions]] = []
+        self._next = 0
+        """First spare that may be taken; those before it have an owner or were passed over."""
+        self._slot_of: dict[int, Spare] = {}
+        """By id of the body that lives there."""
+        self._gone: list[Built] = []
+        """What removed bodies have left in the spec."""
+        self._fresh: set[int] = set()
+        """Bodies that came since the last compile and wait for the next."""
         self._mixed = False
         self._streak = 0
         self._patience = STREAK
         self._idle = 0
-        self._moulds: list[Mould] = []
-        self._arrays: dict[str, np.ndarray] = {}
+        self._recent: deque[Recent] = deque(maxlen=REMEMBERED)
+        self._moulds: dict[tuple[int, BuildOptions], Mould] = {}
+        self._families: dict[Any, Mould] = {}
 
     @property
     def free(self) -> int:
         """How many wait to be taken."""
-        return len(self._slots) - self._used
+        return len(self._slots) - self._next
+
+    @property
+    def parked(self) -> int:
+        """How many bodies lie in MuJoCo's arrays that are nobody's."""
+        return len(self._slots) - len(self._slot_of) + len(self._gone)
 
     # ------------------------------------------------------------------------------------ coming and going
 
     def note(self, body: Body, options: BuildOptions | None) -> None:
         """A body was added that waits for a compile."""
-        if options is not None and body.description is not None and is_loose(body.description, options):
-            self._fresh.append((body, options))
+        if options is not None and body.description is not None and is_single(body.description, options):
+            self._fresh.add(body.id)
+            self._recent.append((body.description, options))
         else:
             self._mixed = True
 
-    def forget(self, body: Body) -> None:
-        """A body goes before or at the next compile."""
-        self._fresh = [item for item in self._fresh if item[0] is not body]
-
     def tick(self, steps: int) -> None:
-        """Time passes; spares that are not needed go."""
+        """Time passes; what is parked and not needed goes."""
         if self._idle > IDLE_STEPS:
             self._drop()
             self._streak = 0
@@ -100,84 +102,72 @@ class Spares:
         self._idle += steps
 
     def dismiss(self) -> None:
-        """Somebody wants MuJoCo's arrays or the spec as they are without spares."""
-        if self.free:
+        """Somebody wants MuJoCo's arrays or the spec as they are without anything parked."""
+        if self.parked:
+            if self.free:
+                self._discourage()
             self._drop()
-            self._discourage()
             self._engine.mark_stale()
 
     def prepare(self, spec: Any) -> int:
         """Last edits of the spec before a compile; how many shapes the new spares have together."""
-        fresh, mixed = self._fresh, self._mixed
-        self._fresh, self._mixed = [], False
-        if self.free:
+        fresh, mixed = len(self._fresh), self._mixed
+        self._fresh.clear()
+        self._mixed = False
+        if 2 * self._next < len(self._slots):
             self._discourage()
+        elif self._slots:
+            self._patience = STREAK
         self._drop()
         self._streak = self._streak + 1 if fresh and not mixed else 0
-        self._slots, self._used, self._idle = [], 0, 0
+        self._idle = 0
         if self._streak < self._patience or spec.sensors or _may_sleep(spec):
             return 0
-        body, options = fresh[-1]
-        assert body.description is not None
-        mould = self._mould(body.description, options)
-        if mould is None:
+        moulds = self._wanted()
+        if not moulds:
             return 0
-        record = body.built.links[0]
-        own = Spare(
-            number=0,
-            mould=mould,
-            element=record.element,
-            free_joint=body.built.free_joint,
-            geoms=[*record.geoms, *record.visuals],
-            owner=body.id,
-            is_pristine=False,
-        )
-        count = max(FEWEST, len(fresh), len(self._engine.body_by_id))
-        given = mould.given()
-        self._slots = [own, *(self._add(spec, mould, given, record.element, 1 + k) for k in range(count))]
-        self._used = 1
-        return count * len(mould.geoms)
+        bodies = len(self._engine.body_by_id)
+        count = max(FEWEST, fresh, min(bodies, MORE + bodies // 2))
+        for number, mould in enumerate(islice(cycle(moulds), count)):
+            self._slots.append(self._add(spec, mould, _NAME.format(number)))
+        return sum(len(slot.geoms) for slot in self._slots)
 
-    def settle(self, model: Any) -> None:
+    def settle(self) -> None:
         """After a compile: see where spares lie, and park them."""
-        self._arrays = {}
-        if not self._slots:
-            return
-        self._arrays = {name: getattr(model, name) for name in self._slots[0].mould.blocks}
-        for slot in self._slots:
-            slot.starts = row_starts(model, slot.element.id)
-        if not self._slots[0].mould.is_like(model, self._slots[0].starts):
-            del self._slots[0]  # the body was changed after it was made: it cannot become a spare
-            self._used = 0
-        for slot in self._slots[self._used :]:
-            self._park(slot)
-        self._weigh()
+        self._rows.look(self._slots)
 
-    def _add(
-        self, spec: Any, mould: Mould, given: tuple[dict[str, Any], list[Any]], place: Any, number: int
-    ) -> Spare:
-        name = _NAME.format(number)
-        element = spec.worldbody.add_body(name=name, pos=place.pos, quat=place.quat, **given[0])
-        joint = element.add_freejoint(name=name, align=0)
-        geoms = [element.add_geom(**fields) for fields in given[1]]
+    def _wanted(self) -> list[Mould]:
+        """Moulds like those of the last additions, without makes that came only once."""
+        found = [self._mould(description, options) for description, options in self._recent]
+        moulds = [mould.family for mould in found if mould is not None]
+        seen = Counter(mould.make for mould in moulds)
+        return [mould for mould in moulds if seen[mould.make] > 1]
+
+    def _add(self, spec: Any, mould: Mould, name: str) -> Spare:
+        of_body, of_geoms = mould.given()
+        element = spec.worldbody.add_body(name=name, **of_body)
+        joint = None if mould.options.fixed_base else element.add_freejoint(name=name, align=0)
+        geoms = [element.add_geom(**fields) for fields in of_geoms]
         for mesh in mould.meshes:
             self._engine.assets.retain(mesh)
-        return Spare(number=number, mould=mould, element=element, free_joint=joint, geoms=geoms)
+        return Spare(name=name, mould=mould, element=element, free_joint=joint, geoms=geoms)
 
     def _drop(self) -> None:
-        """Take free spares out of the spec, all at once: a single one costs as much."""
-        going = self._slots[self._used :]
-        self._slots = self._slots[: self._used]
-        if not going:
+        """Take all that is parked out of the spec, all at once: a single one costs as much."""
+        going = [slot for slot in self._slots if slot.owner < 0]
+        elements = [slot.element for slot in going] + [built.links[0].element for built in self._gone]
+        meshes = [mesh for slot in going for mesh in slot.mould.meshes]
+        meshes += [mesh for built in self._gone for mesh in built.links[0].meshes]
+        self._slots, self._next, self._slot_of, self._gone = [], 0, {}, []
+        if not elements:
             return
         spec = self._engine.raw_spec
         frame = spec.worldbody.add_frame()
-        for slot in going:
-            slot.element.set_frame(frame)
+        for element in elements:
+            element.set_frame(frame)
         spec.delete(frame)
-        for slot in going:
-            for mesh in slot.mould.meshes:
-                self._engine.assets.release(mesh)
+        for mesh in meshes:
+            self._engine.assets.release(mesh)
 
     def _discourage(self) -> None:
         """Spares went unused: it takes longer until there are some again."""
@@ -185,13 +175,26 @@ class Spares:
         self._patience *= 2
 
     def _mould(self, description: RobotDescription, options: BuildOptions) -> Mould | None:
-        for mould in self._moulds:
-            if mould.is_of(description, options):
-                return mould
-        mould = make_mould(description, options)
-        if mould is not None:
-            self._moulds = [mould, *self._moulds[: KEPT_MOULDS - 1]]
-        return mould
+        key = (id(description), options)
+        found = self._moulds.get(key)
+        if found is not None and found.is_current():
+            return found
+        numbers = numbers_of(description, options)
+        if numbers is None:
+            known = (mould for mould in self._moulds.values() if mould.origin is None)
+            found = next((mould for mould in known if mould.is_of(description, options)), None)
+            found = found or make_mould(description, options)
+        elif numbers.signature in self._families:
+            found = cast(self._families[numbers.signature], numbers, description)
+        else:
+            found = make_mould(description, options)
+            if found is not None:
+                self._families[numbers.signature] = found
+        if found is not None:
+            self._moulds[key] = found  # which keeps the description, and thus its id
+            while len(self._moulds) > KEPT_MOULDS:
+                del self._moulds[next(iter(self._moulds))]
+        return found
 
     # --------------------------------------------------------------------------------------------- in use
 
@@ -203,38 +206,26 @@ class Spares:
         quaternion: Array,
         options: BuildOptions,
     ) -> Built | None:
-        """Make the next spare the body of a description; None where there is none or it does not fit.
+        """Make a spare the body of a description; None where there is none that fits.
 
-        Arguments as of `roboyard.sim.build.build`.
+        Arguments as of `roboyard.sim.build.build`. `settle_in` has to follow.
         """
-        if self._engine.is_stale or not self.free or not is_loose(description, options):
+        if self._engine.is_stale or not self.free or not is_single(description, options):
             return None
         if position.shape != (3,) or not np.isfinite(position).all():
             return None  # the compile says what is wrong
-        slot, mould = self._slots[self._used], self._mould(description, options)
-        if mould is None or not mould.fits(slot.mould):
+        mould = self._mould(description, options)
+        if mould is None:
             return None
-        root = description.root
-        wxyz = to_wxyz(quaternion)
-        if not slot.is_pristine or slot.mould is not mould:
-            mould.write_elements(slot.element, slot.geoms)
-        slot.element.name, slot.free_joint.name = f"{prefix}{root.name}", f"{prefix}{root.name}/free"
-        slot.element.pos, slot.element.quat = position, wxyz
-        names = PARKED_FIELDS if slot.is_pristine and slot.mould is mould else mould.blocks
-        for name in names:
-            block, start = mould.blocks[name], slot.starts[mould.kinds[name]]
-            self._arrays[name][start : start + len(block)] = block
-        slot.mould, slot.is_pristine = mould, False
-        row, first = slot.starts["body"], slot.starts["qpos"]
-        pose = np.concatenate([position, wxyz])
-        arrays, data = self._arrays, self._engine.live_data
-        arrays["body_pos"][row], arrays["body_quat"][row] = pose[:3], pose[3:]
-        for values in (arrays["qpos0"], arrays["qpos_spring"], data.qpos):
-            values[first : first + 7] = pose
-        self._rest(slot)
-        self._used += 1
+        make, slots = mould.make, self._slots
+        found = next((k for k in range(self._next, len(slots)) if slots[k].mould.make == make), None)
+        if found is None:
+            return None
+        slot, root = slots[found], description.root
+        self._rows.fill(slot, mould, f"{prefix}{root.name}", position, to_wxyz(quaternion))
+        self._next = found + 1
         self._idle = 0
-        self._weigh()
+        self._recent.append((description, options))
         record = BuiltLink(
             name=root.name,
             parent=-1,
@@ -245,55 +236,51 @@ class Spares:
             meshes=list(mould.meshes),
             mass=mould.mass,
         )
-        return Built(links=[record], free_joint=slot.free_joint, notes=list(mould.notes), dofs=6)
+        dofs = 0 if slot.free_joint is None else 6
+        return Built(links=[record], free_joint=slot.free_joint, notes=list(mould.notes), dofs=dofs)
 
     def settle_in(self, body: Body) -> None:
         """The body that took the last spare has its id now."""
-        self._slots[self._used - 1].owner = body.id
+        slot = self._slots[self._next - 1]
+        slot.owner = body.id
+        self._slot_of[body.id] = slot
 
-    def give_back(self, body: Body) -> bool:
-        """Make a body a spare again; only the last of all can become one."""
-        slot = self._slots[self._used - 1] if self._used else None
-        if slot is None or slot.owner != body.id or self._engine.is_stale:
+    def take_back(self, body: Body) -> bool:
+        """Park a body that was removed from the world; False where its elements have to go now."""
+        self._fresh.discard(body.id)
+        engine, built = self._engine, body.built
+        if engine.is_stale or not _is_apart(body, engine.live_model):
             return False
-        if self._engine.would_be_pile(more_dofs=0) and not self._engine.would_be_pile(more_dofs=-6):
+        if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.dofs):
             return False  # contacts turn hard again: their numbers are in the spec
-        self._used -= 1
         self._idle = 0
-        slot.owner = -1
-        slot.element.name = slot.free_joint.name = _NAME.format(slot.number)
-        self._rest(slot)
-        self._park(slot)
-        self._weigh()
+        slot = self._slot_of.pop(body.id, None)
+        if slot is None:
+            if len(self._gone) > max(FEWEST, len(engine.body_by_id)):
+                return False
+            self._rows.park_body(built, _GONE.format(len(self._gone)))
+            self._gone.append(built)
+            return True
+        self._rows.park(slot)
+        while self._next and self._slots[self._next - 1].owner < 0:
+            self._next -= 1
         return True
 
-    def _park(self, slot: Spare) -> None:
-        """Out of the way: nothing touches it, no ray meets it, nothing draws it."""
-        geoms = slice(slot.starts["geom"], slot.starts["geom"] + len(slot.geoms))
-        arrays = self._arrays
-        for name in PARKED_FIELDS:
-            arrays[name][geoms if name.startswith("geom") else slot.starts["body"]] = 0
 
-    def _rest(self, slot: Spare) -> None:
-        """No velocity, nothing that pushes, nothing remembered of the last step."""
-        data, first = self._engine.live_data, slot.starts["dof"]
-        for values in (data.qvel, data.qacc, data.qacc_warmstart, data.qfrc_applied):
-            values[first : first + 6] = 0.0
-        data.xfrc_applied[slot.starts["body"]] = 0.0
-
-    def _weigh(self) -> None:
-        """Spares count neither for the mass of the whole world nor for its mean inertia.
-
-        By the latter MuJoCo measures how far its solvers have come.
-        """
-        masses, inertias = self._arrays["body_mass"], self._arrays["dof_M0"]
-        if self.free:
-            starts = self._slots[self._used].starts
-            masses, inertias = masses[: starts["body"]], inertias[: starts["dof"]]
-        self._arrays["body_subtreemass"][0] = masses.sum()
-        self._engine.live_model.stat.meaninertia = (
-            float(inertias.sum()) / len(inertias) if len(inertias) else 1.0
-        )
+def _is_apart(body: Body, model: Any) -> bool:
+    """Whether a body is one link that nothing else in the spec holds on to."""
+    built = body.built
+    if body.description is None or len(built.links) != 1 or built.equalities:
+        return False
+    record = built.links[0]
+    element = record.element
+    if record.terrains or record.actuator is not None or model.ntendon or model.nsensor or model.npair:
+        return False
+    if element.sites or element.cameras or element.lights or element.bodies:
+        return False
+    of_bodies = model.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY)
+    row = element.id
+    return not bool((of_bodies & ((model.eq_obj1id == row) | (model.eq_obj2id == row))).any())
 
 
 def _may_sleep(spec: Any) -> bool:

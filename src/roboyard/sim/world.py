@@ -254,10 +254,9 @@ class World(Engine):
         del self.body_by_id[body.id]
         self._names.discard(body.name)
         self._copies.clear()
-        if self.spares.give_back(body):
+        if self.spares.take_back(body):
             self.disown(body)
         else:
-            self.spares.forget(body)
             discard(built, self.raw_spec, self.assets)
             self.mark_stale()
         body.detach()
@@ -296,7 +295,7 @@ class World(Engine):
         Raises:
             ModelError: the simulation exploded (positions or velocities are no longer finite).
         """
-        if self.spares.free:
+        if self.spares.parked:
             self.spares.tick(n)
         if self._stale:
             self.ensure_compiled()
