@@ -278,13 +278,16 @@ class Camera:
 
     def depth_to_buffer(self, depth: ArrayLike) -> NDArray[np.float32]:
         """Non-linear OpenGL depth buffer, 0 (near) to 1 (far and misses), of depths in metres."""
-        z = -np.asarray(depth, dtype=float)
+        from roboyard.cameras.kernels.depth import to_buffer  # numba, on first use only
+
+        z = np.asarray(depth)
+        if z.dtype != np.float32:
+            z = z.astype(float)
         p = self.projection
-        finite = np.isfinite(z)
-        z = np.where(finite, z, -1.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            clip = (p[2, 2] * z + p[2, 3]) / (p[3, 2] * z + p[3, 3])
-        return np.where(finite, np.clip(0.5 * clip + 0.5, 0.0, 1.0), 1.0).astype(np.float32)
+        out = np.empty(z.shape, dtype=np.float32)
+        flat = np.ascontiguousarray(z).reshape(-1)
+        to_buffer(flat, p[2, 2], p[2, 3], p[3, 2], p[3, 3], out.reshape(-1))
+        return out
 
 
 def perspective(fovy: float, aspect: float, near: float, far: float) -> Array:

@@ -14,6 +14,7 @@ from roboyard.cameras.compiled import announce
 from roboyard.cameras.image import Image
 from roboyard.cameras.kernels import lines as line_kernels
 from roboyard.cameras.kernels import raster, shade
+from roboyard.cameras.kernels.textures import sample_textures
 from roboyard.cameras.light import Light
 from roboyard.cameras.scene import DebugLines, RenderScene, lines_as_arrays
 from roboyard.cameras.scene_arrays import SceneArrays, scene_arrays
@@ -132,7 +133,7 @@ def draw(
     samples: int,
 ) -> Image:
     """Picture of `scene`; arguments as checked by `roboyard.cameras.render`."""
-    announce(raster.draw_meshes, shade.shade)
+    announce(raster.draw_meshes, sample_textures, shade.shade)
     arrays = scene_arrays(scene)
     turn = rotations[arrays.frame]
     to_world = np.empty((len(arrays.frame), 3, 4))
@@ -202,11 +203,20 @@ def _color(
     layered = surface[0] is not seen
     front = np.zeros((width * height if layered else 1, 4), dtype=np.float32)
 
+    textured = bool((arrays.links[:, 2] >= 0).any())
+    words = buffer("paint", (width * height if textured else 1,), np.uint32)
+
     def paint(codes: NDArray[np.int64], near: NDArray[np.float32], final: bool) -> None:
+        if textured:
+            sample_textures(
+                codes, near, width, height, frame.perspective, frame.origins, frame.directions,
+                frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,
+                arrays.texels, arrays.texture_table, words,
+            )  # fmt: skip
         shade.shade(
             codes, near, width, height, frame.perspective, frame.origins, frame.directions,
             frame.to_world, to_local, arrays.looks, arrays.links, arrays.faces, arrays.vertices,
-            arrays.normals, arrays.uv, arrays.colors, arrays.texels, arrays.texture_table, lamp,
+            arrays.normals, arrays.colors, words, lamp,
             cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel, cast.shaded,
             backdrop, np.array(fade or (np.inf, np.inf)), front, layered, final, rgba,
         )  # fmt: skip

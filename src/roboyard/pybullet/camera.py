@@ -119,17 +119,18 @@ def _matrices(
 
 def _ids(scene: Scene, owners: np.ndarray, flags: int) -> np.ndarray:
     """(h, w) int32 ids of scripts from the World's (h, w, 2) owners."""
-    body, link = owners[..., 0], owners[..., 1]
+    from roboyard.pybullet.image_kernels import segmentation_ids
+
+    out = np.empty(owners.shape[:2], dtype=np.int32)
     if flags & c.ER_NO_SEGMENTATION_MASK:
-        return np.full(body.shape, -1, dtype=np.int32)
-    table = np.full(int(body.max(initial=-1)) + 2, -1, dtype=np.int32)
+        out.fill(-1)
+        return out
+    numbers = np.full(max((r.body.id for r in scene.bodies.values()), default=-1) + 1, -1, dtype=np.int32)
     for record in scene.bodies.values():
-        if record.body.id + 1 < len(table):
-            table[record.body.id + 1] = record.number
-    found = table[body + 1]
-    if flags & c.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX:
-        found = np.where(found >= 0, found + (link << 24), found).astype(np.int32)
-    return found
+        numbers[record.body.id] = record.number
+    with_links = bool(flags & c.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX)
+    segmentation_ids(owners.reshape(-1, 2), numbers, with_links, out.reshape(-1))
+    return out
 
 
 def debug_lines(client: Client, scene: Scene) -> DebugLines | None:

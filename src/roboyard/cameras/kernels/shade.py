@@ -8,27 +8,28 @@ import numpy as np
 from numba import njit
 
 from roboyard.cameras.kernels.options import FAST
-from roboyard.cameras.kernels.patterns import backdrop_color, checker_share, texel
+from roboyard.cameras.kernels.patterns import backdrop_color, checker_share
 from roboyard.cameras.kernels.raster import PLANE
 from roboyard.cameras.kernels.shadow import sunlight
+
+BYTE = np.uint32(255)
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
 def shade(
     seen, nearness, width, height, perspective, origins, directions, to_world, to_local, looks, links,
-    faces, vertices, normals, uvs, colors, texels, textures, light, shadow, tiles, shadow_size,
+    faces, vertices, normals, colors, paint, light, shadow, tiles, shadow_size,
     shadow_matrix, shadow_texel, shaded, backdrop, fade, front, layered, final, out,
 ):  # fmt: skip
     """Shade what `seen` says. final: write uint8 (pixels, 4) `out`, over the backdrop and under `front`;
     else lay the colours under what `front` (pixels, 4; premultiplied) already holds.
 
     origins, directions (3, 3): rows constant, per column, per row of the pixels' lines of sight.
-    to_world (n, 3, 4), to_local (n, 3, 3). light (10,): direction, colour, ambient, diffuse, specular, sky.
+    to_world (n, 3, 4), to_local (n, 3, 3). paint (pixels,): textures' colours.
+    light (10,): direction, colour, ambient, diffuse, specular, sky.
     shaded (4,): first and last column and row where a shadow may fall. backdrop (2, 4): top and bottom.
     fade (2,): depths between which endless planes dissolve.
     """
-    sample = np.empty(4)
-    sample_far = np.empty(4)
     behind = np.empty(4)
     plain = np.empty(4, dtype=np.uint8)
     foot = np.empty((2, 3))
@@ -47,9 +48,8 @@ def shade(
     ex = ey = ez = face_lift = 0.0
     fx = fy = fz = 0.0
     t1x = t1y = t1z = t2x = t2y = t2z = 0.0
-    pux = puy = puz = pvx = pvy = pvz = zero_u = zero_v = 0.0
-    size_u, size_v, flat = 0, 0, False
-    texture, first_color, first_uv, first_face, first_vertex = -1, -1, -1, 0, 0
+    flat = False
+    texture, first_color, first_face, first_vertex = -1, -1, 0, 0
     base_r = base_g = base_b = base_a = shininess = 0.0
     square, per_x, per_y = 0.0, 0.0, 0.0
     for row in range(height):
@@ -58,7 +58,7 @@ def shade(
             plain[k] = np.uint8(behind[k] * 255.0 + 0.5)
         py = row + 0.5
         for column in range(width):
-            p = row * width + column
+            p = np.uint64(row * width + column)  # unsigned: no look for negative numbers at each access
             code = seen[p]
             red, green, blue, alpha = 0.0, 0.0, 0.0, 0.0
             if code < 0:
@@ -94,8 +94,7 @@ def shade(
                                     step[k, j] += to_local[instance, j, i] * origins[k + 1, i]
                                     step[k + 2, j] += to_local[instance, j, i] * directions[k + 1, i]
                         texture, first_color = links[instance, 2], links[instance, 3]
-                        first_uv, first_face = links[instance, 4], links[instance, 5]
-                        first_vertex = links[instance, 6]
+                        first_face, first_vertex = links[instance, 5], links[instance, 6]
                     face = np.int64(code & 0x7FFFFFFF)
                     endless = face == PLANE
                     if endless:
@@ -118,16 +117,6 @@ def shade(
                     t2x, t2y, t2z = uu * vx - uv * ux, uu * vy - uv * uy, uu * vz - uv * uz
                     t1x, t1y, t1z = t1x * spread, t1y * spread, t1z * spread
                     t2x, t2y, t2z = t2x * spread, t2y * spread, t2z * spread
-                    if texture >= 0:
-                        # texture coordinates, in texels of the full picture, as a map of the point
-                        k = first_uv + face - first_face
-                        size_u, size_v = textures[texture, 0, 1], textures[texture, 0, 2]
-                        du1, du2 = uvs[k, 1, 0] - uvs[k, 0, 0], uvs[k, 2, 0] - uvs[k, 0, 0]
-                        dv1, dv2 = uvs[k, 1, 1] - uvs[k, 0, 1], uvs[k, 2, 1] - uvs[k, 0, 1]
-                        pux, puy, puz = du1 * t1x + du2 * t2x, du1 * t1y + du2 * t2y, du1 * t1z + du2 * t2z
-                        pvx, pvy, pvz = dv1 * t1x + dv2 * t2x, dv1 * t1y + dv2 * t2y, dv1 * t1z + dv2 * t2z
-                        zero_u = uvs[k, 0, 0] - (pux * ax + puy * ay + puz * az)
-                        zero_v = uvs[k, 0, 1] - (pvx * ax + pvy * ay + pvz * az)
                     flat = endless
                     if not endless:
                         flat = True
@@ -174,7 +163,13 @@ def shade(
                     green *= colors[k, 1] / 255.0
                     blue *= colors[k, 2] / 255.0
                     alpha *= colors[k, 3] / 255.0
-                if texture >= 0 or square > 0.0:
+                if texture >= 0:
+                    word = paint[p]
+                    red *= (word & BYTE) * (1.0 / 255.0)
+                    green *= ((word >> np.uint32(8)) & BYTE) * (1.0 / 255.0)
+                    blue *= ((word >> np.uint32(16)) & BYTE) * (1.0 / 255.0)
+                    alpha *= ((word >> np.uint32(24)) & BYTE) * (1.0 / 255.0)
+                if square > 0.0:
                     # how far the point moves on the face's plane from one pixel to the next
                     sx = h00 * dx + h01 * dy + h02 * dz
                     sy = h10 * dx + h11 * dy + h12 * dz
@@ -189,45 +184,15 @@ def shade(
                         foot[k, 0] = qx - along * sx
                         foot[k, 1] = qy - along * sy
                         foot[k, 2] = qz - along * sz
-                    if texture >= 0:
-                        u = zero_u + pux * hx + puy * hy + puz * hz
-                        v = zero_v + pvx * hx + pvy * hy + pvz * hz
-                        long, short = 0.0, 1e300
-                        for j in range(2):
-                            du = size_u * (pux * foot[j, 0] + puy * foot[j, 1] + puz * foot[j, 2])
-                            dv = size_v * (pvx * foot[j, 0] + pvy * foot[j, 1] + pvz * foot[j, 2])
-                            size = du * du + dv * dv
-                            long, short = max(long, size), min(short, size)
-                        # a slanted view may keep up to one level more than its longer side allows
-                        size = max(math.sqrt(long * short), 0.25 * long)
-                        whole = np.int64(0)
-                        while size > 4.0 and whole < textures.shape[1] - 2:
-                            size *= 0.25
-                            whole += 1
-                        # two levels mix over the middle third between them
-                        part = min(max(3.0 * math.sqrt(size) - 4.0, 0.0), 1.0) if size > 1.0 else 0.0
-                        if part < 1.0:
-                            t = textures[texture, whole]
-                            texel(texels, t[0], t[1], t[2], u, v, sample)
-                        if part > 0.0:
-                            t = textures[texture, whole + 1]
-                            texel(texels, t[0], t[1], t[2], u, v, sample_far)
-                            for j in range(4):
-                                sample[j] = sample_far[j] + (1.0 - part) * (sample[j] - sample_far[j])
-                        red *= sample[0]
-                        green *= sample[1]
-                        blue *= sample[2]
-                        alpha *= sample[3]
-                    if square > 0.0:
-                        share = checker_share(
-                            hx * per_x,
-                            hy * per_y,
-                            (abs(foot[0, 0]) + abs(foot[1, 0])) * per_x,
-                            (abs(foot[0, 1]) + abs(foot[1, 1])) * per_y,
-                        )
-                        red += share * (looks[instance, 5] - red)
-                        green += share * (looks[instance, 6] - green)
-                        blue += share * (looks[instance, 7] - blue)
+                    share = checker_share(
+                        hx * per_x,
+                        hy * per_y,
+                        (abs(foot[0, 0]) + abs(foot[1, 0])) * per_x,
+                        (abs(foot[0, 1]) + abs(foot[1, 1])) * per_y,
+                    )
+                    red += share * (looks[instance, 5] - red)
+                    green += share * (looks[instance, 6] - green)
+                    blue += share * (looks[instance, 7] - blue)
                 # light
                 level_r = level_g = level_b = ambient
                 shine = 0.0

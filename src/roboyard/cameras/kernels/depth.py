@@ -1,0 +1,19 @@
+"""Depth in metres as the non-linear buffer that graphics libraries keep."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, error_model="numpy")
+def to_buffer(depth, z_scale, z_offset, w_scale, w_offset, out):
+    """0 (near) to 1 (far, and what is endless or not a number) of depths (n,), into `out` (n,) float32.
+
+    z and w in clip space are affine in minus the depth, with the projection's third and fourth row.
+    """
+    for k in range(len(depth)):
+        z = -np.float64(depth[k])
+        buffer = 0.5 * (z_scale * z + z_offset) / (w_scale * z + w_offset) + 0.5
+        buffer = min(max(buffer, 0.0), 1.0)
+        out[k] = np.float32(buffer if np.isfinite(z) and buffer == buffer else 1.0)
