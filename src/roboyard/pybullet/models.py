@@ -124,11 +124,21 @@ def world_description(description: RobotDescription, links: Sequence[LinkModel])
     """The description that the World builds: Bullet's masses and joints in Bullet's link order."""
     source = description.link_by_name
     made = tuple(
-        replace(source[link.name], inertial=_inertial(link), collisions=hull_by_hull(link.collisions))
+        replace(
+            source[link.name],
+            inertial=_inertial(link),
+            collisions=hull_by_hull(link.collisions),
+            visuals=link.visuals or _shown(link.collisions),
+        )
         for link in links
     )
     joints = tuple(link.joint for link in links if link.joint is not None)
     return replace(description, links=made, joints=joints)
+
+
+def _shown(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:
+    """What a link without visual shapes looks like."""
+    return tuple(Visual(geometry=shape.geometry, origin=shape.origin) for shape in collisions)
 
 
 def ordered_joints(description: RobotDescription, *, keep_link_order: bool) -> tuple[Joint, ...]:

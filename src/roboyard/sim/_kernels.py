@@ -215,6 +215,19 @@ def hard_equalities(position, velocity, count, timestep, erp, aref):  # pragma: 
 
 
 @njit(cache=True)
+def hard_limits(kind, position, velocity, first, count, timestep, erp, deep, aref):  # pragma: no cover
+    """Reference accelerations of overrun joint limits: v' >= -erp position / dt, or 0 beyond a depth `deep`.
+
+    kind: type of each constraint row; rows first ... first + count stand for limits, 3 for those of hinges
+    and sliders. position: rad or m, negative beyond the limit.
+    """
+    for row in range(first, first + count):
+        if kind[row] == 3:
+            wanted = -erp * position[row] / timestep if position[row] > -deep else 0.0
+            aref[row] = (wanted - velocity[row]) / timestep
+
+
+@njit(cache=True)
 def motor_forces(efc_type, efc_id, efc_force, ne, nf, out):  # pragma: no cover
     """Forces of the dry friction rows (which motors are) into `out`, (nv,) by dof; N m or N."""
     for row in range(ne, ne + nf):

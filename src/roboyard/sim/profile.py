@@ -24,6 +24,8 @@ class Profile:
     """m: each shape's share of the gap from which a contact is a constraint."""
     erp: float = 0.2
     """Share of an overlap that a hard contact undoes in a step."""
+    deep: float = 0.04
+    """rad or m: a joint that is farther beyond its limit is held there, not brought back."""
     slow: float = 0.05
     """m/s: contacts that close more slowly do not bounce."""
     largest_velocity: float | None = None

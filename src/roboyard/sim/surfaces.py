@@ -104,6 +104,11 @@ class Surfaces:
             _kernels.hard_equalities(
                 data.efc_pos, data.efc_vel, data.ne, model.opt.timestep, profile.erp, data.efc_aref
             )
+        if profile.hard_contacts and data.nl:
+            _kernels.hard_limits(
+                *(data.efc_type, data.efc_pos, data.efc_vel, data.ne + data.nf, data.nl),
+                *(model.opt.timestep, profile.erp, profile.deep, data.efc_aref),
+            )
         if not data.ncon:
             return
         contact = data.contact
