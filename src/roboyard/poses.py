@@ -13,40 +13,41 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 IDENTITY_QUATERNION = (0.0, 0.0, 0.0, 1.0)
+_TO_WXYZ, _FROM_WXYZ = np.array([3, 0, 1, 2]), np.array([1, 2, 3, 0])
 
 
 def to_wxyz(quaternion: ArrayLike) -> Array:
     """(..., 4) x, y, z, w to (..., 4) w, x, y, z."""
-    return np.roll(np.asarray(quaternion, dtype=float), 1, axis=-1)
+    return np.asarray(quaternion, dtype=float)[..., _TO_WXYZ]
 
 
 def from_wxyz(quaternion: ArrayLike) -> Array:
     """(..., 4) w, x, y, z to (..., 4) x, y, z, w."""
-    return np.roll(np.asarray(quaternion, dtype=float), -1, axis=-1)
+    return np.asarray(quaternion, dtype=float)[..., _FROM_WXYZ]
 
 
 def normalized(quaternion: ArrayLike) -> Array:
     """(..., 4) quaternion scaled to unit length; raises ValueError for one of zero length."""
     q = np.asarray(quaternion, dtype=float)
-    norm = np.linalg.norm(q, axis=-1, keepdims=True)
-    if not np.all(norm > 1e-12):
+    norm = np.sqrt((q * q).sum(axis=-1, keepdims=True))
+    if not (norm > 1e-12).all():
         raise ValueError("a quaternion of zero length is no rotation; use (0, 0, 0, 1) for none")
     return q / norm
 
 
 def multiply(a: ArrayLike, b: ArrayLike) -> Array:
     """Hamilton product of two (..., 4) quaternions: rotation `b`, then `a`."""
-    ax, ay, az, aw = np.moveaxis(np.asarray(a, dtype=float), -1, 0)
-    bx, by, bz, bw = np.moveaxis(np.asarray(b, dtype=float), -1, 0)
-    return np.stack(
-        [
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-            aw * bw - ax * bx - ay * by - az * bz,
-        ],
-        axis=-1,
-    )
+    p, q = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    single = p.ndim == q.ndim == 1  # plain numbers are much faster than arrays of one
+    ax, ay, az, aw = p.tolist() if single else np.moveaxis(p, -1, 0)
+    bx, by, bz, bw = q.tolist() if single else np.moveaxis(q, -1, 0)
+    product = [
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    ]
+    return np.array(product) if single else np.stack(product, axis=-1)
 
 
 def conjugate(quaternion: ArrayLike) -> Array:
@@ -58,6 +59,12 @@ def rotate(quaternion: ArrayLike, vector: ArrayLike) -> Array:
     """(..., 3) vector turned by a unit (..., 4) quaternion."""
     q = np.asarray(quaternion, dtype=float)
     v = np.asarray(vector, dtype=float)
+    if q.ndim == v.ndim == 1:  # the same in plain numbers, thirty times faster
+        (x, y, z, w), (a, b, c) = q.tolist(), v.tolist()
+        d, e, f = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+        return np.array(
+            [a + w * d + (y * f - z * e), b + w * e + (z * d - x * f), c + w * f + (x * e - y * d)]
+        )
     t = 2.0 * np.cross(q[..., :3], v)
     return v + q[..., 3:] * t + np.cross(q[..., :3], t)
 
@@ -95,13 +102,14 @@ def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
 
 def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
     """(..., 3, 3) rotation matrix of a unit (..., 4) quaternion."""
-    x, y, z, w = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    q = np.asarray(quaternion, dtype=float)
+    x, y, z, w = q.tolist() if q.ndim == 1 else np.moveaxis(q, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return np.array(rows) if q.ndim == 1 else np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:

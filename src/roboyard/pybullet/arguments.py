@@ -10,6 +10,7 @@ from roboyard.pybullet.errors import failure
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+_PLAIN = (tuple, list)
 
 
 def floats(values: Iterable[float], count: int, message: str) -> tuple[float, ...]:
@@ -38,12 +39,20 @@ def number(value: Any) -> float:
 
 
 def vector3(values: Iterable[float], message: str) -> Vector3:
+    if type(values) in _PLAIN and len(values) == 3:  # type: ignore[arg-type]
+        x, y, z = values
+        if type(x) is type(y) is type(z) is float:
+            return x, y, z
     x, y, z = floats(values, 3, message)
     return x, y, z
 
 
 def quaternion(values: Iterable[float], message: str) -> Quaternion:
     """Four numbers as given, not normalised."""
+    if type(values) in _PLAIN and len(values) == 4:  # type: ignore[arg-type]
+        x, y, z, w = values
+        if type(x) is type(y) is type(z) is type(w) is float:
+            return x, y, z, w
     x, y, z, w = floats(values, 4, message)
     return x, y, z, w
 
