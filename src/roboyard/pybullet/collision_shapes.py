@@ -132,12 +132,14 @@ def createCollisionShapeArray(
 ) -> int:
     """Make one shape of several and give its id."""
     shapes = []
+    if not len(shapeTypes):
+        raise failure("createCollisionShapeArray failed.", "there are no shapeTypes")
     for i, kind in enumerate(shapeTypes):
         geometry = plain_geometry(
             client,
             whole(kind),
             at(radii, i, 0.5),
-            at(halfExtents, i, None),
+            at(halfExtents, i, (1.0, 1.0, 1.0)),
             at(lengths, i, 1.0),
             at(fileNames, i, ""),
             at(meshScales, i, (1.0, 1.0, 1.0)),

@@ -112,15 +112,17 @@ def changeConstraint(
     if number(maxForce) >= 0.0:
         record.max_force = float(maxForce)
         constraints.set_max_force(record.made, maxForce)
-    if record.kind == c.JOINT_GEAR:
-        _change_gear(client, record, gearRatio, gearAuxLink, relativePositionTarget, erp)
-    elif jointChildPivot is not None or jointChildFrameOrientation is not None:
+    _change_gear(client, record, gearRatio, gearAuxLink, relativePositionTarget, erp)
+    if record.kind != c.JOINT_GEAR and (
+        jointChildPivot is not None or jointChildFrameOrientation is not None
+    ):
         constraints.set_frame(record.made, "b", *child_frame(scene, record))
 
 
 def _change_gear(
     client: Client, record: ConstraintRecord, ratio: float, aux_link: int, target: float, erp: float
 ) -> None:
+    """Take over what is given; constraints of other kinds only tell it again."""
     old = (record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp)
     if number(ratio) != 0.0:
         record.gear_ratio = float(ratio)
@@ -130,7 +132,8 @@ def _change_gear(
         record.relative_position_target = float(target)
     if number(erp) >= 0.0:
         record.erp = float(erp)
-    if (record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp) == old:
+    now = (record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp)
+    if now == old or record.kind != c.JOINT_GEAR:
         return
     try:
         build(client.scene, record)

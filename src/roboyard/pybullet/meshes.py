@@ -13,6 +13,7 @@ from roboyard.poses import Array, conjugate, matrix_from_quaternion, multiply, r
 from roboyard.pybullet.arguments import number, text, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure, unavailable
+from roboyard.pybullet.mesh_objects import hull_by_hull
 from roboyard.pybullet.search import find_file, not_found_remedy
 from roboyard.urdf.model import Collision, Cylinder, Mesh, Pose
 
@@ -32,7 +33,8 @@ def getMeshData(
 ) -> tuple[int, tuple[tuple[float, ...], ...]]:
     """How many vertices a link's collision meshes have, and the vertices in its inertial frame (m).
 
-    Convex meshes give the corners of their hull. Boxes, spheres, capsules and planes have no vertices.
+    Convex meshes give the corners of their hull, OBJ files those of each object's hull. Boxes, spheres,
+    capsules and planes have no vertices.
 
     Args:
         bodyUniqueId: body.
@@ -45,7 +47,7 @@ def getMeshData(
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
         raise failure(_NO_MESH, f"there is no body {bodyUniqueId} with a link {linkIndex}")
     link = record.model.links[linkIndex + 1]
-    shapes = link.collisions
+    shapes = hull_by_hull(link.collisions)
     if whole(collisionShapeIndex) >= 0:
         shapes = shapes[collisionShapeIndex : collisionShapeIndex + 1]
     found = [_vertices(record, shape, link.frame) for shape in shapes]

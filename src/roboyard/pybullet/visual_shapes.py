@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.records import BodyRecord
 
 Vector = Sequence[float]
-_FAILED = "createVisualShape failed."
+_FAILED, _ARRAY_FAILED = "createVisualShape failed.", "createVisualShapeArray failed."
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 _NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 
@@ -94,12 +94,14 @@ def createVisualShapeArray(
     visualFrameOrientations: Sequence[Vector] | None = None,
 ) -> int:
     """Make one visual shape of several and give its id."""
+    if not len(shapeTypes):
+        raise failure(_ARRAY_FAILED, "there are no shapeTypes")
     visuals = [
         _visual(
             client,
             whole(kind),
             at(radii, i, 0.5),
-            at(halfExtents, i, None),
+            at(halfExtents, i, (1.0, 1.0, 1.0)),
             at(lengths, i, 1.0),
             at(fileNames, i, ""),
             at(meshScales, i, (1.0, 1.0, 1.0)),
@@ -107,6 +109,7 @@ def createVisualShapeArray(
             at(rgbaColors, i, _WHITE),
             at(visualFramePositions, i, _NOWHERE),
             at(visualFrameOrientations, i, _IDENTITY),
+            message=_ARRAY_FAILED,
         )
         for i, kind in enumerate(shapeTypes)
     ]
@@ -286,24 +289,25 @@ def _visual(
     client: Client, kind: int, radius: float, half_extents: Vector | None, length: float, file_name: str,
     mesh_scale: Vector, normal: Vector, rgba: Vector, position: Vector, orientation: Vector,
     vertices: Sequence[Vector] | None = None, indices: Sequence[int] | None = None,
-    normals: Sequence[Vector] | None = None, uvs: Sequence[Vector] | None = None,
+    normals: Sequence[Vector] | None = None, uvs: Sequence[Vector] | None = None, *,
+    message: str = _FAILED,
 ) -> Visual | None:  # fmt: skip
-    r, g, b, a = floats(rgba, 4, _FAILED)
+    r, g, b, a = floats(rgba, 4, message)
     if kind == c.GEOM_MESH and vertices is None and find_file(client, text(file_name)) is None:
         return None
     geometry = plain_geometry(
-        client, kind, radius, half_extents, length, file_name, mesh_scale, normal, vertices, indices, _FAILED
+        client, kind, radius, half_extents, length, file_name, mesh_scale, normal, vertices, indices, message
     )
     if isinstance(geometry, Mesh) and geometry.data is not None:
         from roboyard.pybullet.memory_meshes import mesh_of
 
         assert vertices is not None
         geometry = replace(geometry, data=mesh_of(vertices, indices, normals, uvs))
-    q = np.array(quaternion(orientation, _FAILED))
+    q = np.array(quaternion(orientation, message))
     x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
     return Visual(
         geometry=geometry,
-        origin=Pose(position=vector3(position, _FAILED), quaternion=(x, y, z, w)),
+        origin=Pose(position=vector3(position, message), quaternion=(x, y, z, w)),
         material=Material(rgba=(r, g, b, a)),
     )
 
