@@ -52,10 +52,10 @@ class Camera:
         turn = self.view[:3, :3]
         if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
             raise ValueError("view must be a rotation and a translation, without scale or mirror")
-        if not np.allclose(self.view[3], (0, 0, 0, 1)):
+        if not _nearly(self.view[3], (0.0, 0.0, 0.0, 1.0)):
             raise ValueError(f"the last row of view must be (0, 0, 0, 1), got {tuple(self.view[3])}")
         last = self.projection[3]
-        if not (np.allclose(last, (0, 0, -1, 0)) or np.allclose(last, (0, 0, 0, 1))):
+        if not (_nearly(last, (0.0, 0.0, -1.0, 0.0)) or _nearly(last, (0.0, 0.0, 0.0, 1.0))):
             raise ValueError(
                 "the last row of projection must be (0, 0, -1, 0) for a perspective camera or (0, 0, 0, 1) "
                 f"for an orthographic one, got {tuple(last)}; is the matrix transposed?"
@@ -288,6 +288,10 @@ class Camera:
         flat = np.ascontiguousarray(z).reshape(-1)
         to_buffer(flat, p[2, 2], p[2, 3], p[3, 2], p[3, 3], out.reshape(-1))
         return out
+
+
+def _nearly(row: Array, wanted: tuple[float, float, float, float]) -> bool:
+    return all(abs(a - b) <= 1e-5 for a, b in zip(row.tolist(), wanted, strict=True))
 
 
 def perspective(fovy: float, aspect: float, near: float, far: float) -> Array:

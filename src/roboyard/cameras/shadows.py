@@ -59,16 +59,16 @@ def cast(
     """Shadow map for what `seen` and `nearness` show; `sun` is the unit vector towards the sun."""
     if not len(arrays.casters):
         return NO_SHADOW
-    right = np.cross(sun, [0.0, 0.0, 1.0] if abs(sun[2]) < 0.99 else [0.0, 1.0, 0.0])
-    right /= np.linalg.norm(right)
     matrix = np.zeros((3, 4))
-    matrix[:, :3] = right, np.cross(sun, right), -sun
-    casters = np.unique(arrays.casters[:, 0])
+    matrix[:, :3] = _axes(*sun.tolist())
+    draws = arrays.casters
+    casters = np.unique(draws[:, 0])
     grounds = _grounds(arrays, casters, to_world, sun)
-    casters = casters[~np.isin(casters, grounds)]
-    if not len(casters):
-        return NO_SHADOW
-    draws = arrays.casters[~np.isin(arrays.casters[:, 0], grounds)]
+    if grounds:
+        casters = casters[~np.isin(casters, grounds)]
+        if not len(casters):
+            return NO_SHADOW
+        draws = draws[~np.isin(draws[:, 0], grounds)]
     low, high = _bounds_of_boxes(matrix, to_world[casters], arrays.boxes[casters])
     stride = 2 if width * height > 40000 else 1
     visible, count, total, shaded = kernels.lit_bounds(
@@ -101,6 +101,14 @@ def cast(
     return ShadowMap(
         nearness=depth, tiles=tiles, size=size, matrix=matrix, texel=float(texels.max()), shaded=shaded
     )
+
+
+def _axes(x: float, y: float, z: float) -> tuple[tuple[float, float, float], ...]:
+    """Right, up and away from the sun, of a picture that looks along its light; (x, y, z) points to it."""
+    right = (y, -x, 0.0) if abs(z) < 0.99 else (-z, 0.0, x)
+    length = math.hypot(*right)
+    a, b, c = right[0] / length, right[1] / length, right[2] / length
+    return (a, b, c), (y * c - z * b, z * a - x * c, x * b - y * a), (-x, -y, -z)
 
 
 def _grounds(arrays: SceneArrays, casters: NDArray, to_world: Array, sun: Array) -> list[int]:
