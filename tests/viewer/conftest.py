@@ -12,7 +12,8 @@ import pytest
 class FakeBrowser:
     """Connects as a page does and remembers what it is told."""
 
-    def __init__(self, viewer: Any) -> None:
+    def __init__(self, viewer: Any, *, is_slow: bool = False) -> None:
+        """Open a page; a slow one has not yet said where it looks from, which is what makes it a page."""
         import viser
         from websockets.sync.client import connect
 
@@ -25,10 +26,15 @@ class FakeBrowser:
             close_timeout=0.5,
         )
         self.messages: list[dict[str, Any]] = []
+        if not is_slow:
+            self.look_from((3.0, 0.0, 1.0))
+
+    def look_from(self, position: tuple[float, float, float]) -> None:
+        """Say where the page looks from, to the origin."""
         self.send(
             type="ViewerCameraMessage",
             wxyz=(1.0, 0.0, 0.0, 0.0),
-            position=(3.0, 0.0, 1.0),
+            position=position,
             fov=1.0,
             near=0.01,
             far=100.0,
@@ -67,12 +73,12 @@ class FakeBrowser:
 
 
 @pytest.fixture
-def browser() -> Iterator[Callable[[Any], FakeBrowser]]:
+def browser() -> Iterator[Callable[..., FakeBrowser]]:
     """Opens pages; they are closed when the test ends."""
     opened = []
 
-    def open_page(viewer: Any) -> FakeBrowser:
-        opened.append(FakeBrowser(viewer))
+    def open_page(viewer: Any, **options: Any) -> FakeBrowser:
+        opened.append(FakeBrowser(viewer, **options))
         return opened[-1]
 
     yield open_page

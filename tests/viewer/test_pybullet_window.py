@@ -202,6 +202,21 @@ def test_the_camera_goes_both_ways(watched: Any, wait: Any) -> None:
     wait(lambda: p.getDebugVisualizerCamera()[:2] == (1024, 768))
 
 
+def test_a_page_that_was_opening_while_the_camera_moved_follows(window: Any, browser: Any, wait: Any) -> None:
+    p.resetDebugVisualizerCamera(2, 0, 0, [0, 0, 0])
+    slow = browser(window._viewer, is_slow=True)  # it was told where to look from before the script moved on
+    browser(window._viewer)
+    wait(lambda: window._viewer.watchers == 1)
+    p.resetDebugVisualizerCamera(3, 30, -20, [1, 2, 3])
+    told = p.getDebugVisualizerCamera()[8:]
+    time.sleep(0.2)
+    slow.look_from((0.0, -2.0, 0.0))
+    slow.listen(lambda m: m["type"] == "SetCameraPositionMessage" and not m["initial"])
+    slow.look_from((0.0, -2.0, 0.0))  # on its way when it was told
+    time.sleep(0.1)
+    assert p.getDebugVisualizerCamera()[8:] == told == (30.0, -20.0, 3.0, (1.0, 2.0, 3.0))
+
+
 def test_keys_and_mouse_reach_the_script_once(watched: Any, wait: Any) -> None:
     window, page = watched
     count = [0]

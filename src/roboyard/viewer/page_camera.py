@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,8 @@ Array = NDArray[np.float64]
 
 SAME = 1e-4
 """m: a page that was told to look from somewhere and answers within this has not been moved"""
+PATIENCE = 1.0
+"""s: what a page says so soon after it was told to look from elsewhere may have been on its way before"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -38,6 +41,10 @@ class PageCamera:
         self._server = server
         self._aimed: View | None = None
         self._fovy = fovy
+        self._told: dict[int, tuple[View, float]] = {}
+        """Client to where it was told to look from and when; until it answers."""
+        self._opening: set[int] = set()
+        """Clients whose first words come once more: viser hands them to whoever asks when a page opens."""
         self.moved: View | None = None
         """Where someone moved a page's camera since `aim`; None: nobody did."""
         self.size: tuple[int, int] | None = None
@@ -52,38 +59,70 @@ class PageCamera:
         first = self._server.initial_camera
         first.position, first.look_at, first.up = view.eye, view.target, view.up
         for client in self._server.get_clients().values():
-            with client.atomic():
-                client.camera.up_direction = view.up
-                client.camera.position = view.eye
-                client.camera.look_at = view.target
+            self._tell(client, view)
+
+    def _tell(self, client: Any, view: View) -> None:
+        self._told[client.client_id] = (view, time.monotonic())
+        with client.atomic():
+            client.camera.up_direction = view.up
+            client.camera.position = view.eye
+            client.camera.look_at = view.target
 
     async def _on_connect(self, client: Any) -> None:
-        camera = client.camera
-        self.size = (int(camera.image_width), int(camera.image_height))
-        camera.on_update(self._on_update)
+        view = _view_of(client.camera)
+        self.size = (view.width, view.height)
+        if self._aimed is not None and _is_sane(view) and _is_elsewhere(view, self._aimed):
+            # the others were moved while it was opening: it knows where to look from no longer
+            self._tell(client, self._aimed)
+            self._opening.add(client.client_id)
+        client.camera.on_update(self._on_update)
 
-    async def _on_disconnect(self, _: Any) -> None:
+    async def _on_disconnect(self, client: Any) -> None:
+        self._told.pop(client.client_id, None)
+        self._opening.discard(client.client_id)
         if not self._server.get_clients():
             self.size = None
 
     async def _on_update(self, camera: Any) -> None:
         # a coroutine runs in the event loop, in order
-        width, height = int(camera.image_width), int(camera.image_height)
-        view = View(
-            eye=np.array(camera.position, dtype=float),
-            target=np.array(camera.look_at, dtype=float),
-            up=np.array(camera.up_direction, dtype=float),
-            width=width,
-            height=height,
-        )
-        if not all(np.isfinite(part).all() for part in (view.eye, view.target, view.up)):
+        view = _view_of(camera)
+        if not _is_sane(view):
             return
-        if 0 < width < 1 << 15 and 0 < height < 1 << 15:
-            self.size = (width, height)
+        if 0 < view.width < 1 << 15 and 0 < view.height < 1 << 15:
+            self.size = (view.width, view.height)
+        if self._is_late(camera.client.client_id, view):
+            return
         before = self.moved or self._aimed
         if before is not None and not _is_elsewhere(view, before):
             return
         self.moved = view
+
+    def _is_late(self, client: int, view: View) -> bool:
+        """Whether a page said this before it heard what it was told."""
+        if client in self._opening:
+            self._opening.discard(client)
+            return True
+        told, when = self._told.get(client, (view, 0.0))
+        if _is_elsewhere(view, told) and time.monotonic() < when + PATIENCE:
+            return True
+        self._told.pop(client, None)
+        return False
+
+
+def _view_of(camera: Any) -> View:
+    """Where a page looks from."""
+    return View(
+        eye=np.array(camera.position, dtype=float),
+        target=np.array(camera.look_at, dtype=float),
+        up=np.array(camera.up_direction, dtype=float),
+        width=int(camera.image_width),
+        height=int(camera.image_height),
+    )
+
+
+def _is_sane(view: View) -> bool:
+    """Whether all numbers are finite; pages say what they like."""
+    return all(bool(np.isfinite(part).all()) for part in (view.eye, view.target, view.up))
 
 
 def _is_elsewhere(view: View, before: View) -> bool:
