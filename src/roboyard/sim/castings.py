@@ -7,7 +7,7 @@ few arrays, which are known functions of those numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import dist, hypot, sqrt
 from typing import Any
 
 import mujoco
@@ -64,18 +64,19 @@ def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers 
             return None
         x, y, z = origin.position
         pose = Pose(position=(x * scale, y * scale, z * scale), quaternion=origin.quaternion)
-    mass = None
-    if link.inertial is not None:
-        mass = mass_properties(link.inertial, scale)
+    inertial, mass, centre = link.inertial, None, None
+    if inertial is not None:
+        mass = mass_properties(inertial, scale)
         if not mass.mass > 0.0 or mass.note:
             return None
+        centre = Pose(position=_tuple(mass.position), quaternion=_tuple(mass.quaternion))
     elif not options.fixed_base:
         return None
-    layout = _layout(mass, pose)
+    layout = _layout(Pose(), pose, centre)
     if layout is None:
         return None
     return Numbers(
-        signature=(options, kind, len(link.collisions), len(visuals), link.contact, mass is None, layout),
+        signature=(options, kind, len(link.collisions), len(visuals), link.contact, layout),
         mass=mass,
         size=size,
         pose=pose,
@@ -87,21 +88,21 @@ def cast(mould: Mould, numbers: Numbers, description: RobotDescription) -> Mould
     """The mould of a body that differs from another's only in numbers."""
     family, mass = mould.family, numbers.mass
     position, quaternion = np.array(numbers.pose.position), to_wxyz(numbers.pose.quaternion)
-    body, blocks = family.body, {}
+    body, geoms, blocks, is_free = family.body, family.geoms, {}, not family.options.fixed_base
     if mass is not None:
         wxyz = to_wxyz(mass.quaternion)
         body = body | {"mass": mass.mass, "ipos": mass.position, "iquat": wxyz, "inertia": mass.principal}
-        blocks = _mass_blocks(mass, wxyz, is_free=not family.options.fixed_base)
-    geoms = [fields | {"size": numbers.size, "pos": position, "quat": quaternion} for fields in family.geoms]
-    for fields, color in zip(geoms[family.collisions :], numbers.colors, strict=True):
-        fields["rgba"] = color
+        blocks = _mass_blocks(mass, wxyz, is_free=is_free)
     reach = None
     if geoms:
-        shape_blocks, reach = _geom_blocks(family, numbers, position, quaternion)
-        blocks |= shape_blocks
-    if not family.options.fixed_base:
+        own = {"size": numbers.size, "pos": position, "quat": quaternion}
+        geoms = [fields | own for fields in geoms]
+        for fields, color in zip(geoms[family.collisions :], numbers.colors, strict=True):
+            fields["rgba"] = color
+        reach = _add_geom_blocks(blocks, family, numbers, position, quaternion.tolist())
+    if is_free:
         assert mass is not None
-        length = _length(mass, reach, position)
+        length = _length(mass, reach, numbers.pose)
         blocks["dof_length"] = np.array([1.0, 1.0, 1.0, length, length, length])
     return Mould(
         description=description,
@@ -121,20 +122,20 @@ def cast(mould: Mould, numbers: Numbers, description: RobotDescription) -> Mould
     )
 
 
-def _layout(mass: MassProperties | None, pose: Pose) -> tuple[bool, ...] | None:
+def _layout(*frames: Pose | None) -> tuple[bool | None, ...] | None:
     """Which of the link's, the geoms' and the inertial frame share an origin or axes; None if it is close.
 
     MuJoCo leaves out transforms between frames that are the same.
     """
-    frames = [((0.0, 0.0, 0.0), _IDENTITY), (pose.position, pose.quaternion)]
-    if mass is not None:
-        frames.append((tuple(mass.position.tolist()), tuple(mass.quaternion.tolist())))
-    layout = []
-    for k, (position_a, quaternion_a) in enumerate(frames):
-        for position_b, quaternion_b in frames[:k]:
-            for a, b in ((position_a, position_b), (quaternion_a, quaternion_b)):
-                same = a == b
-                if not same and _differ_little(a, b):
+    layout: list[bool | None] = []
+    for k, a in enumerate(frames):
+        for b in frames[:k]:
+            if a is None or b is None:
+                layout.append(None)
+                continue
+            for p, q in ((a.position, b.position), (a.quaternion, b.quaternion)):
+                same = p == q
+                if not same and _differ_little(p, q):
                     return None
                 layout.append(same)
     return tuple(layout)
@@ -146,6 +147,10 @@ def _differ_little(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
     return plus < NEARLY or (len(a) == 4 and max(abs(p + q) for p, q in zip(a, b, strict=True)) < NEARLY)
 
 
+def _tuple(values: Array) -> tuple[Any, ...]:
+    return tuple(values.tolist())
+
+
 def _mass_blocks(mass: MassProperties, wxyz: Array, *, is_free: bool) -> dict[str, np.ndarray]:
     """Arrays that follow from the mass, its place (m) and the principal moments (kg m²)."""
     m, offset, principal = mass.mass, mass.position, mass.principal
@@ -153,70 +158,72 @@ def _mass_blocks(mass: MassProperties, wxyz: Array, *, is_free: bool) -> dict[st
         "body_mass": np.array([m]),
         "body_subtreemass": np.array([m]),
         "body_inertia": principal[None],
-        "body_ipos": offset[None],
-        "body_iquat": wxyz[None],
     }
+    x, y, z = offset.tolist()
+    is_moved, is_turned = bool(x or y or z), bool(wxyz[0] != 1.0)
+    if is_moved:  # else the family's is the same
+        blocks["body_ipos"] = offset[None]
+    if is_turned:
+        blocks["body_iquat"] = wxyz[None]
     if not is_free:
         return blocks
-    turning = float((1.0 / principal).sum()) / 3.0
-    blocks["body_invweight0"] = np.array([[1.0 / m, turning]])
-    moving, moments = 1.0 / m, principal
-    if offset.any() or mass.quaternion[3] != 1.0:
-        # of the body frame's origin: v = v_c + r x w, so M^-1 has 1/m - [r] I^-1 [r] for its translation
+    moments = principal.tolist()
+    inverse = [1.0 / moment for moment in moments]
+    turning, moving = sum(inverse) / 3.0, 1.0 / m
+    if is_moved or is_turned:
+        # The frame's origin goes with v = v_c + r x w, so to its share of 1/m come the terms of -[r] I^-1 [r]
+        # (written in principal axes, where I is diagonal), and m (r r - r_i r_i) to the moments about it.
         axes = matrix_from_quaternion(mass.quaternion)
-        x, y, z = offset.tolist()
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        inverse = (axes / principal) @ axes.T
-        moving -= float(np.trace(cross @ inverse @ cross)) / 3.0
-        moments = np.diag((axes * principal) @ axes.T - m * cross @ cross)
-    blocks["dof_M0"] = np.concatenate([np.full(3, m), moments])
-    blocks["dof_invweight0"] = np.repeat([moving, turning], 3)
+        square = x * x + y * y + z * z
+        along = (offset @ axes).tolist()
+        moving += sum(k * (square - a * a) for k, a in zip(inverse, along, strict=True)) / 3.0
+        moments = ((axes * axes) @ principal + m * (square - offset * offset)).tolist()
+    blocks["body_invweight0"] = np.array([[1.0 / m, turning]])
+    blocks["dof_M0"] = np.array([m, m, m, *moments])
+    blocks["dof_invweight0"] = np.array([moving, moving, moving, turning, turning, turning])
     return blocks
 
 
-def _geom_blocks(
-    family: Mould, numbers: Numbers, position: Array, quaternion: Array
-) -> tuple[dict[str, Any], float]:
-    """Arrays that follow from the geoms' common size and pose, and the radius around each geom (m)."""
-    count, size = len(family.geoms), numbers.size
-    kinds = mujoco.mjtGeom
-    a, b, c = size.tolist()
+def _add_geom_blocks(
+    blocks: dict[str, np.ndarray], family: Mould, numbers: Numbers, position: Array, wxyz: list[float]
+) -> float:
+    """Arrays that follow from the geoms' common size and pose; gives the radius around each geom (m)."""
+    count, kinds = len(family.geoms), mujoco.mjtGeom
+    a, b, c = numbers.size.tolist()
     match family.geoms[0]["type"]:
         case kinds.mjGEOM_SPHERE:
-            half, reach, size = np.array([a, a, a]), a, np.array([a, 0.0, 0.0])
+            half, reach, b = (a, a, a), a, 0.0
         case kinds.mjGEOM_CAPSULE:
-            half, reach = np.array([a, a, a + b]), a + b
+            half, reach = (a, a, a + b), a + b
         case kinds.mjGEOM_CYLINDER:
-            half, reach = np.array([a, a, b]), sqrt(a * a + b * b)
+            half, reach = (a, a, b), sqrt(a * a + b * b)
         case _:
-            half, reach = size, sqrt(a * a + b * b + c * c)
-    blocks = {
-        "geom_size": np.repeat(size[None], count, axis=0),
-        "geom_pos": np.repeat(position[None], count, axis=0),
-        "geom_quat": np.repeat(quaternion[None], count, axis=0),
-        "geom_rbound": np.full(count, reach),
-        "geom_aabb": np.repeat(np.concatenate([np.zeros(3), half])[None], count, axis=0),
-        "bvh_aabb": np.repeat(_box(numbers, half)[None], len(family.blocks["bvh_aabb"]), axis=0),
-    }
+            half, reach = (a, b, c), sqrt(a * a + b * b + c * c)
+    blocks["geom_size"] = np.array([(a, b, c)] * count)
+    if any(numbers.pose.position):  # else the family's is the same
+        blocks["geom_pos"] = np.array([numbers.pose.position] * count)
+    if wxyz[0] != 1.0:
+        blocks["geom_quat"] = np.array([wxyz] * count)
+    blocks["geom_rbound"] = np.array([reach] * count)
+    blocks["geom_aabb"] = np.array([(0.0, 0.0, 0.0, *half)] * count)
+    box = _box(numbers, position, np.array(half))
+    blocks["bvh_aabb"] = np.array([box] * len(family.blocks["bvh_aabb"]))
     if numbers.colors:
-        rgba = family.blocks["geom_rgba"].copy()
+        blocks["geom_rgba"] = rgba = family.blocks["geom_rgba"].copy()
         rgba[family.collisions :] = numbers.colors
-        blocks["geom_rgba"] = rgba
-    return blocks, reach
+    return reach
 
 
-def _length(mass: MassProperties, reach: float | None, position: Array) -> float:
+def _length(mass: MassProperties, reach: float | None, pose: Pose) -> float:
     """How far the body goes when it turns by 1 rad: what MuJoCo weighs rotations with; m."""
-    origin = float(np.linalg.norm(mass.position))
-    if reach is None:
-        return max(SHORTEST, origin)
-    return max(origin, reach + float(np.linalg.norm(position - mass.position)))
+    centre = mass.position.tolist()
+    origin = hypot(*centre)
+    return max(SHORTEST, origin) if reach is None else max(origin, reach + dist(pose.position, centre))
 
 
-def _box(numbers: Numbers, half: Array) -> Array:
-    """(6,) centre and half sizes of the geoms' box in the inertial frame; m."""
-    pose, mass = numbers.pose, numbers.mass
-    centre, turn = np.array(pose.position), None
+def _box(numbers: Numbers, centre: Array, half: Array) -> list[float]:
+    """Centre and half sizes of the geoms' box in the inertial frame; m."""
+    pose, mass, turn = numbers.pose, numbers.mass, None
     if pose.quaternion != _IDENTITY:
         turn = matrix_from_quaternion(pose.quaternion)
     if mass is not None:
@@ -226,4 +233,4 @@ def _box(numbers: Numbers, half: Array) -> Array:
             centre, turn = back @ centre, back if turn is None else back @ turn
     if turn is not None:
         half = np.abs(turn) @ half
-    return np.concatenate([centre, half])
+    return [*centre.tolist(), *half.tolist()]

@@ -40,6 +40,9 @@ def mass_properties(inertial: Inertial, scale: float = 1.0) -> MassProperties:
         inertial: as in the file.
         scale: uniform length scale; mass grows with its cube, inertia with its fifth power.
     """
+    plain = _plain(inertial, scale)
+    if plain is not None:
+        return plain
     mass = max(inertial.mass, 0.0) * scale**3
     tensor = inertial.matrix() * scale**5
     position = np.asarray(inertial.origin.position) * scale
@@ -67,6 +70,23 @@ def mass_properties(inertial: Inertial, scale: float = 1.0) -> MassProperties:
         quaternion=quaternion,
         principal=principal,
         note="; ".join(notes) or None,
+    )
+
+
+def _plain(inertial: Inertial, scale: float) -> MassProperties | None:
+    """The usual case in short: a diagonal tensor that a rigid body can have. None for any other."""
+    xx, xy, xz, yy, yz, zz = inertial.inertia
+    if xy or xz or yz or not inertial.mass > 0:
+        return None
+    moments = [moment * scale**5 for moment in (xx, yy, zz)]
+    small, middle, large = sorted(moments)
+    if not (small >= max(large * 1e-6, MIN_INERTIA) and large - small - middle <= 0):
+        return None
+    return MassProperties(
+        mass=inertial.mass * scale**3,
+        position=np.asarray(inertial.origin.position) * scale,
+        quaternion=np.asarray(inertial.origin.quaternion),
+        principal=np.array(moments),
     )
 
 

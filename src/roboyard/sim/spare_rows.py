@@ -79,7 +79,7 @@ class SpareRows:
         elif spare.mould is mould:
             names = PARKED_FIELDS
         else:
-            names = {*PARKED_FIELDS, *mould.varied, *spare.mould.varied}
+            names = (*PARKED_FIELDS, *mould.varied, *spare.mould.varied)
         blocks, kinds = mould.blocks, mould.kinds
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
