@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from roboyard.errors import DescriptionError
+from roboyard.urdf.xacro_calls import without_left_calls
 from roboyard.urdf.xml_repair import REPAIRS, decode
 
 MAX_BYTES = 64 * 1024 * 1024
@@ -46,7 +47,8 @@ def read_xml(source: Path | str) -> tuple[ET.Element, tuple[str, ...]]:
     if not data.strip():
         raise DescriptionError("the file is empty; a URDF starts with a <robot> element", file=file)
     try:
-        return _parse(data, file), ()
+        root = _parse(data, file)
+        return root, without_left_calls(root, data)
     except _NotWellFormed as error:
         mended = _mend(data, file)
         if mended is None:
@@ -91,7 +93,8 @@ def _mend(data: bytes, file: Path | None) -> tuple[ET.Element, tuple[str, ...]] 
             text = mended
             notes.append(what)
         try:
-            return _parse(text.encode("utf-8", "replace"), file, "utf-8"), tuple(notes)
+            root = _parse(text.encode("utf-8", "replace"), file, "utf-8")
+            return root, (*notes, *without_left_calls(root, data))
         except _NotWellFormed:
             continue
     return None

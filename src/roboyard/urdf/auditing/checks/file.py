@@ -64,7 +64,7 @@ def xml_syntax(draft: Draft) -> Faults:
 def xml_tolerated(draft: Draft) -> Faults:
     """The file is not well-formed XML, but can be read only one way (blank lines before the declaration)."""
     for note in draft.xml_notes:
-        yield Fault(message=f"not well-formed XML: {note}")
+        yield Fault(message=note if note.startswith("<") else f"not well-formed XML: {note}")
 
 
 @check(
