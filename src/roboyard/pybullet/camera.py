@@ -9,7 +9,7 @@ import numpy as np
 
 from roboyard.poses import rotate
 from roboyard.pybullet import constants as c
-from roboyard.pybullet.arguments import floats, number, vector3, whole
+from roboyard.pybullet.arguments import floats, number, whole
 from roboyard.pybullet.camera_matrices import computeProjectionMatrixFOV, computeViewMatrixFromYawPitchRoll
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.debug_items import Line, Points
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _BAD_MATRIX = "Error parsing view or projection matrix."
 _DOT = np.array([0.0, 0.0, 1e-6])  # m: a point is a line too short to see, as wide as the point
-_LIGHT_FROM = (-50.0, 30.0, 100.0)
-_AMBIENT, _DIFFUSE, _SPECULAR = 0.6, 0.35, 0.05
+BLENDING = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
+"""Connections whose pictures let light through shapes of an alpha below 1; PyBullet's others do not."""
 
 
 @command()
@@ -46,7 +46,7 @@ def getCameraImage(
     projectiveTextureView: Vector | None = None,
     projectiveTextureProj: Vector | None = None,
 ) -> tuple[int, int, np.ndarray, np.ndarray, np.ndarray]:
-    """Take a picture.
+    """Take a picture. Light and shadow stay as they were set last, for the pictures that do not set them.
 
     Args:
         width: pixels.
@@ -69,7 +69,7 @@ def getCameraImage(
         width, height, rgba (h, w, 4) uint8, depth (h, w) float32: the non-linear buffer from 0 (near) to 1
         (far and nothing), ids (h, w) int32: body, or body + ((link + 1) << 24), -1 for nothing.
     """
-    from roboyard.cameras import Camera, Light
+    from roboyard.cameras import Camera, render
 
     w, h = whole(width), whole(height)
     view, projection = _matrices(client, w, h, viewMatrix, projectionMatrix)
@@ -77,27 +77,20 @@ def getCameraImage(
         camera = Camera(w, h, view, projection)
     except ValueError as problem:
         raise failure(_BAD_MATRIX, str(problem)) from None
-    light = Light(
-        direction=_LIGHT_FROM
-        if lightDirection is None
-        else vector3(lightDirection, "Error parsing lightDirection"),
-        color=(1.0, 1.0, 1.0) if lightColor is None else vector3(lightColor, "Error parsing lightColor"),
-        ambient=_given(lightAmbientCoeff, _AMBIENT),
-        diffuse=_given(lightDiffuseCoeff, _DIFFUSE),
-        specular=_given(lightSpecularCoeff, _SPECULAR),
-        sky=0.0,
-    )
+    light = client.light
+    light.take(lightDirection, lightColor, shadow, (lightAmbientCoeff, lightDiffuseCoeff, lightSpecularCoeff))
     number(lightDistance)
     scene = client.scene
-    image = scene.world.render(
-        camera, shadow=whole(shadow) > 0, light=light, lines=debug_lines(client, scene), backend="software"
-    )
+    positions, rotations = scene.world.frames()
+    drawn = scene.world.render_scene()
+    if client.method not in BLENDING or whole(renderer) == c.ER_TINY_RENDERER:
+        drawn = scene.solid.of(drawn)
+    image = render(
+        drawn, positions, rotations, camera,
+        shadow=light.shadow, light=light.as_sun(), lines=debug_lines(client, scene), backend="software",
+    )  # fmt: skip
     chosen = max(0, whole(flags))
     return w, h, image.rgba, image.depth_buffer(), _ids(scene, image.segmentation, chosen)
-
-
-def _given(value: float, default: float) -> float:
-    return number(value) if value >= 0 else default
 
 
 def _matrices(

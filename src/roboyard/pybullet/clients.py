@@ -14,6 +14,7 @@ from roboyard.pybullet.errors import failure, unavailable
 from roboyard.pybullet.input_events import Keyboard, Mouse
 from roboyard.pybullet.logs import Logs
 from roboyard.pybullet.parameters import EngineParameters
+from roboyard.pybullet.picture_light import PictureLight
 from roboyard.pybullet.user_data import UserData
 from roboyard.pybullet.visualizer import VisualizerCamera
 
@@ -45,6 +46,7 @@ class Client:
         self.parameters = EngineParameters()
         self.debug_items = DebugItems()
         self.visualizer = VisualizerCamera()
+        self.light = PictureLight()
         self.keyboard, self.mouse = Keyboard(), Mouse()
         self.user_data = UserData()
         self.logs = Logs()

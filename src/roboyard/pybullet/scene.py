@@ -12,6 +12,7 @@ from roboyard.pybullet.ids import Counter, Recycler, drop_from_order
 from roboyard.pybullet.models import BodyModel
 from roboyard.pybullet.pair_filters import PairFilters
 from roboyard.pybullet.parameters import EngineParameters
+from roboyard.pybullet.picture_light import SolidScene
 from roboyard.pybullet.records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.pybullet.textures import Textures
 from roboyard.sim.link import Link
@@ -43,6 +44,7 @@ class Scene:
         self.constraint_ids = Counter(1)
         self.states: dict[int, Any] = {}
         self.state_ids = Recycler()
+        self.solid = SolidScene()
         self.textures = Textures(first_texture)
         self.efforts: dict[tuple[int, int], Any] = {}
         """Spring-damper torques by body and joint, worked out anew before each step."""

@@ -1,0 +1,61 @@
+"""How getCameraImage lights and draws, compared with PyBullet 3.2.7's software renderer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+
+VIEW = ([0, 0, 2], [0, 0, 0], [0, 1, 0])
+
+
+def _box(*rgba: float) -> int:
+    look = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.5, 0.5, 0.5], rgbaColor=rgba)
+    return p.createMultiBody(0, -1, look)
+
+
+def _top(**arguments: object) -> list[int]:
+    """Colour of the middle of a box seen from above."""
+    projection = p.computeProjectionMatrixFOV(40, 1, 0.05, 10)
+    image = p.getCameraImage(20, 20, p.computeViewMatrix(*VIEW), projection, **arguments)
+    return image[2][10, 10].tolist()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "color"),
+    [
+        ({}, (239, 239, 239)),
+        ({"lightAmbientCoeff": 0}, (86, 86, 86)),
+        ({"lightDiffuseCoeff": 0}, (162, 162, 162)),
+        ({"lightAmbientCoeff": 0, "lightDiffuseCoeff": 0, "lightSpecularCoeff": 1}, (190, 190, 190)),
+        ({"lightColor": [1, 0, 0.5]}, (239, 153, 196)),
+        ({"lightDirection": [1, 0, 1]}, (222, 222, 222)),
+        ({"lightDirection": [0, 0, -1]}, (153, 153, 153)),
+    ],
+)
+def test_level_surfaces_are_lit_as_in_pybullet(
+    client: int, arguments: dict[str, object], color: tuple[int, int, int]
+) -> None:
+    _box(1, 1, 1, 1)
+    np.testing.assert_allclose(_top(**arguments)[:3], color, atol=1)
+
+
+def test_light_stays_as_it_was_set(client: int) -> None:
+    _box(1, 1, 1, 1)
+    before = _top()
+    set_once = _top(lightColor=[1, 0, 0.5], lightAmbientCoeff=0.2)
+    assert set_once != before
+    assert _top() == set_once
+    p.resetSimulation()
+    _box(1, 1, 1, 1)
+    assert _top() == set_once
+
+
+def test_shapes_of_some_alpha_are_solid_without_a_window(client: int) -> None:
+    box = _box(1, 0, 0, 1)
+    solid = _top()
+    p.changeVisualShape(box, -1, rgbaColor=[1, 0, 0, 0.3])
+    assert _top() == solid
+    p.changeVisualShape(box, -1, rgbaColor=[1, 0, 0, 0])
+    assert _top() == [255, 255, 255, 255]
