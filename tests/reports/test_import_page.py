@@ -17,7 +17,7 @@ from roboyard.importer.model import CollisionSphere, ImportedRobot, PlanningData
 from roboyard.reports.import_links import MAX_LINKS_PICTURED
 from roboyard.reports.import_page import import_page, write_import_page
 from roboyard.reports.import_pictures import KINDS, sight_of_robot
-from roboyard.urdf.model import Box, Collision, Inertial, Joint, Link, Pose, RobotDescription, Visual
+from roboyard.urdf.model import Box, Collision, Inertial, Joint, Limit, Link, Pose, RobotDescription, Visual
 from roboyard.validation.report import Curve, Gate, ValidationReport
 
 HOSTILE = "\"><script>alert('x')</script>&amp;<img src=x onerror=y>"
@@ -238,3 +238,18 @@ def test_findings_of_one_kind_are_told_once():
     assert "mesh 0 is open; close it [mesh-open] — and 4 more like this" in shown
     assert "mesh 1 is open" not in shown
     assert "2 things to look at" in shown
+
+
+def test_a_joint_that_cannot_be_at_zero_is_drawn_at_its_limit():
+    robot = robot_of(["base", "tip"])
+    lift = Joint(
+        name="lift",
+        type="prismatic",
+        parent="base",
+        child="tip",
+        axis=(0.0, 0.0, 1.0),
+        limit=Limit(lower=0.5, upper=1.0),
+    )
+    robot = replace(robot, description=replace(robot.description, joints=(lift,)))
+    sight = sight_of_robot(robot, "visual shapes")
+    assert sight.bounds["tip"][:, 2] == pytest.approx([0.45, 0.55])

@@ -7,8 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from roboyard.reports.html import figure, plural
-from roboyard.reports.import_pictures import link_pictures
-from roboyard.urdf.kinematics import forward_kinematics
+from roboyard.reports.import_pictures import link_pictures, resting_frames
 
 if TYPE_CHECKING:
     from roboyard.importer.model import ImportedRobot
@@ -21,7 +20,7 @@ WIDTH, HEIGHT = 300, 200
 def link_rows(robot: ImportedRobot, facts: Mapping[str, Any]) -> list[str]:
     """A row for each link that has a shape or a mass; those without are named in one line."""
     planned = robot.planning.spheres if robot.planning is not None else {}
-    frames = forward_kinematics(robot.description)
+    frames = resting_frames(robot.description)
     parts, bare, pictured = [], [], 0
     for link in robot.description.links:
         if not (link.visuals or link.collisions or link.inertial or planned.get(link.name)):

@@ -10,13 +10,14 @@ import numpy as np
 
 from roboyard.cameras import RenderScene, RenderShape
 from roboyard.importer.model import CollisionSphere, ImportedRobot
+from roboyard.importer.rest_posture import nearest_to_zero
 from roboyard.importer.shape_tools import geometry_mesh
 from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.reports.pictures import PLAIN, RGBA, Sight
 from roboyard.shapes import primitives
 from roboyard.shapes.simplify import for_small_pictures
-from roboyard.urdf.kinematics import forward_kinematics
-from roboyard.urdf.model import Collision, Link, Mesh, Visual
+from roboyard.urdf.kinematics import forward_kinematics, vector_joints
+from roboyard.urdf.model import Collision, Link, Mesh, RobotDescription, Visual
 
 Kind = Literal["visual shapes", "collision shapes", "planner's spheres"]
 KINDS: tuple[Kind, ...] = ("visual shapes", "collision shapes", "planner's spheres")
@@ -46,11 +47,11 @@ def sight_of_robot(
     *,
     frames: Mapping[str, Array] | None = None,
 ) -> Sight:
-    """The robot (or some of its links) with all joints at zero, ready to be photographed.
+    """The robot (or some of its links) with each joint at its nearest to zero, ready to be photographed.
 
-    `frames` are those of `forward_kinematics`, where they are known.
+    `frames` are those of `resting_frames`, or another posture's.
     """
-    frames = frames if frames is not None else forward_kinematics(robot.description)
+    frames = frames if frames is not None else resting_frames(robot.description)
     shapes: list[RenderShape] = []
     positions, rotations = [], []
     bounds: dict[str, Array] = {}
@@ -71,6 +72,15 @@ def sight_of_robot(
         rotations=np.array(rotations).reshape(-1, 3, 3),
         bounds=bounds,
     )
+
+
+def resting_frames(description: RobotDescription) -> dict[str, Array]:
+    """(4, 4) poses of all links in the root's frame, each joint at zero or at the limit nearest to it.
+
+    The vendor's file is drawn like this too, so that both pictures show one posture.
+    """
+    joints = vector_joints(description)
+    return forward_kinematics(description, {joint.name: nearest_to_zero(joint) for joint in joints})
 
 
 def link_pictures(
