@@ -3,11 +3,16 @@
 The force is kp (target - q) + kd (target velocity - v) + feedforward, clamped to the joint's effort limit
 (MuJoCo's pid actuator). Where no gains are given they follow from the joint's inertia M at the zero pose:
 
-    kp = min(max(M ω², E / e), M ω_s²),  kd = 2 √(kp M),  ω = 2π · 10 Hz,  ω_s = 2π · 30 Hz
+    kp = min(max(M ω², E / e), M ω_s²),  kd = 2 kp / ω_m,  ω, ω_s, ω_m = 2π · 10, 30, 8 Hz
 
-with E the effort limit and e = 0.15 rad or 0.02 m, so that a joint which moves little (a wrist, a finger)
-uses its effort at a small error. That is critically damped and means the same at every time step, since
-MuJoCo integrates kd implicitly.
+with E the effort limit and e = 0.15 rad or 0.02 m, so that a joint which moves little (a wrist, a finger, a
+knee) uses its effort at a small error. With them comes the inertia of a motor, kp / ω_m² - M: half of what a
+shoulder moves, several times what a wrist does (0.1 kg m² in common robots, much as their makers say). So
+every joint is critically damped at ω_m, which means the same at every time step, since MuJoCo integrates kd
+implicitly. Without it joints chatter on what they touch: contacts are solved for the bare M, while the
+implicit step moves M + kd Δt, up to three times as much.
+
+Gains of the user's come without motor inertia (`Joint.armature` gives it); so do velocity and effort drives.
 """
 
 from __future__ import annotations
@@ -29,6 +34,8 @@ NATURAL_FREQUENCY = 2 * np.pi * 10.0
 """rad/s"""
 STIFFEST_FREQUENCY = 2 * np.pi * 30.0
 """rad/s: below 1 over the usual time step."""
+MOTOR_FREQUENCY = 2 * np.pi * 8.0
+"""rad/s: of every joint, with the motor that the usual gains bring along."""
 FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.15, 0.02
 """rad and m: error at which a light joint uses its whole effort."""
 VELOCITY_GAIN_FREQUENCY = 2 * np.pi * 40.0
@@ -52,8 +59,10 @@ class Drives:
     ) -> None:
         inertia = self._inertia(joint)
         kp = self._usual_stiffness(joint, inertia) if stiffness is None else stiffness
-        kd = 2 * np.sqrt(kp * inertia) if damping is None else damping
-        self._write(joint, kp, kd, (target, velocity, 0.0), max_effort)
+        chosen = stiffness is not None or damping is not None
+        motor = 0.0 if chosen else kp / MOTOR_FREQUENCY**2 - inertia
+        kd = 2 * np.sqrt(kp * (inertia + motor)) if damping is None else damping
+        self._write(joint, kp, kd, (target, velocity, 0.0), max_effort, motor)
 
     def velocity(self, joint: Joint, target: float, damping: float | None, max_effort: float | None) -> None:
         kd = self._inertia(joint) * VELOCITY_GAIN_FREQUENCY if damping is None else damping
@@ -102,7 +111,7 @@ class Drives:
         self._actuator(joint)
         self._world.ensure_compiled()
         dof = joint.body.dof_addresses[joint.index]
-        return float(self._world.live_model.dof_M0[dof])
+        return float(self._world.live_model.dof_M0[dof]) - joint._built.motor_inertia
 
     def _usual_stiffness(self, joint: Joint, inertia: float) -> float:
         effort = self.effort_limit(joint)
@@ -117,6 +126,7 @@ class Drives:
         kd: float,
         inputs: tuple[float, float, float],
         max_effort: float | None,
+        motor_inertia: float = 0.0,
     ) -> None:
         actuator = self._actuator(joint)
         for name, value in (("stiffness", kp), ("damping", kd)):
@@ -128,6 +138,8 @@ class Drives:
         world.ensure_compiled()
         if max_effort is not None:
             self.set_effort_limit(joint, abs(max_effort))
+        if motor_inertia != joint._built.motor_inertia:
+            self._set_motor_inertia(joint, motor_inertia)
         bias = actuator.biasprm
         bias[1], bias[2] = -kp, -kd
         actuator.biasprm = bias
@@ -136,3 +148,16 @@ class Drives:
         model.actuator_biasprm[row, 2] = -kd
         start = model.actuator_ctrladr[row]
         data.ctrl[start : start + 3] = inputs
+
+    def _set_motor_inertia(self, joint: Joint, value: float) -> None:
+        """Replace what the drive gives the joint, in the spec and in what MuJoCo derived from it."""
+        built, world = joint._built, self._world
+        change, total = value - built.motor_inertia, joint.armature + value
+        built.joint_elements[0].armature = total
+        built.motor_inertia = value
+        model, dof = world.live_model, joint.body.dof_addresses[joint.index]
+        model.dof_armature[dof] = total
+        model.dof_M0[dof] += change
+        free = model.dof_invweight0[dof]  # diagonal of the inverse; a rank-one update (Sherman and Morrison)
+        model.dof_invweight0[dof] = free / (1.0 + change * free)
+        world.mark_moved()

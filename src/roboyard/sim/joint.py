@@ -122,19 +122,23 @@ class Joint:
 
     @property
     def armature(self) -> float:
-        """Motor inertia as the joint feels it through its gears, beside the links' own; kg m² or kg."""
+        """Motor inertia as the joint feels it through its gears, beside the links' own; kg m² or kg.
+
+        A drive without gains of its own may add to it; see `roboyard.sim.drives`.
+        """
         elements = self._built.joint_elements
-        return float(elements[0].armature) if elements else 0.0
+        return float(elements[0].armature) - self._built.motor_inertia if elements else 0.0
 
     @armature.setter
     def armature(self, value: float) -> None:
         if not value >= 0:
             raise RoboyardError(f"joint {self.name!r}: armature is at least 0; got {value}")
+        total = value + self._built.motor_inertia
         for element in self._built.joint_elements:
-            element.armature = value
+            element.armature = total
         world = self.body.world
         if self._built.joint_elements and not world.is_stale:
-            world.live_model.dof_armature[self.dof_slice] = value
+            world.live_model.dof_armature[self.dof_slice] = total
             world.mark_moved()
 
     @property

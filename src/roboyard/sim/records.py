@@ -23,6 +23,8 @@ class BuiltLink:
     joint_name: str = ""
     """For links without a description (MJCF)."""
     actuator: Any = None
+    motor_inertia: float = 0.0
+    """That the drive gives the joint, in its element's armature beside what the user gives; kg m² or kg."""
     geoms: list[Any] = field(default_factory=list)
     """Collision geoms."""
     visuals: list[Any] = field(default_factory=list)
