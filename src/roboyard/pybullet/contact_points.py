@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,10 +40,15 @@ def getContactPoints(
         distance (m, negative where they overlap), normal force (N), friction force and direction, twice: what
         the body feels that Bullet names first where no bodyA is given (see `contact_order`).
     """
-    scene = client.scene
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
+    rows = (_listed(pair, point, wanted) for pair, point in touching(client.scene))
+    return tuple(row for row in rows if row is not None)
+
+
+def touching(scene: Scene) -> Iterator[tuple[tuple[Place, Place], Point]]:
+    """The links of each contact in Bullet's order, and the row of getContactPoints from point on A on."""
     if scene.world.is_stale or scene.world.live_data.ncon == 0:
-        return ()
+        return
     from roboyard.sim.contacts import contact_arrays
 
     arrays = contact_arrays(scene.world)
@@ -51,7 +56,6 @@ def getContactPoints(
     normals = arrays.frame[:, 0].tolist()
     forces = np.einsum("ij,ijk->ik", arrays.force, arrays.frame).tolist()
     kinds: dict[Place, int] = {}
-    points = []
     for i, distance in enumerate(arrays.distance.tolist()):
         pushing = float(arrays.force[i, 0])
         if distance > 0.0 and pushing <= 0.0:
@@ -60,10 +64,7 @@ def getContactPoints(
         a, b = (scene.of_world(world_a).number, link_a - 1), (scene.of_world(world_b).number, link_b - 1)
         is_turned = _comes_second(scene, a, b, kinds)
         point = _point(middles[i], normals[i], distance, pushing, forces[i], is_turned=is_turned)
-        listed = _listed((b, a) if is_turned else (a, b), point, wanted)
-        if listed is not None:
-            points.append(listed)
-    return tuple(points)
+        yield ((b, a) if is_turned else (a, b)), point
 
 
 def _comes_second(scene: Scene, a: Place, b: Place, kinds: dict[Place, int]) -> bool:

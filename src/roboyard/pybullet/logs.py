@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Protocol
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.arguments import indices, text, whole
 from roboyard.pybullet.commands import command
-from roboyard.pybullet.errors import unavailable
 from roboyard.pybullet.ids import Counter
 
 if TYPE_CHECKING:
@@ -124,13 +123,13 @@ def startStateLogging(
     deviceTypeFilter: int = -1,
     logFlags: int = -1,
 ) -> int | None:
-    """Start a log file and give its id.
+    """Start a log file and give its id; None for a kind that there is not, or a robot that is no Minitaur.
 
     Each record of a robot's or contact's file is 0xaa 0xbb and then the fields that the file's second line
     types (as `struct` does) and its first line names. Videos show the visualizer's camera in simulated time.
 
     Args:
-        loggingType: STATE_LOGGING_GENERIC_ROBOT, _CONTACT_POINTS, _VIDEO_MP4, _PROFILE_TIMINGS, ...;
+        loggingType: STATE_LOGGING_GENERIC_ROBOT, _MINITAUR, _CONTACT_POINTS, _VIDEO_MP4, _PROFILE_TIMINGS;
         STATE_LOGGING_ALL_COMMANDS writes what is called (in Roboyard's own format), which
         STATE_REPLAY_ALL_COMMANDS calls again, all at once.
         fileName: what to write.
@@ -141,7 +140,8 @@ def startStateLogging(
         linkIndexA: contacts: only those of this link.
         linkIndexB: contacts: only those with this link.
         deviceTypeFilter: of VR devices, of which there are none (a log of them has a header and no record).
-        logFlags: STATE_LOG_JOINT_TORQUES and its parts: also what the motors applied.
+        logFlags: STATE_LOG_JOINT_MOTOR_TORQUES and _USER_TORQUES, together STATE_LOG_JOINT_TORQUES: also
+        what motors and scripts applied.
     """
     name = text(fileName)
     kind = whole(loggingType)
@@ -162,14 +162,23 @@ def startStateLogging(
         from roboyard.pybullet.robot_logs import ControllerLog
 
         return client.logs.start(ControllerLog(name))
-    if kind in (c.STATE_LOGGING_GENERIC_ROBOT, c.STATE_LOGGING_MINITAUR):
+    if kind == c.STATE_LOGGING_MINITAUR:
+        from roboyard.pybullet.robot_logs import MinitaurLog, minitaur_motors
+
+        bodies = indices(objectUniqueIds, "expected a sequence of object ids")
+        record = client.scene.bodies.get(bodies[0]) if bodies else None
+        motors = None if record is None else minitaur_motors(record)
+        return None if motors is None else client.logs.start(MinitaurLog(name, bodies[0], motors))
+    if kind == c.STATE_LOGGING_GENERIC_ROBOT:
         from roboyard.pybullet.robot_logs import RobotLog
 
         flags = whole(logFlags)
         bodies = indices(objectUniqueIds, "expected a sequence of object ids")
         dofs = whole(maxLogDof) if whole(maxLogDof) >= 0 else DEFAULT_LOG_DOFS
-        torques = flags > 0 and bool(flags & c.STATE_LOG_JOINT_TORQUES)
-        return client.logs.start(RobotLog(name, bodies, dofs, torques=torques))
+        torques = flags & c.STATE_LOG_JOINT_TORQUES if flags > 0 else 0
+        log = RobotLog(name, bodies, dofs, torques)
+        client.scene.keeps_given_torques |= log.wants_given_torques
+        return client.logs.start(log)
     if kind == c.STATE_LOGGING_CONTACT_POINTS:
         from roboyard.pybullet.robot_logs import ContactLog
 
@@ -179,7 +188,7 @@ def startStateLogging(
         from roboyard.pybullet.videos import open_video
 
         return client.logs.start(open_video(name))
-    raise unavailable(f"startStateLogging({kind})", "no log file is of this kind")
+    return None
 
 
 @command()

@@ -10,12 +10,23 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roboyard.pybullet import constants as c
+from roboyard.pybullet.contact_points import ANY_LINK, touching
 from roboyard.pybullet.errors import failure
+from roboyard.pybullet.rotations import getEulerFromQuaternion
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
+    from roboyard.pybullet.records import BodyRecord
+    from roboyard.pybullet.scene import Scene
 
 START = b"\xaa\xbb"
+_MINITAUR_NAMES = ("t", "r", "p", "y", *(f"q{i}" for i in range(8)), *(f"u{i}" for i in range(8)), "dx", "mo")
+_MINITAUR_MODE = 6
+_MINITAUR_LEGS = (
+    *(("front", "left", "R"), ("front", "left", "L"), ("back", "left", "R"), ("back", "left", "L")),
+    *(("front", "right", "L"), ("front", "right", "R"), ("back", "right", "L"), ("back", "right", "R")),
+)
 _ROBOT_NAMES = (
     *("stepCount", "timeStamp", "objectId", "posX", "posY", "posZ", "oriX", "oriY", "oriZ", "oriW"),
     *("velX", "velY", "velZ", "omegaX", "omegaY", "omegaZ", "qNum"),
@@ -64,12 +75,13 @@ class ControllerLog(_RecordFile):
 class RobotLog(_RecordFile):
     """Base pose, base velocity, joint positions and velocities of bodies, once a step."""
 
-    def __init__(self, name: str, bodies: Sequence[int], dofs: int, *, torques: bool) -> None:
+    def __init__(self, name: str, bodies: Sequence[int], dofs: int, torques: int) -> None:
         names = [*_ROBOT_NAMES, *(f"q{i}" for i in range(dofs)), *(f"u{i}" for i in range(dofs))]
         if torques:
             names += [f"t{i}" for i in range(dofs)]
         super().__init__(name, names, "IfifffffffffffffI" + "f" * (len(names) - len(_ROBOT_NAMES)))
         self._bodies, self._dofs, self._torques = frozenset(bodies), dofs, torques
+        self.wants_given_torques = bool(torques & c.STATE_LOG_JOINT_USER_TORQUES)
 
     def record(self, client: Client) -> None:
         """Write one record for each body."""
@@ -85,15 +97,55 @@ class RobotLog(_RecordFile):
             linear, angular = client.getBaseVelocity(number)
             columns = [[state[0] for state in states], [state[1] for state in states]]
             if self._torques:
-                columns.append([state[3] for state in states])
+                columns.append(self._torques_of(scene, record, joints, states))
             padding = [0.0] * (self._dofs - len(joints))
             values = [value for column in columns for value in (*column, *padding)]
             self.write((*head, number, *position, *orientation, *linear, *angular, len(joints), *values))
         self.steps += 1
 
+    def _torques_of(
+        self, scene: Scene, record: BodyRecord, joints: Sequence[int], states: Sequence[Any]
+    ) -> list[float]:
+        """What motors and scripts applied to joints in the last step, as far as the flags ask; N m or N."""
+        torques = [0.0] * len(joints)
+        if self._torques & c.STATE_LOG_JOINT_MOTOR_TORQUES:
+            torques = [state[3] for state in states]
+        given = scene.given_torques
+        if self.wants_given_torques and given is not None:
+            for place, joint in enumerate(joints):
+                torques[place] += float(given[record.velocity_addresses[joint]])
+        return torques
+
+
+class MinitaurLog(_RecordFile):
+    """Attitude, motor angles, motor torques and forward speed of a robot with the Minitaur's eight motors."""
+
+    def __init__(self, name: str, body: int, motors: Sequence[int]) -> None:
+        super().__init__(name, _MINITAUR_NAMES, "I" + "f" * 20 + "B")
+        self._body, self._motors = body, tuple(motors)
+
+    def record(self, client: Client) -> None:
+        """Write one record while the robot is there."""
+        if self._body not in client.scene.bodies:
+            return
+        states = client.getJointStates(self._body, self._motors)
+        orientation = client.getBasePositionAndOrientation(self._body)[1]
+        forward = client.getBaseVelocity(self._body)[0][0]
+        angles = getEulerFromQuaternion(orientation)
+        columns = ([state[0] for state in states], [state[3] for state in states])
+        self.write((self.steps, *angles, *columns[0], *columns[1], forward, _MINITAUR_MODE))
+        self.steps += 1
+
+
+def minitaur_motors(record: BodyRecord) -> list[int] | None:
+    """The joints of a Minitaur's eight motors in its log's order; None for another robot."""
+    by_name = {info[1].decode(): info[0] for info in record.infos}
+    names = [f"motor_{end}_{side}{leg}_joint" for end, side, leg in _MINITAUR_LEGS]
+    return [by_name[name] for name in names] if all(name in by_name for name in names) else None
+
 
 class ContactLog(_RecordFile):
-    """All contacts that a filter lets through, once a step."""
+    """All contacts that a filter lets through, once a step, each pair in Bullet's order."""
 
     def __init__(self, name: str, wanted: tuple[int, int, int, int]) -> None:
         super().__init__(name, _CONTACT_NAMES, "IfIiiiifffffffffff")
@@ -102,7 +154,13 @@ class ContactLog(_RecordFile):
     def record(self, client: Client) -> None:
         """Write one record for each contact."""
         head = (self.steps, self.steps * client.scene.time_step)
-        for point in client.getContactPoints(*self._wanted):
-            flag, a, b, link_a, link_b, on_a, on_b, normal, distance, force = point[:10]
-            self.write((*head, flag, a, b, link_a, link_b, *on_a, *on_b, *normal, distance, force))
+        body_a, body_b, link_a, link_b = self._wanted
+        for pair, point in touching(client.scene):
+            (a, a_link), (b, b_link) = pair
+            if (body_a >= 0 and body_a not in (a, b)) or (body_b >= 0 and body_b not in (a, b)):
+                continue
+            if link_a not in (ANY_LINK, a_link) or link_b not in (ANY_LINK, b_link):
+                continue
+            on_a, on_b, normal, distance, force = point[:5]
+            self.write((*head, 0, a, b, a_link, b_link, *on_a, *on_b, *normal, distance, force))
         self.steps += 1

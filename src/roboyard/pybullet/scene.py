@@ -48,6 +48,9 @@ class Scene:
         self.textures = Textures(first_texture)
         self.efforts: dict[tuple[int, int], Any] = {}
         """Spring-damper torques by body and joint, worked out anew before each step."""
+        self.keeps_given_torques = False
+        self.given_torques: Any = None
+        """(nv,) what scripts applied to joints in the last step, where a log wants to know."""
         self._without_motors: list[BodyRecord] = []
         self.waiting: set[Drives] = set()
         """Bodies with motor commands that have not reached the World yet."""
@@ -290,6 +293,9 @@ class Scene:
                 world.wrenches.pending = True
             for effort in self.efforts.values():
                 effort()
+            if self.keeps_given_torques:
+                world.ensure_compiled()
+                self.given_torques = world.live_data.qfrc_applied.copy()
             world.step()
         self.frames_are_old = False
         self.frames_revision = self.motor_revision = world.revision

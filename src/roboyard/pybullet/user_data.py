@@ -97,10 +97,8 @@ def addUserData(
     """Attach text under a key to a body, link or visual shape and give its id; the key's old text goes."""
     place = Place(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
     record = client.scene.bodies.get(place.body)
-    if record is None or not -1 <= place.link < record.joint_count:
-        raise failure(
-            "Error in addUserData command.", f"there is no body {place.body} with a link {place.link}"
-        )
+    if record is None:
+        raise failure("Error in addUserData command.", f"there is no body {place.body}")
     return client.user_data.put(place, text(value))
 
 
