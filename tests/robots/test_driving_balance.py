@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from roboyard.robots import REGISTERED_ROBOTS, Robot, add_robot
+from roboyard.robots.balance import Balance
 from roboyard.robots.definition import VIRTUAL_JOINTS
-from roboyard.robots.footing import Balance, footing_of
+from roboyard.robots.footing import footing_of
 from roboyard.sim import World
 from roboyard.urdf import load_urdf
 from roboyard.urdf.model import Pose, RobotDescription

@@ -19,8 +19,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.poses import Array
+from roboyard.robots.balance import Balance
 from roboyard.robots.controllers.scaling import LimitSetting, Scaling
-from roboyard.robots.footing import Balance
 
 MotorType = Literal["position", "velocity", "effort"]
 EYE4 = np.eye(4)

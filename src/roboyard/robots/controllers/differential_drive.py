@@ -5,7 +5,7 @@ means v_max = w_max r, or ω_max = 2 v_max / L. Where both together ask more of 
 wheels slow down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends
 it). Both speeds change together along the straight line from what they are to what they are to be, by
 `max_acceleration` at most, so that a robot that starts keeps to its curve. A robot that would tip over speeds
-up and brakes more gently, and drives curves slower (see `roboyard.robots.footing`).
+up and brakes more gently, and drives curves slower (see `roboyard.robots.balance`).
 Wheels reach their speeds under load and hold their place at rest, see `velocity_tracking`.
 """
 

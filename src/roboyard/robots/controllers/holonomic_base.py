@@ -7,7 +7,7 @@ With R, p the pose of the base in the frame its virtual joints start from, and a
 
 Velocities change by `max_acceleration` at most, in the base's frame, and by less where a robot would tip
 over; curves that would tip it are driven slower, all three velocities alike so that the curve stays the same
-(see `roboyard.robots.footing`).
+(see `roboyard.robots.balance`).
 
 The goal is the command itself, turned into the base's present frame at every step, and by half the turn
 that the base makes before the next one; so a held command drives an arc (OmniGibson freezes the direction

@@ -13,6 +13,9 @@ OmniGibson takes one undamped pseudo-inverse step from the *measured* joints, u 
 near singular postures, sags under load, ignores velocity limits, and has no null space. Here the reference
 does not sag, and where steps stall against joint limits short of a goal that can be reached, joints take a
 way round to another posture found by `roboyard.kinematics.solve_ik` (`way_round`).
+
+Where a robot may tip over, drives follow r as its footing bears (`keep_balance`, see
+`roboyard.robots.controllers.approach`).
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ from pydantic import Field, model_validator
 
 from roboyard.kinematics import ChainArrays, differential_step, forward_kinematics, solve_ik
 from roboyard.poses import Array
+from roboyard.robots.controllers.approach import Approach
 from roboyard.robots.controllers.base import (
     Control,
     ControllerSettings,
@@ -58,6 +62,8 @@ class InverseKinematicsSettings(TaskSettings):
     """Targets are averaged over this many steps."""
     way_round: bool = True
     """Look for another posture when steps stall short of the goal."""
+    keep_balance: bool = True
+    """Stop short of tipping over, for robots that stand on the floor by their wheels."""
     use_impedances: bool = False
     """Follow by effort, τ = M (pos_kp (r - q) - kd q̇) + b, instead of stiff drives."""
     pos_kp: float = Field(default=50.0, ge=0)
@@ -80,6 +86,8 @@ class InverseKinematicsController(TaskController):
     ) -> None:
         super().__init__(limits, settings, chain=chain, rest=rest)
         self.needs_mass_matrix = settings.use_impedances  # type: ignore[misc]
+        self.keeps_balance = settings.keep_balance  # type: ignore[misc]
+        self._approach = Approach(limits)
         self._kd = 2.0 * np.sqrt(settings.pos_kp) * settings.pos_damping_ratio
         self._weight = 0.0 if self.is_orientation_free else 1.0
         self.reset()
@@ -94,6 +102,7 @@ class InverseKinematicsController(TaskController):
         self._history: list[Array] = []
         self._reached: Array | None = None
         self._speed = np.zeros(self.limits.size)
+        self._approach.reset()
 
     @property
     def control_type(self) -> MotorType:
@@ -124,6 +133,8 @@ class InverseKinematicsController(TaskController):
             self._step_towards(target, reach, state.dt)
         self._speed = np.abs(self._reference - before) / dt
         target_q = self._smoothed(self._reference)
+        if state.balance is not None:
+            target_q = self._approach.follow(target_q, state)
         if not self.settings.use_impedances:
             return Control(kind="position", value=target_q)
         assert state.mass_matrix is not None

@@ -3,7 +3,7 @@
     position   u = r, which runs from the joint's position to q* with speeds up to v_max and accelerations
     up to
                min(v_max / 0.2 s, 0.4 E / M), so that the drive can follow; and with keep_balance so that a
-               robot on wheels does not fall, see `roboyard.robots.footing`: a joint speeds up and brakes as
+               robot on wheels does not fall, see `roboyard.robots.balance`: a joint speeds up and brakes as
                its footing bears, and stops where it would lead the centre of mass off the wheels
     velocity   u = q̇* + i, with i the integral of `velocity_tracking`; once all are zero and the joints rest,
                u = the positions they rest at
@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from roboyard.poses import Array, multiply, normalized, quaternion_from_rpy
+from roboyard.robots.controllers.approach import Approach
 from roboyard.robots.controllers.base import (
     Control,
     Controller,
@@ -33,7 +34,6 @@ from roboyard.robots.controllers.base import (
     GroupLimits,
     GroupState,
     MotorType,
-    acceleration,
     idle,
     meaningless,
 )
@@ -94,8 +94,7 @@ class JointController(Controller):
         damping = 1.0 if settings.pos_damping_ratio is None else settings.pos_damping_ratio
         self._kd = 2.0 * np.sqrt(self._kp) * damping
         self._vel_kp = 2.0 if settings.vel_kp is None else settings.vel_kp
-        self._reference: Array | None = None
-        self._speed = np.zeros(limits.size)
+        self._approach = Approach(limits)
         self._history: list[Array] = []
         self._tracking = VelocityTracking(limits.velocity, hold_position=settings.hold_position)
         for triple in settings.compute_delta_in_quat_space or ():
@@ -118,11 +117,11 @@ class JointController(Controller):
     @property
     def reference(self) -> Array | None:
         """(n,) where a position controller has led its joints so far; None before the first step."""
-        return self._reference
+        return self._approach.reference
 
     def reset(self) -> None:
         super().reset()
-        self._reference = None
+        self._approach.reset()
         self._history.clear()
         self._tracking.reset()
 
@@ -157,7 +156,7 @@ class JointController(Controller):
     def _control(self, state: GroupState) -> Control:
         settings = self.settings
         if settings.motor_type == "position":
-            return self._position(self._approach(self._smoothed(self.goal), state), state)
+            return self._position(self._approach.follow(self._smoothed(self.goal), state), state)
         goal = self._smoothed(self.goal)
         if settings.motor_type == "effort":
             wanted = settings.use_gravity_compensation and state.bias is not None
@@ -165,30 +164,6 @@ class JointController(Controller):
         if settings.use_impedances:
             return self._effort(self._vel_kp * (goal - state.v), state)
         return self._tracking.control(goal, state)
-
-    def _approach(self, goal: Array, state: GroupState) -> Array:
-        if self._reference is None:
-            self._reference, self._speed = state.q.copy(), np.zeros(self.limits.size)
-        gap, fastest, dt = goal - self._reference, self.limits.velocity, state.dt
-        if not gap.any() and not self._speed.any():
-            return self._reference
-        rise = acceleration(self.limits, state.inertia)
-        balance = state.balance() if state.balance is not None else None
-        if balance is not None:
-            rise = np.minimum(rise, balance.acceleration())
-            rise = rise * balance.together(rise * np.sign(np.where(gap == 0.0, self._speed, gap)))
-            stop = self._reference - state.q + self._speed * np.abs(self._speed) / (2.0 * rise)
-            gap = np.where(balance.allows(stop, np.sign(gap)), gap, 0.0)
-            goal = np.where(gap == 0.0, self._reference, goal)
-        braking = np.sqrt(2.0 * rise * np.abs(gap))
-        wanted = np.sign(gap) * np.minimum(np.minimum(fastest, braking), np.abs(gap) / dt)
-        change = rise * dt
-        self._speed = np.minimum(np.maximum(wanted, self._speed - change), self._speed + change)
-        move = self._speed * dt
-        arrives = (np.sign(move) == np.sign(gap)) & (np.abs(move) >= np.abs(gap))
-        self._reference = np.where(arrives, goal, self._reference + move)
-        self._speed[arrives] = 0.0
-        return self._reference
 
     def _position(self, target: Array, state: GroupState) -> Control:
         if not self.settings.use_impedances:

@@ -7,7 +7,8 @@ e_R is the rotation vector from the present to the wanted orientation (OmniGibso
 products of the axes, which vanishes at half a turn). All in the base frame's axes. Λ is taken of J M⁻¹ Jᵀ +
 ε 1, so that arms of fewer than six joints and singular postures stay finite. `decouple_pos_ori` uses one Λ
 for positions and one for orientations. b, gravity with Coriolis and centrifugal effort, is on by default
-(OmniGibson switches the arm's gravity off instead). Source: Khatib, A unified approach for motion and force
+(OmniGibson switches the arm's gravity off instead). Where a robot may tip over, e pulls only as its footing
+bears (`keep_balance`, see `roboyard.robots.balance`). Source: Khatib, A unified approach for motion and force
 control, IEEE RA 3(1), 1987.
 """
 
@@ -28,6 +29,9 @@ from roboyard.robots.controllers.task import TaskController, TaskSettings
 SOFTNESS = 1e-4
 """ε, relative to the trace of J M⁻¹ Jᵀ."""
 
+SLOWEST_DAMPING = 1.0
+"""1/s: how fast tips come to rest that hardly anything damps"""
+
 Gain = float | tuple[float, ...]
 
 
@@ -39,6 +43,8 @@ class OperationalSpaceSettings(TaskSettings):
     """1/s²; one number or one a joint."""
     decouple_pos_ori: bool = False
     use_cc_compensation: bool = True
+    keep_balance: bool = True
+    """Stop short of tipping over, for robots that stand on the floor by their wheels."""
 
     @field_validator("kp", "damping_ratio", "kp_null")
     @classmethod
@@ -57,6 +63,7 @@ class OperationalSpaceController(TaskController):
         self, limits: GroupLimits, settings: OperationalSpaceSettings, *, chain: ChainArrays, rest: Array
     ) -> None:
         super().__init__(limits, settings, chain=chain, rest=rest)
+        self.keeps_balance = settings.keep_balance  # type: ignore[misc]
         self._kp = _spread(settings.kp, 6, "kp")
         self._kd = 2.0 * np.sqrt(self._kp) * _spread(settings.damping_ratio, 6, "damping_ratio")
         self._kp_null = _spread(settings.kp_null, limits.size, "kp_null")
@@ -75,11 +82,16 @@ class OperationalSpaceController(TaskController):
         axes = state.mount[:3, :3]
         J = np.concatenate([axes @ J[:3], axes @ J[3:]])
         error = np.concatenate([goal[:3, 3] - tip[:3, 3], vector_of_matrix(goal[:3, :3] @ tip[:3, :3].T)])
-        acceleration = self._kp * error - self._kd * (J @ state.v)
+        spring, damper = self._kp * error, self._kd * (J @ state.v)
         if self.is_orientation_free:
-            J, acceleration = J[:3], acceleration[:3]
+            J, spring, damper = J[:3], spring[:3], damper[:3]
         inverse_mass_Jt = np.linalg.solve(mass, J.T)
         task_mass = _softened_inverse(J @ inverse_mass_Jt)
+        balance = None if state.balance is None else state.balance()
+        if balance is not None:
+            pulled = inverse_mass_Jt @ (task_mass @ spring)
+            spring = spring * balance.pull(pulled, state.v / max(float(self._kd.min()), SLOWEST_DAMPING))
+        acceleration = spring - damper
         if self.settings.decouple_pos_ori and len(J) == 6:
             force = np.concatenate(
                 [

@@ -2,7 +2,7 @@
 
 A twist that would tip the robot in a steady curve is driven slower on the same curve; so is every twist on
 the way there, which can be worse than both ends (straight ahead at full speed, then a slow tight curve). What
-is left of the footing bears the change. See `roboyard.robots.footing`.
+is left of the footing bears the change. See `roboyard.robots.balance`.
 """
 
 from __future__ import annotations

@@ -1,0 +1,88 @@
+"""Arms led by their tips do not tip a robot on wheels, however fast and far they are told to reach."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from roboyard.kinematics import forward_kinematics
+from roboyard.robots import Robot
+from roboyard.robots.controllers.rotations import vector_of_matrix
+from roboyard.robots.controllers.task import TaskController
+from roboyard.robots.footing import footing_of
+from roboyard.sim import World
+
+PAYLOAD = 2.0
+"""kg in each hand"""
+
+
+def loaded(name: str, **keys) -> Robot:
+    """R1 with a load in each hand, its trunk leant forwards as far as it goes."""
+    world = World()
+    world.add_plane()
+    settings = {
+        "name": name,
+        "mode": "absolute_pose",
+        "command_input_limits": None,
+        "command_output_limits": None,
+        **keys,
+    }
+    robot = world.add_robot(
+        "r1", action_normalize=False, controllers={"arm_left": settings, "arm_right": settings}
+    )
+    for side in ("left", "right"):
+        world.model.body_mass[robot.body.link(f"{side}_arm_link6").mujoco_id] += PAYLOAD
+    mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
+    action = robot.no_op_action()
+    action[robot.controller_action_idx["trunk"]] = 0, 0.1, 0, 0
+    for _ in range(120):
+        robot.apply_action(action)
+        world.step(robot.steps_per_control)
+    return robot
+
+
+def worst_tilt(robot: Robot, seed: int) -> float:
+    """Rad, while both arms are told one pose within their reach after the other."""
+    draw, action, worst = np.random.default_rng(seed), robot.no_op_action(), 0.0
+    for _ in range(10):
+        for name in ("arm_left", "arm_right"):
+            group = robot.groups[name]
+            controller = group.controller
+            assert isinstance(controller, TaskController)
+            posture = draw.uniform(controller.limits.lower, controller.limits.upper)
+            pose = robot.loop.state_of(group).mount @ forward_kinematics(controller.chain, posture)
+            action[robot.controller_action_idx[name]] = *pose[:3, 3], *vector_of_matrix(pose[:3, :3])
+        for _ in range(20):
+            robot.apply_action(action)
+            robot.world.step(robot.steps_per_control)
+            worst = max(worst, float(np.abs(robot.get_joint_positions()[3:5]).max()))
+    return worst
+
+
+@pytest.mark.parametrize("name", ["InverseKinematicsController", "OperationalSpaceController"])
+def test_quick_arms_with_loads_do_not_tip_a_leaning_robot(name: str) -> None:
+    assert worst_tilt(loaded(name), seed=2) < 0.1
+
+
+@pytest.mark.parametrize("name", ["InverseKinematicsController", "OperationalSpaceController"])
+def test_without_their_guard_they_do(name: str) -> None:
+    assert worst_tilt(loaded(name, keep_balance=False), seed=2) > 0.2
+
+
+@pytest.mark.parametrize("speed", [1.0, 3.0])
+def test_swing_of_a_turning_robot_is_its_centrifugal_push(speed: float) -> None:
+    """The moment that MuJoCo asks for, against the closed form of a rigid body that turns about its base."""
+    world = World()
+    world.add_plane()
+    robot = world.add_robot("r1")
+    world.step(60)
+    robot.joints.v = np.where(np.array(robot.joint_names) == "base_footprint_rz_joint", speed, 0.0)
+    robot.joints.refresh()
+    footing = footing_of(robot)
+    assert footing is not None
+    balance = footing.balance(np.arange(3))
+    assert balance is not None
+    pushed = balance.push(np.array([0.0, 0.0, speed]), np.zeros(3))
+    assert np.abs(pushed).max() > 1e-3
+    assert balance.swing == pytest.approx(pushed, abs=1e-4)
