@@ -58,23 +58,24 @@ def add_bounce(restitution, geom, address, velocity, impedance, timestep, slow, 
 
 
 @njit(cache=True)
-def product_friction(sliding, spinning, rolling, geom, dim, address, friction, mu, R, D):  # pragma: no cover
+def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # pragma: no cover
     """Replace each contact's friction by the product of its geoms' coefficients, regularisation included.
 
-    MuJoCo mixes by maximum when it makes the constraints; its elliptic cone keeps the ratio of the rows'
-    regularisers equal to the squared ratio of their coefficients, which this restores.
+    coefficients: (ngeom, 3) sliding, spinning and rolling. MuJoCo mixes by maximum when it makes the
+    constraints; its elliptic cone keeps the ratio of the rows' regularisers equal to the squared ratio of
+    their coefficients, which this restores.
     """
     for i in range(geom.shape[0]):
         a, b, row = geom[i, 0], geom[i, 1], address[i]
         if a < 0 or b < 0 or row < 0 or dim[i] < 3:
             continue
-        slide = max(sliding[a] * sliding[b], 1e-5)
+        slide = max(coefficients[a, 0] * coefficients[b, 0], 1e-5)
         mu[i] *= slide / friction[i, 0]
         friction[i, 0] = friction[i, 1] = slide
         if dim[i] > 3:
-            friction[i, 2] = max(spinning[a] * spinning[b], 1e-5)
+            friction[i, 2] = max(coefficients[a, 1] * coefficients[b, 1], 1e-5)
         if dim[i] > 4:
-            friction[i, 3] = friction[i, 4] = max(rolling[a] * rolling[b], 1e-5)
+            friction[i, 3] = friction[i, 4] = max(coefficients[a, 2] * coefficients[b, 2], 1e-5)
         for k in range(3, dim[i]):
             ratio = slide / friction[i, k - 1]
             R[row + k] = R[row + 1] * ratio * ratio

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError
 from roboyard.poses import Array, to_wxyz
+from roboyard.sim.compiled import kernels
 from roboyard.sim.joint import VELOCITY_SIZE
 
 if TYPE_CHECKING:
@@ -121,24 +122,22 @@ class Motors:
 
     # -------------------------------------------------------------------------------------------- in a step
 
-    def prepare(self, model: Any) -> None:
+    def prepare(self, model: Any, timestep: float) -> None:
         """Before the first half: force bounds into MuJoCo's dry friction."""
         if not self._gathered:
             self._gather(model)
-        timestep = model.opt.timestep
         if timestep != self._bound_timestep:
             driven = self._motors[:, MODE] > 0
             model.dof_frictionloss[driven] = self._bounds[driven] @ (1.0, 1.0 / timestep)
             self._bound_timestep = timestep
 
-    def apply(self, model: Any, data: Any) -> None:
+    def apply(self, data: Any, timestep: float) -> None:
         """Between the halves: wanted accelerations into the motors' rows."""
-        if data.nf == 0:
+        count = data.nf
+        if count == 0:
             return
-        from roboyard.sim import _kernels
-
         motors, targets, dof_joint, types, qpos_places, dof_places, qpos, qvel = self._joints
-        _kernels.drive_motors(
+        kernels().drive_motors(
             motors,
             targets,
             dof_joint,
@@ -150,8 +149,8 @@ class Motors:
             data.efc_type,
             data.efc_id,
             data.ne,
-            data.nf,
-            model.opt.timestep,
+            count,
+            timestep,
             data.efc_aref,
         )
 

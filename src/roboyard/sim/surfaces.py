@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from roboyard.errors import RoboyardError
+from roboyard.sim.compiled import kernels
 
 if TYPE_CHECKING:
     from roboyard.sim.link import Link
@@ -30,8 +31,12 @@ class Surfaces:
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
         """What the kernel of drag reads and writes."""
+        self._friction = self._solution = np.zeros(0)
         self._base = np.zeros(0)
         self._acceleration = np.zeros(0)
+        self._sliding: tuple[Any, ...] = ()
+        self._references: tuple[Any, ...] = ()
+        """What the kernel of sliding contacts reads and writes in this step."""
 
     @property
     def is_active(self) -> bool:
@@ -87,103 +92,73 @@ class Surfaces:
         """The compiled arrays changed."""
         self._restitution_rows = self._damping_rows = None
 
-    def apply(self, model: Any, data: Any) -> None:
+    def apply(self, model: Any, data: Any, timestep: float) -> None:
         """Between mj_step1 and mj_step2: add drag to xfrc_applied, bounce to the contacts' references."""
-        from roboyard.sim import _kernels
-
         if self._damping_rows is None or self._restitution_rows is None:
-            self._damping_rows, self._restitution_rows = self._gather(model)
-            self._drag = (
-                *(self._damping_rows, model.body_mass, model.body_inertia, model.body_rootid, data.cvel),
-                *(data.xipos, data.ximat, data.subtree_com, data.xfrc_applied),
-            )
+            self._look_up(model, data)
         if self._damping:
-            _kernels.add_damping(*self._drag)
-        profile = self._world.profile
-        if self._world.hard_contacts and data.ne:
-            _kernels.hard_equalities(
-                data.efc_pos, data.efc_vel, data.ne, model.opt.timestep, profile.erp, data.efc_aref
+            kernels().add_damping(*self._drag)
+        profile, hard = self._world.profile, self._world.hard_contacts
+        if hard and data.ne:
+            kernels().hard_equalities(
+                data.efc_pos, data.efc_vel, data.ne, timestep, profile.erp, data.efc_aref
             )
         if profile.hard_contacts and data.nl:
-            _kernels.hard_limits(
+            kernels().hard_limits(
                 *(data.efc_type, data.efc_pos, data.efc_vel, data.ne + data.nf, data.nl),
-                *(model.opt.timestep, profile.erp, profile.deep, data.efc_aref),
+                *(timestep, profile.erp, profile.deep, data.efc_aref),
             )
-        if not data.ncon:
-            return
+        if data.ncon and (hard or profile.product_friction or self._restitution):
+            self._meet(data, timestep)
+
+    def _meet(self, data: Any, timestep: float) -> None:
+        """Friction and bounce of what touches."""
+        profile = self._world.profile
         contact = data.contact
+        geom, dim, address, friction = contact.geom, contact.dim, contact.efc_address, contact.friction
+        velocity, reference = data.efc_vel, data.efc_aref
         if profile.product_friction:
-            _kernels.product_friction(
-                model.geom_friction[:, 0],
-                model.geom_friction[:, 1],
-                model.geom_friction[:, 2],
-                contact.geom,
-                contact.dim,
-                contact.efc_address,
-                contact.friction,
-                contact.mu,
-                data.efc_R,
-                data.efc_D,
+            kernels().product_friction(
+                self._friction, geom, dim, address, friction, contact.mu, data.efc_R, data.efc_D
             )
         if self._world.hard_contacts:
-            _kernels.hard_contacts(
-                self._restitution_rows,
-                contact.geom,
-                contact.dim,
-                contact.efc_address,
-                contact.dist,
-                contact.friction,
-                data.efc_vel,
-                model.opt.timestep,
-                profile.erp,
-                profile.slow,
-                self._base_reference(data.nefc),
-                data.efc_aref,
+            rows = data.nefc
+            if len(self._base) < rows:
+                self._base, self._acceleration = np.zeros(2 * rows), np.zeros(2 * rows)
+            kernels().hard_contacts(
+                *(self._restitution_rows, geom, dim, address, contact.dist, friction, velocity),
+                *(timestep, profile.erp, profile.slow, self._base, reference),
             )
+            self._sliding = dim, address, friction, velocity, self._acceleration[:rows]
+            self._references = self._base, reference
         elif self._restitution:
-            _kernels.add_bounce(
-                self._restitution_rows,
-                contact.geom,
-                contact.efc_address,
-                data.efc_vel,
-                data.efc_KBIP,
-                model.opt.timestep,
-                profile.slow,
-                data.efc_aref,
+            kernels().add_bounce(
+                *(self._restitution_rows, geom, address, velocity, data.efc_KBIP),
+                *(timestep, profile.slow, reference),
             )
 
-    def _base_reference(self, rows: int) -> np.ndarray:
-        if len(self._base) < rows:
-            self._base = np.zeros(2 * rows)
-            self._acceleration = np.zeros(2 * rows)
-        return self._base
-
-    def correct_sliding(self, model: Any, data: Any) -> None:
+    def correct_sliding(self, model: Any, data: Any, timestep: float) -> None:
         """After the solver: correct sliding contacts and solve again until they fit."""
         if not data.ncon:
             return
-        from roboyard.sim import _kernels
-
-        contact = data.contact
-        rows = data.nefc
-        acceleration = self._acceleration[:rows]
+        # MuJoCo keeps a step's constraint arrays where they are until the next step
+        acceleration, force = self._sliding[-1], data.efc_force
         for _ in range(SLIDING_ITERATIONS):
-            mujoco.mj_mulJacVec(model, data, acceleration, data.qacc)
-            change = _kernels.correct_sliding(
-                contact.dim,
-                contact.efc_address,
-                contact.friction,
-                data.efc_vel,
-                acceleration,
-                data.efc_force,
-                model.opt.timestep,
-                self._base,
-                data.efc_aref,
-            )
+            mujoco.mj_mulJacVec(model, data, acceleration, self._solution)
+            change = kernels().correct_sliding(*self._sliding, force, timestep, *self._references)
             if change < SLIDING_TOLERANCE:
                 return
-            data.qacc_warmstart[:] = data.qacc
+            data.qacc_warmstart[:] = self._solution
             mujoco.mj_fwdConstraint(model, data)
+
+    def _look_up(self, model: Any, data: Any) -> None:
+        """Find the arrays that last until the next compile."""
+        self._damping_rows, self._restitution_rows = self._gather(model)
+        self._drag = (
+            *(self._damping_rows, model.body_mass, model.body_inertia, model.body_rootid, data.cvel),
+            *(data.xipos, data.ximat, data.subtree_com, data.xfrc_applied),
+        )
+        self._friction, self._solution = model.geom_friction, data.qacc
 
     def _gather(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
         damping, restitution = np.zeros((model.nbody, 4)), np.zeros(model.ngeom)
