@@ -23,6 +23,8 @@ MOST_DROP = 0.05
 FREE_FREQUENCY, FIXED_FREQUENCY = 4.0, 8.0
 """Hz: how stiff the drives are. On a robot that stands free stiffer ones make its contacts tremble."""
 
+MOTOR_FREQUENCY = 2.0 * np.pi * 8.0
+"""rad/s of light joints with their motors."""
 MOTOR_SHARE = 0.1
 """Of the inertia that a joint which carries the robot moves with it: what its geared motor adds, as it turns.
 
@@ -96,7 +98,8 @@ class Stage:
         The inertia is the largest that the joint may have to move; for joints that carry the robot, such as
         wheels, also a share of the whole robot at the lever of the floor's push, which is far more than the
         wheel's own. Light joints are made stiffer than that, so that a small error calls up their effort
-        against friction, as far as the time step allows.
+        against friction, as far as the time step allows; they get the inertia of a motor that strong, or
+        fingers would chatter on each other and on the floor.
         """
         plan, world = self.plan, self.world
         share = self._share()
@@ -113,6 +116,9 @@ class Stage:
             if effort is not None and 0.0 < effort < np.inf:
                 wanted = effort / (FULL_EFFORT_SLIDE if joint.type == "prismatic" else FULL_EFFORT_HINGE)
                 stiffness = max(stiffness, min(wanted, own / world.timestep**2))
+            if joint.armature == 0.0:  # joints that carry the robot have a motor already
+                joint.armature = max(stiffness / MOTOR_FREQUENCY**2 - own, 0.0)
+                own += joint.armature
             damping = max(2.0 * total * omega, 2.0 * np.sqrt(stiffness * own))
             found[name] = (stiffness, damping)
         return found
