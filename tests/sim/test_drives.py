@@ -106,3 +106,20 @@ def test_a_legged_robot_comes_to_rest() -> None:
         world.step()
         fastest = max(fastest, float(np.abs(robot.joint_velocities).max()))
     assert fastest < 0.01
+
+
+def test_armature_set_while_the_world_runs_counts_like_one_set_before() -> None:
+    """What MuJoCo derives from inertia, of the joint itself and of all that hang together with it."""
+    derived = []
+    for live in (True, False):
+        world = World()
+        body = world.add_urdf(quadruped(), position=(0, 0, 1))
+        if live:
+            world.step(3)
+        for joint in body.joints[::2]:
+            joint.armature = 0.02
+        world.step()
+        model = world.model
+        derived.append((model.dof_M0, model.dof_invweight0, model.body_invweight0, model.actuator_acc0))
+    for running, fresh in zip(*derived, strict=True):
+        assert running == pytest.approx(fresh, rel=1e-9)

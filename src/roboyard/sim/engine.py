@@ -57,6 +57,7 @@ class Engine:
         self._stale = True
         self._moved = True
         self._velocity_moved = True
+        self._inertia_changed = False
         self._geom_owners: np.ndarray | None = None
         self._dofs = 0
         """Degrees of freedom of all bodies in MuJoCo's arrays; spares have none."""
@@ -110,6 +111,10 @@ class Engine:
         """An edit of the spec: compile before the next use."""
         self._stale = True
 
+    def mark_inertia_changed(self) -> None:
+        """Inertia was written: what MuJoCo weighs contacts and limits by (`invweight0`) is renewed in time."""
+        self._inertia_changed = self._moved = self._velocity_moved = True
+
     def mark_moved(self) -> None:
         """Positions or velocities were written: derived quantities are computed anew when asked for."""
         self._moved = self._velocity_moved = True
@@ -137,7 +142,7 @@ class Engine:
                 self._model, self._data = spec.recompile(self._model, self._data)
         except ValueError as error:
             raise ModelError(f"MuJoCo refuses the world: {' '.join(str(error).split())}") from error
-        self._stale = False
+        self._stale = self._inertia_changed = False
         self.revision += 1
         self._set_contact_law(self.body_by_id.values())
         self.spares.settle()

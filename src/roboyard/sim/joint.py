@@ -138,8 +138,10 @@ class Joint:
             element.armature = total
         world = self.body.world
         if self._built.joint_elements and not world.is_stale:
-            world.live_model.dof_armature[self.dof_slice] = total
-            world.mark_moved()
+            model, dofs = world.live_model, self.dof_slice
+            model.dof_M0[dofs] += total - model.dof_armature[dofs]
+            model.dof_armature[dofs] = total
+            world.mark_inertia_changed()
 
     @property
     def qpos_slice(self) -> slice:

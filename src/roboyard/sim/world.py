@@ -311,6 +311,9 @@ class World(Engine):
             call()
 
     def _advance(self, n: int) -> None:
+        if self._inertia_changed:
+            self._inertia_changed = False
+            mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
         model, data, stepping = self._model, self._data, self.stepping
         if stepping.is_plain:
             mujoco.mj_step(model, data, n)
