@@ -112,7 +112,7 @@ class Engine:
         self._stale = True
 
     def mark_inertia_changed(self) -> None:
-        """Inertia was written: what MuJoCo weighs contacts and limits by (`invweight0`) is renewed in time."""
+        """Inertia was written: what MuJoCo weighs contacts by (`invweight0`) is renewed in time."""
         self._inertia_changed = self._moved = self._velocity_moved = True
 
     def mark_moved(self) -> None:
