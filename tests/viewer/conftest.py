@@ -29,8 +29,10 @@ class FakeBrowser:
         if not is_slow:
             self.look_from((3.0, 0.0, 1.0))
 
-    def look_from(self, position: tuple[float, float, float]) -> None:
-        """Say where the page looks from, to the origin."""
+    def look_from(
+        self, position: tuple[float, float, float], look_at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ) -> None:
+        """Say where the page looks from and to."""
         self.send(
             type="ViewerCameraMessage",
             wxyz=(1.0, 0.0, 0.0, 0.0),
@@ -40,7 +42,7 @@ class FakeBrowser:
             far=100.0,
             image_height=480,
             image_width=640,
-            look_at=(0.0, 0.0, 0.0),
+            look_at=look_at,
             up_direction=(0.0, 0.0, 1.0),
         )
 

@@ -209,12 +209,21 @@ def test_a_page_that_was_opening_while_the_camera_moved_follows(window: Any, bro
     wait(lambda: window._viewer.watchers == 1)
     p.resetDebugVisualizerCamera(3, 30, -20, [1, 2, 3])
     told = p.getDebugVisualizerCamera()[8:]
-    time.sleep(0.2)
+    wait(lambda: window.camera._pages._aimed.target[0] == 1.0)
     slow.look_from((0.0, -2.0, 0.0))
-    slow.listen(lambda m: m["type"] == "SetCameraPositionMessage" and not m["initial"])
-    slow.look_from((0.0, -2.0, 0.0))  # on its way when it was told
-    time.sleep(0.1)
+    for _ in range(2):  # the first telling is lost
+        moved = slow.listen(lambda m: m["type"] == "SetCameraPositionMessage" and not m["initial"])
+        np.testing.assert_allclose(moved["position"], window.camera._pages._aimed.eye)
     assert p.getDebugVisualizerCamera()[8:] == told == (30.0, -20.0, 3.0, (1.0, 2.0, 3.0))
+    slow.look_from(moved["position"], (1.0, 2.0, 3.0))
+    wait(lambda: 1 not in window.camera._pages._told)
+    slow.look_from((0.0, -5.0, 0.0))  # now somebody turns it
+    wait(lambda: p.getDebugVisualizerCamera()[10] == pytest.approx(5.0))
+
+
+def test_a_page_opens_where_the_script_looks_from(window: Any) -> None:
+    p.resetDebugVisualizerCamera(3, 0, 0, [1, 2, 3])
+    np.testing.assert_allclose(window._viewer.server.initial_camera.position, [1, -1, 3], atol=1e-9)
 
 
 def test_keys_and_mouse_reach_the_script_once(watched: Any, wait: Any) -> None:

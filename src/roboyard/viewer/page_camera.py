@@ -14,8 +14,11 @@ Array = NDArray[np.float64]
 
 SAME = 1e-4
 """m: a page that was told to look from somewhere and answers within this has not been moved"""
-PATIENCE = 1.0
-"""s: what a page says so soon after it was told to look from elsewhere may have been on its way before"""
+PATIENCE, TRIES = 0.5, 6
+"""s between tellings, and how often a page is told where to look from that does not answer: one that is just
+opening may lose a part of what it is told"""
+NUDGE = 1e-2
+"""m: viser sends a camera nothing that it believes it has; so far away it is put for no moment"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -41,10 +44,8 @@ class PageCamera:
         self._server = server
         self._aimed: View | None = None
         self._fovy = fovy
-        self._told: dict[int, tuple[View, float]] = {}
-        """Client to where it was told to look from and when; until it answers."""
-        self._opening: set[int] = set()
-        """Clients whose first words come once more: viser hands them to whoever asks when a page opens."""
+        self._told: dict[int, _Told] = {}
+        """By client, until it answers."""
         self.moved: View | None = None
         """Where someone moved a page's camera since `aim`; None: nobody did."""
         self.size: tuple[int, int] | None = None
@@ -58,28 +59,33 @@ class PageCamera:
         self._aimed, self.moved = view, None
         first = self._server.initial_camera
         first.position, first.look_at, first.up = view.eye, view.target, view.up
-        for client in self._server.get_clients().values():
-            self._tell(client, view)
+        for number, client in self._server.get_clients().items():
+            if number in self._told or _is_elsewhere(_view_of(client.camera), view):
+                self._told[number] = _Told(view=view, when=time.monotonic())
+                _tell(client, view)
 
-    def _tell(self, client: Any, view: View) -> None:
-        self._told[client.client_id] = (view, time.monotonic())
-        with client.atomic():
-            client.camera.up_direction = view.up
-            client.camera.position = view.eye
-            client.camera.look_at = view.target
+    def insist(self) -> None:
+        """Tell pages once more that were told where to look from and did not answer; call it now and then."""
+        clients, now = self._server.get_clients() if self._told else {}, time.monotonic()
+        for number, told in tuple(self._told.items()):
+            if now < told.when + PATIENCE:
+                continue
+            if number not in clients or told.tries == TRIES:
+                self._told.pop(number, None)
+                continue
+            told.when, told.tries = now, told.tries + 1
+            _tell(clients[number], told.view)
 
     async def _on_connect(self, client: Any) -> None:
-        view = _view_of(client.camera)
-        self.size = (view.width, view.height)
-        if self._aimed is not None and _is_sane(view) and _is_elsewhere(view, self._aimed):
-            # the others were moved while it was opening: it knows where to look from no longer
-            self._tell(client, self._aimed)
-            self._opening.add(client.client_id)
-        client.camera.on_update(self._on_update)
+        camera = client.camera
+        self.size = (int(camera.image_width), int(camera.image_height))
+        if self._aimed is not None:
+            # it may have been opening while the others were moved; its first words come again below
+            self._told[client.client_id] = _Told(view=self._aimed, when=time.monotonic())
+        camera.on_update(self._on_update)
 
     async def _on_disconnect(self, client: Any) -> None:
         self._told.pop(client.client_id, None)
-        self._opening.discard(client.client_id)
         if not self._server.get_clients():
             self.size = None
 
@@ -90,23 +96,35 @@ class PageCamera:
             return
         if 0 < view.width < 1 << 15 and 0 < view.height < 1 << 15:
             self.size = (view.width, view.height)
-        if self._is_late(camera.client.client_id, view):
+        told = self._told.get(camera.client.client_id)
+        if told is not None:
+            if not _is_elsewhere(view, told.view):
+                self._told.pop(camera.client.client_id, None)
             return
         before = self.moved or self._aimed
         if before is not None and not _is_elsewhere(view, before):
             return
         self.moved = view
 
-    def _is_late(self, client: int, view: View) -> bool:
-        """Whether a page said this before it heard what it was told."""
-        if client in self._opening:
-            self._opening.discard(client)
-            return True
-        told, when = self._told.get(client, (view, 0.0))
-        if _is_elsewhere(view, told) and time.monotonic() < when + PATIENCE:
-            return True
-        self._told.pop(client, None)
-        return False
+
+@dataclass(kw_only=True, slots=True)
+class _Told:
+    """What one page was told."""
+
+    view: View
+    when: float
+    """s, of the monotonic clock"""
+    tries: int = 0
+
+
+def _tell(client: Any, view: View) -> None:
+    camera = client.camera
+    with client.atomic():
+        camera.up_direction = view.up
+        camera.position = view.eye + NUDGE
+        camera.position = view.eye
+        camera.look_at = view.target + NUDGE
+        camera.look_at = view.target
 
 
 def _view_of(camera: Any) -> View:

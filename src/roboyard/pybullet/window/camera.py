@@ -30,6 +30,7 @@ class WindowCamera:
         if where != self._known:
             self._known = where
             self._pages.aim(view_of(camera))
+        self._pages.insist()
 
     def pull(self, camera: VisualizerCamera) -> None:
         """Put the visualizer's camera where someone moved a page's, if one did since the script did."""

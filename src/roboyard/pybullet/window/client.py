@@ -74,7 +74,14 @@ def _preview(window: Window, answer: Any) -> None:
     window.previews.take(*answer[2:])
 
 
-_AFTERWARDS: dict[str, Callable[[Window, Any], None]] = {"getCameraImage": _preview}
+def _aim(window: Window, _: Any) -> None:
+    window.aim_ahead()
+
+
+_AFTERWARDS: dict[str, Callable[[Window, Any], None]] = {
+    "getCameraImage": _preview,
+    "resetDebugVisualizerCamera": _aim,
+}
 """What the window does with a command's answer."""
 
 

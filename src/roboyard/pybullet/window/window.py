@@ -79,6 +79,11 @@ class Window:
 
     # ----------------------------------------------------------------- under the client's lock, in any thread
 
+    def aim_ahead(self) -> None:
+        """Let a page that opens look from where the script does; open ones are aimed by `look`."""
+        if not self._viewer.watchers:
+            self.camera.push(self._client._visualizer)
+
     def look(self) -> None:
         """See what has changed since the last look."""
         self.wants_to_look = False
