@@ -360,10 +360,10 @@ def test_rays_boxes_and_nearest_points(client: int) -> None:
     np.testing.assert_allclose([hit[2], *hit[3], *hit[4]], [0.35, 0.1, 0, 1.5, 0, 0, 1], atol=1e-6)
     assert p.rayTest([9, 9, 5], [9, 9, -5]) == ((-1, -1, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),)
     (second,) = p.rayTest([-5, 0, 1], [5, 0, 1], reportHitNumber=1)
-    assert second[0] == b
-    assert second[3][0] == pytest.approx(0.8, abs=1e-3)
+    assert second[0] == a, "counted from the one made last"
+    assert second[3][0] == pytest.approx(-0.5, abs=1e-3)
     np.testing.assert_allclose(p.getAABB(a), [(-0.5, -0.5, 0.5), (0.5, 0.5, 1.5)], atol=1e-9)
-    assert p.getOverlappingObjects([0.4, -1, 0], [0.9, 1, 2]) == ((a, -1), (b, -1))
+    assert p.getOverlappingObjects([0.4, -1, 0], [0.9, 1, 2]) == ((b, -1), (a, -1))
     assert p.getOverlappingObjects([50, 50, 50], [51, 51, 51]) is None
     (near,) = p.getClosestPoints(a, b, 1.0)
     assert near[8] == pytest.approx(0.3, abs=1e-6)

@@ -37,7 +37,7 @@ def test_other_heights_keep_the_origin(client: int) -> None:
     np.testing.assert_allclose(surface(), [0.5 * (h + middle) - 3.0 - middle for h in before], atol=1e-5)
     field(HEIGHTS, replaceHeightfieldIndex=shape)
     np.testing.assert_allclose(surface(), before, atol=1e-6)
-    assert p.getNumBodies() == 1 and p.getCollisionShapeData(body, -1)[0][2] == p.GEOM_HEIGHTFIELD
+    assert p.getNumBodies() == 1 and p.getVisualShapeData(body)[0][2] == p.GEOM_HEIGHTFIELD
 
 
 def test_a_ball_rides_on_rising_terrain(client: int) -> None:

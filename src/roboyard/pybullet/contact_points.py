@@ -10,7 +10,7 @@ import numpy as np
 from roboyard.pybullet.arguments import number, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.contact_order import kind_of, tangents
-from roboyard.pybullet.shape_bounds import MARGIN
+from roboyard.pybullet.hull_margins import margins_of_hulls
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
@@ -41,7 +41,10 @@ def getContactPoints(
         the body feels that Bullet names first where no bodyA is given (see `contact_order`).
     """
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
-    rows = (_listed(pair, point, wanted) for pair, point in touching(client.scene))
+    scene = client.scene
+    if scene.world.is_stale or scene.world.live_data.ncon == 0:
+        return ()
+    rows = (_listed(pair, point, wanted) for pair, point in touching(scene))
     return tuple(row for row in rows if row is not None)
 
 
@@ -171,28 +174,16 @@ def getClosestPoints(
             return ()
         data, model = world.kinematics(), world.live_model
         points, ends = [], np.zeros(6)
+        hulls = scene.hull_margins() if world is scene.world else margins_of_hulls(model)
         for body_a, link_a, geom_a in first:
             for body_b, link_b, geom_b in second:
-                margins = _margin(scene, model, body_a, geom_a), _margin(scene, model, body_b, geom_b)
+                margins = float(hulls[geom_a]), float(hulls[geom_b])
                 reach = max(limit + sum(margins), 1e-6)
                 gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
                 if gap > reach or (gap == reach and not ends.any()):
                     continue
                 points.append(_nearest(body_a, body_b, link_a, link_b, float(gap), ends, margins))
         return tuple(points)
-
-
-def _margin(scene: Scene, model: Any, body: int, geom: int) -> float:
-    """By how much Bullet's shape is larger than a geom: hulls have a margin around them; m."""
-    import mujoco
-
-    kind = model.geom_type[geom]
-    if kind == mujoco.mjtGeom.mjGEOM_MESH:
-        return MARGIN
-    record = scene.bodies.get(body)
-    if record is None or record.model.implicit_cylinder:
-        return 0.0
-    return MARGIN if kind == mujoco.mjtGeom.mjGEOM_CYLINDER else 0.0
 
 
 def _nearest(

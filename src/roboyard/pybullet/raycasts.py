@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,16 +13,23 @@ from roboyard.pybullet import constants as c
 from roboyard.pybullet.arguments import number, vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
+from roboyard.sim.rays import first_shape
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
     from roboyard.pybullet.records import BodyRecord
     from roboyard.pybullet.scene import Scene
+    from roboyard.sim.rays import RayHits
 
 Vector = Sequence[float]
+Triple = tuple[float, ...]
 Hit = tuple[int, int, float, tuple[float, ...], tuple[float, ...]]
 _NOTHING = (0.0, 0.0, 0.0)
 _MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
+BROAD_MARGIN = 0.02
+"""m: by which Bullet's broad phase grows boxes."""
+_MOST_GRAZING = 20.0
+"""Margins: how much nearer a hull's margin brings a hit at most."""
 _STEP_BEHIND = 1e-5
 """Of the ray: from where the search for its next hit starts."""
 
@@ -34,12 +42,16 @@ def rayTest(
     collisionFilterMask: int = -1,
     reportHitNumber: int = -1,
 ) -> tuple[Hit, ...]:
-    """The first surface (or the reportHitNumber-th) between two points; see rayTestBatch."""
+    """The first surface (or one chosen by reportHitNumber) between two points; see rayTestBatch."""
     start = vector3(rayFromPosition, "Error in rayTest: rayFromPosition")
     end = vector3(rayToPosition, "Error in rayTest: rayToPosition")
-    return _cast(
-        client.scene, np.array([start]), np.array([end]), whole(collisionFilterMask), whole(reportHitNumber)
-    )
+    if not client.scene.bodies:
+        return (_MISS,)
+    way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    mask, wanted = whole(collisionFilterMask), whole(reportHitNumber)
+    if wanted < 0:
+        return (next(_entered(client.scene, start, way, mask), _MISS),)
+    return (_chosen(client.scene, start, way, mask, wanted),)
 
 
 @command()
@@ -57,12 +69,13 @@ def rayTestBatch(
     """The first surface that each of k rays meets.
 
     Args:
-        rayFromPositions: (k, 3) m in the world, or in the parent link's frame.
+        rayFromPositions: (k, 3) m in the world, or in the parent link's inertial frame.
         rayToPositions: (k, 3) m.
         numThreads: rays here share one thread.
         parentObjectUniqueId: body that the rays move with; -1 for none.
         parentLinkIndex: its link.
-        reportHitNumber: report the n-th surface instead of the first (0).
+        reportHitNumber: report the n-th (from 0) of all shapes that the ray enters instead of the nearest;
+        they count from the one made last, as Bullet's search mostly comes upon them.
         collisionFilterMask: meet only shapes whose filter group has one of these bits.
         fractionEpsilon: hits of one ray that are nearer to one another than this count as one.
 
@@ -77,7 +90,8 @@ def rayTestBatch(
     scene = client.scene
     if whole(parentObjectUniqueId) in scene.bodies:
         record = scene.ready(parentObjectUniqueId, "")
-        position, orientation = record.body.links[whole(parentLinkIndex) + 1].pose
+        link = whole(parentLinkIndex) if -1 <= whole(parentLinkIndex) < record.joint_count else -1
+        position, orientation = record.to_inertial(*record.body.links[link + 1].pose, link)
         starts, ends = position + rotate(orientation, starts), position + rotate(orientation, ends)
     number(fractionEpsilon)
     return _cast(scene, starts, ends, whole(collisionFilterMask), whole(reportHitNumber))
@@ -104,19 +118,23 @@ def getAABB(
 def getOverlappingObjects(
     client: Client, aabbMin: Vector, aabbMax: Vector
 ) -> tuple[tuple[int, int], ...] | None:
-    """Body and link of everything whose box overlaps a box; None for nothing."""
+    """Body and link of everything whose box, grown by 2 cm, overlaps a box; None for nothing.
+
+    What was made last comes first, as it mostly does in Bullet.
+    """
     low = np.array(vector3(aabbMin, "getOverlappingObjects: aabbMin"))
     high = np.array(vector3(aabbMax, "getOverlappingObjects: aabbMax"))
     scene = client.scene
+    low, high = low - BROAD_MARGIN, high + BROAD_MARGIN
     found = []
-    for number_ in scene.order:
-        record = scene.ready(number_, "")
-        for link in range(-1, record.joint_count):
+    for record in sorted(scene.bodies.values(), key=lambda record: -record.body.id):
+        scene.ready(record.number, "")
+        for link in range(record.joint_count - 1, -2, -1):
             if not record.model.links[link + 1].collisions:
                 continue
             lower, upper = _box(record, link)
             if (lower <= high).all() and (upper >= low).all():
-                found.append((number_, link))
+                found.append((record.number, link))
     return tuple(found) or None
 
 
@@ -128,21 +146,27 @@ def _box(record: BodyRecord, link: int) -> np.ndarray:
 
 def _points(values: Sequence[Vector]) -> np.ndarray:
     try:
-        return np.array(values, dtype=float).reshape(-1, 3)
+        points = np.array(values, dtype=float)
+        if points.ndim == 2 or points.size == 0:
+            return points.reshape(-1, 3)
     except (TypeError, ValueError):
-        raise failure(
-            "Items in the from/to positions need to be an [x,y,z] list of 3 floats/doubles"
-        ) from None
+        pass
+    raise failure("Items in the from/to positions need to be an [x,y,z] list of 3 floats/doubles")
 
 
 def _cast(scene: Scene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int) -> tuple[Hit, ...]:
-    """Hits of rays; they pass shapes that they start in, shapes outside the mask, and `wanted` hits."""
+    """Hits of rays; they pass shapes that they start in and shapes outside the mask."""
     if not scene.bodies or not len(starts):
         return (_MISS,) * len(starts)
+    if wanted >= 0:
+        rays = zip(starts.tolist(), (ends - starts).tolist(), strict=True)
+        return tuple(_chosen(scene, start, way, mask, wanted) for start, way in rays)
     found = scene.world.rays(starts, ends)
-    owners = found.owners.tolist()
-    fractions, positions, normals = found.fraction.tolist(), found.position.tolist(), found.normal.tolist()
-    leaving = (np.einsum("ij,ij->i", found.normal, ends - starts) > 0.0).tolist()
+    ways = ends - starts
+    fraction = _nearer(scene, found, ways)
+    owners, fractions, normals = found.owners.tolist(), fraction.tolist(), found.normal.tolist()
+    positions = (starts + fraction[:, None] * ways).tolist()
+    leaving = (np.einsum("ij,ij->i", found.normal, ways) > 0.0).tolist()
     hits: list[Hit] = []
     for i, (body, link) in enumerate(owners):
         if body < 0:
@@ -150,33 +174,47 @@ def _cast(scene: Scene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted:
             continue
         number_ = scene.of_world(body).number
         hit: Hit = (number_, link - 1, fractions[i], tuple(positions[i]), tuple(normals[i]))
-        if wanted > 0 or leaving[i] or not scene.filters.group_of(number_, link - 1) & mask:
-            hit = _later_hit(scene, starts[i], ends[i], hit, mask, max(wanted, 0))
+        if leaving[i] or not scene.filters.group_of(number_, link - 1) & mask:
+            hit = next(_entered(scene, tuple(starts[i].tolist()), tuple(ways[i].tolist()), mask), _MISS)
         hits.append(hit)
     return tuple(hits)
 
 
-def _later_hit(scene: Scene, start: np.ndarray, end: np.ndarray, hit: Hit, mask: int, wanted: int) -> Hit:
-    """The `wanted`-th surface (from 0) that a ray enters and the mask lets it see, from the first hit on."""
-    whole_way = end - start
-    while hit[0] >= 0:
-        if whole_way @ hit[4] <= 0.0 and scene.filters.group_of(hit[0], hit[1]) & mask:
-            if wanted == 0:
-                return hit
-            wanted -= 1
-        fraction = hit[2] + _STEP_BEHIND
-        if fraction >= 1.0:
-            break
-        again = scene.world.ray(start + fraction * whole_way, end)
-        if again is None:
-            break
-        number_ = scene.of_world(again.body.id).number
-        total = fraction + again.fraction * (1.0 - fraction)
-        hit = (
-            number_,
-            again.link.index - 1,
-            total,
-            tuple(again.position.tolist()),
-            tuple(again.normal.tolist()),
-        )
-    return _MISS
+def _nearer(scene: Scene, found: RayHits, ways: np.ndarray) -> np.ndarray:
+    """(k,) fractions of hits, those of hulls with Bullet's margin around them."""
+    margins = scene.hull_margins()[found.geoms] * (found.geoms >= 0)
+    if not margins.any():
+        return found.fraction
+    slope = np.abs(np.einsum("ij,ij->i", found.normal, ways))
+    lengths = np.linalg.norm(ways, axis=1)
+    steepest = np.maximum(slope, lengths / _MOST_GRAZING)
+    shift = np.divide(margins, steepest, out=np.zeros_like(margins), where=steepest > 0.0)
+    return np.maximum(found.fraction - shift, 0.0)
+
+
+def _chosen(scene: Scene, start: Triple, way: Triple, mask: int, wanted: int) -> Hit:
+    """The `wanted`-th (from 0) of all shapes that a ray enters, counted from the one made last."""
+    hits = list(_entered(scene, start, way, mask))
+    hits.sort(key=lambda hit: (-scene.bodies[hit[0]].body.id, -hit[1], hit[2]))
+    return hits[wanted] if wanted < len(hits) else _MISS
+
+
+def _entered(scene: Scene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
+    """Hits of all shapes that a ray enters and the mask lets it see, the nearest first."""
+    world = scene.world
+    found = first_shape(world, start, way)
+    while found is not None:
+        geom, fraction, normal = found
+        slope = way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]
+        body, link = world.geom_owners[geom].tolist()
+        number_ = scene.of_world(body).number
+        if slope <= 0.0 and scene.filters.group_of(number_, link - 1) & mask:
+            margin = float(scene.hull_margins()[geom])
+            if margin:
+                length = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
+                nearer = max(fraction - margin / max(-slope, length / _MOST_GRAZING), 0.0)
+            else:
+                nearer = fraction
+            at = (start[0] + nearer * way[0], start[1] + nearer * way[1], start[2] + nearer * way[2])
+            yield number_, link - 1, nearer, at, normal
+        found = first_shape(world, start, way, fraction + _STEP_BEHIND)

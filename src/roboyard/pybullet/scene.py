@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.constraint_records import ConstraintRecord
 from roboyard.pybullet.drives import Drives
 from roboyard.pybullet.errors import failure
+from roboyard.pybullet.hull_margins import margins_of_hulls
 from roboyard.pybullet.ids import Counter, Recycler, drop_from_order
 from roboyard.pybullet.models import BodyModel
 from roboyard.pybullet.pair_filters import PairFilters
@@ -56,6 +57,7 @@ class Scene:
         """Bodies with motor commands that have not reached the World yet."""
         self.filters = PairFilters(self)
         self._loose: LooseShapes | None = None
+        self._hull_margins: Any = None
         self._spare: Any = None
         self._spare_revision = -1
         self.frames_are_old = True
@@ -195,6 +197,23 @@ class Scene:
         if self._spare is None or self._spare_revision != self.world.revision:
             self._spare, self._spare_revision = mujoco.MjData(model), self.world.revision
         return self._spare
+
+    def hull_margins(self) -> Any:
+        """(ngeom,) by how much Bullet's shape is larger than each of MuJoCo's: hulls have a margin; m."""
+        world = self.world
+        if self._hull_margins is None or self._hull_margins[0] != world.revision or world.is_stale:
+            world.ensure_compiled()
+            cylinders: list[int] = []
+            triangles: list[int] = []
+            for number, record in self.bodies.items():
+                rows = self.ready(number, "").rows
+                if not record.model.implicit_cylinder:
+                    cylinders += rows
+                for row, link in zip(rows, record.model.links, strict=True):
+                    if any(shape.concave for shape in link.collisions):
+                        triangles.append(row)
+            self._hull_margins = world.revision, margins_of_hulls(world.live_model, cylinders, triangles)
+        return self._hull_margins[1]
 
     # -------------------------------------------------------------------------------------------------- time
 

@@ -63,8 +63,8 @@ class UserData:
         return True
 
     def of_body(self, body: int) -> list[tuple[int, Place]]:
-        """Entries of a body, in the order of their ids."""
-        return [(n, self._places[n]) for n in sorted(self._places) if self._places[n].body == body]
+        """Entries of a body in the order in which their ids were given out."""
+        return [(n, self._places[n]) for n in self._places if self._places[n].body == body]
 
     def forget_bodies(self, bodies: Iterable[int]) -> None:
         gone = set(bodies)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -48,6 +49,8 @@ class RayHits:
     """(k, 3) m; the ray's end for a miss"""
     normal: Array
     """(k, 3) unit; zeros for a miss"""
+    geoms: np.ndarray
+    """(k,) int32 MuJoCo's shapes; -1 for a miss"""
 
     @property
     def hit(self) -> np.ndarray:
@@ -108,8 +111,45 @@ def cast(world: World, starts: ArrayLike, ends: ArrayLike, *, visual: bool = Fal
     owners[hit] = world.geom_owners[geoms[hit]]
     normals[~hit] = 0.0
     return RayHits(
-        owners=owners, fraction=fraction, position=origins + fraction[:, None] * vectors, normal=normals
+        owners=owners,
+        fraction=fraction,
+        position=origins + fraction[:, None] * vectors,
+        normal=normals,
+        geoms=np.where(hit, geoms, -1).astype(np.int32),
     )
+
+
+ShapeHit = tuple[int, float, tuple[float, ...]]
+"""MuJoCo's shape, fraction of the ray, unit normal out of the surface."""
+_COLLISIONS = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
+"""Groups of shapes that rays meet: all but the visual ones."""
+
+
+def first_shape(
+    world: World, start: tuple[float, ...], way: tuple[float, ...], behind: float = 0.0
+) -> ShapeHit | None:
+    """The first collision shape that one ray meets, in plain numbers: what `cast` finds, many times sooner.
+
+    Args:
+        start: (3,) m in the world.
+        way: (3,) m from there to the ray's end.
+        behind: fraction of the way that is passed over; fractions of hits count from `start` all the same.
+    """
+    import mujoco
+
+    x, y, z = way
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0.0 or behind >= 1.0:
+        return None
+    data = world.kinematics()
+    geom, normal = np.zeros(1, dtype=np.int32), np.zeros(3)
+    origin = np.array([start[0] + behind * x, start[1] + behind * y, start[2] + behind * z])
+    direction = np.array([x / length, y / length, z / length])
+    distance = mujoco.mj_ray(world.live_model, data, origin, direction, _COLLISIONS, True, -1, geom, normal)
+    fraction = behind + distance / length
+    if distance < 0.0 or fraction > 1.0:
+        return None
+    return int(geom[0]), fraction, tuple(normal.tolist())
 
 
 def cast_one(world: World, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:

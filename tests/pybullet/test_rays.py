@@ -1,0 +1,72 @@
+"""Rays and overlaps as PyBullet 3.2.7 answers them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+import roboyard.pybullet as p
+
+OFFSET = """<robot name="offset"><link name="base"><inertial><origin xyz="0 0 0.5"/><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><cylinder radius="0.2" length="2"/></geometry></collision></link></robot>"""
+
+
+def _boxes(*places: float) -> list[int]:
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    return [p.createMultiBody(1, shape, basePosition=[x, 0, 0]) for x in places]
+
+
+def test_numbered_hits_count_from_the_shape_made_last(client: int) -> None:
+    _boxes(1, 2, 3)
+    for start, end in (([0, 0, 0], [9, 0, 0]), ([9, 0, 0], [0, 0, 0])):
+        found = [p.rayTest(start, end, reportHitNumber=k)[0] for k in range(4)]
+        assert [hit[0] for hit in found] == [2, 1, 0, -1]
+    assert p.rayTestBatch([[0, 0, 0]], [[9, 0, 0]], reportHitNumber=1)[0][2] == pytest.approx(1.9 / 9)
+    assert p.rayTest([0, 0, 0], [9, 0, 0])[0][0] == 0
+    p.setCollisionFilterGroupMask(1, -1, 8, 255)
+    assert p.rayTest([0, 0, 0], [9, 0, 0], reportHitNumber=0, collisionFilterMask=8)[0][0] == 1
+
+
+def test_rays_move_with_the_inertial_frame_of_their_parent(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "offset.urdf"
+    file.write_text(OFFSET)
+    body = p.loadURDF(str(file), [0, 0, 1])
+    _boxes(2)
+    p.resetBasePositionAndOrientation(1, [2, 0, 1.5], [0, 0, 0, 1])
+    hit = p.rayTestBatch([[1, 0, 0]], [[3, 0, 0]], parentObjectUniqueId=body)[0]
+    assert hit[0] == 1
+    assert hit[3] == pytest.approx([1.9, 0, 1.5], abs=1e-9)
+
+
+def test_hulls_are_met_at_their_margin(client: int, tmp_path: Path) -> None:
+    file = tmp_path / "offset.urdf"
+    file.write_text(OFFSET)
+    p.loadURDF(str(file))
+    straight, slanted = p.rayTestBatch([[1, 0, 0], [0.5, -1, 0]], [[-1, 0, 0], [0.5, 1, 0]])
+    assert straight[3][0] == pytest.approx(0.201, abs=1e-9)
+    assert slanted[0] == -1
+    (above,) = p.rayTest([0, 0, 3], [0, 0, -3])
+    assert above[3][2] == pytest.approx(1.001, abs=1e-9)
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.3), basePosition=[5, 0, 0])
+    hit = p.rayTest([5, -1, 0], [5, 1, 0])[0]
+    assert (hit[0], hit[3][1]) == (ball, pytest.approx(-0.3))
+
+
+def test_flat_lists_are_no_rays(client: int) -> None:
+    with pytest.raises(p.error, match="list of 3 floats"):
+        p.rayTestBatch([1, 0, 0], [2, 0, 0])
+    assert p.rayTestBatch([], []) == ()
+
+
+def test_overlaps_reach_two_centimetres_and_start_with_the_youngest(client: int) -> None:
+    _boxes(0, 1)
+    assert p.getOverlappingObjects([-1, -1, -1], [2, 1, 1]) == ((1, -1), (0, -1))
+    assert p.getOverlappingObjects([-1, -1, -1], [0.5, 1, 1]) == ((0, -1),)
+    assert p.getOverlappingObjects([0.119, -1, -1], [0.5, 1, 1]) == ((0, -1),)
+    assert p.getOverlappingObjects([0.121, -1, -1], [0.5, 1, 1]) is None
+    turned = p.getQuaternionFromEuler([0, 0, math.pi / 4])
+    p.resetBasePositionAndOrientation(0, [0, 0, 0], turned)
+    assert p.getOverlappingObjects([0.14, -1, -1], [0.5, 1, 1]) == ((0, -1),)
