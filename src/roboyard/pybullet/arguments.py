@@ -63,13 +63,18 @@ def whole(value: Any) -> int:
 
 
 def indices(values: Iterable[int], message: str = "expected a sequence of joint indices") -> list[int]:
-    """Whole numbers from any sequence."""
+    """Whole numbers from any sequence, as PyBullet reads them: cut floats, and -1 for what is no number."""
     try:
-        return [index(value) for value in values]
+        return [value if type(value) is int else _cut(value) for value in values]
     except TypeError:
-        if hasattr(values, "__iter__") and not isinstance(values, str | bytes):
-            raise
         raise failure(message) from None
+
+
+def _cut(value: Any) -> int:
+    try:
+        return -1 if isinstance(value, str | bytes) else int(value)
+    except (TypeError, ValueError):
+        return -1
 
 
 def text(value: Any) -> str:

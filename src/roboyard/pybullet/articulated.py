@@ -25,6 +25,10 @@ _BAD_JACOBIAN = (
     "[joint positions], [joint velocities], [joint accelerations] need to match the number of DoF."
 )
 _BAD_MASS_MATRIX = "Internal error in calculateMassMatrix"
+_BAD_SPEEDS = (
+    "calculateInverseDynamics numDofs needs to be positive and [joint velocities] and[joint accelerations] "
+    "need to be equal and match the number of degrees of freedom."
+)
 _BAD_DYNAMICS = "calculateInverseDynamics numDofs needs to be positive and [joint positions], "
 
 
@@ -54,6 +58,9 @@ def calculateJacobian(
     """
     scene = client.scene
     record = scene.ready(bodyUniqueId, _BAD_JACOBIAN)
+    for kind, name in ((2, "Spherirical"), (3, "Planar")):
+        if any(info[2] == kind for info in record.infos):
+            raise failure(f"{name} joints are not supported in the pybullet binding")
     point = vector3(localPosition, _BAD_JACOBIAN)
     q = _joint_values(record, objPositions, POSITION_COUNT, _BAD_JACOBIAN)
     for values in (objVelocities, objAccelerations):
@@ -122,7 +129,12 @@ def calculateInverseDynamics(
     message = _BAD_DYNAMICS + "[joint velocities], [joint accelerations] need to match the number of DoF."
     record = scene.ready(bodyUniqueId, message)
     floating = record.free is not None
-    given = [np.asarray(v, dtype=float).reshape(-1) for v in (objPositions, objVelocities, objAccelerations)]
+    given = [
+        _all_numbers(objPositions, message),
+        *(_all_numbers(v, _BAD_SPEEDS) for v in (objVelocities, objAccelerations)),
+    ]
+    if len(given[1]) != len(given[2]):
+        raise failure(_BAD_SPEEDS, f"got {len(given[1])} velocities and {len(given[2])} accelerations")
     padded = bool(whole(flags) & 1)
     size, places = _padding(record)
     if padded:
@@ -181,13 +193,21 @@ def _joint_values(
     *,
     more_is_fine: bool = False,
 ) -> Array:
-    given = np.asarray(values, dtype=float).reshape(-1)
+    given = _all_numbers(values, message)
     wanted = sum(count[info[2]] for info in record.infos)
     if more_is_fine:
         given = given[:wanted]
     if len(given) != wanted:
         raise failure(message, f"body {record.number} takes {wanted} numbers, got {len(given)}")
     return given
+
+
+def _all_numbers(values: Vector | Array, message: str) -> Array:
+    """(n,) numbers of any sequence, in whatever shape."""
+    try:
+        return np.asarray(values, dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        raise failure(message, f"numbers are needed, got {values!r}") from None
 
 
 def _at(scene: Scene, record: BodyRecord, q: Array, base: Array | None = None) -> Any:

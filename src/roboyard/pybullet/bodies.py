@@ -11,7 +11,7 @@ import numpy as np
 from roboyard.poses import conjugate, multiply, rotate
 from roboyard.pybullet.arguments import quaternion, vector3, whole
 from roboyard.pybullet.commands import command
-from roboyard.pybullet.errors import failure
+from roboyard.pybullet.errors import error, failure
 from roboyard.pybullet.frames import inertial_pose
 
 if TYPE_CHECKING:
@@ -138,15 +138,13 @@ def resetBaseVelocity(
     linearVelocity: Vector | None = None,
     angularVelocity: Vector | None = None,
 ) -> None:
-    """Set the velocity of the base's centre of mass (m/s) and its angular velocity (rad/s), in world axes."""
+    """Set the velocity of the base's centre of mass (m/s) and its angular velocity (rad/s), in world axes.
+
+    Anything but three numbers counts as three zeros.
+    """
     if linearVelocity is None and angularVelocity is None:
         raise failure("expected at least linearVelocity and/or angularVelocity.")
-    linear = (
-        None if linearVelocity is None else np.array(vector3(linearVelocity, "error in resetJointState."))
-    )
-    angular = (
-        None if angularVelocity is None else np.array(vector3(angularVelocity, "error in resetJointState."))
-    )
+    linear, angular = _three(linearVelocity), _three(angularVelocity)
     scene = client.scene
     if whole(objectUniqueId) not in scene.bodies:
         return
@@ -159,3 +157,13 @@ def resetBaseVelocity(
     turning = old_angular if angular is None else angular
     record.body.set_velocity(center - np.cross(turning, offset), turning)
     scene.frames_are_old = True
+
+
+def _three(velocity: Vector | None) -> np.ndarray | None:
+    """(3,) numbers as given; zeros for another count."""
+    if velocity is None:
+        return None
+    try:
+        return np.array(vector3(velocity, ""))
+    except error:
+        return np.zeros(3)

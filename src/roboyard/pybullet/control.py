@@ -68,7 +68,7 @@ def setJointMotorControl2(
         except (struct.error, IndexError, TypeError):
             pass  # said below, in PyBullet's words
     record = joint_of(client, bodyUniqueId, jointIndex)
-    if controlMode not in _MODES:
+    if whole(controlMode) not in _MODES:
         raise failure("Illegal control mode.")
     _drive(
         client.scene, record, jointIndex, controlMode,
@@ -142,8 +142,10 @@ def setJointMotorControlMultiDof(
     Position is 1 number or a quaternion, velocity 1 or 3, force 1 or 3 (one holds for all).
     """
     record = joint_of(client, bodyUniqueId, jointIndex)
-    if whole(controlMode) not in _MODES:
-        raise failure("Illegal control mode.")
+    if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL):
+        raise failure(
+            "Illegal control mode.", "motors of such joints know TORQUE_CONTROL and POSITION_CONTROL"
+        )
     gains = number(positionGain), number(velocityGain), number(maxVelocity)
     number(damping)
     _drive_many(client.scene, record, jointIndex, controlMode, targetPosition, targetVelocity, force, *gains)
@@ -162,24 +164,16 @@ def setJointMotorControlMultiDofArray(
     velocityGains: Vector | None = None,
     maxVelocities: Vector | None = None,
 ) -> None:
-    """`setJointMotorControlMultiDof` of several joints at once."""
-    if whole(controlMode) not in (*_MODES, c.STABLE_PD_CONTROL):
+    """`setJointMotorControlMultiDof` of several joints at once; short lists leave the usual values."""
+    if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL, c.STABLE_PD_CONTROL):
         raise failure("Illegal control mode.")
     joints = indices(jointIndices)
     count = len(joints)
-    s = "should match the number of joint indices"
-    kps = _each(positionGains, count, KP, "number of kps should match the joint indices")
-    kds = _each(velocityGains, count, KD, f"number of kds {s}")
-    fastest = _each(maxVelocities, count, -1.0, f"number of maxVelocities {s}")
-    lists: list[Sequence[Any]] = []
-    for name, values in (("positions", targetPositions), ("velocies", targetVelocities), ("forces", forces)):
-        if values is not None and len(values) != count:
-            raise failure(
-                f"number of target {name} {s}"
-                if name != "forces"
-                else "number of forces should match the joint indices"
-            )
-        lists.append([None] * count if values is None else values)
+    kps, kds = _as_many(positionGains, count, KP), _as_many(velocityGains, count, KD)
+    fastest = _as_many(maxVelocities, count, -1.0)
+    lists: list[Sequence[Any]] = [
+        _as_many(values, count, None) for values in (targetPositions, targetVelocities, forces)
+    ]
     if controlMode == c.STABLE_PD_CONTROL:
         from roboyard.pybullet.stable_pd import drive
 
@@ -225,6 +219,12 @@ def setJointMotorControl(*args: Any) -> None:
 
 
 # ------------------------------------------------------------------------------------------------- helpers
+
+
+def _as_many(values: Sequence[Any] | None, count: int, default: Any) -> list[Any]:
+    """The first `count` values; the default in place of those that are missing."""
+    given = list(values)[:count] if hasattr(values, "__iter__") and values is not None else []
+    return given + [default] * (count - len(given))
 
 
 def _each(values: Vector | None, count: int, default: float, message: str) -> Sequence[float]:
@@ -297,12 +297,11 @@ def _drive_many(
 
 
 def _spread(values: Vector, size: int) -> list[float]:
+    """A force bound for each degree of freedom; one holds for all, and what is missing is unbounded."""
     given = [number(v) for v in values]
     if len(given) == 1:
         return given * size
-    if len(given) < size:
-        raise failure(OUT_OF_RANGE, f"{size} forces are needed, got {len(given)}")
-    return given[:size]
+    return given[:size] + [LARGEST_FORCE] * (size - len(given))
 
 
 class SpringDamper:

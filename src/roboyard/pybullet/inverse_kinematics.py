@@ -11,7 +11,7 @@ import numpy as np
 from roboyard.poses import Array
 from roboyard.pybullet.arguments import floats, number, quaternion, vector3, whole
 from roboyard.pybullet.commands import command
-from roboyard.pybullet.errors import failure
+from roboyard.pybullet.errors import error, failure
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 _FAILED = "Error in calculateInverseKinematics"
 _ITERATIONS, _RESIDUAL = 20, 1e-4
+_WRONG_POSITION = "calculateInverseKinematics couldn't extract position vector3"
 _WRONG_CURRENT = (
     "calculateInverseKinematics the size of input current positions needs to be equal to the number of "
     "degrees of freedom."
@@ -54,7 +55,7 @@ def calculateInverseKinematics(
         bodyUniqueId: the body.
         endEffectorLinkIndex: the link.
         targetPosition: of the link frame in the world; m.
-        targetOrientation: x, y, z, w; None leaves it free.
+        targetOrientation: x, y, z, w; None, or anything but four numbers, leaves it free.
         lowerLimits: of every movable joint, with upperLimits, jointRanges and restPoses: the answer then
             leans towards restPoses. Lists of another length are ignored.
         upperLimits: likewise.
@@ -67,10 +68,7 @@ def calculateInverseKinematics(
         residualThreshold: error (m and rad) that is small enough.
     """
     whole(solver)
-    goal: tuple[Vector, Vector | None] = (
-        vector3(targetPosition, _FAILED),
-        None if targetOrientation is None else quaternion(targetOrientation, _FAILED),
-    )
+    goal = vector3(targetPosition, _WRONG_POSITION), _orientation(targetOrientation)
     null_space = (lowerLimits, upperLimits, jointRanges, restPoses)
     limits = whole(maxNumIterations), number(residualThreshold)
     return _solve(
@@ -108,6 +106,13 @@ def calculateInverseKinematics2(
     )  # fmt: skip
 
 
+def _orientation(given: Vector | None) -> Vector | None:
+    try:
+        return None if given is None else quaternion(given, "")
+    except error:
+        return None
+
+
 def _solve(
     scene: Scene, body: int, links: list[int], goals: list[tuple[Vector, Vector | None]],
     null_space: tuple[Vector | None, ...], damping: Vector | None, current: Vector | None, iterations: int,
@@ -115,7 +120,10 @@ def _solve(
 ) -> tuple[float, ...]:  # fmt: skip
     from roboyard.kinematics import damped_step_ik
 
-    record = scene.ready(body, _FAILED)
+    message = _FAILED if current is None else _WRONG_CURRENT
+    record = scene.ready(body, message)
+    if not record.movable():
+        raise failure(message, f"body {body} has no joint that moves")
     if not all(0 <= link < record.joint_count for link in links):
         raise failure(_FAILED, f"body {body} has the links 0 to {record.joint_count - 1}, not {links}")
     chain = _chain(record, tuple(links))
@@ -129,7 +137,7 @@ def _solve(
     if calm is not None:
         keywords["joint_damping"] = calm
     answer = damped_step_ik(
-        chain, start, targets if len(targets) > 1 else targets[0], iterations=iterations,
+        chain, start, targets if len(targets) > 1 else targets[0], iterations=max(iterations, 0),
         residual_threshold=threshold, **keywords,
     )  # fmt: skip
     return tuple(np.asarray(answer).tolist())
@@ -154,10 +162,9 @@ def _start(record: BodyRecord, current: Vector | None) -> Array:
         record.chain_places = places
     if current is None:
         return record.qpos.take(places)
-    given = np.asarray(current, dtype=float).reshape(-1)
-    if len(given) != len(places):
-        raise failure(_WRONG_CURRENT, f"{len(places)} numbers are needed, got {len(given)}")
-    return given
+    if hasattr(current, "__len__") and not len(current):
+        return record.qpos.take(places)
+    return np.array(floats(current, len(places), _WRONG_CURRENT))
 
 
 def _places(record: BodyRecord, joint: int) -> range:

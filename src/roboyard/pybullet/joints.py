@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.arguments import floats, indices, number, whole
+from roboyard.pybullet.arguments import indices, number, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
 from roboyard.pybullet.joint_groups import NO_REACTION, joint_group
@@ -64,9 +64,9 @@ def getJointState(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        record = scene.ready(bodyUniqueId, "getJointState failed.")
+        record = _known(client, bodyUniqueId)
     if not 0 <= jointIndex < record.joint_count:
-        raise _no_joint(record, jointIndex, "getJointState failed (2).")
+        raise _no_state(record, jointIndex)
     return _state(client, record, jointIndex)
 
 
@@ -76,8 +76,11 @@ def getJointStates(
 ) -> tuple[State, ...] | None:
     """`getJointState` of several joints."""
     scene = client.scene
-    record = scene.ready(bodyUniqueId, "getJointState failed.")
-    group = record.joint_groups.get(tuple(jointIndices))
+    record = _known(client, bodyUniqueId)
+    try:
+        group = record.joint_groups.get(tuple(jointIndices))
+    except TypeError:
+        group = None  # said below, in PyBullet's words
     if group is None:
         wanted = _several(record, jointIndices)
         if not wanted:
@@ -95,9 +98,9 @@ def getJointStateMultiDof(client: Client, bodyUniqueId: int, jointIndex: int) ->
     Position has 1 number or 4 (a quaternion), velocity 1 or 3, motor torque 1 or 3; a fixed joint's are
     empty.
     """
-    record = client.scene.ready(bodyUniqueId, "getJointState failed.")
+    record = _known(client, bodyUniqueId)
     if not 0 <= whole(jointIndex) < record.joint_count:
-        raise _no_joint(record, jointIndex, "getJointState failed (2).")
+        raise _no_state(record, jointIndex)
     return _state_of_many(client, record, jointIndex)
 
 
@@ -106,7 +109,7 @@ def getJointStatesMultiDof(
     client: Client, bodyUniqueId: int, jointIndex: Sequence[int]
 ) -> tuple[State, ...] | None:
     """`getJointStateMultiDof` of several joints."""
-    record = client.scene.ready(bodyUniqueId, "getJointState failed.")
+    record = _known(client, bodyUniqueId)
     wanted = _several(record, jointIndex)
     return tuple(_state_of_many(client, record, joint) for joint in wanted) if wanted else None
 
@@ -121,8 +124,9 @@ def resetJointState(
     record = joint_of(client, bodyUniqueId, jointIndex)
     place = record.position_addresses[jointIndex]
     if POSITION_COUNT[record.joint_type(jointIndex)] == 1:
-        record.qpos[place] = targetValue
-        record.qvel[record.velocity_addresses[jointIndex]] = targetVelocity
+        position, velocity = number(targetValue), number(targetVelocity)
+        record.qpos[place] = position
+        record.qvel[record.velocity_addresses[jointIndex]] = velocity
         client.scene.mark_moved()
     else:
         number(targetValue)
@@ -138,7 +142,7 @@ def resetJointStateMultiDof(
     targetVelocity: Vector | None = None,
 ) -> None:
     """Put a joint of any number of degrees of freedom somewhere; spherical ones take x, y, z, w and 3
-    velocities.
+    velocities. Positions or velocities of another length change nothing.
     """
     record = joint_of(client, bodyUniqueId, jointIndex)
     _reset_many(record, jointIndex, targetValue, targetVelocity)
@@ -155,10 +159,12 @@ def resetJointStatesMultiDof(
 ) -> None:
     """`resetJointStateMultiDof` of several joints."""
     joints = indices(jointIndices)
-    velocities = [None] * len(joints) if targetVelocities is None else list(targetVelocities)
-    if len(targetValues) != len(joints) or len(velocities) != len(joints):
-        raise failure("Number of targetValues and targetVelocities needs to match number of indices.")
-    for joint, value, velocity in zip(joints, targetValues, velocities, strict=True):
+    values, velocities = list(targetValues), list(targetVelocities or ())
+    for given in (values, velocities):
+        if joints and given and len(given) != len(joints):
+            raise failure("Number of targetValues and targetVelocities needs to match number of indices.")
+    nothing = [()] * len(joints)
+    for joint, value, velocity in zip(joints, values or nothing, velocities or nothing, strict=False):
         record = joint_of(client, bodyUniqueId, joint)
         _reset_many(record, joint, value, velocity)
     client.scene.mark_moved()
@@ -239,20 +245,25 @@ def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ..
 def _reset_many(record: BodyRecord, joint: int, value: Vector, velocity: Vector | None) -> None:
     kind = record.joint_type(joint)
     count, speed = POSITION_COUNT[kind], VELOCITY_COUNT[kind]
-    given = [number(v) for v in value]
-    if len(given) != count:
+    given, speeds = _numbers(value, 4), _numbers(velocity, 3)
+    if not given and not speeds:
         raise failure("Expected an position and/or velocity list.", f"joint {joint} takes {count} numbers")
-    if count == 4:
-        length = sqrt(sum(v * v for v in given)) or 1.0
-        x, y, z, w = (v / length for v in given)
-        given = [w, x, y, z]
-    record.qpos[record.positions_of(joint)] = given
-    speeds = (
-        (0.0,) * speed
-        if velocity is None
-        else floats(velocity, speed, "Expected an position and/or velocity list.")
+    if len(given) == count:
+        if count == 4:
+            length = sqrt(sum(v * v for v in given)) or 1.0
+            x, y, z, w = (v / length for v in given)
+            given = [w, x, y, z]
+        record.qpos[record.positions_of(joint)] = given
+        record.qvel[record.velocities_of(joint)] = 0.0
+    if len(speeds) == speed:
+        record.qvel[record.velocities_of(joint)] = speeds
+
+
+def _numbers(values: Vector | None, most: int) -> list[float]:
+    """The first numbers of a sequence; none of what is no sequence."""
+    return (
+        [number(v) for v in list(values)[:most]] if hasattr(values, "__iter__") and values is not None else []
     )
-    record.qvel[record.velocities_of(joint)] = speeds
 
 
 def _several(record: BodyRecord, wanted: Sequence[int]) -> list[int]:
@@ -261,6 +272,22 @@ def _several(record: BodyRecord, wanted: Sequence[int]) -> list[int]:
         if not 0 <= joint < record.joint_count:
             raise _no_joint(record, joint, OUT_OF_RANGE)
     return joints
+
+
+def _known(client: Client, body: int) -> BodyRecord:
+    """The record of a body whose joints are read."""
+    if body not in client.scene.bodies and whole(body) < 0:
+        raise failure("getJointState failed; invalid bodyUniqueId", "bodies count from 0")
+    return client.scene.ready(body, "getJointState failed.")
+
+
+def _no_state(record: BodyRecord, joint: int) -> Exception:
+    is_negative = whole(joint) < 0
+    return _no_joint(
+        record,
+        joint,
+        "getJointState failed; invalid jointIndex" if is_negative else "getJointState failed (2).",
+    )
 
 
 def _no_joint(record: BodyRecord, joint: int, message: str) -> Exception:

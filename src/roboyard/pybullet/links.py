@@ -43,7 +43,7 @@ def getLinkState(
     scene = client.scene
     record, world = scene.bodies.get(bodyUniqueId), scene.world
     if record is None or record.revision != world.revision or world.is_stale:
-        record = scene.ready(bodyUniqueId, "getLinkState failed.")
+        record = _known(scene, bodyUniqueId)
     if linkIndex >= record.joint_count:
         return None
     if computeForwardKinematics or scene.frames_are_old or scene.frames_revision != world.revision:
@@ -61,10 +61,13 @@ def getLinkStates(
 ) -> tuple[State | None, ...]:
     """`getLinkState` of several links."""
     scene = client.scene
-    record = scene.ready(bodyUniqueId, "getLinkState failed.")
+    record = _known(scene, bodyUniqueId)
     scene.frames(fresh=bool(whole(computeForwardKinematics)))
     if not whole(computeLinkVelocity):
-        group = record.link_groups.get(tuple(linkIndices))
+        try:
+            group = record.link_groups.get(tuple(linkIndices))
+        except TypeError:
+            group = None  # said below, in PyBullet's words
         if group is not None:
             return group.read()
     links, count = indices(linkIndices), record.joint_count
@@ -74,6 +77,13 @@ def getLinkStates(
     from roboyard.pybullet.link_groups import link_group
 
     return link_group(scene, record, links).read()
+
+
+def _known(scene: Scene, body: int) -> BodyRecord:
+    """The record of a body whose links are read."""
+    if body not in scene.bodies and whole(body) < 0:
+        raise failure("getLinkState failed; invalid bodyUniqueId", "bodies count from 0")
+    return scene.ready(body, "getLinkState failed.")
 
 
 def _reader(scene: Scene, record: BodyRecord) -> LinkReader:
