@@ -49,6 +49,8 @@ def test_an_axis_under_a_misspelt_name_is_not_replaced_by_the_default(tmp_path: 
     assert not finding.mendable
     assert finding.severity == MISBEHAVES
     assert only(arm(axis='<axis frame="tip"/>'), "axis-missing", tmp_path).mendable
+    fixed = robot(link("base"), link("tip"), joint(kind="fixed", more='<axis xzy="0 0 1"/>'))
+    assert only(fixed, "attribute-unread", tmp_path).severity == UNTIDY
 
 
 def test_repair_is_not_promised_where_there_is_nothing_to_compute_from(tmp_path: Path) -> None:

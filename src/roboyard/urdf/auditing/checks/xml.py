@@ -247,13 +247,17 @@ def element_unread(draft: Draft) -> Faults:
 )
 def attribute_unread(draft: Draft) -> Faults:
     """An attribute that Roboyard does not read, misspelt perhaps; it is kept."""
+    idle = {  # what a fixed joint says of its motion
+        id(part) for joint in draft.joints if joint.type == "fixed" for part in joint.element
+    }
     counts: dict[tuple[str, str, str | None], list[Place]] = {}
     for element, owner in read_elements(draft):
         for key in element.attrib:
             known = ATTRIBUTES.get(element.tag)
             if known is not None and key not in known and not key.startswith("xmlns") and ":" not in key:
                 place = Place(who=owner.who, line=line_of(element), link_names=owner.link_names)
-                counts.setdefault((element.tag, key, misspelt(element, key)), []).append(place)
+                meant = None if id(element) in idle else misspelt(element, key)
+                counts.setdefault((element.tag, key, meant), []).append(place)
     for (tag, key, meant), places in counts.items():
         many = f" ({len(places)} of them)" if len(places) > 1 else ""
         message = f"<{tag} {key[:60]}> is kept but not used{many}"
