@@ -360,11 +360,12 @@ def _compiles(world: World, count: int, add) -> int:
 
 
 def test_moulds_are_compiled_once_for_bodies_of_one_shape(monkeypatch):
-    from roboyard.sim import spares
+    from roboyard.sim import mould_store
 
     made = []
-    compiled = spares.make_mould
-    monkeypatch.setattr(spares, "make_mould", lambda *given: made.append(given) or compiled(*given))
+    compiled = mould_store.make_mould
+    monkeypatch.setattr(mould_store, "_FAMILIES", {})
+    monkeypatch.setattr(mould_store, "make_mould", lambda *given: made.append(given) or compiled(*given))
     world = World()
     rng = np.random.default_rng(5)
     for k in range(30):
@@ -487,3 +488,16 @@ def test_mesh_that_only_removed_bodies_used_goes_with_the_next_compile():
     world.remove(body)
     assert world.spares.parked == 1
     assert world.model.nmesh == 0 and world.model.nbody == 1
+
+
+def test_moulds_do_not_mistake_a_description_for_one_that_is_gone():
+    from roboyard.sim.mould_store import MouldStore
+    from roboyard.sim.records import BuildOptions
+    from roboyard.urdf.model import Collision, Inertial, Link, Mesh, RobotDescription
+
+    store, mesh = MouldStore(), Mesh(uri="", path=None, data=_mesh())
+    for k in range(300):  # each may lie where the one before it lay in memory
+        inertial = Inertial(mass=1.0 + k % 7, inertia=(1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
+        link = Link(name="base", inertial=inertial, collisions=(Collision(geometry=mesh),))
+        found = store.find(RobotDescription(name="m", links=(link,)), BuildOptions(fixed_base=False))
+        assert found is not None and found.blocks["body_mass"][0] == 1.0 + k % 7

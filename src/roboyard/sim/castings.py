@@ -44,6 +44,8 @@ class Numbers:
 
 def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers | None:
     """The numbers of a body of one link whose shapes, if any, coincide; None where it takes a compile."""
+    if description.joints:
+        return None
     link, scale = description.links[0], options.scale
     visuals = link.visuals if options.visual_geoms else ()
     shapes = (*link.collisions, *visuals)
@@ -116,6 +118,7 @@ def cast(mould: Mould, numbers: Numbers, description: RobotDescription) -> Mould
         geoms=geoms,
         blocks=family.blocks | blocks,
         kinds=family.kinds,
+        counts=family.counts,
         make=family.make,
         origin=family,
         varied=tuple(blocks),

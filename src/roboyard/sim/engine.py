@@ -171,9 +171,9 @@ class Engine:
 
     def _rows_changed(self, body: Body, *, owner: int) -> None:
         if self._geom_owners is not None:
-            record = body.built.links[0]
-            rows = [geom.id for geom in (*record.geoms, *record.visuals)]
-            self._geom_owners[rows] = (owner, min(owner, 0))
+            for index, record in enumerate(body.built.links):
+                rows = [geom.id for geom in (*record.geoms, *record.visuals)]
+                self._geom_owners[rows] = (owner, -1 if owner < 0 else index)
         self.revision += 1
         self.mark_moved()
 

@@ -1,8 +1,8 @@
-"""Which links may touch: self-collision by bit masks, single pairs by exclusion."""
+"""Which links may touch: self-collision by codes of bits, single pairs by exclusion."""
 
 from __future__ import annotations
 
-from itertools import combinations
+from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Any
 
 from roboyard.urdf.model import RobotDescription
@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from roboyard.sim.world import World
 
 ALL = 0x7FFFFFFF
-BITS = tuple(1 << k for k in range(1, 31))
-"""One bit for each robot whose links must not touch one another; bit 0 is everybody else's."""
+"""Bit 0 is everybody's; the other thirty hold the codes of robots whose links must not touch one another."""
 
 Key = tuple[tuple[int, int], tuple[int, int]]
 
@@ -22,14 +21,18 @@ Key = tuple[tuple[int, int], tuple[int, int]]
 class CollisionFilters:
     """Keeps a world's exclusions in its spec.
 
-    MuJoCo lets two geoms touch if `contype` of one meets `conaffinity` of the other. A robot without
-    self-collision owns a bit k: its geoms have contype k and conaffinity all-but-k, so they meet
-    everything but themselves. When all thirty bits are taken, pairs are excluded one by one.
+    MuJoCo lets two geoms touch if a bit of one's `contype` is in the other's `conaffinity`. A robot without
+    self-collision owns a code, a set of bits: its geoms have the code as contype and all but the code as
+    conaffinity. So they do not meet themselves, but everything else: of two sets that differ one is not
+    within the other.
     """
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._bit_users: dict[int, int] = dict.fromkeys(BITS, 0)
+        self._free_codes: list[int] = []
+        """A heap: codes of robots that have gone."""
+        self._codes = 0
+        """How many codes were handed out."""
         self._disabled: set[Key] = set()
         self._elements: dict[Key, Any] = {}
         self._owned: dict[int, int] = {}
@@ -41,12 +44,8 @@ class CollisionFilters:
         parts = sum(bool(link.collisions) for link in description.links)
         if self_collision or parts < 2:
             return 1, ALL
-        free = [bit for bit in BITS if self._bit_users[bit] == 0]
-        if not free:
-            self._next = 0
-            return 1, ALL
-        self._next = free[0]
-        return free[0], ALL & ~free[0]
+        self._next = self._free_codes[0] if self._free_codes else self._codes + 1
+        return self._next << 1, ALL & ~(self._next << 1)
 
     def set(self, a: Link, b: Link, *, collide: bool) -> None:
         """Let two links touch, or not."""
@@ -63,20 +62,19 @@ class CollisionFilters:
 
     def claim(self, body: Body) -> None:
         """The body whose masks were handed out last now exists."""
-        if self._next == 0:
-            touching = [link for link in body.links if link._built.geoms]
-            for a, b in combinations(touching, 2):
-                self._disabled.add(_key(a, b))
-        elif self._next is not None:
-            self._bit_users[self._next] = 1
+        if self._next is not None:
             self._owned[body.id] = self._next
+            if self._free_codes:
+                heappop(self._free_codes)
+            else:
+                self._codes += 1
         self._next = None
 
     def forget(self, body: Body) -> None:
-        """A body goes: its bit is free again, its exclusions vanish."""
-        bit = self._owned.pop(body.id, None)
-        if bit is not None:
-            self._bit_users[bit] = 0
+        """A body goes: its code is free again, its exclusions vanish."""
+        code = self._owned.pop(body.id, None)
+        if code is not None:
+            heappush(self._free_codes, code)
         self._disabled = {key for key in self._disabled if body.id not in (key[0][0], key[1][0])}
         self._sync()
 

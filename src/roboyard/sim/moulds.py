@@ -1,4 +1,4 @@
-"""What MuJoCo makes of a body of one link: every number of a compile of that body alone."""
+"""What MuJoCo makes of a body: every number of a compile of that body alone."""
 
 from __future__ import annotations
 
@@ -33,13 +33,17 @@ GEOM_FIELDS = (
 )  # fmt: skip
 """Fields of a spec's elements that say what a body is."""
 
-Make = tuple[tuple[bytes, ...], tuple[str, ...]]
-"""How the rows of a body refer to one another, and its meshes: bodies of one make can share rows."""
+MOST_LINKS = 64
+"""Of a body that is worth parking."""
+
+Make = tuple[Any, ...]
+"""Bodies of one make can take one another's rows: of one link, whose rows refer to one another in the same
+way, with the same meshes. A body of several links is a make of its own."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class Mould:
-    """A body of one link as its description and a compile of it alone give it."""
+    """A body as its description and a compile of it alone give it."""
 
     description: RobotDescription
     options: BuildOptions
@@ -58,6 +62,8 @@ class Mould:
     """Rows of MjModel's arrays that are the same wherever the body lies among others."""
     kinds: dict[str, str]
     """Which of `KINDS` each block belongs to."""
+    counts: dict[str, int]
+    """Rows in each kind of array."""
     make: Make
     origin: Mould | None = None
     """The mould whose numbers this one has but for `varied`; None for one that was compiled."""
@@ -88,34 +94,44 @@ class Mould:
         return self._given
 
 
-def is_single(description: RobotDescription, options: BuildOptions) -> bool:
-    """Whether a description is one link, free or fixed, that ends somewhere: no terrain, no endless plane."""
-    if description.joints or len(description.links) != 1:
+def can_wait(description: RobotDescription, options: BuildOptions) -> bool:
+    """Whether bodies of a description can be compiled beforehand.
+
+    Terrain, endless planes, drives and mimic joints have rows of other kinds.
+    """
+    links, joints = description.links, description.joints
+    if joints and (options.drives or len(links) > MOST_LINKS or any(joint.mimic for joint in joints)):
         return False
-    link = description.links[0]
     endless = (Heightfield, Plane) if options.fixed_base else Heightfield
-    return not any(isinstance(shape.geometry, endless) for shape in (*link.collisions, *link.visuals))
+    shapes = (shape for link in links for shape in (*link.collisions, *link.visuals))
+    return not any(isinstance(shape.geometry, endless) for shape in shapes)
 
 
 def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | None:
-    """The mould of a single link; None where its mesh files are gone or MuJoCo refuses it."""
+    """The mould of a description; None where its mesh files are gone or MuJoCo refuses it."""
     spec = new_spec()
     nowhere, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
     try:
         built = build(spec, MeshAssets(spec), description, "", nowhere, unturned, options)
     except MeshError:
         return None
-    record = built.links[0]
-    elements = [*record.geoms, *record.visuals]
-    body = _fields(record.element, BODY_FIELDS)
+    root = built.links[0]
+    elements = [*root.geoms, *root.visuals]
+    body = _fields(root.element, BODY_FIELDS)
     geoms = [_fields(geom, GEOM_FIELDS) for geom in elements]
     try:
         model = spec.compile()
     except ValueError:
         return None
-    free = int(not options.fixed_base)
-    counts = {"body": 1, "jnt": free, "dof": 6 * free, "tree": free, "qpos": 7 * free, "geom": len(elements)}
-    counts["bvh"] = int(model.body_bvhnum[1])
+    counts = {
+        "body": model.nbody - 1,
+        "jnt": model.njnt,
+        "dof": model.nv,
+        "tree": model.ntree,
+        "geom": model.ngeom,
+        "bvh": int(model.body_bvhnum.sum()),
+        "qpos": model.nq,
+    }
     blocks, kinds, structure = {}, {}, []
     for name, kind in _row_fields().items():
         start = 1 if kind == "body" else 0
@@ -124,26 +140,29 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
             structure.append(block.tobytes())
         else:
             blocks[name], kinds[name] = block, kind
+    meshes = tuple(mesh for record in built.links for mesh in record.meshes)
+    single = len(built.links) == 1
     return Mould(
         description=description,
         options=options,
-        mass=record.mass,
+        mass=root.mass,
         notes=tuple(built.notes),
-        meshes=tuple(record.meshes),
+        meshes=meshes,
         files=mesh_files(description),
-        collisions=len(record.geoms),
+        collisions=len(root.geoms),
         body=body,
         geoms=geoms,
         blocks=blocks,
         kinds=kinds,
-        make=(tuple(structure), tuple(record.meshes)),
+        counts=counts,
+        make=(tuple(structure), meshes) if single else (object(),),
     )
 
 
 def mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
     """The meshes of a description that come from files, as the files are now; each is loaded once."""
-    link = description.links[0]
-    shapes = (shape.geometry for shape in (*link.collisions, *link.visuals))
+    links = description.links
+    shapes = (shape.geometry for link in links for shape in (*link.collisions, *link.visuals))
     paths = [g.path for g in shapes if isinstance(g, Mesh) and g.data is None and g.path is not None]
     try:
         return tuple(load_mesh(path) for path in paths)
@@ -151,18 +170,23 @@ def mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
         return ()
 
 
-def row_starts(model: Any, row: int) -> dict[str, int]:
-    """First row of a body of one link in each kind of MuJoCo's arrays; -1 where it has none."""
-    joint = int(model.body_jntadr[row])
+def row_starts(model: Any, row: int, links: int = 1) -> dict[str, int]:
+    """First row of a body of some links in each kind of MuJoCo's arrays; -1 where it has none."""
+    rows = range(row, row + links)
+    joint = _first(model.body_jntadr, rows)
     return {
         "body": row,
         "jnt": joint,
-        "dof": int(model.body_dofadr[row]),
-        "tree": int(model.body_treeid[row]),
-        "geom": int(model.body_geomadr[row]),
-        "bvh": int(model.body_bvhadr[row]),
+        "dof": _first(model.body_dofadr, rows),
+        "tree": _first(model.body_treeid, rows),
+        "geom": _first(model.body_geomadr, rows),
+        "bvh": _first(model.body_bvhadr, rows),
         "qpos": int(model.jnt_qposadr[joint]) if joint >= 0 else -1,
     }
+
+
+def _first(places: np.ndarray, rows: range) -> int:
+    return next((int(places[row]) for row in rows if places[row] >= 0), -1)
 
 
 def kind_of(name: str) -> str:

@@ -9,13 +9,16 @@ import numpy as np
 
 from roboyard.poses import Array
 from roboyard.sim.moulds import Mould, row_starts
-from roboyard.sim.records import Built
+from roboyard.sim.records import BuildOptions, Built
 
 if TYPE_CHECKING:
     from roboyard.sim.engine import Engine
 
-PARKED_FIELDS = ("geom_contype", "geom_conaffinity", "geom_rgba", "body_contype", "body_conaffinity")
-"""What tells a parked body from one in use."""
+MASKS = ("geom_contype", "geom_conaffinity", "body_contype", "body_conaffinity")
+PARKED_FIELDS = (*MASKS, "geom_rgba")
+"""What tells a parked body of one link from one in use."""
+PARKED_JOINTS = ("jnt_limited", "dof_frictionloss")
+"""What tells parked joints, too, from joints in use: they ask nothing of the solver."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -27,14 +30,35 @@ class Spare:
     mould: Mould
     """What its elements in the spec say."""
     element: Any
+    """Of the root link."""
     free_joint: Any
     geoms: list[Any]
+    """Of the root link."""
+    built: Built | None = None
+    """All its elements, if it has several links."""
     owner: int = -1
     """Id of the body that lives here; -1 while it is parked."""
     is_pristine: bool = True
     """Nobody has had it yet."""
     starts: dict[str, int] = field(default_factory=dict)
     """First row by kind of array."""
+
+    @property
+    def is_free(self) -> bool:
+        """Whether another body can move in; one of several links is not made what it was at first again."""
+        return self.owner < 0 and (self.is_pristine or self.built is None)
+
+    def rename(self, name: str) -> None:
+        """Give its elements the names that a body has whose own begins so (ending in "/")."""
+        if self.built is None:
+            self.element.name = f"{name}{self.mould.description.root.name}"
+        else:
+            for record in self.built.links:
+                record.element.name = f"{name}{record.name}"
+                for joint in record.joint_elements:
+                    joint.name = name + joint.name.partition("/")[2]
+        if self.free_joint is not None:
+            self.free_joint.name = f"{self.element.name}/free"
 
 
 class SpareRows:
@@ -53,96 +77,110 @@ class SpareRows:
         self._mass, self._inertia = float(model.body_mass.sum()), float(model.dof_M0.sum())
         self._dofs = int(model.nv)
         for spare in spares:
-            spare.starts = row_starts(model, spare.element.id)
-            self._park(spare.starts, len(spare.geoms))
+            counts = spare.mould.counts
+            spare.starts = row_starts(model, spare.element.id, counts["body"])
+            self._park(spare.starts, counts)
         if spares:
             self._weigh()
 
-    def fill(self, spare: Spare, mould: Mould, name: str, position: Array, wxyz: Array) -> None:
+    def fill(self, spare: Spare, mould: Mould, options: BuildOptions, position: Array, wxyz: Array) -> None:
         """Make a parked spare the body of a mould.
 
         Args:
             spare: of the mould's make.
             mould: what it becomes.
-            name: of its elements in the spec.
+            options: give the masks of the body's geoms.
             position: (3,) m.
             wxyz: (4,) unit.
         """
-        element, starts = spare.element, spare.starts
-        related = spare.is_pristine and spare.mould.family is mould.family
+        starts, related = spare.starts, spare.is_pristine and spare.mould.family is mould.family
         if not (related and spare.mould is mould):
             _write_elements(spare, mould, plainly=related)
-        element.name = name
-        element.pos, element.quat = position, wxyz
+        spare.element.pos, spare.element.quat = position, wxyz
         if not related:
             names: Any = mould.blocks
         elif spare.mould is mould:
-            names = PARKED_FIELDS
+            names = PARKED_FIELDS if spare.built is None else (*PARKED_FIELDS, *PARKED_JOINTS)
         else:
             names = (*PARKED_FIELDS, *mould.varied, *spare.mould.varied)
         blocks, kinds = mould.blocks, mould.kinds
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
             self._array(label)[start : start + len(block)] = block
+        if spare.built is not None and options.contype != mould.options.contype:
+            self._set_masks(spare, options)
         spare.mould, spare.is_pristine = mould, False
-        row = starts["body"]
+        row, first, data = starts["body"], starts["qpos"], self._engine.live_data
         self._array("body_pos")[row] = position
         self._array("body_quat")[row] = wxyz
+        if first >= 0:
+            self._rest(starts, mould.counts)
+            places = slice(first, first + mould.counts["qpos"])
+            data.qpos[places] = blocks["qpos0"]
         if spare.free_joint is not None:
-            spare.free_joint.name = f"{name}/free"
-            first = starts["qpos"]
-            data = self._engine.live_data
             for values in (self._array("qpos0"), self._array("qpos_spring"), data.qpos):
                 values[first : first + 3] = position
                 values[first + 3 : first + 7] = wxyz
-            self._rest(starts)
-        self._count(self._array("body_mass")[row], starts, 1)
+        self._count(starts, mould.counts, 1)
         self._weigh()
 
     def park(self, spare: Spare) -> None:
         """Nobody's from now on."""
         spare.owner = -1
-        spare.element.name = spare.name
-        if spare.free_joint is not None:
-            spare.free_joint.name = spare.name
-        self._put_away(spare.starts, len(spare.geoms))
+        spare.rename(f"{spare.name}/")
+        self._put_away(spare.starts, spare.mould.counts)
 
     def park_body(self, built: Built, name: str) -> None:
         """A body of one link is gone; its rows stay for now, under another name."""
         record = built.links[0]
         record.element.name = name
+        counts = {"body": 1, "geom": len(record.geoms) + len(record.visuals), "dof": 0, "jnt": 0}
         if built.free_joint is not None:
             built.free_joint.name = name
-        starts = row_starts(self._engine.live_model, record.element.id)
-        self._put_away(starts, len(record.geoms) + len(record.visuals))
+            counts |= {"dof": 6, "jnt": 1}
+        self._put_away(row_starts(self._engine.live_model, record.element.id), counts)
 
-    def _put_away(self, starts: dict[str, int], geoms: int) -> None:
-        if starts["dof"] >= 0:
-            self._rest(starts)
-        self._park(starts, geoms)
+    def _put_away(self, starts: dict[str, int], counts: dict[str, int]) -> None:
+        self._rest(starts, counts)
+        self._park(starts, counts)
         self._weigh()
 
-    def _park(self, starts: dict[str, int], geoms: int) -> None:
+    def _park(self, starts: dict[str, int], counts: dict[str, int]) -> None:
         """Out of the way: nothing touches it, no ray meets it, nothing draws it."""
-        row, first = starts["body"], starts["geom"]
         for name in PARKED_FIELDS:
-            where = slice(first, first + geoms) if name.startswith("geom") else row
-            self._array(name)[where] = 0
-        self._count(self._array("body_mass")[row], starts, -1)
+            self._array(name)[_rows(name[:4], starts, counts)] = 0
+        if counts["body"] > 1:
+            for name in PARKED_JOINTS:
+                self._array(name)[_rows(name[:3], starts, counts)] = 0
+        self._count(starts, counts, -1)
 
-    def _rest(self, starts: dict[str, int]) -> None:
+    def _rest(self, starts: dict[str, int], counts: dict[str, int]) -> None:
         """No velocity, nothing that pushes, nothing remembered of the last step."""
-        data, first = self._engine.live_data, starts["dof"]
+        data, dofs = self._engine.live_data, _rows("dof", starts, counts)
         for values in (data.qvel, data.qacc, data.qacc_warmstart, data.qfrc_applied):
-            values[first : first + 6] = 0.0
-        data.xfrc_applied[starts["body"]] = 0.0
+            values[dofs] = 0.0
+        data.xfrc_applied[_rows("body", starts, counts)] = 0.0
 
-    def _count(self, mass: float, starts: dict[str, int], sign: int) -> None:
-        self._mass += sign * float(mass)
-        first = starts["dof"]
-        if first >= 0:
-            self._inertia += sign * float(self._array("dof_M0")[first : first + 6].sum())
-            self._dofs += 6 * sign
+    def _set_masks(self, spare: Spare, options: BuildOptions) -> None:
+        """Give all that touches anything the masks of a body that has some of its own."""
+        assert spare.built is not None
+        for name in MASKS:
+            block = spare.mould.blocks[name]
+            mask = options.contype if name.endswith("contype") else options.conaffinity
+            rows = _rows(name[:4], spare.starts, spare.mould.counts)
+            self._array(name)[rows] = np.where(block != 0, mask, 0)
+        for geom in (geom for record in spare.built.links for geom in record.geoms):
+            geom.contype, geom.conaffinity = options.contype, options.conaffinity
+
+    def _count(self, starts: dict[str, int], counts: dict[str, int], sign: int) -> None:
+        row, dofs = starts["body"], counts["dof"]
+        masses = self._array("body_mass")
+        self._mass += sign * float(
+            masses[row] if counts["body"] == 1 else masses[row : row + counts["body"]].sum()
+        )
+        if dofs:
+            self._inertia += sign * float(self._array("dof_M0")[_rows("dof", starts, counts)].sum())
+            self._dofs += sign * dofs
 
     def _weigh(self) -> None:
         """Parked bodies count neither for the mass of the whole world nor for its mean inertia.
@@ -159,8 +197,14 @@ class SpareRows:
         return found
 
 
+def _rows(kind: str, starts: dict[str, int], counts: dict[str, int]) -> slice:
+    """A body's rows in one kind of array."""
+    first = starts[kind]
+    return slice(first, first + counts[kind]) if first >= 0 else slice(0, 0)
+
+
 def _write_elements(spare: Spare, mould: Mould, *, plainly: bool) -> None:
-    """Make a body of a spec and its geoms what a mould says; `plainly`: only numbers differ."""
+    """Make a body of one link and its geoms in the spec what a mould says; `plainly`: only numbers differ."""
     pairs = [(spare.element, mould.body, spare.mould.body)]
     pairs += zip(spare.geoms, mould.geoms, spare.mould.geoms, strict=True)
     for element, fields, before in pairs:

@@ -1,16 +1,19 @@
-"""Spare bodies: a world to which single bodies are added one by one compiles a few more of them beforehand.
+"""Spare bodies: a world to which bodies are added one by one compiles a few more of them beforehand.
 
 A compile costs MuJoCo time that grows with the square of the number of bodies. When one compile after another
-is due to new bodies of one link, the next one gets some spares of the same makes at the end of the spec,
-parked: they touch nothing, no ray meets them, nothing draws them. A body added later takes over the first
-spare of its make: its numbers go into MuJoCo's arrays, where they are what a compile would have put there,
-because they come from a compile of that body alone (its mould) or follow from its sizes (its casting). Spares
-before that one are passed over for good, so that the bodies of a world lie in the order of their ids. A body
-that fits no spare compiles as ever.
+is due to new bodies, the next one gets some spares of the same makes at the end of the spec, parked: nothing
+touches them, no ray meets them, nothing draws them. A body added later takes over the first spare of its
+make. Its numbers go into MuJoCo's arrays, where they are what a compile would have put there: they come from
+a compile of that body alone (its mould) or follow from its sizes (its casting). Spares before that one are
+passed over for good, so that the bodies of a world lie in the order of their ids. What fits no spare compiles
+as ever.
 
-A body of one link that is removed is parked too. Whatever is parked goes with the next compile, after some
-steps in which nobody came or went, and when somebody asks for MuJoCo's own arrays (`Engine.model`,
-`Engine.data`) or for the spec.
+Spares of bodies with joints are of that very description, and wait only where steps between additions are
+few: each step costs as much for them as for a body in use.
+
+A body that is removed is parked too if it was a spare or has one link. Whatever is parked goes with the next
+compile, after some steps in which nobody came or went, and when somebody asks for MuJoCo's own arrays
+(`Engine.model`, `Engine.data`) or for the spec.
 """
 
 from __future__ import annotations
@@ -23,8 +26,9 @@ import mujoco
 import numpy as np
 
 from roboyard.poses import Array, to_wxyz
-from roboyard.sim.castings import cast, numbers_of
-from roboyard.sim.moulds import Mould, is_single, make_mould
+from roboyard.sim.build import build
+from roboyard.sim.mould_store import MouldStore
+from roboyard.sim.moulds import Mould, can_wait
 from roboyard.sim.records import BuildOptions, Built, BuiltLink
 from roboyard.sim.spare_rows import Spare, SpareRows
 from roboyard.urdf.model import RobotDescription
@@ -33,19 +37,21 @@ if TYPE_CHECKING:
     from roboyard.sim.body import Body
     from roboyard.sim.engine import Engine
 
-FEWEST = 8
+FEWEST, FEWEST_WITH_JOINTS = 8, 3
 MORE = 32
 """Spares: as many as there are bodies, but at least `FEWEST` and at most `MORE` and half as many as bodies.
 
 Thus compiles become rarer as they get dearer, and steps do not get much dearer for what is parked."""
 STREAK = 3
-"""Compiles in a row that single bodies alone made necessary, the one with spares included."""
-IDLE_STEPS = 200
+"""Compiles in a row that new bodies alone made necessary, the one with spares included."""
+IDLE_STEPS, IDLE_STEPS_WITH_JOINTS = 200, 20
 """Steps without coming and going after which what is parked goes."""
+HASTE = 4
+"""Steps between additions up to which spares with joints pay."""
 REMEMBERED = 12
 """Additions by which the makes of spares are chosen: those that were seen twice."""
-KEPT_MOULDS = 256
 _NAME, _GONE = "spare{}", "gone{}"
+_NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
 Recent = tuple[RobotDescription, BuildOptions]
 
@@ -70,8 +76,13 @@ class Spares:
         self._patience = STREAK
         self._idle = 0
         self._recent: deque[Recent] = deque(maxlen=REMEMBERED)
-        self._moulds: dict[tuple[int, BuildOptions], Mould] = {}
-        self._families: dict[Any, Mould] = {}
+        self._moulds = MouldStore()
+        self._steps: deque[float] = deque(maxlen=STREAK)
+        """Between the last additions, and before the first of them."""
+        self._time = 0.0
+        """Of the world, when somebody came last; s."""
+        self._with_joints = False
+        """Whether any spare has joints."""
 
     @property
     def free(self) -> int:
@@ -87,15 +98,22 @@ class Spares:
 
     def note(self, body: Body, options: BuildOptions | None) -> None:
         """A body was added that waits for a compile."""
-        if options is not None and body.description is not None and is_single(body.description, options):
+        if options is not None and body.description is not None and can_wait(body.description, options):
             self._fresh.add(body.id)
-            self._recent.append((body.description, options))
+            self._remember(body.description, options)
         else:
             self._mixed = True
 
+    def _remember(self, description: RobotDescription, options: BuildOptions) -> None:
+        self._recent.append((description, options))
+        now = self._engine.time
+        self._steps.append((now - self._time) / self._engine.timestep)
+        self._time = now
+        self._idle = 0
+
     def tick(self, steps: int) -> None:
         """Time passes; what is parked and not needed goes."""
-        if self._idle > IDLE_STEPS:
+        if self._idle > (IDLE_STEPS_WITH_JOINTS if self._with_joints else IDLE_STEPS):
             self._drop()
             self._streak = 0
             self._engine.mark_stale()
@@ -127,10 +145,12 @@ class Spares:
         if not moulds:
             return 0
         bodies = len(self._engine.body_by_id)
-        count = max(FEWEST, fresh, min(bodies, MORE + bodies // 2))
+        self._with_joints = any(mould.description.joints for mould in moulds)
+        fewest = FEWEST_WITH_JOINTS if self._with_joints else FEWEST
+        count = max(fewest, fresh, min(bodies, MORE + bodies // 2))
         for number, mould in enumerate(islice(cycle(moulds), count)):
             self._slots.append(self._add(spec, mould, _NAME.format(number)))
-        return sum(len(slot.geoms) for slot in self._slots)
+        return sum(slot.mould.counts["geom"] for slot in self._slots)
 
     def settle(self) -> None:
         """After a compile: see where spares lie, and park them."""
@@ -138,19 +158,27 @@ class Spares:
 
     def _wanted(self) -> list[Mould]:
         """Moulds like those of the last additions, without makes that came only once."""
-        found = [self._mould(description, options) for description, options in self._recent]
+        hasty = max(self._steps) < HASTE + 0.5
+        recent = ((d, o) for d, o in self._recent if hasty or not d.joints)
+        found = [self._moulds.find(description, options) for description, options in recent]
         moulds = [mould.family for mould in found if mould is not None]
         seen = Counter(mould.make for mould in moulds)
         return [mould for mould in moulds if seen[mould.make] > 1]
 
     def _add(self, spec: Any, mould: Mould, name: str) -> Spare:
-        of_body, of_geoms = mould.given()
-        element = spec.worldbody.add_body(name=name, **of_body)
-        joint = None if mould.options.fixed_base else element.add_freejoint(name=name, align=0)
-        geoms = [element.add_geom(**fields) for fields in of_geoms]
-        for mesh in mould.meshes:
-            self._engine.assets.retain(mesh)
-        return Spare(name=name, mould=mould, element=element, free_joint=joint, geoms=geoms)
+        assets, built = self._engine.assets, None
+        if mould.description.joints:
+            built = build(spec, assets, mould.description, f"{name}/", _NOWHERE, _UNTURNED, mould.options)
+            root = built.links[0]
+            element, joint, geoms = root.element, built.free_joint, [*root.geoms, *root.visuals]
+        else:
+            of_body, of_geoms = mould.given()
+            element = spec.worldbody.add_body(name=name, **of_body)
+            joint = None if mould.options.fixed_base else element.add_freejoint(name=name, align=0)
+            geoms = [element.add_geom(**fields) for fields in of_geoms]
+            for mesh in mould.meshes:
+                assets.retain(mesh)
+        return Spare(name=name, mould=mould, element=element, free_joint=joint, geoms=geoms, built=built)
 
     def _drop(self) -> None:
         """Take all that is parked out of the spec, all at once: a single one costs as much."""
@@ -159,6 +187,7 @@ class Spares:
         meshes = [mesh for slot in going for mesh in slot.mould.meshes]
         meshes += [mesh for built in self._gone for mesh in built.links[0].meshes]
         self._slots, self._next, self._slot_of, self._gone = [], 0, {}, []
+        self._with_joints = False
         if not elements:
             return
         spec = self._engine.raw_spec
@@ -174,28 +203,6 @@ class Spares:
         self._streak = 0
         self._patience *= 2
 
-    def _mould(self, description: RobotDescription, options: BuildOptions) -> Mould | None:
-        key = (id(description), options)
-        found = self._moulds.get(key)
-        if found is not None and found.is_current():
-            return found
-        numbers = numbers_of(description, options)
-        if numbers is None:
-            known = (mould for mould in self._moulds.values() if mould.origin is None)
-            found = next((mould for mould in known if mould.is_of(description, options)), None)
-            found = found or make_mould(description, options)
-        elif numbers.signature in self._families:
-            found = cast(self._families[numbers.signature], numbers, description)
-        else:
-            found = make_mould(description, options)
-            if found is not None:
-                self._families[numbers.signature] = found
-        if found is not None:
-            self._moulds[key] = found  # which keeps the description, and thus its id
-            while len(self._moulds) > KEPT_MOULDS:
-                del self._moulds[next(iter(self._moulds))]
-        return found
-
     # --------------------------------------------------------------------------------------------- in use
 
     def take(
@@ -210,22 +217,27 @@ class Spares:
 
         Arguments as of `roboyard.sim.build.build`. `settle_in` has to follow.
         """
-        if self._engine.is_stale or not self.free or not is_single(description, options):
+        if self._engine.is_stale or not self.free or not can_wait(description, options):
             return None
         if position.shape != (3,) or not np.isfinite(position).all():
             return None  # the compile says what is wrong
-        mould = self._mould(description, options)
+        mould = self._moulds.find(description, options)
         if mould is None:
             return None
         make, slots = mould.make, self._slots
-        found = next((k for k in range(self._next, len(slots)) if slots[k].mould.make == make), None)
+        fitting = (
+            k for k in range(self._next, len(slots)) if slots[k].mould.make == make and slots[k].is_free
+        )
+        found = next(fitting, None)
         if found is None:
             return None
         slot, root = slots[found], description.root
-        self._rows.fill(slot, mould, f"{prefix}{root.name}", position, to_wxyz(quaternion))
+        self._rows.fill(slot, mould, options, position, to_wxyz(quaternion))
+        slot.rename(prefix)
         self._next = found + 1
-        self._idle = 0
-        self._recent.append((description, options))
+        self._remember(description, options)
+        if slot.built is not None:
+            return slot.built
         record = BuiltLink(
             name=root.name,
             parent=-1,
@@ -253,34 +265,38 @@ class Spares:
             return False
         if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.dofs):
             return False  # contacts turn hard again: their numbers are in the spec
-        self._idle = 0
         slot = self._slot_of.pop(body.id, None)
+        if slot is None and (len(built.links) > 1 or len(self._gone) > max(FEWEST, len(engine.body_by_id))):
+            return False
+        self._idle = 0
         if slot is None:
-            if len(self._gone) > max(FEWEST, len(engine.body_by_id)):
-                return False
             self._rows.park_body(built, _GONE.format(len(self._gone)))
             self._gone.append(built)
             return True
         self._rows.park(slot)
-        while self._next and self._slots[self._next - 1].owner < 0:
+        while self._next and self._slots[self._next - 1].is_free:
             self._next -= 1
         return True
 
 
 def _is_apart(body: Body, model: Any) -> bool:
-    """Whether a body is one link that nothing else in the spec holds on to."""
+    """Whether nothing else in the spec holds on to a body."""
     built = body.built
-    if body.description is None or len(built.links) != 1 or built.equalities:
+    if body.description is None or built.equalities or model.ntendon or model.nsensor or model.npair:
         return False
-    record = built.links[0]
-    element = record.element
-    if record.terrains or record.actuator is not None or model.ntendon or model.nsensor or model.npair:
+    links = built.links
+    if any(record.terrains or record.actuator is not None for record in links):
         return False
-    if element.sites or element.cameras or element.lights or element.bodies:
+    for element in (record.element for record in links):
+        if element.sites or element.cameras or element.lights:
+            return False
+    if len(links) == 1 and links[0].element.bodies:
         return False
+    if not model.neq:
+        return True
     of_bodies = model.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY)
-    row = element.id
-    return not bool((of_bodies & ((model.eq_obj1id == row) | (model.eq_obj2id == row))).any())
+    rows = np.stack([model.eq_obj1id, model.eq_obj2id])
+    return not bool((of_bodies & np.isin(rows, body.mujoco_ids)).any())
 
 
 def _may_sleep(spec: Any) -> bool:
