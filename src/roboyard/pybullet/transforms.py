@@ -16,6 +16,7 @@ Vector = Sequence[float]
 Numbers = tuple[float, ...]
 _EPSILON = 1.1920929e-07  # of a 32-bit float
 _BAD_PAIR = "Require start and end quaternion, each with 4 components [x,y,z,w]."
+_SEVEN, _EIGHT = Struct("7f"), Struct("8f")
 _FLOATS = {n: Struct(f"{n}f") for n in (1, 3, 4, 7, 8, 14)}
 
 
@@ -44,20 +45,34 @@ def _joined(message: str, *vectors_and_lengths: tuple[Vector, int]) -> Numbers:
     return rounded(*flat)
 
 
+def _pair(message: str, first: Vector, second: Vector, pack: Struct, length: int) -> Numbers:
+    """Two vectors, the first of this length, in one flat 32-bit tuple."""
+    try:
+        if len(first) == length:
+            return pack.unpack(pack.pack(*first, *second))
+    except (error, TypeError, OverflowError):
+        pass
+    return _joined(message, (first, length), (second, pack.size // 4 - length))
+
+
 def multiplyTransforms(
     positionA: Vector, orientationA: Vector, positionB: Vector, orientationB: Vector, physicsClientId: int = 0
 ) -> tuple[Numbers, Numbers]:
     """Position and quaternion of the product A · B: the pose of B, given in A, seen from A's parent."""
     message = "Invalid input: expected positionA [x,y,z], orientationA [x,y,z,w], positionB, orientationB."
-    a = _joined(message, (positionA, 3), (orientationA, 4), (positionB, 3), (orientationB, 4))
-    position = _rotated(a[3:7], a[7:10])
-    out = (
-        a[0] + position[0],
-        a[1] + position[1],
-        a[2] + position[2],
-        *canonical_quaternion(_product(a[3:7], a[10:14])),
+    x, y, z, ax, ay, az, aw = _pair(message, positionA, orientationA, _SEVEN, 3)
+    vx, vy, vz, bx, by, bz, bw = _pair(message, positionB, orientationB, _SEVEN, 3)
+    vx, vy, vz = _turned(ax, ay, az, aw, vx, vy, vz)
+    qx, qy, qz, qw = _canonical(
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
     )
-    out = rounded(*out)
+    try:
+        out = _SEVEN.unpack(_SEVEN.pack(x + vx, y + vy, z + vz, qx, qy, qz, qw))
+    except OverflowError:
+        out = (nan,) * 7
     return out[:3], out[3:]
 
 
@@ -66,26 +81,26 @@ def invertTransform(
 ) -> tuple[Numbers, Numbers]:
     """Position and quaternion of the inverse of a pose."""
     message = "Invalid input: expected position [x,y,z] and orientation [x,y,z,w]."
-    px, py, pz, x, y, z, w = _joined(message, (position, 3), (orientation, 4))
-    inverse = (-x, -y, -z, w)
-    qx, qy, qz = _rotated(inverse, (px, py, pz))
-    out = rounded(-qx, -qy, -qz, *canonical_quaternion(inverse))
+    px, py, pz, x, y, z, w = _pair(message, position, orientation, _SEVEN, 3)
+    vx, vy, vz = _turned(-x, -y, -z, w, px, py, pz)
+    out = rounded(-vx, -vy, -vz, *_canonical(-x, -y, -z, w))
     return out[:3], out[3:]
 
 
 def rotateVector(quaternion: Vector, vector: Vector, physicsClientId: int = 0) -> Numbers:
     """`vector` turned by a quaternion, times the quaternion's squared length."""
     message = "Require quaternion with 4 components [x,y,z,w] and a vector [x,y,z]."
-    a = _joined(message, (quaternion, 4), (vector, 3))
-    norm = sum(c * c for c in a[:4])
-    return rounded(*(norm * c for c in _rotated(a[:4], a[4:])))
+    x, y, z, w, vx, vy, vz = _pair(message, quaternion, vector, _SEVEN, 4)
+    norm = x * x + y * y + z * z + w * w
+    vx, vy, vz = _turned(x, y, z, w, vx, vy, vz)
+    return rounded(norm * vx, norm * vy, norm * vz)
 
 
 def getQuaternionSlerp(
     quaternionStart: Vector, quaternionEnd: Vector, interpolationFraction: float, physicsClientId: int = 0
 ) -> Numbers:
     """Spherical interpolation along the shorter way: the start at fraction 0, the end at 1."""
-    both = _joined(_BAD_PAIR, (quaternionStart, 4), (quaternionEnd, 4))
+    both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
     (t,) = rounded(interpolationFraction)
     a, b = both[:4], both[4:]
     length = sqrt(_dot(a, a) * _dot(b, b))
@@ -97,7 +112,8 @@ def getQuaternionSlerp(
     sign = -1.0 if cosine < 0.0 else 1.0
     theta = acos(sign * cosine)
     s0, s1, d = sin((1.0 - t) * theta), sin(sign * t * theta), 1.0 / sin(theta)
-    return rounded(*((p * s0 + q * s1) * d for p, q in zip(a, b, strict=True)))
+    s0, s1 = s0 * d, s1 * d
+    return rounded(*[p * s0 + q * s1 for p, q in zip(a, b, strict=True)])
 
 
 def getQuaternionFromAxisAngle(axis: Vector, angle: float, physicsClientId: int = 0) -> Numbers:
@@ -131,7 +147,7 @@ def getDifferenceQuaternion(
     quaternionStart: Vector, quaternionEnd: Vector, physicsClientId: int = 0
 ) -> Numbers:
     """Rotation that leads from the start to the end, the shorter way round."""
-    both = _joined(_BAD_PAIR, (quaternionStart, 4), (quaternionEnd, 4))
+    both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
     return rounded(*_difference(both[:4], both[4:]))
 
 
@@ -139,7 +155,7 @@ def calculateVelocityQuaternion(
     quaternionStart: Vector, quaternionEnd: Vector, deltaTime: float, physicsClientId: int = 0
 ) -> Numbers:
     """Angular velocity (rad/s) that turns the start into the end within `deltaTime` (s)."""
-    both = _joined(_BAD_PAIR, (quaternionStart, 4), (quaternionEnd, 4))
+    both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
     (dt,) = rounded(deltaTime)
     if both[:4] == both[4:]:
         return 0.0, 0.0, 0.0
@@ -156,7 +172,7 @@ def getAxisDifferenceQuaternion(
     quaternionStart: Vector, quaternionEnd: Vector, physicsClientId: int = 0
 ) -> Numbers:
     """Angles about x, y, z (turning axes, in this order; rad) of the start seen from the end."""
-    both = _joined(_BAD_PAIR, (quaternionStart, 4), (quaternionEnd, 4))
+    both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
     x, y, z, w = both[4:]
     m = _matrix(_product((-x, -y, -z, w), both[:4]))
     sine = m[2]
@@ -168,7 +184,7 @@ def getAxisDifferenceQuaternion(
 
 
 def _dot(a: Vector, b: Vector) -> float:
-    return sum(p * q for p, q in zip(a, b, strict=True))
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
 
 
 def _product(a: Vector, b: Vector) -> Numbers:
@@ -199,13 +215,17 @@ def _matrix(quaternion: Vector) -> Numbers:
     )
 
 
-def _rotated(quaternion: Vector, vector: Vector) -> Numbers:
-    m = _matrix(quaternion)
-    x, y, z = vector
+def _turned(x: float, y: float, z: float, w: float, vx: float, vy: float, vz: float) -> Numbers:
+    """A vector turned by a quaternion of any length; NaN for length zero."""
+    norm = x * x + y * y + z * z + w * w
+    if norm == 0.0:
+        return nan, nan, nan
+    s = 2.0 / norm
+    cx, cy, cz = s * (y * vz - z * vy), s * (z * vx - x * vz), s * (x * vy - y * vx)
     return (
-        m[0] * x + m[1] * y + m[2] * z,
-        m[3] * x + m[4] * y + m[5] * z,
-        m[6] * x + m[7] * y + m[8] * z,
+        vx + w * cx + y * cz - z * cy,
+        vy + w * cy + z * cx - x * cz,
+        vz + w * cz + x * cy - y * cx,
     )
 
 
@@ -214,7 +234,10 @@ def canonical_quaternion(quaternion: Vector) -> Numbers:
 
     w is positive where the matrix has a positive trace (w² > 1/4), else the largest of x, y, z is.
     """
-    x, y, z, w = quaternion
+    return _canonical(*quaternion)
+
+
+def _canonical(x: float, y: float, z: float, w: float) -> Numbers:
     length = sqrt(x * x + y * y + z * z + w * w)
     if length == 0.0:
         return (nan,) * 4
