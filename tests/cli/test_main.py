@@ -35,6 +35,17 @@ def test_wrong_usage_exits_2(words: list[str], capsys: pytest.CaptureFixture[str
     assert captured.out == ""
 
 
+def test_many_problems_are_cut_short(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    problems = [DescriptionError(f"no such file: {k}.stl", file="arm.urdf", line=k) for k in range(70)]
+    _fail_with(monkeypatch, DescriptionError.collect(problems))
+    assert cli.main(["demo"]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == cli.MOST_LINES + 1
+    assert lines[-1] == f"roboyard: error: ... and {70 - cli.MOST_LINES} more"
+
+
 def test_each_problem_is_one_line_without_traceback(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -110,3 +121,24 @@ def _fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
         raise error
 
     monkeypatch.setattr(cli, "_run", fail)
+
+
+def test_a_reader_that_has_seen_enough_is_no_error() -> None:
+    """As in `roboyard audit | head -1`."""
+    code = "import sys; from roboyard.cli import main; sys.exit(main(sys.argv[1:]))"
+    robot = roboyard.__file__.replace("__init__.py", "assets/r1/r1_description/urdf/r1_pro_source.urdf")
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "audit", robot, "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    assert process.wait(timeout=60) == 1
+
+
+def test_a_port_that_is_none_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["serve", "--port", "70000"]) == 1
+    assert capsys.readouterr().err == "roboyard: error: port 70000: give a number from 0 to 65535\n"

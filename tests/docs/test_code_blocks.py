@@ -29,7 +29,11 @@ def test_the_blocks_of_a_page_run(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
-    shutil.copy(asset_path("cartpole"), tmp_path / "my_robot.urdf")
+    if page.name == "importing.md":  # its robot has an arm
+        shutil.copytree(asset_path("arm7").parent, tmp_path, dirs_exist_ok=True)
+        (tmp_path / "arm7.urdf").rename(tmp_path / "my_robot.urdf")
+    else:
+        shutil.copy(asset_path("cartpole"), tmp_path / "my_robot.urdf")
     names: dict[str, object] = {"__name__": "__main__"}
     for line, text in blocks(page):
         if "roboyard.viewer" in text:

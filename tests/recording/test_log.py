@@ -92,7 +92,7 @@ def test_what_is_no_log_is_told(tmp_path: Path, damage: str) -> None:
     path = tmp_path / "x.npz"
     messages = {
         "missing": "there is no state log",
-        "text": "x.npz is no state log",
+        "text": "x.npz is no state log: give the .npz file that",
         "other": "x.npz is no state log: it has no 'about'",
         "shape": "x.npz contradicts itself",
         "version": "a log of version 99",

@@ -23,12 +23,15 @@ COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 _RENAMED = {"import": "importing"}  # a word of the language cannot name a module's function
 
 _DEBUG_VARIABLE = "ROBOYARD_DEBUG"
+MOST_LINES = 12
+"""Problems that are told one by one."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
-    0: done; 1: bad input, one line for each problem on standard error; 2: wrong usage; 130: interrupted.
+    0: done; 1: bad input, one line for each problem on standard error (the first dozen of many); 2: wrong
+    usage; 130: interrupted.
     With the environment variable ROBOYARD_DEBUG set to 1, errors come with their traceback.
 
     Args:
@@ -45,6 +48,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if debug:
             raise
         _complain(str(error).splitlines() or [type(error).__name__])
+    except BrokenPipeError:
+        # whoever read the output, as in `| head`, has seen enough; what is still in the buffer goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         if debug:
             raise
@@ -105,5 +111,8 @@ def _options(
 
 
 def _complain(lines: Sequence[str]) -> None:
-    for line in lines:
+    shown = lines if len(lines) <= MOST_LINES + 1 else lines[:MOST_LINES]
+    for line in shown:
         print(f"roboyard: error: {line}", file=sys.stderr)
+    if len(shown) < len(lines):
+        print(f"roboyard: error: ... and {len(lines) - len(shown)} more", file=sys.stderr)

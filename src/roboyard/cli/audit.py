@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from roboyard.cli.packages import PackageOption
+
 if TYPE_CHECKING:
     from roboyard.urdf.auditing import Audit, Severity
 
@@ -30,15 +32,7 @@ def audit(
     html: Annotated[
         Path | None, typer.Option("--html", help="Write a page with pictures here.", show_default=False)
     ] = None,
-    package: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--package",
-            metavar="NAME=PATH",
-            help="Folder of a package:// name; may be given again.",
-            show_default=False,
-        ),
-    ] = None,
+    package: PackageOption = None,
     everything: Annotated[
         bool, typer.Option("--all", help="Show every finding, also where many are alike.")
     ] = False,

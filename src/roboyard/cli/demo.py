@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from roboyard.cli.packages import PackageOption
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -39,15 +41,7 @@ def demo(
         Path | None, typer.Option("--urdf", help="Your robot; the bundled r1 by default.", show_default=False)
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder to write.")] = Path("demo"),
-    package: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--package",
-            metavar="NAME=PATH",
-            help="Folder of a package:// name; may be given again.",
-            show_default=False,
-        ),
-    ] = None,
+    package: PackageOption = None,
     overwrite: Annotated[
         bool,
         typer.Option("--overwrite/--no-overwrite", help="Write also into a folder that holds other things."),

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from roboyard.cli.packages import PackageOption
+
 if TYPE_CHECKING:
     from roboyard.validation import ValidationReport
 
@@ -84,15 +86,7 @@ def importing(
         bool, typer.Option("--headless", help="Accepted for OmniGibson's sake: imports never open a window.")
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an import of this name.")] = False,
-    package: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--package",
-            metavar="NAME=PATH",
-            help="Folder of a package:// name; may be given again.",
-            show_default=False,
-        ),
-    ] = None,
+    package: PackageOption = None,
     no_validate: Annotated[
         bool, typer.Option("--no-validate", help="Do not try the robot out; `roboyard validate` does.")
     ] = False,

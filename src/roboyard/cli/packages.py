@@ -4,8 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from roboyard.errors import ConfigError
+
+PackageOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--package",
+        metavar="NAME=PATH",
+        help="Folder of a package:// name; may be given again.",
+        show_default=False,
+    ),
+]
 
 
 def read_packages(given: Sequence[str]) -> dict[str, Path]:

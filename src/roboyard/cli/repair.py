@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from roboyard.cli.packages import PackageOption
+
 EXAMPLES = """
 Examples:
 
@@ -31,15 +33,7 @@ def repair(
             "--keep", metavar="CODE", help="Leave this code as it is; may be given again.", show_default=False
         ),
     ] = None,
-    package: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--package",
-            metavar="NAME=PATH",
-            help="Folder of a package:// name; may be given again.",
-            show_default=False,
-        ),
-    ] = None,
+    package: PackageOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the log as JSON.")] = False,
 ) -> None:
     """Mend a robot description in a new folder.

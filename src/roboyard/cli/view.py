@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from roboyard.cli.completion import viewed_names
+from roboyard.cli.packages import PackageOption
 
 EXAMPLES = """
 Examples:
@@ -43,15 +44,7 @@ def view(
         Path | None,
         typer.Option(help="Import configuration that edits go into.", show_default=False),
     ] = None,
-    package: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--package",
-            metavar="NAME=PATH",
-            help="Folder of a package:// name; may be given again.",
-            show_default=False,
-        ),
-    ] = None,
+    package: PackageOption = None,
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Open a browser where there is a display.")
     ] = True,

@@ -158,7 +158,10 @@ def load_log(path: str | Path) -> StateLog:
     except KeyError as error:
         raise ConfigError(f"{source.name} is no state log: it has no {error}") from None
     except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise ConfigError(f"{source.name} is no state log: {' '.join(str(error).split())}") from None
+        told = " ".join(str(error).split())
+        if "pickle" in told:  # NumPy's words for what is no archive, with an unsafe remedy
+            told = "give the .npz file that `roboyard drive --log` or Recorder.log().save() wrote"
+        raise ConfigError(f"{source.name} is no state log: {told}") from None
     n, p, v, m = len(log.time), len(log.position_names), len(log.velocity_names), len(log.fixed_positions)
     fits = (
         log.positions.shape == (n, p)

@@ -8,7 +8,7 @@ import sys
 from contextlib import suppress
 
 import roboyard.pybullet  # noqa: F401 - fills the table of commands
-from roboyard.errors import RoboyardError
+from roboyard.errors import ConfigError, RoboyardError
 from roboyard.pybullet.remote import rendezvous, wire
 from roboyard.pybullet.remote.datagrams import DatagramServer
 from roboyard.pybullet.remote.dispatch import Dispatcher
@@ -91,7 +91,13 @@ async def _read_body(reader: asyncio.StreamReader) -> bytes:
 
 
 def serve_forever(*, host: str, port: int, key: int) -> None:
-    """Serve until interrupted or terminated; prints the address once it is open."""
+    """Serve until interrupted or terminated; prints the address once it is open.
+
+    Raises:
+        ConfigError: there is no such port.
+    """
+    if not 0 <= port <= 65535:
+        raise ConfigError(f"port {port}: give a number from 0 to 65535")
     with suppress(KeyboardInterrupt):
         asyncio.run(_serve_until_signal(host, port, key))
 
