@@ -9,7 +9,7 @@ from roboyard.demo.figure import Figure, extreme_points
 from roboyard.demo.plan import make_plan
 from roboyard.demo.stance import decide
 from roboyard.demo.sweep import Sweep, first_sweep, full_range
-from roboyard.urdf import Joint, Limit, RobotDescription
+from roboyard.urdf import Joint, Limit, RobotDescription, load_urdf
 
 
 def sweep(lower: float, upper: float, home: float = 0.0) -> Sweep:
@@ -103,8 +103,27 @@ def test_a_walker_is_held_and_an_arm_mounted(walker: RobotDescription, arm: Robo
     assert make_plan(Figure(walker)).stand >= 0.05
 
 
+def test_an_arm_whose_hand_hangs_lower_than_its_base_is_mounted() -> None:
+    """A robot on one limb that does not carry its weight is no walker."""
+    box = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
+    mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links = "".join(f'<link name="{name}">{mass}{box}</link>' for name in ("base", "elbow", "left", "right"))
+    joints = "".join(
+        f'<joint name="{child}_joint" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{place}"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1" upper="1" effort="9" velocity="1"/></joint>'
+        for parent, child, place in (
+            ("base", "elbow", "0.5 0 0"),
+            ("elbow", "left", "0.4 0.1 -0.2"),
+            ("elbow", "right", "0.4 -0.1 -0.2"),
+        )
+    )
+    stance = decide(Figure(load_urdf(f'<robot name="arm">{links}{joints}</robot>')))
+    assert stance.kind == "mounted"
+    assert "reaches the floor" in stance.reason
+
+
 def test_a_root_called_world_is_the_world() -> None:
-    from roboyard.urdf import load_urdf
 
     text = """<robot name="r"><link name="world"/>
       <link name="box"><visual><geometry><box size="1 1 1"/></geometry></visual></link>

@@ -171,6 +171,14 @@ def test_not_found_names_the_package_and_the_places(tmp_path):
     assert "pass packages={'arm': folder}" in problem
 
 
+def test_a_file_that_a_known_package_lacks_is_asked_for_there(tmp_path):
+    base = tmp_path / "arm" / "urdf"
+    touch(tmp_path / "arm" / "meshes" / "b.stl")
+    base.mkdir()
+    problem = resolver(base).resolve("package://arm/meshes/a.stl").problem
+    assert problem.startswith(f"no such file in the package's folder {tmp_path / 'arm'}; add it")
+
+
 def test_folders_and_blank_names(tmp_path):
     (tmp_path / "part.stl").mkdir()
     assert resolver(tmp_path).resolve("part.stl").problem.endswith("part.stl is a folder; name a file")

@@ -101,8 +101,10 @@ def decide(figure: Figure) -> Stance:
         }
         rest = tuple(name for name in feet if name not in lifted)
         if found("standing", "", rest).margin < LEAST_MARGIN * size:
-            more = f" and {len(legs) - 1} more" if len(legs) > 1 else ""
-            return found("held", f'its joints carry it ("{legs[0]}"{more})')
+            held = found("held", f"its joints carry it ({_first_of(legs)})")
+            if held.margin < 0 and _is_one_limb(figure, feet):  # an arm whose hand hangs lower than its base
+                return found("mounted", f'its weight does not lie over what reaches the floor ("{feet[0]}")')
+            return held
         feet = rest
     stance = found("standing", "", feet)
     if stance.margin < LEAST_MARGIN * size:
@@ -112,6 +114,17 @@ def decide(figure: Figure) -> Stance:
         if tipping:
             return found("mounted", f'its base is fixed and "{tipping[0]}" would tip it over', feet)
     return found("standing", f"its weight lies {100 * stance.margin:.1f} cm inside what it stands on", feet)
+
+
+def _is_one_limb(figure: Figure, feet: tuple[str, ...]) -> bool:
+    """True where one driven joint moves all of the feet."""
+    paths = [{joint.name for joint in figure.path(name)}.intersection(figure.home) for name in feet]
+    return bool(set.intersection(*paths))
+
+
+def _first_of(names: list[str]) -> str:
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return f'"{names[0]}"{more}'
 
 
 def _margin(polygon: Array | None, point: Array) -> Array:

@@ -132,6 +132,11 @@ class Resolver:
         looked = f" (looked in {', '.join(places[:3])}{', ...' if len(places) > 3 else ''})" if places else ""
         if scheme in ("package", "model"):
             name = rest.lstrip("/").partition("/")[0]
+            home = self._folder_of(name)
+            if home is not None:
+                return (
+                    f"no such file in the package's folder {home}; add it (`git lfs pull` fetches large ones)"
+                )
             remedy = (
                 f"name its folder with --package {name}=FOLDER (in Python pass packages={{{name!r}: folder}} "
                 f"or search_paths=[folder that holds {name!r}])"
@@ -139,6 +144,14 @@ class Resolver:
         else:
             remedy = "add the file or pass its folder in search_paths"
         return f"no such file{looked}; {remedy}"
+
+    def _folder_of(self, name: str) -> Path | None:
+        """The folder of a package; None where it is not known."""
+        for candidate in self._in_package(f"{name}/."):
+            root = candidate.root
+            if candidate.note is None and _is_folder(root) and name in (root.name, package_name(root)):
+                return root
+        return next((Path(folder) for known, folder in (self.packages or {}).items() if known == name), None)
 
     # ---------------------------------------------------------------------------------- where to look
 
