@@ -8,6 +8,7 @@ import numpy as np
 
 from roboyard.importer.config import ImportConfig
 from roboyard.importer.config_checks import frozen_joints, virtual_joints
+from roboyard.importer.hands import find_hands
 from roboyard.importer.model import EndEffector, ImportedRobot
 from roboyard.urdf.joint_order import breadth_first_joints, planned_joints
 from roboyard.urdf.kinematics import chain
@@ -76,14 +77,17 @@ def lock_joints(robot: ImportedRobot, config: ImportConfig, rest: Mapping[str, f
 
 
 def end_effectors(robot: ImportedRobot, config: ImportConfig) -> tuple[EndEffector, ...]:
-    """The configuration's end effectors; without any, the tip of the longest chain of moving joints."""
+    """The configuration's end effectors; else the hands that are found; else the tip of the longest chain of
+    moving joints.
+    """
     given = config.curobo.eef_to_gripper_info
     if given:
         return tuple(
             EndEffector(link=link, gripper_links=tuple(g.links), gripper_joints=tuple(g.joints))
             for link, g in given.items()
         )
-    return (EndEffector(link=longest_chain_tip(robot.description)),)
+    hands = find_hands(robot.description, virtual_joints() if robot.holonomic else ())
+    return hands or (EndEffector(link=longest_chain_tip(robot.description)),)
 
 
 def torso_joints(

@@ -5,19 +5,20 @@ The configuration decides wherever it says something; the rest is worked out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from roboyard.importer.bent_posture import bent_rest
 from roboyard.importer.context import ImportContext
 from roboyard.importer.link_spheres import fit_links
-from roboyard.importer.model import CollisionSphere, ImportedRobot, PlanningData
+from roboyard.importer.model import CollisionSphere, EndEffector, ImportedRobot, PlanningData
 from roboyard.importer.rest_posture import end_effectors, lock_joints, rest_posture, torso_joints
 
 
 def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
     """The robot with its planning data, and the pairs whose shapes overlap at rest."""
     curobo = context.config.curobo
-    rest = rest_posture(robot, context.config)
+    rest = _rest(robot, context)
     locked = lock_joints(robot, context.config, rest)
     spheres = _spheres(robot, context)
     touching = _touching(robot, rest, context)
@@ -31,7 +32,7 @@ def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
         ignore = _ignore(robot, spheres, {**rest, **locked}, touching, context)
     effectors = end_effectors(robot, context.config)
     if not curobo.eef_to_gripper_info:
-        context.log.note(f"end effector: {effectors[0].link!r}, the tip of the longest chain of joints")
+        context.log.note(_told(effectors))
     torso = torso_joints(robot, context.config, effectors)
     if torso and not curobo.torso_joints:
         context.log.note(f"torso: {', '.join(torso)}, which all arms stand on")
@@ -46,6 +47,22 @@ def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
         flip_joint_limits=tuple(curobo.flip_joint_limits),
     )
     return replace(robot, planning=data)
+
+
+def _rest(robot: ImportedRobot, context: ImportContext) -> dict[str, float]:
+    straight = rest_posture(robot, context.config)
+    rest = bent_rest(robot, context.config, straight)
+    turned = [f"{name} {rest[name]:.2f}" for name in rest if rest[name] != straight[name]]
+    if turned:
+        context.log.note(f"rest: {', '.join(turned)}, as the arm can hardly move its tip when stretched out")
+    return rest
+
+
+def _told(effectors: Sequence[EndEffector]) -> str:
+    if not effectors[0].gripper_links:
+        return f"end effector: {effectors[0].link!r}, the tip of the longest chain of joints"
+    hands = ", ".join(f"{e.link!r} ({len(e.gripper_links)} links)" for e in effectors)
+    return f"end effectors: {hands}, where chains of joints part into fingers"
 
 
 def _spheres(robot: ImportedRobot, context: ImportContext) -> dict[str, tuple[CollisionSphere, ...]]:
