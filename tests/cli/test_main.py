@@ -142,3 +142,16 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
 def test_a_port_that_is_none_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["serve", "--port", "70000"]) == 1
     assert capsys.readouterr().err == "roboyard: error: port 70000: give a number from 0 to 65535\n"
+
+
+def test_an_interruption_while_the_program_loads_is_quiet(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from roboyard.__main__ import main
+
+    def interrupted() -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "main", interrupted)
+    assert main() == 130
+    assert capsys.readouterr().err == ""
