@@ -14,6 +14,8 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard.shapes.mesh import shared
+
 if TYPE_CHECKING:
     from PIL.Image import Image
 
@@ -58,11 +60,11 @@ def find_companion(mesh_file: Path, name: str) -> Path | None:
 
 
 def pixels(image: Image) -> NDArray[np.uint8]:
-    """(h, w, 4) RGBA of a Pillow image, reduced to at most 4096 pixels a side."""
+    """(h, w, 4) RGBA of a Pillow image, reduced to at most 4096 pixels a side; read-only."""
     image.draft("RGB", (MAX_SIDE, MAX_SIDE))
     rgba = image.convert("RGBA")
     rgba.thumbnail((MAX_SIDE, MAX_SIDE))
-    return np.asarray(rgba, dtype=np.uint8)
+    return shared(np.asarray(rgba, dtype=np.uint8), np.uint8)
 
 
 def load_image(mesh_file: Path, name: str) -> NDArray[np.uint8] | None:

@@ -37,3 +37,10 @@ def read_only(array: NDArray, dtype: type) -> NDArray:
     out = np.array(array, dtype=dtype, order="C")
     out.setflags(write=False)
     return out
+
+
+def shared(array: NDArray, dtype: type) -> NDArray:
+    """The array itself where nobody can write it and it is C-contiguous, else such a copy."""
+    if array.dtype == dtype and array.flags.c_contiguous and not array.flags.writeable:
+        return array
+    return read_only(array, dtype)

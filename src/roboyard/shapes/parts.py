@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.shapes.atlas import pack_textures
-from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.shapes.mesh import TriangleMesh, read_only, shared
 
 _log = logging.getLogger("roboyard.shapes")
 
@@ -116,7 +116,7 @@ def combine(parts: Sequence[Part]) -> TriangleMesh | None:
         normals=normals,
         uv=uv,
         colors=_colors(parts),
-        texture=None if texture is None else read_only(texture, np.uint8),
+        texture=None if texture is None else shared(texture, np.uint8),
     )
 
 
