@@ -1,6 +1,6 @@
 """Files of a robot that was moved after its description was written: found by the end of their paths.
 
-`package://old/tree/arm/meshes/base.obj` and `/home/someone/arm/meshes/base.obj` mean, in a package that was
+`package://old/tree/arm/meshes/base.obj` and `/old/place/arm/meshes/base.obj` mean, in a package that was
 copied out of that tree, its `meshes/base.obj`; `package://visual/base.obj` can only mean the one
 `visual/base.obj` of the package.
 """
