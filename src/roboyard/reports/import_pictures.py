@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from roboyard.cameras import RenderScene, RenderShape
+from roboyard.cameras import RenderShape
 from roboyard.importer.model import CollisionSphere, ImportedRobot
 from roboyard.importer.rest_posture import nearest_to_zero
 from roboyard.importer.shape_tools import geometry_mesh
 from roboyard.poses import Array, matrix_from_quaternion
-from roboyard.reports.pictures import PLAIN, RGBA, Sight
+from roboyard.reports.pictures import PLAIN, RGBA, Sight, gathered
 from roboyard.shapes import primitives
 from roboyard.shapes.simplify import for_small_pictures
 from roboyard.urdf.kinematics import forward_kinematics, vector_joints
@@ -35,7 +36,6 @@ HULL_RGBA: tuple[RGBA, ...] = (
 SPHERE_RGBA: RGBA = (0.95, 0.55, 0.12, 0.55)
 GHOST: RGBA = (0.55, 0.60, 0.68, 1.0)
 """The link itself, behind its spheres."""
-_CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 SEGMENTS = 20
 """Round the equator of a planner's sphere; a robot has hundreds, each drawn in several see-through layers."""
 
@@ -52,25 +52,10 @@ def sight_of_robot(
     `frames` are those of `resting_frames`, or another posture's.
     """
     frames = frames if frames is not None else resting_frames(robot.description)
-    shapes: list[RenderShape] = []
-    positions, rotations = [], []
-    bounds: dict[str, Array] = {}
-    for link in robot.description.links:
-        if only is not None and link.name not in only:
-            continue
-        pose = frames[link.name]
-        drawn = list(_shapes(robot, link, kind, len(positions)))
-        if not drawn:
-            continue
-        positions.append(pose[:3, 3])
-        rotations.append(pose[:3, :3])
-        shapes += drawn
-        bounds[link.name] = _bounds(drawn, pose)
-    return Sight(
-        scene=RenderScene(shapes=shapes),
-        positions=np.array(positions).reshape(-1, 3),
-        rotations=np.array(rotations).reshape(-1, 3, 3),
-        bounds=bounds,
+    return gathered(
+        (link.name, frames[link.name], partial(_shapes, robot, link, kind))
+        for link in robot.description.links
+        if only is None or link.name in only
     )
 
 
@@ -94,14 +79,6 @@ def link_pictures(
         for kind, sight in sights.items()
         if not sight.is_empty
     }
-
-
-def _bounds(drawn: list[RenderShape], pose: Array) -> Array:
-    """(2, 3) box in the root frame round the shapes' own boxes."""
-    boxes = [s.mesh.bounds[_CORNERS, (0, 1, 2)] for s in drawn]
-    clouds = [(b * s.scale) @ s.rotation.T + s.position for b, s in zip(boxes, drawn, strict=True)]
-    points = np.concatenate(clouds) @ pose[:3, :3].T + pose[:3, 3]
-    return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def _shapes(robot: ImportedRobot, link: Link, kind: Kind, frame: int) -> Iterator[RenderShape]:

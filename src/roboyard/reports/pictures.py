@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -28,6 +29,7 @@ EVEN = (0.94, 0.95, 0.96)
 FOVY = math.radians(32.0)
 VIEW = np.array([0.72, -1.0, 0.55])
 """From the robot towards the camera."""
+_CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -129,27 +131,38 @@ def sight_of(
 
     A link without shapes of the `kind` shows its others, unless `strict`.
     """
+
+    def drawn(link: DraftLink, frame: int) -> Iterator[RenderShape]:
+        rgba = None if not marked else (color if link.name in marked else FADED)
+        for shape in _shown(link, kind, strict):
+            if (found := _render_shape(shape, draft, frame, rgba)) is not None:
+                yield found
+
+    frames = draft.tree.frames
+    return gathered(
+        (link.name, frames[link.name], partial(drawn, link))
+        for link in draft.link_by_name.values()
+        if link.name in frames and np.isfinite(frames[link.name]).all()
+    )
+
+
+def gathered(links: Iterable[tuple[str, Array, Callable[[int], Iterable[RenderShape]]]]) -> Sight:
+    """Sight of links, each with its name, its (4, 4) pose in the root's frame and what gives its shapes.
+
+    The last is called with the number that the link's frame has in the sight.
+    """
     shapes: list[RenderShape] = []
     positions: list[Array] = []
     rotations: list[Array] = []
     bounds: dict[str, Array] = {}
-    for link in draft.link_by_name.values():
-        pose = draft.tree.frames.get(link.name)
-        if pose is None or not np.isfinite(pose).all():
-            continue
-        rgba = None if not marked else (color if link.name in marked else FADED)
-        frame = len(positions)
-        drawn = [
-            s
-            for shape in _shown(link, kind, strict)
-            if (s := _render_shape(shape, draft, frame, rgba)) is not None
-        ]
+    for name, pose, shapes_in in links:
+        drawn = list(shapes_in(len(positions)))
         if not drawn:
             continue
         positions.append(pose[:3, 3])
         rotations.append(pose[:3, :3])
         shapes += drawn
-        bounds[link.name] = _bounds(drawn, pose)
+        bounds[name] = _bounds(drawn, pose)
     return Sight(
         scene=RenderScene(shapes=shapes),
         positions=np.array(positions).reshape(-1, 3),
@@ -217,12 +230,9 @@ def _color(shape: DraftShape, draft: Draft) -> RGBA | None:
     return None
 
 
-def _bounds(shapes: list[RenderShape], pose: Array) -> Array:
-    """(2, 3) box round a link's shapes in the root frame."""
-    clouds = []
-    for shape in shapes:
-        step = max(1, len(shape.mesh.vertices) // 2000)
-        in_link = shape.mesh.vertices[::step] @ shape.rotation.T + shape.position
-        clouds.append(in_link @ pose[:3, :3].T + pose[:3, 3])
-    points = np.concatenate(clouds)
+def _bounds(drawn: list[RenderShape], pose: Array) -> Array:
+    """(2, 3) box in the root frame round the shapes' own boxes."""
+    boxes = [s.mesh.bounds[_CORNERS, (0, 1, 2)] for s in drawn]
+    clouds = [(b * s.scale) @ s.rotation.T + s.position for b, s in zip(boxes, drawn, strict=True)]
+    points = np.concatenate(clouds) @ pose[:3, :3].T + pose[:3, 3]
     return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from roboyard.urdf.auditing.draft import Draft
@@ -14,16 +14,17 @@ _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Renames:
-    """Old name to new name; links and joints are two name spaces."""
+    """Old name to new name, only where they differ; links and joints are two name spaces."""
 
-    links: dict[str, str]
-    joints: dict[str, str]
+    links: Mapping[str, str]
+    joints: Mapping[str, str]
 
 
 def planned_renames(draft: Draft) -> Renames:
     """What `repair` renames: every name that is no USD identifier, kept distinct from all others."""
     return Renames(
-        links=_plan(link.name for link in draft.links), joints=_plan(joint.name for joint in draft.joints)
+        links=distinct_names((link.name for link in draft.links), _PLAIN),
+        joints=distinct_names((joint.name for joint in draft.joints), _PLAIN),
     )
 
 
@@ -44,9 +45,10 @@ def identifier(name: str) -> str:
     return text if not text[0].isdigit() else f"_{text}"
 
 
-def _plan(names: Iterable[str]) -> dict[str, str]:
+def distinct_names(names: Iterable[str], kept: re.Pattern[str]) -> dict[str, str]:
+    """New names for all that do not fit `kept`, distinct from each other and from those that stay."""
     wanted = [name for name in dict.fromkeys(names) if name]
-    taken = {name for name in wanted if _PLAIN.fullmatch(name)}
+    taken = {name for name in wanted if kept.fullmatch(name)}
     renames: dict[str, str] = {}
     for name in wanted:
         if name in taken:

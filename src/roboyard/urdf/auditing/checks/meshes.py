@@ -39,13 +39,13 @@ def _by_file(draft: Draft) -> Iterator[tuple[DraftShape, MeshUse, Path]]:
             yield shape, mesh, path
 
 
-def _unreadable(draft: Draft, *words: str) -> Faults:
-    """Files that the loader refuses with one of the words."""
+def _unreadable(draft: Draft, *words: str, others: bool = False) -> Faults:
+    """Files that the loader refuses with one of the words; with `others`, with none of them."""
     for shape, mesh, path in _by_file(draft):
         if mesh.error is None:
             continue
         text = mesh.error.problems[0].removeprefix(f"{path.name}: ")
-        if any(word in text for word in words):
+        if any(word in text for word in words) != others:
             message, _, remedy = text.rpartition("; ")
             yield Fault(
                 at=shape,
@@ -164,17 +164,7 @@ _TOLD = ("unknown mesh format", "git-lfs pointer", "the file is empty", "has no 
 @check("mesh-unreadable", BLOCKS, remedy="export the mesh again", example="(a binary STL cut in half)")
 def mesh_unreadable(draft: Draft) -> Faults:
     """A mesh file is broken, too large or may not be read."""
-    for shape, mesh, path in _by_file(draft):
-        if mesh.error is not None:
-            text = mesh.error.problems[0].removeprefix(f"{path.name}: ")
-            if not any(word in text for word in _TOLD):
-                message, _, remedy = text.rpartition("; ")
-                yield Fault(
-                    at=shape,
-                    line=line_of(mesh.element),
-                    message=f"mesh {path.name}: {message or text}",
-                    remedy=remedy if message else None,
-                )
+    yield from _unreadable(draft, *_TOLD, others=True)
 
 
 @check(
