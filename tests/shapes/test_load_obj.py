@@ -160,3 +160,19 @@ def test_large_textures_are_reduced(tmp_path):
     text = "mtllib a.mtl\n" + SQUARE + "vt 0 0\nusemtl m\nf 1/1 2/1 3/1\n"
     mesh = load(tmp_path, text, a_mtl="newmtl m\nmap_Kd wide.png\n")
     assert mesh.texture.shape[1] == 4096
+
+
+def test_meshes_share_the_picture_and_the_library_that_they_name(tmp_path):
+    Image.new("RGB", (2, 2), (9, 9, 9)).save(tmp_path / "wood.png")
+    (tmp_path / "a.mtl").write_text("newmtl wood\nmap_Kd wood.png\n")
+    text = "mtllib a.mtl\n" + SQUARE + "vt 0 0\nvt 1 0\nvt 1 1\nusemtl wood\nf 1/1 2/2 3/3\n"
+    meshes = []
+    for name in ("one.obj", "two.obj"):
+        (tmp_path / name).write_text(text)
+        meshes.append(load_mesh(tmp_path / name))
+    assert meshes[0].texture is not None
+    assert meshes[0].texture is meshes[1].texture
+    assert not meshes[0].texture.flags.writeable
+    (tmp_path / "a.mtl").write_text("newmtl wood\nKd 1 0 0\nmap_Kd wood.png\nd 0.5\n")
+    (tmp_path / "three.obj").write_text(text)
+    assert load_mesh(tmp_path / "three.obj").colors is not None, "a changed library is read anew"

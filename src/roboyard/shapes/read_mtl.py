@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 
 from roboyard.shapes.companions import find_companion, load_image
 
+REMEMBERED = 16
+"""Libraries."""
 # options before a file name: those of one word, -mm of two numbers, -o -s -t of one to three
 _OPTIONS = re.compile(
     r"^(?:-(?:blendu|blendv|cc|clamp|imfchan|texres|type|bm|boost)\s+\S+\s+"
@@ -34,13 +37,21 @@ def read_mtl(obj_file: Path, libraries: Sequence[str], wanted: Collection[str]) 
     images: dict[str, NDArray[np.uint8] | None] = {}
     for library in libraries:
         file = find_companion(obj_file, library)
-        if file is None or file.stat().st_size > 16 << 20:
+        if file is None:
             continue
-        text = file.read_text(encoding="utf-8", errors="replace")
-        for name, entries in _materials(text).items():
+        state = file.stat()
+        if state.st_size > 16 << 20:
+            continue
+        for name, entries in _library(file, state.st_mtime_ns, state.st_size).items():
             if name in wanted and name not in finishes:
                 finishes[name] = _finish(entries, obj_file, images)
     return finishes
+
+
+@lru_cache(REMEMBERED)
+def _library(file: Path, changed: int, size: int) -> dict[str, dict[str, str]]:
+    """A library's materials; files of one scene often share theirs."""
+    return _materials(file.read_text(encoding="utf-8", errors="replace"))
 
 
 def _materials(text: str) -> dict[str, dict[str, str]]:
