@@ -149,6 +149,19 @@ def test_more_robots_than_bits_still_keep_to_themselves_and_touch_others():
     assert {c.body_b.id for c in world.contacts(robots[32])} == {robots[0].id}
 
 
+def test_every_pair_of_robots_can_touch():
+    world = World(gravity=(0, 0, 0))
+    robots = [world.add_urdf(_two_boxes(0.15), (5.0 * k, 0, 0)) for k in range(7)]
+    for k, robot in enumerate(robots):
+        for other in robots[:k]:
+            place = other.position
+            other.set_pose(robot.position + np.array([0.05, 0.15, 0.0]))
+            world.detect_contacts()
+            pairs = {frozenset((c.body_a.id, c.body_b.id)) for c in world.contacts(robot)}
+            assert pairs == {frozenset((robot.id, other.id))}
+            other.set_pose(place)
+
+
 def test_pairs_can_be_switched_off():
     world = World()
     floor, box = world.add_plane(), world.add_box((0.2, 0.2, 0.2), (0, 0, 0.2))

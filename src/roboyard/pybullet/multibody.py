@@ -43,6 +43,8 @@ REMEMBERED = 256
 """Shapes and links whose properties are worked out once: scripts make the same things again and again."""
 _VALUES = ("name", "mass", "moments", "frame", "collisions", "visuals", "joint", "parent")
 _bounds_of = partial(link_bounds, implicit_cylinder=True, from_file=False)
+_known_bounds_of = lru_cache(REMEMBERED)(_bounds_of)
+"""For shapes whose files cannot change."""
 _values = attrgetter(*_VALUES)
 """Of a LinkModel, all that it says."""
 
@@ -137,21 +139,21 @@ def _link(scene: Scene, name: str, mass: float, collision: int, visual: int, fra
         shapes = scene.collision_shapes[collision].shapes
     if whole(visual) in scene.visual_shapes:
         visuals = scene.visual_shapes[visual].visuals
-    from_files = any(isinstance(shape.geometry, Mesh) for shape in shapes)
-    moments_of = _moments.__wrapped__ if from_files else _moments
     return LinkModel(
         name=name,
         mass=mass,
-        moments=moments_of(mass, frame, shapes),
+        moments=_moments(mass, frame, shapes),
         frame=frame,
         collisions=shapes,
         visuals=visuals,
     )
 
 
-@lru_cache(REMEMBERED)
 def _moments(mass: float, frame: Pose, shapes: tuple[Collision, ...]) -> Moments:
-    return shape_moments(mass, _bounds_of(frame, shapes)) if mass else (0.0, 0.0, 0.0)
+    if not mass:
+        return 0.0, 0.0, 0.0
+    from_files = any(isinstance(shape.geometry, Mesh) for shape in shapes)
+    return shape_moments(mass, (_bounds_of if from_files else _known_bounds_of)(frame, shapes))
 
 
 def _jointed_link(

@@ -31,6 +31,7 @@ MARGIN = 0.001
 """m: of every shape but balls and capsules, whose margin is their radius."""
 BEYOND = 1e30
 """m: half size of the box around a plane."""
+_UNTURNED = np.eye(3)
 Shape = tuple[Collision, Array]
 """A collision and the (2, 3) corners of its box in its own frame; m."""
 
@@ -117,7 +118,7 @@ def local_bounds(geometry: Geometry, *, implicit_cylinder: bool) -> Array | None
             return None if corners is None else corners + 2 * MARGIN * np.array([[-1.0], [1.0]])
         case _:
             return None
-    return np.stack([-half, half])
+    return np.array([-half, half])
 
 
 def bounds_in(frame_position: Array, frame_rotation: Array, shapes: list[Shape]) -> Array:
@@ -189,10 +190,10 @@ def _is_obj(shape: Collision) -> bool:
 
 def _is_at(shape: Collision, position: Array, rotation: Array) -> bool:
     """Whether the shape's frame, worked out in floating point, is the inertial frame to the last bit."""
+    if shape.origin.position != tuple(position.tolist()):
+        return False
     turn = rotation.T @ matrix_from_quaternion(shape.origin.quaternion)
-    return bool(
-        np.array_equal(np.asarray(shape.origin.position), position) and np.array_equal(turn, np.eye(3))
-    )
+    return bool((turn == _UNTURNED).all())
 
 
 def _mesh_bounds(mesh: Mesh) -> Array | None:

@@ -69,18 +69,27 @@ class SpareRows:
         self._arrays: dict[str, np.ndarray] = {}
         self._mass = self._inertia = 0.0
         self._dofs = 0
+        self._away: dict[int, tuple[dict[str, int], dict[str, int]]] = {}
+        """First rows and counts of all that is parked, by row of the root."""
 
     def look(self, spares: list[Spare]) -> None:
         """After a compile: see where spares lie, and park them."""
         model = self._engine.live_model
-        self._arrays = {}
-        self._mass, self._inertia = float(model.body_mass.sum()), float(model.dof_M0.sum())
-        self._dofs = int(model.nv)
+        self._arrays, self._away = {}, {}
         for spare in spares:
             counts = spare.mould.counts
             spare.starts = row_starts(model, spare.element.id, counts["body"])
             self._park(spare.starts, counts)
-        if spares:
+        self.weigh_anew()
+
+    def weigh_anew(self) -> None:
+        """Masses or inertias were written, or MuJoCo has summed them up itself."""
+        model = self._engine.live_model
+        self._mass, self._inertia = float(model.body_mass.sum()), float(model.dof_M0.sum())
+        self._dofs = int(model.nv)
+        for starts, counts in self._away.values():
+            self._count(starts, counts, -1)
+        if self._away:
             self._weigh()
 
     def fill(self, spare: Spare, mould: Mould, options: BuildOptions, position: Array, wxyz: Array) -> None:
@@ -122,6 +131,7 @@ class SpareRows:
                 values[first : first + 3] = position
                 values[first + 3 : first + 7] = wxyz
         self._count(starts, mould.counts, 1)
+        del self._away[row]
         self._weigh()
 
     def park(self, spare: Spare) -> None:
@@ -143,6 +153,7 @@ class SpareRows:
     def _put_away(self, starts: dict[str, int], counts: dict[str, int]) -> None:
         self._rest(starts, counts)
         self._park(starts, counts)
+        self._count(starts, counts, -1)
         self._weigh()
 
     def _park(self, starts: dict[str, int], counts: dict[str, int]) -> None:
@@ -152,7 +163,7 @@ class SpareRows:
         if counts["body"] > 1:
             for name in PARKED_JOINTS:
                 self._array(name)[_rows(name[:3], starts, counts)] = 0
-        self._count(starts, counts, -1)
+        self._away[starts["body"]] = starts, counts
 
     def _rest(self, starts: dict[str, int], counts: dict[str, int]) -> None:
         """No velocity, nothing that pushes, nothing remembered of the last step."""

@@ -156,6 +156,11 @@ class Spares:
         """After a compile: see where spares lie, and park them."""
         self._rows.look(self._slots)
 
+    def weigh_anew(self) -> None:
+        """Inertias were written: what is parked counts for nothing."""
+        if self.parked:
+            self._rows.weigh_anew()
+
     def _wanted(self) -> list[Mould]:
         """Moulds like those of the last additions, without makes that came only once."""
         hasty = max(self._steps) < HASTE + 0.5

@@ -314,6 +314,7 @@ class World(Engine):
         if self._inertia_changed:
             self._inertia_changed = False
             mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
+            self.spares.weigh_anew()
         model, data, stepping = self._model, self._data, self.stepping
         if stepping.is_plain:
             mujoco.mj_step(model, data, n)

@@ -1,0 +1,163 @@
+"""Bodies that come and go while time passes compile rarely, whatever they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sim_spares import assert_same_model, mesh, twin_of
+
+from roboyard.sim import World
+
+
+def _compiles(world: World, count: int, add) -> int:
+    """How many models a world had while `count` times something was added and it stepped."""
+    models = []
+    for k in range(count):
+        add(k)
+        world.step()
+        models.append(world.live_model)
+    return len({id(model) for model in models})
+
+
+def test_moulds_are_compiled_once_for_bodies_of_one_shape(monkeypatch):
+    from roboyard.sim import mould_store
+
+    made = []
+    compiled = mould_store.make_mould
+    monkeypatch.setattr(mould_store, "_FAMILIES", {})
+    monkeypatch.setattr(mould_store, "make_mould", lambda *given: made.append(given) or compiled(*given))
+    world = World()
+    rng = np.random.default_rng(5)
+    for k in range(30):
+        size, turn = rng.uniform(0.1, 0.3, 3), rng.normal(size=4)
+        world.add_box(size, (k, 0, 1), turn, mass=1.0 + k, rgba=(*rng.uniform(size=3), 1.0))
+        world.step()
+    assert len(made) == 1
+    assert_same_model(world.live_model, world.model)
+
+
+@pytest.mark.parametrize("visual", [True, False])
+def test_fixed_bodies_are_added_without_compiling_too(visual):
+    world = World(visual_geoms=visual)
+    ball = world.add_sphere(0.1, (0, 0, 5))
+    rng = np.random.default_rng(6)
+
+    def add(k):
+        world.add_box(rng.uniform(0.1, 0.3, 3), (k % 6, k // 6, 0.5), rng.normal(size=4), mass=0.0)
+
+    assert _compiles(world, 40, add) < 8
+    model = world.live_model
+    assert world.spares.free and model.nv == 6  # what is fixed has no degree of freedom, parked or not
+    world.add_box((2, 2, 0.2), (10, 0, 0), mass=0.0)
+    ball.set_pose((10, 0, 0.3))
+    world.step(100)
+    assert world.live_model is model and world.contacts(ball)
+    assert ball.pose[0][2] == pytest.approx(0.2, abs=1e-3)
+    assert_same_model(model, world.model)
+
+
+def test_makes_that_alternate_share_the_spares_in_the_order_of_ids():
+    world = World()
+    world.add_plane()
+    rng = np.random.default_rng(7)
+    shape = mesh()
+
+    def add(k):
+        place = (0.5 * (k % 7), 0.5 * (k // 7), 0.4)
+        match int(rng.integers(4)):
+            case 0:
+                world.add_sphere(rng.uniform(0.05, 0.2), place, mass=rng.uniform(1, 2))
+            case 1:
+                world.add_box(rng.uniform(0.1, 0.3, 3), place, mass=0.0)
+            case 2:
+                world.add_mesh(shape, place)
+            case _:
+                world.add_cylinder(0.1, rng.uniform(0.1, 0.2), place)
+
+    assert _compiles(world, 60, add) < 25
+    rows = [int(body.mujoco_ids[0]) for body in world.bodies]
+    assert rows == sorted(rows)
+    assert world.spares.parked > 0
+    twin = twin_of(world)
+    for _ in range(30):
+        world.step()
+        twin.step()
+    assert world.live_data.ncon == twin.data.ncon > 10
+    for mine, theirs in zip(world.bodies, twin.bodies, strict=True):
+        np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-10)
+
+
+def test_bodies_that_come_and_go_compile_rarely():
+    world = World()
+    world.add_plane()
+    rng, bodies = np.random.default_rng(8), []
+
+    def add(k):
+        place = (0.5 * (k % 7), 0.5 * (k // 7 % 7), 0.3)
+        bodies.append(world.add_box(rng.uniform(0.1, 0.3, 3), place, mass=1.0 + k))
+        if len(bodies) > 12:
+            world.remove(bodies.pop(0))
+
+    assert _compiles(world, 100, add) < 20
+    assert len(world.bodies) == 13
+    assert (world.contact_arrays().owners >= 0).all()
+    twin = twin_of(world)
+    for _ in range(30):
+        world.step()
+        twin.step()
+    for mine, theirs in zip(world.bodies, twin.bodies, strict=True):
+        np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-10)
+    real = world.model
+    assert real.nbody == 14 and not world.spares.parked
+    assert [name for name in (real.body(k).name for k in range(14)) if "gone" in name] == []
+
+
+def test_removed_body_is_away_before_the_next_compile():
+    world = World()
+    world.add_plane()
+    low, high = world.add_box((1, 1, 0.5), (0, 0, 0.25), mass=0.0), world.add_sphere(0.1, (0, 0, 0.6))
+    others = [world.add_sphere(0.1, (2, k, 0.1)) for k in range(3)]
+    world.step(20)
+    model = world.live_model
+    world.remove(low)
+    world.remove(others[0])
+    assert world.live_model is model and world.spares.parked == 2
+    assert world.ray((2, 0, 1), (2, 0, -1)).link.body.name == "plane"  # type: ignore[union-attr]
+    again = world.add_sphere(0.1, (2, 0, 0.1), name=others[0].name)
+    world.step(200)
+    assert high.pose[0][2] == pytest.approx(0.1, abs=1e-3)
+    assert again.pose[0][2] == pytest.approx(0.1, abs=1e-3)
+    assert world.model.nbody == 6 and world.model.body_mass.sum() == pytest.approx(4.0)
+
+
+def test_what_holds_on_to_a_removed_body_goes_with_it():
+    world = World()
+    a, b = world.add_box((0.1, 0.1, 0.1), (0, 0, 1)), world.add_box((0.1, 0.1, 0.1), (0.2, 0, 1))
+    world.constraints.add_weld(a.links[0], b.links[0])
+    world.step()
+    world.remove(a)
+    world.step()
+    np.testing.assert_allclose(b.velocity[1], 0, atol=1e-9)
+    assert world.model.nbody == 2 and world.model.neq == 0
+
+
+def test_mesh_that_only_removed_bodies_used_goes_with_the_next_compile():
+    world = World()
+    body = world.add_mesh(mesh(), (0, 0, 1))
+    world.step()
+    world.remove(body)
+    assert world.spares.parked == 1
+    assert world.model.nmesh == 0 and world.model.nbody == 1
+
+
+def test_moulds_do_not_mistake_a_description_for_one_that_is_gone():
+    from roboyard.sim.mould_store import MouldStore
+    from roboyard.sim.records import BuildOptions
+    from roboyard.urdf.model import Collision, Inertial, Link, Mesh, RobotDescription
+
+    store, shape = MouldStore(), Mesh(uri="", path=None, data=mesh())
+    for k in range(300):  # each may lie where the one before it lay in memory
+        inertial = Inertial(mass=1.0 + k % 7, inertia=(1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
+        link = Link(name="base", inertial=inertial, collisions=(Collision(geometry=shape),))
+        found = store.find(RobotDescription(name="m", links=(link,)), BuildOptions(fixed_base=False))
+        assert found is not None and found.blocks["body_mass"][0] == 1.0 + k % 7

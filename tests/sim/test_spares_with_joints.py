@@ -1,0 +1,112 @@
+"""Spares of bodies with joints: what takes them over must be what a compile makes of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard.sim import World
+from roboyard.sim.profile import BULLET
+from roboyard.urdf.model import Box, Collision, Inertial, Joint, Limit, Link, Pose, RobotDescription, Sphere
+
+
+def _arm():
+    inertial = Inertial(mass=1.0, inertia=(0.01, 0.0, 0.0, 0.01, 0.0, 0.01))
+    tip = Collision(geometry=Sphere(radius=0.1), origin=Pose(position=(0.0, 0.0, 0.1)))
+    links = (
+        Link(name="base", inertial=inertial, collisions=(Collision(geometry=Box(size=(0.2, 0.2, 0.2))),)),
+        Link(name="upper", inertial=inertial),
+        Link(name="tip", inertial=inertial, collisions=(tip,)),
+    )
+    limit = Limit(lower=-0.3, upper=0.4)
+    joints = (
+        Joint(
+            name="a",
+            type="revolute",
+            parent="base",
+            child="upper",
+            axis=(1.0, 0.0, 0.0),
+            limit=limit,
+            friction=0.1,
+        ),
+        Joint(name="b", type="spherical", parent="upper", child="tip", origin=Pose(position=(0.0, 0.0, 0.2))),
+    )
+    return RobotDescription(name="arm", links=links, joints=joints)
+
+
+def _add_arms(world: World, count: int, *, fixed: bool = False, self_collision: bool = False) -> list:
+    arms = []
+    for k in range(count):
+        place = (0.7 * (k % 6), 0.7 * (k // 6), 0.15)
+        arms.append(
+            world.add_description(
+                _arm(), place, fixed_base=fixed, self_collision=self_collision, drives=False, name="arm"
+            )
+        )
+        arms[-1].joint("a").position = 0.1
+        world.motors.set(arms[-1].joint("a"), velocity=0.2, max_force=3.0)
+        world.step()
+    return arms
+
+
+@pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
+@pytest.mark.parametrize("self_collision", [False, True], ids=["codes", "plain"])
+def test_bodies_with_joints_take_spares_over(fixed, self_collision):
+    worlds = [World(profile=BULLET), World(profile=BULLET)]
+    worlds[1].spares._patience = 10**9  # compiles for every one
+    both = []
+    for world in worlds:
+        world.add_plane()
+        arms = _add_arms(world, 14, fixed=fixed, self_collision=self_collision)
+        world.remove(arms.pop(11))
+        arms[3].set_pose(arms[4].position + np.array([0.1, 0.0, 0.21]))
+        world.step(18)
+        both.append(arms)
+    assert worlds[0].spares.parked and not worlds[1].spares.parked
+    assert worlds[0].live_data.ncon == worlds[1].live_data.ncon > 0
+    # what rounding and the solver's tolerance leave, with robots on one another
+    for mine, theirs in zip(*both, strict=True):
+        assert mine.name == theirs.name and [j.name for j in mine.joints] == ["a", "b"]
+        np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-6)
+        for a, b in zip(mine.joints, theirs.joints, strict=True):
+            np.testing.assert_allclose(a.position, b.position, atol=1e-6)
+            np.testing.assert_allclose(a.velocity, b.velocity, atol=1e-4)
+    models = [world.model for world in worlds]
+    assert models[0].names == models[1].names
+    for name in ("geom_contype", "geom_conaffinity", "jnt_limited", "jnt_range", "body_mass", "body_pos"):
+        np.testing.assert_array_equal(getattr(models[0], name), getattr(models[1], name))
+
+
+def test_spares_with_joints_wait_only_where_bodies_come_in_haste():
+    world = World(profile=BULLET)
+    for k in range(8):
+        world.add_description(_arm(), (k, 0, 0), drives=False, self_collision=False)
+        world.step(10)
+        assert not world.spares.parked
+    _add_arms(world, 6)
+    assert world.spares.free
+    world.step(30)
+    world.step()
+    assert not world.spares.parked
+
+
+def test_parked_joints_ask_nothing_of_the_solver():
+    world = World()
+    for k in range(5):
+        world.add_description(_arm(), (k, 0, 0), drives=False, self_collision=False)
+        world.step()
+    assert world.spares.free
+    assert world.live_data.nefc == 5  # the dry friction of those in use
+
+
+def test_parked_bodies_weigh_nothing_when_inertia_is_renewed():
+    world = World(profile=BULLET)
+    arms = _add_arms(world, 5)
+    assert world.spares.free
+    arms[0].joint("a").armature = 0.3
+    world.step()
+    live = world.live_model
+    assert world.spares.free
+    real = world.model
+    assert live.stat.meaninertia == pytest.approx(real.stat.meaninertia, rel=1e-12)
+    assert live.body_subtreemass[0] == pytest.approx(real.body_subtreemass[0], rel=1e-12)
