@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roboyard import poses
+from roboyard.cameras.matrices import check_range, look_at_view, orbit_view, perspective
 
 Array = NDArray[np.float64]
 
@@ -129,7 +130,7 @@ class Camera:
         (x, y, z, w) turns the camera's frame: "gl" looks along -z with y up, "optical" along +z with y down,
         as calibration tools and ROS's optical frames mean it.
         """
-        _check_range(near, far)
+        check_range(near, far)
         if not (fx > 0 and fy > 0):
             raise ValueError(f"fx and fy must be positive, got {fx} and {fy}")
         projection = np.zeros((4, 4))
@@ -292,57 +293,3 @@ class Camera:
 
 def _nearly(row: Array, wanted: tuple[float, float, float, float]) -> bool:
     return all(abs(a - b) <= 1e-5 for a, b in zip(row.tolist(), wanted, strict=True))
-
-
-def perspective(fovy: float, aspect: float, near: float, far: float) -> Array:
-    """(4, 4) OpenGL projection: vertical opening angle (rad), width / height, and depths (m)."""
-    _check_range(near, far)
-    if not 0.0 < fovy < math.pi or not aspect > 0.0:
-        raise ValueError(f"fovy must lie between 0 and pi (rad) and aspect above 0, got {fovy} and {aspect}")
-    scale = 1.0 / math.tan(0.5 * fovy)
-    out = np.zeros((4, 4))
-    out[0, 0] = scale / aspect
-    out[1, 1] = scale
-    out[2, 2], out[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
-    out[3, 2] = -1.0
-    return out
-
-
-def look_at_view(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
-    """(4, 4) world to camera: stands at `eye`, looks at `target`, `up` points upward in the picture."""
-    e, t = np.asarray(eye, dtype=float), np.asarray(target, dtype=float)
-    forward = t - e
-    length = np.linalg.norm(forward)
-    if e.shape != (3,) or t.shape != (3,) or not length > 1e-12:
-        raise ValueError(f"eye and target must be two different (3,) points, got {eye} and {target}")
-    forward = forward / length
-    for reference in (np.asarray(up, dtype=float), np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])):
-        right = np.cross(forward, reference)
-        size = np.linalg.norm(right)
-        if size > 1e-6 * max(float(np.linalg.norm(reference)), 1e-300):
-            break
-    right = right / size
-    turn = np.stack([right, np.cross(right, forward), -forward])
-    out = np.eye(4)
-    out[:3, :3] = turn
-    out[:3, 3] = -turn @ e
-    return out
-
-
-def orbit_view(target: ArrayLike, distance: float, yaw: float, pitch: float, roll: float = 0.0) -> Array:
-    """(4, 4) world to camera on an orbit; see `Camera.from_yaw_pitch`."""
-    if not distance > 0:
-        raise ValueError(f"distance must be positive, got {distance}")
-    q_yaw = poses.quaternion_from_axis_angle((0, 0, 1), yaw)
-    q_pitch = poses.quaternion_from_axis_angle((1, 0, 0), pitch)
-    q_roll = poses.quaternion_from_axis_angle((0, 1, 0), roll)
-    turn = poses.matrix_from_quaternion(poses.multiply(poses.multiply(q_yaw, q_pitch), q_roll))
-    pose = np.eye(4)
-    pose[:3, :3] = turn @ np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
-    pose[:3, 3] = np.asarray(target, dtype=float) - distance * turn[:, 1]
-    return poses.inverse_pose(pose)
-
-
-def _check_range(near: float, far: float) -> None:
-    if not 0.0 < near < far:
-        raise ValueError(f"depths must satisfy 0 < near < far, got near {near} and far {far}")

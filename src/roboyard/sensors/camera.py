@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roboyard.cameras import Camera, Image
-from roboyard.cameras.camera import perspective
+from roboyard.cameras.matrices import perspective
 from roboyard.errors import RoboyardError
 from roboyard.poses import IDENTITY_QUATERNION
 from roboyard.sensors.base import Observation, Sensor
