@@ -51,7 +51,10 @@ def _joints(robot: Robot) -> list[str]:
         for key in ("effort", "velocity"):
             value = getattr(limit, key) if limit is not None else None
             if value is not None and value <= 0:
-                found.append(f"joint {joint.name!r}: {key} limit {value:g} lets nothing move it")
+                taken = getattr(robot.limits, key)[robot.joints.index[joint.name]]
+                found.append(
+                    f"joint {joint.name!r}: {key} limit {value:g} lets nothing move it; {taken:g} is taken"
+                )
     return found
 
 
