@@ -219,3 +219,24 @@ def test_a_box_needs_its_size(client: int) -> None:
     with pytest.raises(p.error, match=r"createVisualShape failed\."):
         p.createVisualShape(p.GEOM_BOX)
     assert p.createCollisionShape(p.GEOM_SPHERE) == 0
+
+
+def test_links_of_rigid_bodies_move_but_are_not_seen(client: int) -> None:
+    p.setGravity(0, 0, -10)
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    same = {"linkOrientations": [[0, 0, 0, 1]], "linkInertialFrameOrientations": [[0, 0, 0, 1]]}
+    body = p.createMultiBody(
+        1, ball, linkMasses=[1], linkCollisionShapeIndices=[ball], linkVisualShapeIndices=[-1],
+        linkPositions=[[1, 0, 0]], linkInertialFramePositions=[[0, 0, 0]], linkParentIndices=[0],
+        linkJointTypes=[p.JOINT_REVOLUTE], linkJointAxis=[[0, 1, 0]], useMaximalCoordinates=True, **same,
+    )  # fmt: skip
+    assert p.getNumJoints(body) == 0
+    assert p.getBodyInfo(body) == (b"", b"link0")
+    assert p.getDynamicsInfo(body, 4)[0] == 1
+    for call, arguments in ((p.getJointInfo, (body, 0)), (p.setJointMotorControl2, (body, 0, 0))):
+        with pytest.raises(p.error):
+            call(*arguments)
+    for _ in range(24):
+        p.stepSimulation()
+    assert p.getBaseVelocity(body)[0][2] == pytest.approx(-1.0, abs=1e-6), "without damping"
+    assert p.rayTest([1, 0, 5], [1, 0, -5])[0][0] == body

@@ -13,6 +13,7 @@ from roboyard.pybullet.arguments import quaternion, vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import error, failure
 from roboyard.pybullet.frames import inertial_pose
+from roboyard.pybullet.records import RIGID_BODY
 
 if TYPE_CHECKING:
     from roboyard.pybullet.clients import Client
@@ -37,11 +38,12 @@ def getBodyUniqueId(client: Client, serialIndex: int) -> int:
 
 @command()
 def getBodyInfo(client: Client, bodyUniqueId: int) -> tuple[bytes, bytes]:
-    """Names of the base link and of the body."""
+    """Names of the base link and of the body; of rigid bodies (useMaximalCoordinates) b"" and the link."""
     record = client.scene.bodies.get(whole(bodyUniqueId))
     if record is None:
         raise client.scene.unknown_body(bodyUniqueId, "Couldn't get body info")
-    return record.model.links[0].name.encode(), record.name.encode()
+    base = record.model.links[0].name.encode()
+    return (b"", base) if record.kind == RIGID_BODY else (base, record.name.encode())
 
 
 @command()

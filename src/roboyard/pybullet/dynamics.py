@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.arguments import number, vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
+from roboyard.pybullet.records import RIGID_BODY
 from roboyard.pybullet.shape_inertia import shape_moments
 from roboyard.urdf.model import Inertial, Plane
 
@@ -23,7 +24,7 @@ IMMOVABLE_MASS = 1e6
 
 @command()
 def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[Any, ...]:
-    """Physical properties of a link (-1: the base).
+    """Physical properties of a link (-1: the base); whatever the link, those of the base of a rigid body.
 
     Returns:
         mass (kg), lateral friction, inertia diagonal (kg m²), position (m) and quaternion of the inertial
@@ -35,6 +36,8 @@ def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[
     if whole(linkIndex) < -1:
         raise failure("getDynamicsInfo failed; invalid linkIndex")
     record = client.scene.bodies.get(bodyUniqueId)
+    if record is not None and record.kind == RIGID_BODY:
+        linkIndex = -1
     if record is None or linkIndex >= record.joint_count:
         raise failure(
             "getDynamicsInfo failed; invalid return status",

@@ -103,7 +103,7 @@ def _load_urdf_command(
             orientation,
             self_collision=bool(given_flags & _SELF_COLLISION),
             file=str(path),
-            kind=RIGID_BODY if whole(useMaximalCoordinates) == 1 and len(model.links) == 1 else MULTIBODY,
+            kind=RIGID_BODY if whole(useMaximalCoordinates) == 1 else MULTIBODY,
         )
     except RoboyardError as problem:
         raise failure(_NOT_LOADED, *str(problem).splitlines()) from problem

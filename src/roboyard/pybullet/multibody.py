@@ -93,7 +93,7 @@ def createMultiBody(
         linkParentIndices: 0 for the base, else the parent's place in these lists, counted from 1.
         linkJointTypes: JOINT_REVOLUTE, JOINT_PRISMATIC, JOINT_SPHERICAL, JOINT_FIXED.
         linkJointAxis: in the link frame.
-        useMaximalCoordinates: make a rigid body (of a body without links).
+        useMaximalCoordinates: make rigid bodies, whose joints scripts do not see.
         flags: of loadURDF, as far as they concern bodies.
         batchPositions: one body for each of these positions; the answer is then a tuple of ids.
     """
@@ -114,7 +114,7 @@ def createMultiBody(
         links.append(_jointed_link(scene, i + 1, links, *values))
     model = _model(links)
     place = vector3(basePosition, _FAILED), quaternion(baseOrientation, _FAILED)
-    rigid = bool(whole(useMaximalCoordinates)) and len(links) == 1
+    rigid = bool(whole(useMaximalCoordinates))
     places = [place[0]] if batchPositions is None or not len(batchPositions) else batchPositions
     ids = []
     for position in places:

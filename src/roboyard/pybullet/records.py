@@ -27,6 +27,8 @@ DEFAULT_DAMPING = 0.04
 DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 """Of the motors that joints have from the start, by joint type: N m s or N s in a step."""
 MULTIBODY, RIGID_BODY = 2, 1
+UNSEEN = -1
+"""Type of a joint that scripts do not see: it has no motor."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -57,7 +59,8 @@ class BodyRecord:
         self.body = body
         self.file = file
         self.kind = kind
-        self.infos = joint_infos(model)
+        self.infos = joint_infos(model) if kind == MULTIBODY else ()
+        """Of getJointInfo; scripts do not see the joints of what is made of rigid bodies, as in PyBullet."""
         self.joint_count = len(self.infos)
         self.links = [
             LinkState(mass=link.mass, moments=link.moments, frame=link.frame, **_contact_of(model, i))
@@ -110,7 +113,7 @@ class BodyRecord:
         return self.model.name
 
     def joint_type(self, joint: int) -> int:
-        return self.infos[joint][2]
+        return self.infos[joint][2] if joint < self.joint_count else UNSEEN
 
     def bounds(self, link: int) -> tuple[LinkBounds, float]:
         """Box of a link's shapes and the margin (m) that it has now."""
