@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.poses import Array, matrix_from_quaternion, multiply
+from roboyard.poses import Array, matrix_from_quaternion, multiply, rotate
 from roboyard.pybullet.arguments import vector3, whole
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
@@ -47,7 +47,7 @@ def calculateJacobian(
     Args:
         bodyUniqueId: the body.
         linkIndex: the link; -1 for the base.
-        localPosition: the point in the link frame; m.
+        localPosition: the point from the link frame's origin, along the inertial frame's axes; m.
         objPositions: one number for each movable joint.
         objVelocities: of the same length; they do not matter to the answer.
         objAccelerations: likewise.
@@ -71,7 +71,8 @@ def calculateJacobian(
 
     model, data = scene.world.live_model, _at(scene, record, q)
     row = record.rows[linkIndex + 1]
-    where = data.xpos[row] + data.xmat[row].reshape(3, 3) @ point
+    turned = rotate(record.links[linkIndex + 1].frame.quaternion, point)
+    where = data.xpos[row] + data.xmat[row].reshape(3, 3) @ turned
     linear, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
     mujoco.mj_jac(model, data, linear, angular, where, row)
     base, columns = _base_axes(record, data), _columns(record, data)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.arguments import floats, indices, number, whole
+from roboyard.pybullet.ball_motors import drive_ball_joint
 from roboyard.pybullet.clients import CLIENTS
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.drives import Drives
@@ -135,11 +136,13 @@ def setJointMotorControlMultiDof(
     positionGain: float = KP,
     velocityGain: float = KD,
     maxVelocity: float = -1.0,
-    damping: float = 0.0,
+    damping: float = 1.0,
 ) -> None:
     """Tell the motor of a joint of any number of degrees of freedom what to do.
 
-    Position is 1 number or a quaternion, velocity 1 or 3, force 1 or 3 (one holds for all).
+    Position is 1 number or a quaternion, velocity 1 or 3, force 1 or 3 (one holds for all). Motors of
+    spherical joints know no velocity but 0: velocityGain and maxVelocity do not matter to them, and damping
+    is the share of their velocity that they take away in a step.
     """
     record = joint_of(client, bodyUniqueId, jointIndex)
     if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL):
@@ -147,8 +150,10 @@ def setJointMotorControlMultiDof(
             "Illegal control mode.", "motors of such joints know TORQUE_CONTROL and POSITION_CONTROL"
         )
     gains = number(positionGain), number(velocityGain), number(maxVelocity)
-    number(damping)
-    _drive_many(client.scene, record, jointIndex, controlMode, targetPosition, targetVelocity, force, *gains)
+    _drive_many(
+        client.scene, record, jointIndex, controlMode, targetPosition, targetVelocity, force, *gains,
+        number(damping),
+    )  # fmt: skip
 
 
 @command()
@@ -267,7 +272,7 @@ def _drive(
 
 def _drive_many(
     scene: Scene, record: BodyRecord, joint: int, mode: int, position: Vector | None, velocity: Vector | None,
-    force: Vector | None, kp: float, kd: float, fastest: float,
+    force: Vector | None, kp: float, kd: float, fastest: float, damping: float = 1.0,
 ) -> None:  # fmt: skip
     kind = record.joint_type(joint)
     if kind not in _MOTORED:
@@ -279,29 +284,18 @@ def _drive_many(
         where = 0.0 if position is None else number(next(iter(position)))
         _drive(scene, record, joint, mode, where, speeds[0] if speeds else 0.0, forces[0], kp, kd, fastest)
         return
-    handle = record.body.joints[joint]
     if mode == c.TORQUE_CONTROL:
         scene.add_spherical_torque(record, joint, forces)
         return
-    scene.give_motors_to(record)
-    scene.keep_applied(record, joint, off=not any(forces))
-    impulse = [f * scene.time_step for f in forces]
-    target = (0.0, 0.0, 0.0, 1.0) if position is None or len(position) != 4 else tuple(map(number, position))
-    if mode == c.VELOCITY_CONTROL:
-        scene.world.motors.set(handle, velocity=speeds, kp=0.0, kd=kd, max_impulse=impulse)
-    else:
-        scene.world.motors.set(
-            handle, position=target, velocity=speeds if len(speeds) == size else 0.0, kp=kp, kd=kd,
-            max_impulse=impulse, max_velocity=max(fastest, 0.0),
-        )  # fmt: skip
+    drive_ball_joint(scene, record, joint, position, velocity, forces, kp, damping)
 
 
 def _spread(values: Vector, size: int) -> list[float]:
-    """A force bound for each degree of freedom; one holds for all, and what is missing is unbounded."""
+    """A force bound for each degree of freedom: one for all, or as many; other counts leave the usual one."""
     given = [number(v) for v in values]
     if len(given) == 1:
         return given * size
-    return given[:size] + [LARGEST_FORCE] * (size - len(given))
+    return given if len(given) == size else [LARGEST_FORCE] * size
 
 
 class SpringDamper:

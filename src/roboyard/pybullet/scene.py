@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from roboyard.pybullet.ball_motors import DEFAULT_BALL_GAIN, IDENTITY, aim_ball_joint
 from roboyard.pybullet.constraint_records import ConstraintRecord
 from roboyard.pybullet.drives import Drives
 from roboyard.pybullet.errors import failure
@@ -234,8 +235,11 @@ class Scene:
         """Give new bodies the velocity motors that Bullet's joints have from the start."""
         for record in self._without_motors:
             for joint in record.body.joints:
-                impulse = DEFAULT_IMPULSE.get(record.joint_type(joint.index))
-                if impulse is not None:
+                kind = record.joint_type(joint.index)
+                impulse = DEFAULT_IMPULSE.get(kind)
+                if kind == 2:
+                    aim_ball_joint(self, joint, IDENTITY, DEFAULT_BALL_GAIN, [DEFAULT_IMPULSE[kind]] * 3)
+                elif impulse is not None:
                     self.world.motors.set(joint, velocity=0.0, max_impulse=impulse)
         self._without_motors.clear()
 

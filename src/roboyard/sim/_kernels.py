@@ -158,7 +158,8 @@ def drive_motors(  # pragma: no cover
 ):
     """Reference accelerations of the rows that stand for motors: v' = kp (q* - q) / dt + v + kd (v* - v).
 
-    motors: (nv, 5) mode (0 none, 1 velocity, 2 position), kp, velocity target, kd, largest velocity.
+    motors: (nv, 5) mode (0 none, 1 velocity, 2 position, 3 position of a ball joint by roll, pitch and yaw of
+    what is left to turn), kp, velocity target, kd, largest velocity.
     targets: (nv, 4) position target; of a ball joint (w, x, y, z) at its first dof.
     kind, index: type and dof of each constraint row; rows first ... first + count stand for dof friction.
     """
@@ -171,7 +172,7 @@ def drive_motors(  # pragma: no cover
             continue
         v = qvel[dof]
         wanted = v + motors[dof, 3] * (motors[dof, 2] - v)
-        if mode == 2.0:
+        if mode >= 2.0:
             joint = dof_joint[dof]
             at = joint_qpos[joint]
             if joint_type[joint] == 1:
@@ -187,7 +188,14 @@ def drive_motors(  # pragma: no cover
                 length = np.sqrt(ex * ex + ey * ey + ez * ez)
                 factor = 2.0 if length < 1e-9 else 2.0 * np.arctan2(length, ew) / length
                 k = dof - start
-                error = factor * (ex if k == 0 else ey if k == 1 else ez)
+                if mode == 2.0:
+                    error = factor * (ex if k == 0 else ey if k == 1 else ez)
+                elif k == 0:
+                    error = np.arctan2(2.0 * (ey * ez + ew * ex), 1.0 - 2.0 * (ex * ex + ey * ey))
+                elif k == 1:
+                    error = np.arcsin(min(max(2.0 * (ew * ey - ex * ez), -1.0), 1.0))
+                else:
+                    error = np.arctan2(2.0 * (ex * ey + ew * ez), 1.0 - 2.0 * (ey * ey + ez * ez))
             else:
                 error = targets[dof, 0] - qpos[at]
             wanted += motors[dof, 1] * error / timestep

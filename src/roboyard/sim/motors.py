@@ -58,6 +58,7 @@ class Motors:
         max_force: Any = 0.0,
         max_impulse: Any = 0.0,
         max_velocity: float = 0.0,
+        by_angles: bool = False,
     ) -> None:
         """Give a joint a motor, or another target.
 
@@ -69,6 +70,8 @@ class Motors:
             max_force: N m or N.
             max_impulse: N m s or N s in a step, in addition.
             max_velocity: rad/s or m/s; 0 for none.
+            by_angles: of a spherical joint: close the error's roll, pitch and yaw each for itself, not along
+                the shortest turn.
         """
         own = self.of(joint.body)
         start = joint.body.dof_offsets[joint.index]
@@ -79,7 +82,7 @@ class Motors:
             return
         motors, targets, bounds = own.motors, own.targets, own.bounds
         rows = slice(start, start + self._size(joint))
-        motors[rows, MODE] = 1.0 if position is None else 2.0
+        motors[rows, MODE] = 1.0 if position is None else 3.0 if by_angles else 2.0
         motors[rows, KP], motors[rows, KD] = kp, kd
         motors[rows, VELOCITY], motors[rows, LARGEST] = velocity, max_velocity
         bounds[rows, 0], bounds[rows, 1] = max_force, max_impulse
