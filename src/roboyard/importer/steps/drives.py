@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from roboyard.importer.context import ImportContext
 from roboyard.importer.model import DriveKind, ImportedRobot
+from roboyard.importer.motor_limits import with_motors
 from roboyard.urdf.joint_order import ONE_NUMBER
 from roboyard.urdf.model import Joint
 
@@ -14,6 +15,14 @@ DRIVEN_VIRTUAL = ("base_footprint_x_joint", "base_footprint_y_joint", "base_foot
 
 def drives(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
     """Position drives on joints with a range, velocity drives on those that turn for ever and on the base."""
+    description, given = with_motors(robot.description)
+    if given:
+        robot = replace(robot, description=description)
+        shown = ", ".join(given[:6]) + (f", ... ({len(given)} in all)" if len(given) > 6 else "")
+        context.log.warn(
+            f"effort limits of 0 on {shown} are taken for unknown and set to what moves the load twice over; "
+            f"give the drives' own in the URDF"
+        )
     found: dict[str, DriveKind] = {}
     for joint in robot.description.joints:
         if joint.type not in ONE_NUMBER:
