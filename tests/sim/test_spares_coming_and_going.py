@@ -161,3 +161,18 @@ def test_moulds_do_not_mistake_a_description_for_one_that_is_gone():
         link = Link(name="base", inertial=inertial, collisions=(Collision(geometry=shape),))
         found = store.find(RobotDescription(name="m", links=(link,)), BuildOptions(fixed_base=False))
         assert found is not None and found.blocks["body_mass"][0] == 1.0 + k % 7
+
+
+def test_habits_pass_on_to_the_world_that_takes_a_place():
+    def add_ten(world):
+        return _compiles(world, 10, lambda k: world.add_box((0.1, 0.1, 0.1 + 0.01 * k), (k, 0, 1)))
+
+    first, second, other = World(), World(), World()
+    for world in (first, second, other):
+        world.add_plane()
+    assert add_ten(first) == 4  # with 1, 2, 3 + 8 and 11 + 11 bodies
+    second.spares.take_up(first.spares.habits)
+    assert add_ten(second) == 1
+    assert_same_model(second.live_model, second.model)
+    other.spares.take_up(World().spares.habits)
+    assert add_ten(other) == 4

@@ -51,6 +51,8 @@ class Client:
         self.user_data = UserData()
         self.logs = Logs()
         self._first_texture = 0
+        self._habits: Any = ()
+        """What scripts made lately, step by step, before the world was reset."""
 
     scene: Scene
     """The bodies and their world, made on first use."""
@@ -61,6 +63,7 @@ class Client:
         from roboyard.pybullet.scene import Scene
 
         self.scene = Scene(self.parameters, self._first_texture)
+        self.scene.world.spares.take_up(self._habits)
         return self.scene
 
     def _let_go(self) -> None:
@@ -72,6 +75,7 @@ class Client:
         """Let go of everything in the world; settings stay but for gravity and iterations."""
         if "scene" in self.__dict__:
             self._first_texture = self.scene.textures.following
+            self._habits = self.scene.world.spares.habits
         self._let_go()
         self.user_data = UserData()
         self.parameters.reset()

@@ -26,6 +26,11 @@ class MeshAssets:
         self._spec = spec
         self._meshes: dict[str, tuple[Any, int]] = {}
 
+    @property
+    def count(self) -> int:
+        """How many distinct meshes there are."""
+        return len(self._meshes)
+
     def add(self, mesh: TriangleMesh, *, hull: bool) -> str:
         """Name of the spec's mesh for these triangles (or for their convex hull); one more user of it."""
         import mujoco

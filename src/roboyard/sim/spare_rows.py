@@ -5,13 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
 
 from roboyard.poses import Array
+from roboyard.sim.build import build
 from roboyard.sim.moulds import Mould, row_starts
 from roboyard.sim.records import BuildOptions, Built
 
 if TYPE_CHECKING:
+    from roboyard.sim.assets import MeshAssets
+    from roboyard.sim.body import Body
     from roboyard.sim.engine import Engine
 
 MASKS = ("geom_contype", "geom_conaffinity", "body_contype", "body_conaffinity")
@@ -19,6 +23,7 @@ PARKED_FIELDS = (*MASKS, "geom_rgba")
 """What tells a parked body of one link from one in use."""
 PARKED_JOINTS = ("jnt_limited", "dof_frictionloss")
 """What tells parked joints, too, from joints in use: they ask nothing of the solver."""
+_NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
@@ -59,6 +64,23 @@ class Spare:
                     joint.name = name + joint.name.partition("/")[2]
         if self.free_joint is not None:
             self.free_joint.name = f"{self.element.name}/free"
+
+
+def add_spare(spec: Any, assets: MeshAssets, mould: Mould, name: str) -> Spare:
+    """Add a spare of a mould's make to a spec."""
+    built = None
+    if mould.description.joints:
+        built = build(spec, assets, mould.description, f"{name}/", _NOWHERE, _UNTURNED, mould.options)
+        root = built.links[0]
+        element, joint, geoms = root.element, built.free_joint, [*root.geoms, *root.visuals]
+    else:
+        of_body, of_geoms = mould.given()
+        element = spec.worldbody.add_body(name=name, **of_body)
+        joint = None if mould.options.fixed_base else element.add_freejoint(name=name, align=0)
+        geoms = [element.add_geom(**fields) for fields in of_geoms]
+        for mesh in mould.meshes:
+            assets.retain(mesh)
+    return Spare(name=name, mould=mould, element=element, free_joint=joint, geoms=geoms, built=built)
 
 
 class SpareRows:
@@ -206,6 +228,26 @@ class SpareRows:
         if found is None:
             found = self._arrays[name] = getattr(self._engine.live_model, name)
         return found
+
+
+def is_apart(body: Body, model: Any) -> bool:
+    """Whether nothing else in the spec holds on to a body."""
+    built = body.built
+    if body.description is None or built.equalities or model.ntendon or model.nsensor or model.npair:
+        return False
+    links = built.links
+    if any(record.terrains or record.actuator is not None for record in links):
+        return False
+    for element in (record.element for record in links):
+        if element.sites or element.cameras or element.lights:
+            return False
+    if len(links) == 1 and links[0].element.bodies:
+        return False
+    if not model.neq:
+        return True
+    of_bodies = model.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY)
+    rows = np.stack([model.eq_obj1id, model.eq_obj2id])
+    return not bool((of_bodies & np.isin(rows, body.mujoco_ids)).any())
 
 
 def _rows(kind: str, starts: dict[str, int], counts: dict[str, int]) -> slice:

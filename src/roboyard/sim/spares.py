@@ -26,17 +26,18 @@ import mujoco
 import numpy as np
 
 from roboyard.poses import Array, to_wxyz
-from roboyard.sim.build import build
 from roboyard.sim.mould_store import MouldStore
 from roboyard.sim.moulds import Mould, can_wait
 from roboyard.sim.records import BuildOptions, Built, BuiltLink
-from roboyard.sim.spare_rows import Spare, SpareRows
+from roboyard.sim.spare_rows import Spare, SpareRows, add_spare, is_apart
 from roboyard.urdf.model import RobotDescription
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
     from roboyard.sim.engine import Engine
 
+MESH = 4
+"""Bodies of one link that cost as much to compile as a mesh."""
 FEWEST, FEWEST_WITH_JOINTS = 8, 3
 MORE = 32
 """Spares: as many as there are bodies, but at least `FEWEST` and at most `MORE` and half as many as bodies.
@@ -51,7 +52,6 @@ HASTE = 4
 REMEMBERED = 12
 """Additions by which the makes of spares are chosen: those that were seen twice."""
 _NAME, _GONE = "spare{}", "gone{}"
-_NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
 Recent = tuple[RobotDescription, BuildOptions]
 
@@ -83,6 +83,10 @@ class Spares:
         """Of the world, when somebody came last; s."""
         self._with_joints = False
         """Whether any spare has joints."""
+        self._taken = 0
+        """How many spares were taken in all."""
+        self._eager = False
+        """Whether the next compile with new bodies gets spares in any case."""
 
     @property
     def free(self) -> int:
@@ -93,6 +97,16 @@ class Spares:
     def parked(self) -> int:
         """How many bodies lie in MuJoCo's arrays that are nobody's."""
         return len(self._slots) - len(self._slot_of) + len(self._gone)
+
+    @property
+    def habits(self) -> tuple[Recent, ...]:
+        """What came lately, if that was worth spares, for a world that takes this one's place."""
+        return tuple(self._recent) if self._taken >= STREAK else ()
+
+    def take_up(self, habits: tuple[Recent, ...]) -> None:
+        """Expect what came to the world whose place this one takes."""
+        self._recent.extend(habits)
+        self._eager = bool(habits)
 
     # ------------------------------------------------------------------------------------ coming and going
 
@@ -138,23 +152,33 @@ class Spares:
             self._patience = STREAK
         self._drop()
         self._streak = self._streak + 1 if fresh and not mixed else 0
+        is_first = self._eager and fresh > 0
+        if is_first:
+            self._streak, self._eager = self._patience, False
         self._idle = 0
         if self._streak < self._patience or spec.sensors or _may_sleep(spec):
             return 0
         moulds = self._wanted()
         if not moulds:
             return 0
-        bodies = len(self._engine.body_by_id)
         self._with_joints = any(mould.description.joints for mould in moulds)
-        fewest = FEWEST_WITH_JOINTS if self._with_joints else FEWEST
-        count = max(fewest, fresh, min(bodies, MORE + bodies // 2))
+        fewest = FEWEST_WITH_JOINTS if self._with_joints else REMEMBERED if is_first else FEWEST
+        size = self._size()
+        count = max(fewest, fresh, min(size, MORE + size // 2))
         for number, mould in enumerate(islice(cycle(moulds), count)):
-            self._slots.append(self._add(spec, mould, _NAME.format(number)))
+            self._slots.append(add_spare(spec, self._engine.assets, mould, _NAME.format(number)))
         return sum(slot.mould.counts["geom"] for slot in self._slots)
 
     def settle(self) -> None:
         """After a compile: see where spares lie, and park them."""
         self._rows.look(self._slots)
+
+    def _size(self) -> int:
+        """What a compile costs, in bodies of one link; bodies alone if spares, with joints, cost steps."""
+        bodies = self._engine.body_by_id.values()
+        if self._with_joints:
+            return len(bodies)
+        return sum(len(body.links) for body in bodies) + MESH * self._engine.assets.count
 
     def weigh_anew(self) -> None:
         """Inertias were written: what is parked counts for nothing."""
@@ -164,26 +188,12 @@ class Spares:
     def _wanted(self) -> list[Mould]:
         """Moulds like those of the last additions, without makes that came only once."""
         hasty = max(self._steps) < HASTE + 0.5
-        recent = ((d, o) for d, o in self._recent if hasty or not d.joints)
+        jointed = [description for description, _ in self._recent if description.joints]
+        recent = ((d, o) for d, o in self._recent if not d.joints or (hasty and jointed.count(d) > 1))
         found = [self._moulds.find(description, options) for description, options in recent]
         moulds = [mould.family for mould in found if mould is not None]
         seen = Counter(mould.make for mould in moulds)
         return [mould for mould in moulds if seen[mould.make] > 1]
-
-    def _add(self, spec: Any, mould: Mould, name: str) -> Spare:
-        assets, built = self._engine.assets, None
-        if mould.description.joints:
-            built = build(spec, assets, mould.description, f"{name}/", _NOWHERE, _UNTURNED, mould.options)
-            root = built.links[0]
-            element, joint, geoms = root.element, built.free_joint, [*root.geoms, *root.visuals]
-        else:
-            of_body, of_geoms = mould.given()
-            element = spec.worldbody.add_body(name=name, **of_body)
-            joint = None if mould.options.fixed_base else element.add_freejoint(name=name, align=0)
-            geoms = [element.add_geom(**fields) for fields in of_geoms]
-            for mesh in mould.meshes:
-                assets.retain(mesh)
-        return Spare(name=name, mould=mould, element=element, free_joint=joint, geoms=geoms, built=built)
 
     def _drop(self) -> None:
         """Take all that is parked out of the spec, all at once: a single one costs as much."""
@@ -240,6 +250,7 @@ class Spares:
         self._rows.fill(slot, mould, options, position, to_wxyz(quaternion))
         slot.rename(prefix)
         self._next = found + 1
+        self._taken += 1
         self._remember(description, options)
         if slot.built is not None:
             return slot.built
@@ -266,7 +277,7 @@ class Spares:
         """Park a body that was removed from the world; False where its elements have to go now."""
         self._fresh.discard(body.id)
         engine, built = self._engine, body.built
-        if engine.is_stale or not _is_apart(body, engine.live_model):
+        if engine.is_stale or not is_apart(body, engine.live_model):
             return False
         if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.dofs):
             return False  # contacts turn hard again: their numbers are in the spec
@@ -282,26 +293,6 @@ class Spares:
         while self._next and self._slots[self._next - 1].is_free:
             self._next -= 1
         return True
-
-
-def _is_apart(body: Body, model: Any) -> bool:
-    """Whether nothing else in the spec holds on to a body."""
-    built = body.built
-    if body.description is None or built.equalities or model.ntendon or model.nsensor or model.npair:
-        return False
-    links = built.links
-    if any(record.terrains or record.actuator is not None for record in links):
-        return False
-    for element in (record.element for record in links):
-        if element.sites or element.cameras or element.lights:
-            return False
-    if len(links) == 1 and links[0].element.bodies:
-        return False
-    if not model.neq:
-        return True
-    of_bodies = model.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY)
-    rows = np.stack([model.eq_obj1id, model.eq_obj2id])
-    return not bool((of_bodies & np.isin(rows, body.mujoco_ids)).any())
 
 
 def _may_sleep(spec: Any) -> bool:
