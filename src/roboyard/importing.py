@@ -61,7 +61,7 @@ def import_robot(
 
     Args:
         config: a source configuration: a YAML file, its data, or a checked model. Without one the robot keeps
-            its root frame and its base, and everything a planner needs is worked out.
+            its root frame and its base, and its wheels and everything a planner needs are worked out.
         urdf: the URDF, where there is no configuration (or instead of the one it names).
         name: the robot's name (or instead of the configuration's); lower-cased.
         data: the data folder; see `roboyard.data.data_folder`.

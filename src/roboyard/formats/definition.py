@@ -5,7 +5,7 @@
 | end effectors with their chains and grippers | `manipulation` |
 | joints that the chains of all arms share, or the torso joints | `articulated_trunk` |
 | six virtual joints | `holonomic_base`, `locomotion` |
-| wheels | `locomotion.floor_touching_base_link_names` |
+| wheels | `locomotion`; `two_wheel` where there are just two, side by side |
 | the vendor's root link | `base_footprint_link_name` |
 | links that overlap at rest | `disabled_collision_pairs` |
 | rest posture | `default_joint_pos`, breadth first, each number with its joint's name |
@@ -26,6 +26,7 @@ from roboyard.formats.names import free_name
 from roboyard.formats.planner import Planner
 from roboyard.formats.written import Written
 from roboyard.formats.yaml_text import Column, annotate, dump
+from roboyard.importer.wheels import Axle, find_axle, find_wheels
 from roboyard.urdf.joint_order import ONE_NUMBER, breadth_first_joints
 from roboyard.urdf.kinematics import chain
 from roboyard.urdf.model import Joint
@@ -109,7 +110,7 @@ def _groups(robot: ImportedRobot, trunk: tuple[Joint, ...], arms: tuple[Arm, ...
     if robot.holonomic:
         groups["base"] = "HolonomicBaseJointController"
     elif _wheel_joints(robot):
-        groups["base"] = "JointController"
+        groups["base"] = "JointController" if _axle(robot) is None else "DifferentialDriveController"
     if trunk:
         groups["trunk"] = "JointController"
     for arm in arms:
@@ -122,6 +123,13 @@ def _groups(robot: ImportedRobot, trunk: tuple[Joint, ...], arms: tuple[Arm, ...
 def _wheel_joints(robot: ImportedRobot) -> list[str]:
     found = (robot.description.parent_joint.get(link) for link in robot.wheel_links)
     return [joint.name for joint in found if joint is not None and joint.is_moving]
+
+
+def _axle(robot: ImportedRobot) -> Axle | None:
+    """The two wheels that a robot drives by, where it has no others."""
+    joints = _wheel_joints(robot)
+    axle = find_axle([wheel for wheel in find_wheels(robot.description) if wheel.joint.name in joints])
+    return axle if len(joints) == 2 else None
 
 
 def _controllers(groups: dict[str, str]) -> str:
@@ -160,6 +168,19 @@ def _base(robot: ImportedRobot) -> str:
             "locomotion": {"base_joint_names": HOLONOMIC_JOINTS, "floor_touching_base_link_names": wheels},
         }
         return "# A base that glides on its virtual joints.\n" + dump(blocks)
+    axle = _axle(robot)
+    if axle is not None:
+        blocks = {
+            "two_wheel": {
+                "wheel_radius": round(axle.radius, 4),
+                "wheel_axle_length": round(axle.length, 4),
+            },
+            "locomotion": {
+                "base_joint_names": [axle.left, axle.right],
+                "floor_touching_base_link_names": wheels,
+            },
+        }
+        return "# Two driven wheels, left and right.\n" + dump(blocks)
     if _wheel_joints(robot):
         block = {"base_joint_names": _wheel_joints(robot), "floor_touching_base_link_names": wheels}
         text = "# A base on wheels.\n" + dump({"locomotion": block})

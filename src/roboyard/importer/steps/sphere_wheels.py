@@ -10,6 +10,7 @@ from roboyard.importer.context import ImportContext
 from roboyard.importer.model import Approximation, ImportedRobot
 from roboyard.importer.shape_tools import shape_meshes
 from roboyard.importer.steps.collision import MAX_VERTICES, hull_collision
+from roboyard.importer.wheels import find_wheels
 from roboyard.shapes.hulls import convex_hull
 from roboyard.urdf.model import Collision, Link, Mesh, Visual
 
@@ -18,6 +19,10 @@ def sphere_wheels(robot: ImportedRobot, context: ImportContext) -> ImportedRobot
     """Mark each wheel's collision mesh as its bounding sphere; a wheel of several shapes gets one hull."""
     base = context.config.base_motion
     wheels = tuple(name for name in base.wheel_links if name in robot.description.link_by_name)
+    if not base.wheel_links and not base.use_holonomic_joints:
+        wheels = tuple(wheel.link for wheel in find_wheels(robot.description))
+        if wheels:
+            context.log.note(f"taken for wheels: {', '.join(wheels)}; base_motion.wheel_links names others")
     robot = replace(robot, wheel_links=wheels)
     if not base.use_sphere_wheels:
         return robot
