@@ -124,7 +124,6 @@ def test_an_arm_whose_hand_hangs_lower_than_its_base_is_mounted() -> None:
 
 
 def test_a_root_called_world_is_the_world() -> None:
-
     text = """<robot name="r"><link name="world"/>
       <link name="box"><visual><geometry><box size="1 1 1"/></geometry></visual></link>
       <joint name="j" type="fixed"><parent link="world"/><child link="box"/></joint>
