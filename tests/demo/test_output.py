@@ -64,3 +64,14 @@ def test_a_summary_that_names_paths_outside_removes_nothing_there(tmp_path: Path
     (target / "summary.json").write_text(json.dumps(listing), encoding="utf-8")
     write_demo(target, ("one",))
     assert outside.read_text(encoding="utf-8") == "stay"
+
+
+def test_a_folder_that_cannot_be_written_to_is_told_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(dir: Path) -> None:
+        raise PermissionError(13, "Permission denied", str(dir))
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    with pytest.raises(ConfigError, match=f"nothing can be written to {tmp_path} .Permission denied"):
+        check_target(tmp_path / "a" / "b", overwrite=False)

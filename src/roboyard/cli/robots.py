@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -72,7 +73,8 @@ def _row(robot: RegisteredRobot, render: bool) -> dict[str, Any]:
         if robot.is_imported:
             row["joints"] = len(robot_joint_names(robot.description(definition)))
             if render and row["picture"] is None:
-                row["picture"] = str(picture_of(robot, REGISTERED_ROBOTS))
+                with suppress(OSError):  # a data folder that cannot be written to is no reason not to list it
+                    row["picture"] = str(picture_of(robot, REGISTERED_ROBOTS))
     except RoboyardError as error:
         row["problem"] = str(error)
     return row

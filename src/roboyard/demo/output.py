@@ -17,13 +17,21 @@ MARK = "roboyard demo"
 
 
 def check_target(target: Path, *, overwrite: bool) -> None:
-    """Refuse a place that holds something else.
+    """Refuse a place that holds something else or where nothing can be written, before any work is done.
 
     Raises:
-        ConfigError: it is a file, or a folder that holds other things and `overwrite` is not given.
+        ConfigError: it is a file, or a folder that holds other things and `overwrite` is not given, or its
+            folder cannot be written to.
     """
     if target.exists() and not target.is_dir():
         raise ConfigError(f"--out {target}: is a file; name a folder")
+    folder = next(one for one in target.absolute().parents if one.exists())
+    try:
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise ConfigError(
+            f"--out {target}: nothing can be written to {folder} ({error.strerror}); name another folder"
+        ) from error
     if not target.is_dir() or overwrite or not any(target.iterdir()) or _made_before(target):
         return
     raise ConfigError(
