@@ -164,8 +164,9 @@ class Motors:
         self._gathered = False
 
     def forget(self, body_id: int) -> None:
-        self._by_body.pop(body_id, None)
-        self._gathered = False
+        own = self._by_body.pop(body_id, None)
+        if own is not None:  # its rows may be there for a while yet
+            own.motors[:] = own.bounds[:] = 0.0
 
     def _size(self, joint: Joint) -> int:
         if joint.type not in MOTORED:
@@ -177,7 +178,10 @@ class Motors:
         found = self._by_body.get(body.id)
         if found is None:
             found = self._by_body[body.id] = BodyMotors(self, body)
-            self._gathered = False
+            self._gathered = self._gathered and not self._world.is_stale
+            if self._gathered:
+                self._place(self._world.live_model, body, found)
+                self._bound_timestep = 0.0
             self._world.stepping.refresh()
         return found
 
@@ -196,10 +200,7 @@ class Motors:
         self._motors, self._targets = np.zeros((nv, 5)), np.zeros((nv, 4))
         self._bounds = np.zeros((nv, 2))
         for body_id, own in self._by_body.items():
-            first = self._world.body_by_id[body_id].first_dof
-            here = slice(first, first + len(own.motors))
-            own.move_to(self._motors[here], self._targets[here], self._bounds[here])
-            model.dof_solimp[here] = IMPEDANCE
+            self._place(model, self._world.body_by_id[body_id], own)
         data = self._world.live_data
         self._joints = (
             *(self._motors, self._targets, model.dof_jntid, model.jnt_type, model.jnt_qposadr),
@@ -207,6 +208,11 @@ class Motors:
         )
         self._bound_timestep = 0.0
         self._gathered = True
+
+    def _place(self, model: Any, body: Body, own: BodyMotors) -> None:
+        here = slice(body.first_dof, body.first_dof + len(own.motors))
+        own.move_to(self._motors[here], self._targets[here], self._bounds[here])
+        model.dof_solimp[here] = IMPEDANCE
 
 
 class BodyMotors:
