@@ -13,6 +13,7 @@ from roboyard.pybullet.merging import merge_fixed_links
 from roboyard.pybullet.mesh_objects import hull_by_hull
 from roboyard.pybullet.shape_bounds import LinkBounds, link_bounds
 from roboyard.pybullet.shape_inertia import Moments, shape_moments
+from roboyard.pybullet.triangle_pieces import triangle_by_triangle
 from roboyard.sim.inertials import mass_properties
 from roboyard.urdf.model import (
     Box,
@@ -127,13 +128,20 @@ def world_description(description: RobotDescription, links: Sequence[LinkModel])
         replace(
             source[link.name],
             inertial=_inertial(link),
-            collisions=hull_by_hull(link.collisions),
+            collisions=_collided(link),
             visuals=link.visuals or _shown(link.collisions),
         )
         for link in links
     )
     joints = tuple(link.joint for link in links if link.joint is not None)
     return replace(description, links=made, joints=joints)
+
+
+def _collided(link: LinkModel) -> tuple[Collision, ...]:
+    """A link's shapes in convex parts; triangles only of what has no mass, which is a base that stays."""
+    if link.mass == 0.0 and link.joint is None:
+        return hull_by_hull(triangle_by_triangle(link.collisions))
+    return hull_by_hull(link.collisions)
 
 
 def _shown(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:

@@ -39,8 +39,9 @@ if TYPE_CHECKING:
 MESH = 4
 """Bodies of one link that cost as much to compile as a mesh."""
 FEWEST, FEWEST_WITH_JOINTS = 8, 3
-MORE = 32
-"""Spares: as many as there are bodies, but at least `FEWEST` and at most `MORE` and half as many as bodies.
+MORE, MOST = 32, 600
+"""Spares: as many as there are bodies, but at least `FEWEST`, at most `MORE` and half as many as bodies, and
+never more than `MOST` unless as many came at once.
 
 Thus compiles become rarer as they get dearer, and steps do not get much dearer for what is parked."""
 STREAK = 3
@@ -164,7 +165,7 @@ class Spares:
         self._with_joints = any(mould.description.joints for mould in moulds)
         fewest = FEWEST_WITH_JOINTS if self._with_joints else REMEMBERED if is_first else FEWEST
         size = self._size()
-        count = max(fewest, fresh, min(size, MORE + size // 2))
+        count = max(fewest, fresh, min(size, MORE + size // 2, MOST))
         for number, mould in enumerate(islice(cycle(moulds), count)):
             self._slots.append(add_spare(spec, self._engine.assets, mould, _NAME.format(number)))
         return sum(slot.mould.counts["geom"] for slot in self._slots)
