@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -101,6 +103,12 @@ def test_a_walker_is_held_and_an_arm_mounted(walker: RobotDescription, arm: Robo
     stance = decide(Figure(arm))
     assert stance.kind == "mounted"
     assert make_plan(Figure(walker)).stand >= 0.05
+
+
+def test_a_robot_whose_base_weighs_nothing_is_mounted(cart: RobotDescription) -> None:
+    links = tuple(replace(link, inertial=None) if link.name == "base" else link for link in cart.links)
+    stance = decide(Figure(replace(cart, links=links)))
+    assert (stance.kind, stance.reason) == ("mounted", "its base weighs nothing in its file")
 
 
 def test_an_arm_whose_hand_hangs_lower_than_its_base_is_mounted() -> None:

@@ -94,6 +94,11 @@ def test_unknown_names_say_what_there_is(own: Path) -> None:
         World().add_robot("rovr")
 
 
+def test_a_file_in_the_place_of_a_name_is_told_how_it_becomes_a_robot() -> None:
+    with pytest.raises(ConfigError, match=r"import it: roboyard import models/arm\.urdf --name NAME"):
+        REGISTERED_ROBOTS.find("models/arm.urdf")
+
+
 def test_paths_stay_inside_the_dataset(own: Path) -> None:
     place(own, "sly", ARM + "urdf_path: ../../secret.urdf\n")
     with pytest.raises(ConfigError, match="urdf_path: must be a path inside the dataset"):

@@ -153,6 +153,12 @@ class Figure:
                 found.append(joint.child)
         return found
 
+    @property
+    def base_mass(self) -> float:
+        """Of the root link and those fixed to it; kg."""
+        mass_of = dict(zip(self._weighed, self._masses, strict=True))
+        return float(sum(mass_of.get(name, 0.0) for name in self.base_links))
+
     def path(self, link: str) -> list[Joint]:
         """The moving joints from a link up to the root."""
         joints = []

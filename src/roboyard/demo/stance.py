@@ -94,6 +94,8 @@ def decide(figure: Figure) -> Stance:
         return found("mounted", "what reaches the floor has no collision shapes")
     if not figure.joints:
         return found("standing", "it has no joints to drive")
+    if figure.base_mass <= 0.0:
+        return found("mounted", "its base weighs nothing in its file")
     legs = _carrying_joints(figure, feet, float(lowest), tolerance)
     if legs:
         lifted = {

@@ -175,8 +175,13 @@ class Registry(Mapping[str, RegisteredRobot]):
         for key in (name, name.lower()):
             if key in found:
                 return found[key]
+        if name.lower().endswith((".urdf", ".xacro", ".xml")):
+            raise ConfigError(
+                f"{name} is a file, not a robot's name; import it: roboyard import {name} --name NAME"
+            )
         raise ConfigError(
-            f"{unknown_name('robot', name, found)}; robots are looked for in {self.data}/*/models"
+            f"{unknown_name('robot', name, found)}; robots are looked for in {self.data}/*/models, "
+            "where `roboyard import` writes them"
         )
 
     def problems(self) -> dict[str, str]:
