@@ -235,7 +235,7 @@ def test_findings_of_one_kind_are_told_once():
         log.warn(f"mesh {k} is open; close it [mesh-open]", f'link "l{k}"', code="mesh-open")
     log.warn("too heavy", 'link "l0"')
     shown = "".join(Page(import_page(robot_of(["l0", "l1"]), log.facts, log.warnings)).text)
-    assert "mesh 0 is open; close it [mesh-open] — and 4 more like this" in shown
+    assert "mesh 0 is open; close it [mesh-open] (and 4 more like this)" in shown
     assert "mesh 1 is open" not in shown
     assert "2 things to look at" in shown
 

@@ -102,6 +102,7 @@ def importing(
     from roboyard import import_robot
     from roboyard.cli.packages import read_packages
     from roboyard.errors import ConfigError
+    from roboyard.importer.log import told_once
 
     if (urdf is None) == (config is None):
         raise ConfigError("give either a URDF or --config FILE; roboyard import --help shows an example")
@@ -124,9 +125,10 @@ def importing(
         return
     for line in _found(result.facts.get("source", {}).get("findings", [])):
         print(line)
-    for decision in result.warnings:
-        element = f"{decision.element}: " if decision.element else ""
-        print(f"look at: {element}{decision.message}")
+    for message, elements in told_once(result.warnings):
+        named = [element for element in elements if element]
+        who = ", ".join(named[:3]) + (f" and {len(named) - 3} more" if len(named) > 3 else "")
+        print(f"look at: {f'{who}: ' if who else ''}{message}")
     if result.validation is not None:
         print("\n".join(_tried(result.validation)))
     print(f"{result.name}: {len(result.robot.description.links)} links, imported into {result.folder}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -93,3 +93,21 @@ class ImportLog:
         """Write `import_log.json`."""
         text = json.dumps(self.to_json(), indent=2, ensure_ascii=False, allow_nan=False)
         path.write_text(text + "\n", encoding="utf-8")
+
+
+def told_once(decisions: Iterable[Decision]) -> list[tuple[str, list[str]]]:
+    """Messages in order of their first appearance, each with the elements that it was said of.
+
+    Findings of one kind are told once: the first one's message stands for them.
+    """
+    messages: dict[str, dict[str, None]] = {}
+    elements: dict[str, dict[str, None]] = {}
+    for decision in decisions:
+        key = decision.code or decision.message
+        messages.setdefault(key, {})[decision.message] = None
+        elements.setdefault(key, {})[decision.element] = None
+    told = []
+    for key, said in messages.items():
+        more = f" (and {len(said) - 1} more like this)" if len(said) > 1 else ""
+        told.append((next(iter(said)) + more, list(elements[key])))
+    return told

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from roboyard.importer.log import told_once
 from roboyard.reports.html import figure, page, plural, table, verdict
 from roboyard.reports.import_links import link_rows
 from roboyard.reports.import_pictures import KINDS, sight_of_robot
@@ -111,7 +112,7 @@ def _verdicts(facts: Mapping[str, Any], warnings: Sequence[Any], validation: Val
             if wrong
             else verdict("files read back as meant", "good")
         )
-    count = len(_alike(warnings))
+    count = len(told_once(warnings))
     parts.append(
         verdict(f"{plural(count, 'thing')} to look at", "look")
         if warnings
@@ -177,29 +178,11 @@ def _look_at(warnings: Sequence[Any]) -> list[str]:
     if not warnings:
         return []
     rows = []
-    for message, elements in _alike(warnings):
+    for message, elements in told_once(warnings):
         named = [element for element in elements if element]
         who = ", ".join(named[:4]) + (f" and {len(named) - 4} more" if len(named) > 4 else "")
         rows.append(f"<li>{f'<b>{escape(who)}</b>: ' if who else ''}{escape(message)}</li>")
     return ["<h2>Look at next</h2>", '<ul class="look">', *rows, "</ul>"]
-
-
-def _alike(warnings: Sequence[Any]) -> list[tuple[str, list[str]]]:
-    """Messages in order of their first appearance, each with the elements that it was said of.
-
-    Findings of one kind are told once: the first one's message stands for them.
-    """
-    messages: dict[str, dict[str, None]] = {}
-    elements: dict[str, dict[str, None]] = {}
-    for warning in warnings:
-        key = warning.code or warning.message
-        messages.setdefault(key, {})[warning.message] = None
-        elements.setdefault(key, {})[warning.element] = None
-    told = []
-    for key, said in messages.items():
-        more = f" — and {len(said) - 1} more like this" if len(said) > 1 else ""
-        told.append((next(iter(said)) + more, list(elements[key])))
-    return told
 
 
 def _gates(validation: ValidationReport | None) -> list[str]:
