@@ -12,6 +12,7 @@ from roboyard.pybullet.arguments import number, quaternion, text, vector3, whole
 from roboyard.pybullet.clients import CLIENTS
 from roboyard.pybullet.commands import command
 from roboyard.pybullet.errors import failure
+from roboyard.pybullet.materials import shared_materials
 from roboyard.pybullet.models import bullet_model
 from roboyard.pybullet.records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.search import find_file, not_found_remedy
@@ -149,7 +150,7 @@ def read_description(client: Client, path: Path) -> RobotDescription:
                     line=joint.source.line,
                     element=f'joint "{joint.name}"',
                 )
-        _read[key] = found
+        found = _read[key] = shared_materials(found)
         while len(_read) > _KEPT:
             del _read[next(iter(_read))]
     return found
