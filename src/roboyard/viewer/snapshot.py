@@ -47,18 +47,16 @@ class Snapshot:
         return self.data.qpos.copy()
 
 
-def take(world: World, links: Links) -> Snapshot:
-    """The world as it is; call it from the thread that steps the world."""
+def take(world: World, model: Any, links: Links) -> Snapshot:
+    """The world as it is, with the `world.model` that `links` are of; for the thread that steps the world."""
     shapes = tuple(world.render_scene().shapes)
     data = world.data
-    return Snapshot(
-        model=world.model, data=data, qpos=data.qpos.copy(), shapes=shapes, links=links, time=data.time
-    )
+    return Snapshot(model=model, data=data, qpos=data.qpos.copy(), shapes=shapes, links=links, time=data.time)
 
 
 def gather_links(world: World) -> Links:
     """All links with unique paths `/<body>/<link>`."""
-    world.ensure_compiled()
+    welded = world.model.body_weldid  # first: handing the model out may number the bodies anew
     paths: dict[tuple[int, int], str] = {}
     rows: dict[str, int] = {}
     for body in world.bodies:
@@ -71,7 +69,6 @@ def gather_links(world: World) -> Links:
             paths[(body.id, link.index)] = path
             rows[path] = int(body.mujoco_ids[link.index])
     by_owner = {owner: rows[path] for owner, path in paths.items()}
-    welded = world.model.body_weldid
     fixed = frozenset(owner for owner, row in by_owner.items() if welded[row] == 0)
     return Links(paths=paths, rows=rows, by_owner=by_owner, fixed=fixed)
 

@@ -196,11 +196,11 @@ class Viewer:
 
     def _take(self) -> None:
         world = self.world
-        world.ensure_compiled()
+        model = world.model  # spares leave before it is handed out, which may number the bodies anew
         if world.revision != self._revision:
             self._links = gather_links(world)
             self._revision = world.revision
-        self._latest = take(world, self._links)
+        self._latest = take(world, model, self._links)
 
     # ------------------------------------------------------------------------------- in the server's threads
 
