@@ -150,6 +150,24 @@ def test_mesh_that_only_removed_bodies_used_goes_with_the_next_compile():
     assert world.model.nmesh == 0 and world.model.nbody == 1
 
 
+def test_meshes_that_have_gone_are_not_looked_for():
+    world, next_world, shape = World(), World(), mesh()
+
+    def add(k):
+        world.add_mesh(shape, (k, 0, 1))
+
+    assert _compiles(world, 6, add) == 3
+    for body in world.bodies:
+        world.remove(body)
+    assert world.model.nmesh == 0
+    next_world.spares.take_up(world.spares.habits)
+    for either in (world, next_world):
+        for k in range(8):
+            either.add_box((0.1, 0.1, 0.1), (k, 0, 1))
+            either.step()
+        assert len(either.bodies) == 8 and either.model.nmesh == 0
+
+
 def test_moulds_do_not_mistake_a_description_for_one_that_is_gone():
     from roboyard.sim.mould_store import MouldStore
     from roboyard.sim.records import BuildOptions

@@ -26,6 +26,10 @@ class MeshAssets:
         self._spec = spec
         self._meshes: dict[str, tuple[Any, int]] = {}
 
+    def has(self, name: str) -> bool:
+        """Whether a mesh is there."""
+        return name in self._meshes
+
     @property
     def count(self) -> int:
         """How many distinct meshes there are."""

@@ -192,7 +192,9 @@ class Spares:
         jointed = [description for description, _ in self._recent if description.joints]
         recent = ((d, o) for d, o in self._recent if not d.joints or (hasty and jointed.count(d) > 1))
         found = [self._moulds.find(description, options) for description, options in recent]
-        moulds = [mould.family for mould in found if mould is not None]
+        has = self._engine.assets.has  # meshes of bodies that have gone are not there
+        there = (m for m in found if m is not None and (m.description.joints or all(map(has, m.meshes))))
+        moulds = [mould.family for mould in there]
         seen = Counter(mould.make for mould in moulds)
         return [mould for mould in moulds if seen[mould.make] > 1]
 
