@@ -92,3 +92,11 @@ def test_help_shows_the_example(capsys):
     assert main(["import", "--help"]) == 0
     out = capsys.readouterr().out
     assert "convex_links: [base_link]" in out and "use_holonomic_joints" in out
+
+
+def test_names_that_an_import_keeps_are_not_told():
+    from roboyard.cli.importing import _found
+
+    kinds = ("joint-name-odd", "link-name-odd", "mesh-open", "mesh-open")
+    lines = _found([{"code": code, "element": "", "message": "it is so", "line": 3} for code in kinds])
+    assert lines == ["found: line 3: it is so (and 1 more like this) [mesh-open]"]

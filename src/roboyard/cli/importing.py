@@ -148,9 +148,14 @@ def _tried(report: ValidationReport) -> list[str]:
 
 
 def _found(findings: list[dict[str, Any]]) -> list[str]:
-    """What the audit found in the vendor's file: a line for each kind, the first of its kind in full."""
+    """What the audit found in the vendor's file: a line for each kind, the first of its kind in full.
+
+    Names that only USD forbids are left out: an import keeps them.
+    """
+    from roboyard.importer.steps.stage_and_clean import KEPT
+
     by_code: dict[str, list[dict[str, Any]]] = {}
-    for finding in findings:
+    for finding in (f for f in findings if f["code"] not in KEPT):
         by_code.setdefault(str(finding["code"]), []).append(finding)
     lines = []
     for same in by_code.values():
