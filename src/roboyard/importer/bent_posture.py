@@ -47,7 +47,8 @@ TRIES = 100
 """Postures looked at for contacts."""
 
 MOST_OF_ALL = 0.6
-"""Share of a robot's joints from which its longest chain counts as an arm, where nobody names its hands."""
+"""Share of a robot's joints, its fingers' left out, from which its longest chain counts as an arm, where
+nobody names its hands."""
 
 Posture = Mapping[str, float]
 
@@ -64,15 +65,27 @@ def bent_rest(robot: ImportedRobot, config: ImportConfig, rest: Posture) -> dict
     effectors = end_effectors(robot, config)
     others = {*torso_joints(robot, config, effectors), *config.curobo.lock_joints}
     others |= set(virtual_joints()) if robot.holonomic else set()
-    driven = [joint for joint in description.joints if joint.is_moving and joint.mimic is None]
     touches = NewContacts(description, rest)
     for effector in effectors:
         arm = arm_of(description, robot.base_link, effector.link, out, others)
+        if arm is None:
+            continue
         named = config.curobo.eef_to_gripper_info or effector.gripper_joints
-        if arm is None or not (named or len(arm.own) >= MOST_OF_ALL * len(driven)):
+        if not named and len(arm.own) < MOST_OF_ALL * _driven_before(description, effector.link):
             continue
         out |= bent(arm, out, touches)
     return out
+
+
+def _driven_before(description: RobotDescription, tip: str) -> int:
+    """Joints that something of their own moves, but those that the tip carries."""
+    beyond, todo = set[str](), [tip]
+    while todo:
+        joints = description.child_joints.get(todo.pop(), ())
+        beyond |= {joint.name for joint in joints}
+        todo += [joint.child for joint in joints]
+    driven = (joint for joint in description.joints if joint.is_moving and joint.mimic is None)
+    return sum(joint.name not in beyond for joint in driven)
 
 
 class NewContacts:
