@@ -100,7 +100,7 @@ def test_shapes(arm):
     assert upper.visuals[0].geometry == Sphere(radius=0.05)
     assert upper.collisions[0].geometry == Capsule(radius=0.04, length=0.3)
     assert arm.link_by_name["0"].collisions[0].geometry == Plane(normal=(0, 0, 1))
-    assert base.contact == Contact(lateral_friction=0.8, restitution=0.1)
+    assert base.contact == Contact(lateral_friction=0.8, restitution=0.1, inertia_scaling=3.0)
 
 
 def test_materials_are_global_or_defined_at_first_use(arm):
