@@ -151,3 +151,14 @@ def test_joint_state_of_a_ball_joint_starts_with_x(client: int) -> None:
     assert p.getJointState(body, 0)[0] == 0.0
     p.resetJointStateMultiDof(body, 0, [0.6, 0, 0, 0.8])
     assert p.getJointState(body, 0)[0] == pytest.approx(0.6)
+
+
+def test_boxes_of_capsules_between_two_points(client: int, tmp_path: Path) -> None:
+    """Bullet makes them hulls of two balls, whose box is 0.04 m larger on each side."""
+    (tmp_path / "m.xml").write_text(
+        '<mujoco model="m"><worldbody><body name="a" pos="0 0 1"><geom type="capsule" size="0.08" '
+        'fromto="0 0 0 0.2 0.2 0"/><geom type="sphere" size="0.1" pos="0 0 0.3"/></body></worldbody></mujoco>'
+    )
+    body = p.loadMJCF(str(tmp_path / "m.xml"))[-1]
+    np.testing.assert_allclose(p.getAABB(body), [(-0.12, -0.12, 0.88), (0.32, 0.32, 1.4)], atol=1e-7)
+    assert p.getDynamicsInfo(body, -1)[11] == 0.0

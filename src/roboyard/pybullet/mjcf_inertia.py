@@ -12,8 +12,8 @@ import numpy as np
 from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.pybullet import constants as c
 from roboyard.pybullet.mjcf_geoms import BETWEEN_ENDS
-from roboyard.pybullet.models import MomentsOf
-from roboyard.pybullet.shape_bounds import local_bounds
+from roboyard.pybullet.models import BoundsOf, MomentsOf
+from roboyard.pybullet.shape_bounds import LinkBounds, link_bounds, local_bounds
 from roboyard.pybullet.shape_inertia import Moments
 from roboyard.urdf.model import Capsule, Collision, Cylinder, Pose, Sphere
 
@@ -39,6 +39,25 @@ def shapes_as_bullet_has_them(flags: int) -> MomentsOf:
         return _solid_box(mass, (upper - lower) / 2)
 
     return moments
+
+
+def boxes_as_bullet_has_them(flags: int) -> BoundsOf:
+    """The rule for boxes around shapes in loadMJCF with these flags."""
+    two_balls = not flags & c.URDF_USE_IMPLICIT_CYLINDER
+
+    def bounds(frame: Pose, collisions: tuple[Collision, ...]) -> LinkBounds:
+        if not two_balls or not any(isinstance(s.geometry, Capsule) and _between_ends(s) for s in collisions):
+            return link_bounds(frame, collisions, implicit_cylinder=True, from_file=False)
+        found = [s for s in collisions if local_bounds(s.geometry, implicit_cylinder=True) is not None]
+        boxes = [_box(shape, frame, two_balls, TWO_BALLS_MARGIN) for shape in found]
+        lower = np.min([box[0] for box in boxes], axis=0)
+        upper = np.max([box[1] for box in boxes], axis=0)
+        corners = np.stack([lower, upper])
+        if len(found) == 1 and _is_alone(found[0], frame):
+            return LinkBounds(corners=corners, margin=TWO_BALLS_MARGIN, kind="solid")
+        return LinkBounds(corners=corners, margin=0.0, kind="compound")
+
+    return bounds
 
 
 def _is_alone(shape: Collision, frame: Pose) -> bool:

@@ -57,7 +57,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
     `World.add_mjcf` reads all of it.
     """
     from roboyard.pybullet.mjcf import load_mjcf
-    from roboyard.pybullet.mjcf_inertia import shapes_as_bullet_has_them
+    from roboyard.pybullet.mjcf_inertia import boxes_as_bullet_has_them, shapes_as_bullet_has_them
 
     path = _found(client, mjcfFileName, _NO_MJCF)
     given = whole(flags)
@@ -65,7 +65,12 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
     scene = client.scene
     try:
         for part in load_mjcf(path, _search_paths(client), colors=bool(given & c.MJCF_COLORS_FROM_FILE)):
-            model = bullet_model(part.description, flags=given, moments_of=shapes_as_bullet_has_them(given))
+            model = bullet_model(
+                part.description,
+                flags=given,
+                moments_of=shapes_as_bullet_has_them(given),
+                bounds_of=boxes_as_bullet_has_them(given),
+            )
             frame = model.links[0].frame
             orientation = multiply(part.orientation, conjugate(frame.quaternion))
             record = scene.add(
