@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import pytest
 import yaml
 
 from roboyard.assets import assets_root
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 R1_FILE = assets_root() / "r1" / "r1.yaml"
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from plain_balance import hull_edges
 
 from roboyard.robots import Robot
 from roboyard.robots.footing import footing_of
-from roboyard.robots.hull_edges import hull_edges
 from roboyard.sim import World
 
 G = 9.81

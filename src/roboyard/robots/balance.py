@@ -36,7 +36,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roboyard.poses import Array
 
@@ -73,10 +72,6 @@ class Balance:
     """s²: h / g"""
     moment: Array
     """(2,) m s²: d in the base's axes"""
-
-    def acceleration(self) -> Array:
-        """(k,) rad/s² or m/s² that each joint may take alone; inf for one that tips nothing."""
-        return (self.slack[:, None] / np.maximum(np.abs(self.sway), TINY)).min(axis=0)
 
     def calm(self) -> float:
         """Share of their present speeds that joints may have, as far as they swing the robot about."""
@@ -135,18 +130,6 @@ class Balance:
         if np.any(beyond & (self.lean @ acceleration > TINY)):
             return 0.0
         return self.together(acceleration) * self.calm() ** 2
-
-    def allows(self, shift: Array, direction: Array) -> NDArray[np.bool_]:
-        """(k,) whether joints may go on that way.
-
-        Args:
-            shift: (k,) rad or m from where the joints are to where they come to rest if they stop now.
-            direction: (k,) signs.
-        """
-        left = self.room - self.lean @ shift
-        outwards = self.lean * direction
-        worse = (left[:, None] < 0.0) & (outwards > TINY)
-        return np.logical_not(np.any(worse, axis=0))
 
 
 def _share(room: Array, push: Array) -> float:

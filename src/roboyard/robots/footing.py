@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -11,8 +12,8 @@ import numpy as np
 
 from roboyard.poses import Array
 from roboyard.robots.balance import TINY, Balance
+from roboyard.robots.compiled import kernels
 from roboyard.robots.definition import VIRTUAL_JOINTS
-from roboyard.robots.hull_edges import hull_edges
 from roboyard.robots.joints import Indices, JointArrays
 from roboyard.sim.link import Link
 
@@ -48,6 +49,8 @@ class Footing:
         self._rolls = [i for name, i in joints.index.items() if name in VIRTUAL_JOINTS[3:5]]
         self._upright, self._seen = np.zeros(2), -np.inf
         self._fresh = False
+        self._revision = -1
+        self._geoms = self._round = self._points = self._edges = np.zeros(0)
 
     def forget(self) -> None:
         """The robot has moved since."""
@@ -60,46 +63,53 @@ class Footing:
         if not self._fresh:
             self._last, self._fresh = self._balance(), True
         last = self._last
-        return last and replace(last, lean=last.lean[:, places], sway=last.sway[:, places])
+        if last is None:
+            return None
+        lean, sway = last.lean.take(places, axis=1), last.sway.take(places, axis=1)
+        return replace(last, lean=lean, sway=sway)
 
     def _balance(self) -> Balance | None:
         world = self._joints.world
         model, data = world.model, world.data
-        points = self._points(model, data)
-        edges = hull_edges(points[:, :2])
-        if edges is None:
+        support = self._ground(model, data)
+        if support is None:
             return None
-        normals, bounds, middle = edges
+        normals, bounds, middle, floor = support
         root = int(self._joints.body.mujoco_ids[0])
         mass = float(model.body_subtreemass[root])
         dofs = self._joints.dofs
         shift, spin = np.zeros((3, model.nv)), np.zeros((3, model.nv))
         mujoco.mj_jacSubtreeCom(model, data, shift, root)
         mujoco.mj_angmomMat(model, data, spin, root)
-        shift, spin = shift[:, dofs], spin[:, dofs]
         com = data.subtree_com[root]
-        floor = float(points[:, 2].min())
-        height = com[2] - floor
+        height = float(com[2]) - floor
         base = int(self._base.mujoco_id)
         axes = data.xmat[base].reshape(3, 3)[:2, :2]
-        moment = spin[:2] + mass * height * np.array([-shift[1], shift[0]])
-        gravity = max(float(np.linalg.norm(model.opt.gravity)), TINY)
+        x, y, z = model.opt.gravity.tolist()
+        gravity = max(math.sqrt(x * x + y * y + z * z), TINY)
         weight = mass * gravity
+        lean, sway = np.empty((len(normals), len(dofs))), np.empty((len(normals), len(dofs)))
+        kernels().tipping(shift, spin, dofs, com, mass, height, weight, normals, lean, sway)
         way, edge = bounds - normals @ middle, bounds - normals @ com[:2]
-        reserve, lost = RESERVE * way, self._lost(normals, base, height, gravity)
+        lost = self._lost(normals, base, height, gravity)
         swing = normals @ (self._support(model, data, weight) - com[:2])
+        moment = np.empty(2)
+        kernels().first_moment(
+            *(self._joints.body.mujoco_ids, model.body_mass, model.body_inertia, data.xipos, data.ximat),
+            *(floor, *data.xpos[base, :2].tolist(), moment),
+        )
         return Balance(
-            lean=normals @ shift[:2],
-            sway=normals @ (np.array([-moment[1], moment[0]]) / weight),
-            room=LEAN * way - normals @ (com[:2] - middle) - lost,
+            lean=lean,
+            sway=sway,
+            room=edge - (1.0 - LEAN) * way - lost,
             slack=SWAY * way,
             edge=edge,
             lost=lost,
-            reserve=reserve,
+            reserve=RESERVE * way,
             swing=swing,
             outwards=normals @ axes,
             height=mass * height / weight,
-            moment=self._first_moment(model, data, floor, data.xpos[base]) @ axes / weight,
+            moment=moment @ axes / weight,
         )
 
     def _support(self, model: mujoco.MjModel, data: mujoco.MjData, weight: float) -> Array:
@@ -130,31 +140,32 @@ class Footing:
         ahead = CAUTION * np.maximum(speed, 0.0) * (height / gravity) ** 0.5
         return ahead + (CAUTION + 1.0) * np.abs(shift) - shift
 
-    def _first_moment(self, model: mujoco.MjModel, data: mujoco.MjData, floor: float, origin: Array) -> Array:
-        """(2,) kg m²: sum of mass times height above the floor times way from the origin, in world axes."""
-        bodies = self._joints.body.mujoco_ids
-        mass, place = model.body_mass[bodies], data.xipos[bodies]
-        turned = data.ximat[bodies].reshape(-1, 3, 3)
-        own = -np.einsum("nij,nj,nj->i", turned[:, :2], model.body_inertia[bodies], turned[:, 2])
-        return (mass * (place[:, 2] - floor)) @ (place[:, :2] - origin[:2]) + own
+    def _ground(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, Array, float] | None:
+        """Edges of what the robot stands on as `hull_edges` gives them, and the floor's height (m)."""
+        if self._revision != self._joints.world.revision:
+            self._find_shapes(model)
+        points, edges = self._points, self._edges
+        count = kernels().lowest_points(
+            *(self._geoms, self._round, model.geom_contype, model.geom_conaffinity, model.geom_aabb),
+            *(data.geom_xpos, data.geom_xmat, points),
+        )
+        middle = np.empty(2)
+        found = kernels().hull_edges(points, count, edges[:, :2], edges[:, 2], middle)
+        if not found:
+            return None
+        return edges[:found, :2].copy(), edges[:found, 2].copy(), middle, float(points[:count, 2].min())
 
-    def _points(self, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-        """(n, 3) m, world frame: the lowest points of the links' shapes."""
-        found = []
-        for link, rolls in self._links:
-            for i in link.geom_ids:
-                if not model.geom_contype[i] and not model.geom_conaffinity[i]:
-                    continue
-                if rolls or model.geom_type[i] == mujoco.mjtGeom.mjGEOM_SPHERE:
-                    radius = float(model.geom_aabb[i, 3:].max())
-                    found.append(data.geom_xpos[i][None] - [0.0, 0.0, radius])
-                    continue
-                centre, half = model.geom_aabb[i, :3], model.geom_aabb[i, 3:]
-                signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-                corners = data.geom_xpos[i] + (centre + signs * half) @ data.geom_xmat[i].reshape(3, 3).T
-                low = corners[:, 2] <= corners[:, 2].min() + 0.5 * half.min()
-                found.append(corners[low])
-        return np.concatenate(found) if found else np.zeros((0, 3))
+    def _find_shapes(self, model: mujoco.MjModel) -> None:
+        """The shapes below the robot in a freshly compiled model."""
+        ball = mujoco.mjtGeom.mjGEOM_SPHERE
+        geoms = [
+            (i, rolls or model.geom_type[i] == ball) for link, rolls in self._links for i in link.geom_ids
+        ]
+        self._geoms = np.array([i for i, _ in geoms], dtype=np.int64)
+        self._round = np.array([is_round for _, is_round in geoms], dtype=bool)
+        self._points = np.empty((8 * len(geoms), 3))
+        self._edges = np.empty((8 * len(geoms), 3))
+        self._revision = self._joints.world.revision
 
 
 def footing_of(robot: RobotBody) -> Footing | None:

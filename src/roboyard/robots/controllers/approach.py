@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.poses import Array
+from roboyard.robots.compiled import kernels
 from roboyard.robots.controllers.base import GroupLimits, GroupState, acceleration
 
 
@@ -32,26 +33,17 @@ class Approach:
         """(n,) the reference, one step of `state.dt` nearer to a goal; starts where the joints are."""
         if self.reference is None:
             self.reference, self._speed = state.q.copy(), np.zeros(self._limits.size)
-        gap, fastest, dt = goal - self.reference, self._limits.velocity, state.dt
-        if not gap.any() and not self._speed.any():
+        way = goal - self.reference
+        if not way.any() and not self._speed.any():
             return self.reference
-        rise = acceleration(self._limits, state.inertia)
+        rise, fastest = acceleration(self._limits, state.inertia).copy(), self._limits.velocity.copy()
+        allowed = np.ones(len(rise), dtype=bool)
         balance = state.balance() if state.balance is not None else None
         if balance is not None:
-            calm = balance.calm()
-            if calm < 1.0:
-                fastest = np.minimum(fastest, np.abs(self._speed) * calm)
-            rise = np.minimum(rise, balance.acceleration())
-            rise = rise * balance.together(rise * np.sign(np.where(gap == 0.0, self._speed, gap)))
-            stop = self.reference - state.q + self._speed * np.abs(self._speed) / (2.0 * rise)
-            gap = np.where(balance.allows(stop, np.sign(gap)), gap, 0.0)
-            goal = np.where(gap == 0.0, self.reference, goal)
-        braking = np.sqrt(2.0 * rise * np.abs(gap))
-        wanted = np.sign(gap) * np.minimum(np.minimum(fastest, braking), np.abs(gap) / dt)
-        change = rise * dt
-        self._speed = np.minimum(np.maximum(wanted, self._speed - change), self._speed + change)
-        move = self._speed * dt
-        arrives = (np.sign(move) == np.sign(gap)) & (np.abs(move) >= np.abs(gap))
-        self.reference = np.where(arrives, goal, self.reference + move)
-        self._speed[arrives] = 0.0
+            kernels().temper(
+                *(rise, fastest, self._speed, way, state.q, self.reference, balance.lean, balance.sway),
+                *(balance.room, balance.slack, balance.swing, allowed),
+            )
+        self.reference, self._speed = self.reference.copy(), self._speed.copy()
+        kernels().advance(self.reference, self._speed, goal, way, allowed, rise, fastest, state.dt)
         return self.reference

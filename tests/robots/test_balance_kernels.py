@@ -1,0 +1,90 @@
+"""The compiled sums of balance against plain ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import plain_balance as plain
+import pytest
+
+from roboyard.robots import _kernels as kernels
+from roboyard.robots.balance import Balance
+
+
+def hull(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    points = np.column_stack([points, np.zeros(len(points))])
+    edges, middle = np.empty((len(points) + 1, 3)), np.empty(2)
+    found = kernels.hull_edges(points, len(points), edges[:, :2], edges[:, 2], middle)
+    return (edges[:found, :2], edges[:found, 2], middle) if found else None
+
+
+def by_angle(found: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
+    normals, bounds, _ = found
+    rows = np.column_stack([normals, bounds])
+    return rows[np.argsort(np.arctan2(normals[:, 1], normals[:, 0]))]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_hulls(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    points = random.normal(size=(random.integers(1, 20), 2))
+    if seed % 2:
+        points = np.round(points)  # twins and points in line
+    expected, found = plain.hull_edges(points), hull(points)
+    assert (expected is None) == (found is None)
+    if expected is not None and found is not None:
+        assert by_angle(found) == pytest.approx(by_angle(expected), abs=1e-12)
+        assert found[2] == pytest.approx(expected[2], abs=1e-12)
+
+
+def test_points_in_line_and_few_points_have_no_hull() -> None:
+    assert hull(np.array([[0, 0], [1, 1], [2, 2], [3, 3]], float)) is None
+    assert hull(np.zeros((1, 2))) is None
+    assert hull(np.zeros((0, 2))) is None
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_step_towards_a_goal(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    joints, edges = int(random.integers(1, 8)), int(random.integers(3, 7))
+    balance = Balance(
+        lean=random.normal(size=(edges, joints)),
+        sway=random.normal(size=(edges, joints)) * random.integers(0, 2, joints),
+        room=random.normal(0.3, 0.5, edges),
+        slack=random.uniform(0.01, 0.5, edges),
+        edge=np.ones(edges),
+        lost=np.zeros(edges),
+        reserve=np.zeros(edges),
+        swing=random.normal(0.0, 0.3, edges),
+        outwards=np.zeros((edges, 2)),
+        height=0.1,
+        moment=np.zeros(2),
+    )
+    q, goal = random.normal(size=(2, joints))
+    reference, speed = q + random.normal(0.0, 0.05, joints), random.normal(0.0, 0.5, joints)
+    goal = np.where(random.random(joints) < 0.3, reference, goal)
+    rise, fastest = random.uniform(0.5, 5.0, joints), random.uniform(0.2, 2.0, joints)
+    expected = plain.follow(reference, speed, q, goal, rise, fastest, 1 / 30, balance)
+    way, allowed = goal - reference, np.ones(joints, dtype=bool)
+    kernels.temper(
+        *(rise, fastest, speed, way, q, reference, balance.lean, balance.sway, balance.room),
+        *(balance.slack, balance.swing, allowed),
+    )
+    kernels.advance(reference, speed, goal, way, allowed, rise, fastest, 1 / 30)
+    assert reference == pytest.approx(expected[0], abs=1e-12)
+    assert speed == pytest.approx(expected[1], abs=1e-12)
+
+
+def test_lowest_points() -> None:
+    """A ball touches below its middle, a tilted box with its lower edge."""
+    tilted = np.array([[np.cos(0.5), 0, np.sin(0.5)], [0, 1, 0], [-np.sin(0.5), 0, np.cos(0.5)]])
+    out, touches = np.empty((24, 3)), np.array([1, 1, 0], dtype=np.int32)
+    count = kernels.lowest_points(
+        np.array([0, 1, 2]), np.array([True, False, False]), touches, np.zeros(3, dtype=np.int32),
+        np.array([[0, 0, 0, 0.2, 0.2, 0.2], [0, 0, 0.1, 0.5, 0.3, 0.1], [0, 0, 0, 1, 1, 1]], float),
+        np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]),
+        np.stack([np.eye(3).ravel(), tilted.ravel(), np.eye(3).ravel()]), out,
+    )  # fmt: skip
+    assert out[0] == pytest.approx([1.0, 2.0, 2.8])
+    low = np.array([[x, y, z] for y in (-0.3, 0.3) for x, z in [(0.5, 0.0)]]) @ tilted.T + [0, 0, 1]
+    assert count == 3
+    assert sorted(map(tuple, out[1:3].round(12))) == sorted(map(tuple, low.round(12)))
