@@ -58,6 +58,22 @@ def test_a_stretched_arm_is_bent_where_its_joints_allow() -> None:
     assert bent(again, {**rest, **turned}, lambda posture: False) == {}, "what can move stays"
 
 
+def test_an_arm_of_slides_stays() -> None:
+    """A telescope has nothing to bend."""
+    parts = ["<link name='link0'/>"]
+    parts += [
+        f"<link name='link{i + 1}'/><joint name='joint{i + 1}' type='prismatic'><parent link='link{i}'/>"
+        f"<child link='link{i + 1}'/><origin xyz='0 0 0.2'/><axis xyz='0 0 1'/>"
+        "<limit lower='0' upper='0.1' effort='60' velocity='1'/></joint>"
+        for i in range(5)
+    ]
+    robot = load_urdf(f"<robot name='telescope'>{''.join(parts)}</robot>")
+    rest = {joint.name: 0.0 for joint in robot.joints}
+    arm = arm_of(robot, "link0", "link5", rest, ())
+    assert arm is not None
+    assert bent(arm, rest, lambda posture: False) == {}
+
+
 def test_postures_that_touch_are_passed_over() -> None:
     robot = stretched()
     rest = {joint.name: 0.0 for joint in robot.joints}

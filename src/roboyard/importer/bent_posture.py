@@ -193,6 +193,8 @@ def bent(arm: Arm, rest: Posture, touches: Callable[[Posture], bool]) -> dict[st
 def _candidates(arm: Arm) -> Array:
     """(k, n) postures with some own joints turned; the first and the last, which σ hardly knows, stay."""
     inner = [i for i in arm.own[1:-1] if not _slides(arm, i)][:MOST_JOINTS]
+    if not inner:
+        return np.zeros((0, len(arm.rest)))
     choices = []
     for i in inner:
         low, high = arm.chain.lower[i] + MARGIN, arm.chain.upper[i] - MARGIN
