@@ -76,7 +76,9 @@ def getJointStates(
 ) -> tuple[State, ...] | None:
     """`getJointState` of several joints."""
     scene = client.scene
-    record = _known(client, bodyUniqueId)
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = _known(client, bodyUniqueId)
     try:
         group = record.joint_groups.get(tuple(jointIndices))
     except TypeError:
