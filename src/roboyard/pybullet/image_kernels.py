@@ -11,7 +11,8 @@ def segmentation_ids(owners, numbers, with_links, out):  # pragma: no cover
     """What scripts find in a segmentation mask, into `out` (n,) int32: -1 for what no script made.
 
     owners (n, 2) int32: World's body and link of each pixel, -1 for the background. numbers (bodies,) int32:
-    script's id of each of World's bodies. with_links: add World's link (0 for the base) above the lowest 24 bits.
+    script's id of each of World's bodies. with_links: add World's link (0 for the base) above the lowest 24
+    bits.
     """
     for k in range(len(owners)):
         body = owners[k, 0]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from roboyard.urdf.auditing.draft import Draft, DraftJoint, DraftLink
 from roboyard.urdf.auditing.findings import UNTIDY
 from roboyard.urdf.auditing.registry import Fault, Faults, check
 from roboyard.urdf.auditing.renames import planned_renames
 
 
-def _odd(things: tuple[DraftLink, ...] | tuple[DraftJoint, ...], renames: dict[str, str]) -> Faults:
+def _odd(things: tuple[DraftLink, ...] | tuple[DraftJoint, ...], renames: Mapping[str, str]) -> Faults:
     for thing in things:
         if thing.name in renames:
             message = (
