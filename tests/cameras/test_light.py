@@ -248,3 +248,18 @@ def test_supersampling_smooths_colours_and_leaves_depth_and_ids(shape, picture):
 def test_a_light_without_direction_is_refused(picture):
     with pytest.raises(ValueError, match="towards the sun"):
         picture([], FRONT, light=Light(direction=(0.0, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize("leak", [0.0, 0.5, 0.8])
+def test_shadows_let_part_of_the_sun_through(leak, shape, picture, floor):
+    camera = Camera.look_at((0.0, -3.0, 3.0), (0.0, 0.0, 0.0), width=60, height=60)
+    light = Light(direction=(0, 0, 1), ambient=0.1, diffuse=0.8, sky=0.0, specular=0.0, leak=leak)
+    roof = shape(primitives.box(0.5, 0.5, 0.05), position=(0.0, 0.0, 1.0), owner=(1, -1))
+    image = picture([floor, roof], camera, light=light, shadow=True)
+    points = image.points()
+    ground = (np.abs(points[..., 2]) < 1e-3) & (image.segmentation[..., 0] == 9)
+    under = ground & (np.abs(points[..., :2]).max(axis=-1) < 0.3)
+    beside = ground & (np.abs(points[..., :2]).max(axis=-1) > 0.8)
+    assert under.sum() > 10
+    assert image.rgba[under][:, 0] == pytest.approx(255 * 0.8 * (0.1 + 0.8 * leak), abs=1.5)
+    assert image.rgba[beside][:, 0] == pytest.approx(255 * 0.8 * 0.9, abs=1.5)

@@ -59,3 +59,28 @@ def test_shapes_of_some_alpha_are_solid_without_a_window(client: int) -> None:
     assert _top() == solid
     p.changeVisualShape(box, -1, rgbaColor=[1, 0, 0, 0])
     assert _top() == [255, 255, 255, 255]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "shade", "lit"),
+    [
+        ({}, 180, 194),
+        ({"lightDiffuseCoeff": 0.8, "lightAmbientCoeff": 0.2, "lightSpecularCoeff": 0}, 157, 186),
+    ],
+)
+def test_shadows_are_as_light_as_in_pybullet(
+    client: int, arguments: dict[str, float], shade: int, lit: int
+) -> None:
+    """A box of 1 m, 1.2 m over a grey floor."""
+    for half, height, color in (([3, 3, 0.1], -0.1, [0.8] * 3), ([0.5, 0.5, 0.1], 1.2, [0.2, 0.9, 0.2])):
+        look = p.createVisualShape(p.GEOM_BOX, halfExtents=half, rgbaColor=[*color, 1])
+        p.createMultiBody(0, -1, look, [0, 0, height])
+    view = p.computeViewMatrix([0, -4, 2.5], [0, 0, 0], [0, 0, 1])
+    projection = p.computeProjectionMatrixFOV(50, 1, 0.1, 20)
+    sun = {"lightDirection": [0.3, -0.4, 1], "shadow": 1, **arguments}
+    rgb = p.getCameraImage(100, 100, view, projection, **sun)[2][..., :3].astype(int)
+    floor = rgb[(np.ptp(rgb, axis=-1) == 0) & (rgb[..., 0] < 255)][:, 0]
+    levels, counts = np.unique(floor, return_counts=True)
+    dark, bright = levels[levels < lit - 5], levels[np.argmax(counts)]
+    assert abs(dark.min() - shade) <= 2
+    assert abs(bright - lit) <= 1

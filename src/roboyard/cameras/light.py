@@ -15,8 +15,8 @@ class Light:
 
     `c · (ambient + diffuse · color · ((1 - sky) · sun · max(n·l, 0) + sky · (1 + n_z) / 2)) + specular`,
 
-    `sun` being 0 in shadow and 1 in the light. With ambient 1, diffuse 0 and specular 0 a picture therefore
-    shows every colour exactly as it was given.
+    `sun` being `leak` in shadow and 1 in the light. With ambient 1, diffuse 0 and specular 0 a picture
+    therefore shows every colour exactly as it was given.
     """
 
     direction: tuple[float, float, float] = (-0.35, -0.75, 1.1)
@@ -29,6 +29,9 @@ class Light:
     """Multiplies each shape's own specular."""
     sky: float = 0.45
     """Share of the diffuse light that comes from the sky dome and knows no shadow."""
+    leak: float = 0.0
+    """Share of the sun that reaches what lies in its shadow; the software renderer's only, OpenGL's shadows
+    are dark."""
 
 
 UNLIT = Light(ambient=1.0, diffuse=0.0, specular=0.0)

@@ -198,7 +198,7 @@ def _color(
             arrays, frame.to_world, sun, *surface, width, height, frame.perspective,
             (frame.origins, frame.directions), frame.scratch,
         )  # fmt: skip
-    lamp = np.array([*sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky])
+    lamp = np.array([*sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak])
     rgba = np.empty((width * height, 4), dtype=np.uint8)
     layered = surface[0] is not seen
     front = np.zeros((width * height if layered else 1, 4), dtype=np.float32)

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from roboyard.cameras.scene import RenderScene
 
 Vector = Sequence[float]
+_IN_SHADOW = 0.8
+"""Share of PyBullet's light that reaches what lies in shadow."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -67,6 +69,7 @@ class PictureLight:
             diffuse=total,
             specular=0.0,
             sky=gloss / total if total > 0 else 0.0,
+            leak=_IN_SHADOW,
         )
 
 

@@ -26,7 +26,7 @@ def shade(
 
     origins, directions (3, 3): rows constant, per column, per row of the pixels' lines of sight.
     to_world (n, 3, 4), to_local (n, 3, 3). paint (pixels,): textures' colours.
-    light (10,): direction, colour, ambient, diffuse, specular, sky.
+    light (11,): direction, colour, ambient, diffuse, specular, sky, leak.
     shaded (4,): first and last column and row where a shadow may fall. backdrop (2, 4): top and bottom.
     fade (2,): depths between which endless planes dissolve.
     """
@@ -35,7 +35,7 @@ def shade(
     foot = np.empty((2, 3))
     step = np.empty((4, 3))  # of the line of sight per column and row, in mesh coordinates
     lx, ly, lz = light[0], light[1], light[2]
-    ambient, diffuse, gloss, sky = light[6], light[7], light[8], light[9]
+    ambient, diffuse, gloss, sky, leak = light[6], light[7], light[8], light[9], light[10]
     shade_left, shade_right, shade_top, shade_bottom = shaded[0], shaded[1], shaded[2], shaded[3]
     lit = diffuse > 0.0 or gloss > 0.0
     ox, oy, oz = origins[0, 0], origins[0, 1], origins[0, 2]
@@ -226,6 +226,7 @@ def shade(
                             lift = side * face_lift
                             cx, cy, cz = x + lift * ex, y + lift * ey, z + lift * ez
                             sun = sunlight(shadow, tiles, shadow_size, shadow_matrix, cx, cy, cz)
+                            sun += leak * (1.0 - sun)
                     amount = diffuse * ((1.0 - sky) * sun * max(facing, 0.0) + sky * (0.5 + 0.5 * nz))
                     level_r += amount * light[3]
                     level_g += amount * light[4]
