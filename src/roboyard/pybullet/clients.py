@@ -168,7 +168,7 @@ def _opener(
     method: int, key: int, host: str, port: int | None, options: str
 ) -> Callable[[], Client | RemoteClient | None]:
     if method == c.DIRECT:
-        return lambda: Client(method)
+        return lambda: _open_world(method)
     if method in _WINDOW_METHODS:
         return lambda: _open_window(method, options)
     if method == c.SHARED_MEMORY_SERVER:
@@ -187,6 +187,13 @@ def _opener(
         "connectPhysicsServer unexpected argument",
         f"method {method} is unknown; use DIRECT, GUI, TCP, UDP or SHARED_MEMORY",
     )
+
+
+def _open_world(method: int) -> Client:
+    from roboyard.pybullet.warming import warm_up
+
+    warm_up(Client)
+    return Client(method)
 
 
 def _open_window(method: int, options: str) -> Client:

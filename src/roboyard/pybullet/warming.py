@@ -1,0 +1,36 @@
+"""A world that a process makes and throws away when it first connects, so that its first step is quick.
+
+The compiled loops of a step, and what creates bodies, take a third of a second to come from the disk.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from roboyard.pybullet import constants as c
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.clients import Client
+
+
+@cache
+def warm_up(make: type[Client]) -> None:
+    """Let two boxes and a motor work for some steps; does nothing when called again."""
+    client: Any = make(c.DIRECT)
+    client.setGravity(0, 0, -10)
+    box = client.createCollisionShape(c.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    client.createMultiBody(0, box)
+    body = client.createMultiBody(
+        1, box, -1, [0, 0, 0.199],
+        linkMasses=[1], linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1],
+        linkPositions=[[0, 0, 0]], linkOrientations=[[0, 0, 0, 1]],
+        linkInertialFramePositions=[[0, 0, 0]], linkInertialFrameOrientations=[[0, 0, 0, 1]],
+        linkParentIndices=[0], linkJointTypes=[c.JOINT_REVOLUTE], linkJointAxis=[[0, 0, 1]],
+    )  # fmt: skip
+    client.setJointMotorControl2(body, 0, c.POSITION_CONTROL, 0.1)
+    for _ in range(3):
+        client.stepSimulation()
+        client.createMultiBody(1, box, -1, [1, 0, 1])
+    client.getLinkState(body, 0, 1, 1)
+    client.getJointStates(body, [0])
