@@ -45,6 +45,19 @@ def _half(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return kept
 
 
+def share(room: Array, push: Array) -> float:
+    """The largest share of pushes that stays within the room on every side; 0 to 1."""
+    out = push > TINY
+    return float(np.clip(np.min(room[out] / push[out], initial=1.0), 0.0, 1.0))
+
+
+def together(balance: Balance, acceleration: Array) -> float:
+    """Share of (k,) accelerations that joints may take at once."""
+    parts = balance.sway * acceleration
+    push = 0.5 * (np.abs(parts.sum(axis=1)) + np.abs(parts).sum(axis=1))
+    return float(np.min(balance.slack / np.maximum(push, balance.slack), initial=1.0))
+
+
 def allows(balance: Balance, shift: Array, direction: Array) -> NDArray[np.bool_]:
     """(k,) whether joints may go on that way, `shift` being the way to where they come to rest."""
     left = balance.room - balance.lean @ shift
@@ -64,10 +77,11 @@ def follow(
 ) -> tuple[Array, Array]:
     """Reference and speed one step later."""
     gap = goal - reference
-    if balance.calm() < 1.0:
-        fastest = np.minimum(fastest, np.abs(speed) * balance.calm())
+    calm = share(balance.slack, balance.swing) ** 0.5
+    if calm < 1.0:
+        fastest = np.minimum(fastest, np.abs(speed) * calm)
     rise = np.minimum(rise, (balance.slack[:, None] / np.maximum(np.abs(balance.sway), TINY)).min(axis=0))
-    rise = rise * balance.together(rise * np.sign(np.where(gap == 0.0, speed, gap)))
+    rise = rise * together(balance, rise * np.sign(np.where(gap == 0.0, speed, gap)))
     stop = reference - q + speed * np.abs(speed) / (2.0 * rise)
     gap = np.where(allows(balance, stop, np.sign(gap)), gap, 0.0)
     goal = np.where(gap == 0.0, reference, goal)

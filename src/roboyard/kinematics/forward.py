@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
 from typing import Any, Literal
 
 import numpy as np
@@ -12,15 +11,10 @@ from numpy.typing import ArrayLike
 
 from roboyard.kinematics._inputs import wrong_size
 from roboyard.kinematics.chain import ChainArrays
+from roboyard.lazy_module import lazy_module
 from roboyard.poses import Array
 
-
-@cache
-def _kernels() -> Any:
-    """The compiled kernels; numba is loaded on the first call."""
-    from roboyard.kinematics import _kernels
-
-    return _kernels
+_kernels = lazy_module("roboyard.kinematics._kernels")
 
 
 def forward_kinematics(chain: ChainArrays, q: ArrayLike, links: str | Sequence[str] | None = None) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,17 +9,13 @@ from numpy.typing import ArrayLike
 
 from roboyard.kinematics._inputs import joint_vector, read_targets, task_weights
 from roboyard.kinematics.chain import ChainArrays
+from roboyard.lazy_module import lazy_module
 from roboyard.poses import Array
 
 _NONE = np.zeros(0)
 
 
-@cache
-def _kernels() -> Any:
-    """The compiled steps; numba is loaded on the first call."""
-    from roboyard.kinematics import _steps
-
-    return _steps
+_kernels = lazy_module("roboyard.kinematics._steps")
 
 
 def differential_step(

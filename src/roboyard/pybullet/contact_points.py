@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,16 +42,18 @@ def getContactPoints(
     """
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
     scene = client.scene
-    if scene.world.is_stale or scene.world.live_data.ncon == 0:
-        return ()
-    rows = (_listed(pair, point, wanted) for pair, point in touching(scene))
-    return tuple(row for row in rows if row is not None)
+    rows = [_listed(pair, point, wanted) for pair, point in touching(scene)]
+    return tuple([row for row in rows if row is not None]) if rows else ()
 
 
-def touching(scene: Scene) -> Iterator[tuple[tuple[Place, Place], Point]]:
+def touching(scene: Scene) -> Iterable[tuple[tuple[Place, Place], Point]]:
     """The links of each contact in Bullet's order, and the row of getContactPoints from point on A on."""
     if scene.world.is_stale or scene.world.live_data.ncon == 0:
-        return
+        return ()
+    return _touching(scene)
+
+
+def _touching(scene: Scene) -> Iterator[tuple[tuple[Place, Place], Point]]:
     from roboyard.sim.contacts import contact_arrays
 
     arrays = contact_arrays(scene.world)

@@ -10,8 +10,9 @@ import math
 import numpy as np
 from numba import njit
 
+from roboyard.robots.balance import TINY
+
 kernel = njit(cache=True, nogil=True, error_model="numpy")
-TINY = 1e-9
 
 
 @kernel

@@ -38,6 +38,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roboyard.poses import Array
+from roboyard.robots.compiled import kernels
 
 CURVE = 0.7
 """Of the way from the centre of mass to where driving may push it, how far a steady curve may; the rest is
@@ -75,7 +76,7 @@ class Balance:
 
     def calm(self) -> float:
         """Share of their present speeds that joints may have, as far as they swing the robot about."""
-        return _share(self.slack, self.swing) ** 0.5
+        return kernels().share(self.slack, self.swing) ** 0.5
 
     def together(self, acceleration: Array) -> float:
         """Share of (k,) accelerations that joints may take at once, 1 for any alone.
@@ -83,9 +84,7 @@ class Balance:
         What they do to the floor's answer may cancel; but joints come to rest at different times, so only
         half of that is counted on.
         """
-        parts = self.sway * acceleration
-        push = 0.5 * (np.abs(parts.sum(axis=1)) + np.abs(parts).sum(axis=1))
-        return float(np.min(self.slack / np.maximum(push, self.slack), initial=1.0))
+        return kernels().together(self.sway, self.slack, acceleration)
 
     def push(self, twist: Array, change: Array) -> Array:
         """(e,) m outwards that driving shifts the floor's answer.
@@ -107,7 +106,7 @@ class Balance:
         Never less than `SLOWEST`.
         """
         room = CURVE * np.maximum(self.edge - self.lost - self.reserve, 0.0)
-        return max(SLOWEST, _share(room, self.push(twist, np.zeros(3))) ** 0.5)
+        return max(SLOWEST, kernels().share(room, self.push(twist, np.zeros(3))) ** 0.5)
 
     def bearable(self, twist: Array, change: Array) -> float:
         """Share of a change of twist (see `push`) that the footing bears on top of the twist itself.
@@ -117,7 +116,7 @@ class Balance:
         """
         spare = self.edge - self.reserve - np.maximum(self.push(twist, np.zeros(3)), 0.0)
         push = self.push(np.zeros(3), change)
-        return min(max(SLOWEST, _share(spare, push)), _share(spare - self.lost, push))
+        return min(max(SLOWEST, kernels().share(spare, push)), kernels().share(spare - self.lost, push))
 
     def pull(self, acceleration: Array, shift: Array) -> float:
         """Share of (k,) accelerations that springs may give joints at once; 0 where they lead the robot over.
@@ -130,9 +129,3 @@ class Balance:
         if np.any(beyond & (self.lean @ acceleration > TINY)):
             return 0.0
         return self.together(acceleration) * self.calm() ** 2
-
-
-def _share(room: Array, push: Array) -> float:
-    """The largest share of pushes that stays within the room on every side; 0 to 1."""
-    out = push > TINY
-    return float(np.clip(np.min(room[out] / push[out], initial=1.0), 0.0, 1.0))

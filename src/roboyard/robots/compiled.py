@@ -1,14 +1,7 @@
-"""The compiled sums of balance, imported with the first control step: numba takes a while to load."""
+"""The compiled sums of balance, imported with the first control step."""
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Any
+from roboyard.lazy_module import lazy_module
 
-
-@cache
-def kernels() -> Any:
-    """The module `roboyard.robots._kernels`."""
-    from roboyard.robots import _kernels
-
-    return _kernels
+kernels = lazy_module("roboyard.robots._kernels")

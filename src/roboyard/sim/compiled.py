@@ -1,14 +1,7 @@
-"""The compiled loops of a step, imported with the first one: numba takes a while to load."""
+"""The compiled loops of a step, imported with the first one."""
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Any
+from roboyard.lazy_module import lazy_module
 
-
-@cache
-def kernels() -> Any:
-    """The module `roboyard.sim._kernels`; cheaper than an import statement where every step passes."""
-    from roboyard.sim import _kernels
-
-    return _kernels
+kernels = lazy_module("roboyard.sim._kernels")

@@ -118,9 +118,7 @@ class Motors:
         data = self._world.live_data
         out = np.zeros(self._world.live_model.nv)
         if data.nf:
-            from roboyard.sim import _kernels
-
-            _kernels.motor_forces(data.efc_type, data.efc_id, data.efc_force, data.ne, data.nf, out)
+            kernels().motor_forces(data.efc_type, data.efc_id, data.efc_force, data.ne, data.nf, out)
         return out
 
     # -------------------------------------------------------------------------------------------- in a step
