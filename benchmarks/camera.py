@@ -23,8 +23,8 @@ from time import perf_counter
 import numpy as np
 
 from roboyard.assets import asset_path
-from roboyard.cameras import Camera, gl
 from roboyard.errors import RoboyardError
+from roboyard.rendering import Camera, opengl
 from roboyard.sim import World
 
 try:
@@ -115,7 +115,7 @@ def measure(runs: dict[str, Callable[[], object]], rounds: int) -> dict[str, flo
 
 def gl_answers() -> bool:
     try:
-        gl.open_context(16, 16).free()
+        opengl.open_context(16, 16).free()
     except RoboyardError:
         return False
     return True

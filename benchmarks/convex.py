@@ -15,8 +15,8 @@ import time
 import numpy as np
 from link_meshes import find_robots, link_meshes
 
-from roboyard.shapes.decompose import decompose
-from roboyard.shapes.decompose_all import decompose_many
+from roboyard.shapes.convex.batch import decompose_many
+from roboyard.shapes.convex.decomposition import decompose
 from roboyard.shapes.mesh import TriangleMesh
 
 

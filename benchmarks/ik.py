@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from roboyard.description.model import Joint, Limit, Link, Pose, RobotDescription
 from roboyard.kinematics import (
     ChainArrays,
     differential_step,
@@ -30,8 +31,7 @@ from roboyard.kinematics import (
     solve_ik,
     solve_ik_batch,
 )
-from roboyard.poses import quaternion_from_matrix, quaternion_from_rpy, rpy_from_matrix
-from roboyard.urdf.model import Joint, Limit, Link, Pose, RobotDescription
+from roboyard.transforms import quaternion_from_matrix, quaternion_from_rpy, rpy_from_matrix
 
 POSITION, ORIENTATION = 1e-4, 1e-3
 BLOCK = 10
@@ -77,7 +77,7 @@ def own_arm() -> tuple[RobotDescription, str, list[float]]:
 def panda() -> tuple[RobotDescription, str, list[float]]:
     import pybullet_data
 
-    from roboyard.urdf import load_urdf
+    from roboyard.description import load_urdf
 
     robot = load_urdf(Path(pybullet_data.getDataPath()) / "franka_panda" / "panda.urdf")
     return robot, "panda_hand", [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]

@@ -22,7 +22,7 @@ from pathlib import Path
 import yaml
 
 from roboyard.assets import asset_path
-from roboyard.urdf import load_urdf
+from roboyard.description import load_urdf
 
 
 def main() -> None:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from roboyard.description import load_urdf
+from roboyard.description.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere, Visual
 from roboyard.shapes import primitives
 from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.urdf import load_urdf
-from roboyard.urdf.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere, Visual
 
 EXAMPLES = "cmeel.prefix/share/example-robot-data/robots"
 

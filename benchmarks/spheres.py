@@ -17,8 +17,8 @@ import numpy as np
 from link_meshes import find_robots, link_meshes
 
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.shapes.metrics import measure_spheres
-from roboyard.shapes.spheres import PRESETS, SpherePreset, fit_spheres
+from roboyard.shapes.spheres.fit import PRESETS, SpherePreset, fit_spheres
+from roboyard.shapes.spheres.metrics import measure_spheres
 
 HEAD = f"{'robot':10} {'set':9} {'links':>5} {'spheres':>7} {'coverage':>8} {'protrusion':>10} {'mean mm':>8}"
 HEAD += f" {'gap mm':>7} {'excess':>7} {'ms/link':>8} {'seconds':>8}"

@@ -19,9 +19,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from way_points import Actor, Base, Hand, Target, about_z, pointing
 
-from roboyard.cameras import STUDIO, Camera, save_png
-from roboyard.poses import Array
 from roboyard.recording import Film, Stage, set_up
+from roboyard.rendering import STUDIO, Camera, save_png
+from roboyard.transforms import Array
 
 STOOP = (-0.6, 1.6, -1.0, 0.0)
 """rad: trunk with bent knees over the wheels; hands then reach tables and worktops."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.recording import Stage
+from roboyard.transforms import Array, matrix_from_quaternion
 
 SPEED, LARGEST = 0.6, 1.5
 """m/s: how fast to go, and what a base command of 1 means."""

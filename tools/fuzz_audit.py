@@ -3,7 +3,7 @@
     python tools/fuzz_audit.py [SECONDS]
 
 Atheris is not a dependency (`pip install atheris`); without it bytes are changed at random, from a new seed
-each time. A file that breaks an invariant of `tests/urdf/auditing/test_fuzz.py` is kept as `fuzz-crash.urdf`.
+each time. A file that breaks an invariant of `tests/audit/test_fuzz.py` is kept as `fuzz-crash.urdf`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "urdf" / "auditing"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "audit"))
 
 WORDS = (
     b"nan",

@@ -13,20 +13,20 @@ from roboyard.errors import RoboyardError
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Camera": "roboyard.cameras",
-    "RobotDescription": "roboyard.urdf",
+    "Camera": "roboyard.rendering",
+    "RobotDescription": "roboyard.description",
     "World": "roboyard.sim",
-    "import_robot": "roboyard.importing",
-    "load_urdf": "roboyard.urdf",
+    "import_robot": "roboyard.importer.pipeline",
+    "load_urdf": "roboyard.description",
 }
 
 __all__ = ["Camera", "RobotDescription", "RoboyardError", "World", "__version__", "import_robot", "load_urdf"]
 
 if TYPE_CHECKING:
-    from roboyard.cameras import Camera
-    from roboyard.importing import import_robot
+    from roboyard.description import RobotDescription, load_urdf
+    from roboyard.importer.pipeline import import_robot
+    from roboyard.rendering import Camera
     from roboyard.sim import World
-    from roboyard.urdf import RobotDescription, load_urdf
 
 
 def __getattr__(name: str) -> Any:

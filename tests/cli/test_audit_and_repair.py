@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "urdf" / "auditing"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "audit"))
 from audit_cases import CASES, CUBE, INERTIAL, arm, arm_with_joint, both, link, mesh, robot, stl, write_case
 
 from roboyard.cli import main

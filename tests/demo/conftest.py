@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from roboyard.urdf import RobotDescription, load_urdf
+from roboyard.description import RobotDescription, load_urdf
 
 
 def _link(name: str, mass: float, shape: str, origin: str = "0 0 0") -> str:

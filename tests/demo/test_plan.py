@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from roboyard.demo.figure import Figure, extreme_points
 from roboyard.demo.plan import make_plan
-from roboyard.demo.stance import decide
 from roboyard.demo.sweep import Sweep, first_sweep, full_range
-from roboyard.urdf import Joint, Limit, RobotDescription, load_urdf
+from roboyard.description import Joint, Limit, RobotDescription, load_urdf
+from roboyard.morphology.point_model import Figure, extreme_points
+from roboyard.morphology.support_mode import decide
 
 
 def sweep(lower: float, upper: float, home: float = 0.0) -> Sweep:

@@ -10,12 +10,12 @@ import pytest
 from PIL import Image
 
 from roboyard.demo import DemoResult, run_demo
-from roboyard.demo.figure import Figure
+from roboyard.demo.demo_world import Stage
+from roboyard.demo.motion_sequence import Teller
 from roboyard.demo.plan import make_plan
-from roboyard.demo.stage import Stage
-from roboyard.demo.story import Teller
+from roboyard.description import RobotDescription
 from roboyard.errors import DescriptionError
-from roboyard.urdf import RobotDescription
+from roboyard.morphology.point_model import Figure
 
 FILES = {"robot.gif", "front.png", "side.png", "top.png", "three_quarter.png", "joints.png", "summary.json"}
 

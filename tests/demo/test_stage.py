@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from roboyard.demo.figure import Figure
+from roboyard.demo.demo_world import Stage
 from roboyard.demo.plan import make_plan
-from roboyard.demo.stage import Stage
-from roboyard.urdf import load_urdf
+from roboyard.description import load_urdf
+from roboyard.morphology.point_model import Figure
 
 
 def hand() -> str:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from roboyard import import_robot
-from roboyard.importer.bent_posture import ENOUGH, arm_of, bent, dexterity
+from roboyard.description import RobotDescription, load_urdf
+from roboyard.importer.planning.ik_rest_posture import ENOUGH, arm_of, bent, dexterity
 from roboyard.kinematics import forward_kinematics
 from roboyard.robots import REGISTERED_ROBOTS
-from roboyard.urdf import RobotDescription, load_urdf
 from roboyard.validation import validate
 
 
@@ -110,7 +110,7 @@ def test_an_imported_arm_answers_every_command(
     given: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Unless the configuration gives the stretched posture, which stays."""
-    from roboyard.urdf import write_urdf
+    from roboyard.description import write_urdf
 
     monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
     write_urdf(stretched(), tmp_path / "stretched.urdf")

@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 
 import roboyard
+from roboyard.description import load_urdf
 from roboyard.importer.package import Place, building
-from roboyard.urdf import load_urdf
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 

@@ -2,8 +2,8 @@
 
 from itertools import pairwise
 
-from roboyard.importer.hands import find_hands
-from roboyard.urdf import load_urdf
+from roboyard.description import load_urdf
+from roboyard.morphology.grippers import find_hands
 
 AXIS = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
 

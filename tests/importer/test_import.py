@@ -8,9 +8,10 @@ import yaml
 
 from roboyard import import_robot
 from roboyard.assets import asset_path
+from roboyard.description import load_urdf
 from roboyard.errors import ConfigError, DescriptionError
+from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.sim import World
-from roboyard.urdf import forward_kinematics, load_urdf
 
 CONFIG = asset_path("r1").parent / "r1_source_config.yaml"
 BASE = [f"base_footprint_{axis}_joint" for axis in ("x", "y", "z", "rx", "ry", "rz")]

@@ -2,8 +2,8 @@
 
 import pytest
 
-from roboyard.importer.motor_limits import with_motors
-from roboyard.urdf import load_urdf
+from roboyard.description import load_urdf
+from roboyard.morphology.motor_limits import with_motors
 
 LINK = """<link name="{}"><inertial><origin xyz="0.5 0 0"/><mass value="2"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>"""

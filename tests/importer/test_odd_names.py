@@ -49,7 +49,7 @@ def test_the_planner_and_the_definition_have_the_names(imported):
 
 
 def test_links_alike_but_for_the_slash_keep_their_own_hulls(imported):
-    from roboyard.urdf.read import load_urdf
+    from roboyard.description.urdf.read import load_urdf
 
     links = load_urdf(imported.folder / "urdf" / "r2.urdf").links
     assert [link.name for link in links] == list(LINKS)

@@ -9,7 +9,7 @@ import pytest
 from roboyard.cli import main
 from roboyard.importer import build_package
 from roboyard.shapes import primitives
-from roboyard.shapes.cover import measure_cover
+from roboyard.shapes.coverage import measure_cover
 
 BOX = primitives.box(0.05, 0.05, 0.05)
 

@@ -7,10 +7,11 @@ import itertools
 import numpy as np
 import pytest
 
-from roboyard.importer.model import CollisionSphere
-from roboyard.importer.self_collision import NEVER_MARGIN, REST_MARGIN, PostureSampler, judge
-from roboyard.urdf import Joint, Link, RobotDescription, forward_kinematics
-from roboyard.urdf.model import Limit, Pose
+from roboyard.description import Joint, Link, RobotDescription
+from roboyard.description.model import Limit, Pose
+from roboyard.description.robot_model import CollisionSphere
+from roboyard.importer.planning.self_collision import NEVER_MARGIN, REST_MARGIN, PostureSampler, judge
+from roboyard.kinematics.description_poses import forward_kinematics
 
 SAMPLES = 200
 SEED = 3

@@ -8,10 +8,10 @@ import pytest
 import yaml
 
 from roboyard import import_robot
-from roboyard.formats import definition
-from roboyard.importer.model import ImportedRobot
-from roboyard.importer.wheels import find_axle, find_wheels
-from roboyard.urdf import load_urdf
+from roboyard.description import load_urdf
+from roboyard.description.robot_model import ImportedRobot
+from roboyard.export import definition
+from roboyard.morphology.wheels import find_axle, find_wheels
 
 WHEEL = '<cylinder radius="0.1" length="0.04"/>'
 

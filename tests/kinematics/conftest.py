@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from roboyard.description.model import Joint, Limit, Link, Mimic, Pose, RobotDescription
 from roboyard.kinematics import from_description
-from roboyard.poses import quaternion_from_rpy
-from roboyard.urdf.model import Joint, Limit, Link, Mimic, Pose, RobotDescription
+from roboyard.transforms import quaternion_from_rpy
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from roboyard.description.model import Mimic
 from roboyard.errors import DescriptionError
 from roboyard.kinematics import forward_kinematics, from_description, jacobian
-from roboyard.urdf.model import Mimic
 
 
 def test_entries_of_q_are_depth_first_in_file_order(two_arms):

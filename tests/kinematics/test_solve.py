@@ -6,7 +6,7 @@ from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 from roboyard.kinematics import forward_kinematics, jacobian, sample_reachable, solve_ik, solve_ik_batch
-from roboyard.poses import quaternion_from_matrix
+from roboyard.transforms import quaternion_from_matrix
 
 
 def angle_between(a, b):

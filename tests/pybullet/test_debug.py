@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.pybullet.clients import CLIENTS, Client
+from roboyard.pybullet.connect import CLIENTS, Client
 
 PRINTED_CAMERA = (
     1024,
@@ -81,8 +81,8 @@ def test_drawings_share_one_count_and_are_replaced_in_place(client: int) -> None
 
 def test_drawings_end_their_lives(client: int, monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
-    monkeypatch.setattr("roboyard.pybullet.debug.monotonic", lambda: now[0])
-    monkeypatch.setattr("roboyard.pybullet.debug_items.monotonic", lambda: now[0])
+    monkeypatch.setattr("roboyard.pybullet.api.debug.monotonic", lambda: now[0])
+    monkeypatch.setattr("roboyard.pybullet.state.debug_items.monotonic", lambda: now[0])
     p.addUserDebugLine([0, 0, 0], [1, 0, 0], lifeTime=2)
     p.addUserDebugLine([0, 0, 0], [1, 0, 0])
     now[0] = 101.0

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.pybullet.calling import _StandIn
+from roboyard.pybullet.face.calling import _StandIn
 
 INTERFACE = json.loads((Path(__file__).parent / "data/interface.json").read_text())
 IRREGULAR = {"connect", "loadURDF"}  # several calling forms

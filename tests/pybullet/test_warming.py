@@ -10,8 +10,8 @@ import sys
 import roboyard.pybullet as p
 assert "numba" not in sys.modules
 p.connect(p.DIRECT)
-from roboyard.sim import _kernels
-for kernel in (_kernels.hard_contacts, _kernels.drive_motors, _kernels.bound_velocity, _kernels.add_damping):
+from roboyard.sim.stepping import kernels
+for kernel in (kernels.hard_contacts, kernels.drive_motors, kernels.bound_velocity, kernels.add_damping):
     assert kernel.signatures, kernel
 assert p.getNumBodies() == 0
 assert p.createCollisionShape(p.GEOM_SPHERE, radius=1) == 0

@@ -12,7 +12,7 @@ from PIL import Image as Pillow
 from roboyard.cli import main
 from roboyard.errors import ConfigError, MissingExtraError
 from roboyard.recording import Film, Recorder, set_up
-from roboyard.recording.play import film_of, moments
+from roboyard.recording.replay import film_of, moments
 
 
 def _frames() -> list[np.ndarray]:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from roboyard.errors import ConfigError
-from roboyard.poses import quaternion_from_rpy
 from roboyard.recording import Recorder, StateLog, load_log, set_up
 from roboyard.scenes import tabletop
 from roboyard.sim import World
+from roboyard.transforms import quaternion_from_rpy
 
 
 def _swing() -> tuple[World, StateLog, list[np.ndarray], list[np.ndarray]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "urdf" / "auditing"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "audit"))
 from audit_cases import CASES, arm, both, inertial, write_case
 
 from roboyard.reports.audit_page import write_audit_page

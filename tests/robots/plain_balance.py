@@ -1,12 +1,12 @@
-"""The compiled sums of `roboyard.robots._kernels`, written plainly."""
+"""The compiled sums of `roboyard.robots.stability.kernels`, written plainly."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.poses import Array
-from roboyard.robots.balance import TINY, Balance
+from roboyard.robots.stability.zmp import TINY, Balance
+from roboyard.transforms import Array
 
 
 def hull_edges(points: Array) -> tuple[Array, Array, Array] | None:

@@ -8,9 +8,9 @@ import pytest
 
 from roboyard.kinematics import forward_kinematics
 from roboyard.robots import Robot
-from roboyard.robots.controllers.rotations import vector_of_matrix
-from roboyard.robots.controllers.task import TaskController
-from roboyard.robots.footing import footing_of
+from roboyard.robots.control.rotations import vector_of_matrix
+from roboyard.robots.control.task import TaskController
+from roboyard.robots.stability.support_polygon import footing_of
 from roboyard.sim import World
 
 PAYLOAD = 2.0

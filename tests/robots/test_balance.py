@@ -7,7 +7,7 @@ import pytest
 from plain_balance import hull_edges
 
 from roboyard.robots import Robot
-from roboyard.robots.footing import footing_of
+from roboyard.robots.stability.support_polygon import footing_of
 from roboyard.sim import World
 
 G = 9.81

@@ -6,8 +6,8 @@ import numpy as np
 import plain_balance as plain
 import pytest
 
-from roboyard.robots import _kernels as kernels
-from roboyard.robots.balance import Balance
+from roboyard.robots.stability import kernels
+from roboyard.robots.stability.zmp import Balance
 
 
 def hull(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:

@@ -9,15 +9,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from roboyard.assets import asset_path
+from roboyard.description import load_urdf
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.kinematics import forward_kinematics, from_description, jacobian
-from roboyard.robots.controllers import (
+from roboyard.robots.control import (
     REGISTERED_CONTROLLERS,
     GroupLimits,
     GroupState,
 )
-from roboyard.robots.controllers.rotations import matrix_of_vector, vector_of_matrix
-from roboyard.urdf import load_urdf
+from roboyard.robots.control.rotations import matrix_of_vector, vector_of_matrix
 
 DT = 1 / 30
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from roboyard.assets import asset_path, assets_root
+from roboyard.description import load_urdf
 from roboyard.errors import ConfigError
 from roboyard.robots import REGISTERED_ROBOTS, load_definition, parse_definition
-from roboyard.robots.load_definition import check_fits, dotted
-from roboyard.urdf import load_urdf
+from roboyard.robots.definition.load import check_fits, dotted
 
 R1_FILE = assets_root() / "r1" / "r1.yaml"
 

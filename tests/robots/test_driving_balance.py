@@ -8,13 +8,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from roboyard.description import load_urdf
+from roboyard.description.model import Pose, RobotDescription
 from roboyard.robots import REGISTERED_ROBOTS, Robot, add_robot
-from roboyard.robots.balance import Balance
-from roboyard.robots.definition import VIRTUAL_JOINTS
-from roboyard.robots.footing import footing_of
+from roboyard.robots.definition.schema import VIRTUAL_JOINTS
+from roboyard.robots.stability.support_polygon import footing_of
+from roboyard.robots.stability.zmp import Balance
 from roboyard.sim import World
-from roboyard.urdf import load_urdf
-from roboyard.urdf.model import Pose, RobotDescription
 
 G = 9.81
 FALLEN = 0.1

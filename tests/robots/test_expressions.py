@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from roboyard.robots.expressions import read_number
+from roboyard.robots.definition.expressions import read_number
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from roboyard.errors import ConfigError, RoboyardError
-from roboyard.poses import matrix_from_quaternion, quaternion_from_rpy
 from roboyard.robots import Robot
-from roboyard.robots.controllers.rotations import vector_of_matrix
+from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.sim import World
+from roboyard.transforms import matrix_from_quaternion, quaternion_from_rpy
 from roboyard.validation.gates.ik_reach import command, reach, sample_ways
 
 ABSOLUTE = {"mode": "absolute_pose", "command_output_limits": None}

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from roboyard.description.model import Box, Collision, Pose
 from roboyard.robots import REGISTERED_ROBOTS, Robot, add_robot
-from roboyard.robots.wheels import extent_along
+from roboyard.robots.stability.wheels import extent_along
 from roboyard.sim import World
-from roboyard.urdf.model import Box, Collision, Pose
 
 
 @pytest.fixture

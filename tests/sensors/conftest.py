@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from roboyard.sim import Body, World
-from roboyard.urdf.model import (
+from roboyard.description.model import (
     Box,
     Collision,
     Inertial,
@@ -15,6 +14,7 @@ from roboyard.urdf.model import (
     Sphere,
     Visual,
 )
+from roboyard.sim import Body, World
 
 
 def solid(name: str, size: tuple[float, float, float], mass: float) -> Link:

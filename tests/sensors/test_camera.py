@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from roboyard.errors import RoboyardError
-from roboyard.poses import quaternion_from_matrix, rotate
 from roboyard.scenes import tabletop
 from roboyard.sensors import CameraSensor, link_names
 from roboyard.sim import Body, World
+from roboyard.transforms import quaternion_from_matrix, rotate
 
 FORWARD = quaternion_from_matrix(np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]]))
 """Of a camera that looks along the link's +x with the link's +z up."""

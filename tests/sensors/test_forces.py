@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from roboyard.poses import quaternion_from_rpy
+from roboyard.description.model import Inertial, Joint, Limit, Link, Pose, RobotDescription
 from roboyard.sensors import ContactSensor, ForceTorqueSensor, Imu
 from roboyard.sim import World
-from roboyard.urdf.model import Inertial, Joint, Limit, Link, Pose, RobotDescription
+from roboyard.transforms import quaternion_from_rpy
 
 from .conftest import solid
 

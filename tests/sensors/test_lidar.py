@@ -10,8 +10,8 @@ import pytest
 from roboyard.errors import RoboyardError
 from roboyard.scenes import home
 from roboyard.sensors import Lidar, LidarPattern
-from roboyard.sensors.pattern import IMPORTED_PATTERN
-from roboyard.sensors.turn import first_hits
+from roboyard.sensors.scan_pattern import IMPORTED_PATTERN
+from roboyard.sensors.scan_rays import first_hits
 from roboyard.sim import Body, World
 
 

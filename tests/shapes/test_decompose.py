@@ -10,13 +10,13 @@ import pytest
 import trimesh
 
 from roboyard.errors import ConfigError
-from roboyard.shapes import coacd_process
-from roboyard.shapes.decompose import decompose
-from roboyard.shapes.decompose_all import decompose_many
-from roboyard.shapes.hulls import is_convex
+from roboyard.shapes.convex import coacd_process
+from roboyard.shapes.convex.batch import decompose_many
+from roboyard.shapes.convex.box_splitter import clip_triangles, slice_extremes, split_convex
+from roboyard.shapes.convex.decomposition import decompose
+from roboyard.shapes.convex.hulls import is_convex
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.shapes.splitter import clip_triangles, slice_extremes, split_convex
-from roboyard.shapes.voxels import voxelize
+from roboyard.shapes.voxels.grid import voxelize
 
 
 def mesh_of(shape: trimesh.Trimesh) -> TriangleMesh:
@@ -132,7 +132,7 @@ def test_two_islands_are_two_hulls():
 def test_second_time_comes_from_the_cache(monkeypatch):
     first = decompose(ELL, "split")
     monkeypatch.setattr(
-        "roboyard.shapes.decompose.split_convex", lambda *_, **__: pytest.fail("computed again")
+        "roboyard.shapes.convex.decomposition.split_convex", lambda *_, **__: pytest.fail("computed again")
     )
     again = decompose(ELL, "split")
     assert again.cached
@@ -301,7 +301,7 @@ def test_own_parts_do_not_wait_for_coacd_and_the_most_air_is_asked_about_first(m
             given.set()
         return split_convex(mesh, *args, **options)
 
-    monkeypatch.setattr("roboyard.shapes.decompose.split_convex", split)
+    monkeypatch.setattr("roboyard.shapes.convex.decomposition.split_convex", split)
     small = TriangleMesh(vertices=ELL.vertices * 0.1, faces=ELL.faces)
     # one of three is asked about while the others are still to be split; then the torus has the most air
     made = decompose_many([small, ELL, torus], "coacd", workers=2)

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from roboyard.errors import MeshError
-from roboyard.shapes.facts import mesh_facts
+from roboyard.shapes.mesh_stats import mesh_facts
 
 
 @pytest.fixture(autouse=True)

@@ -5,9 +5,9 @@ import pytest
 import trimesh
 
 from roboyard.errors import MeshError
-from roboyard.shapes.hulls import convex_hull, farthest_along, hull_volume, is_convex, measure_hulls
+from roboyard.shapes.convex.hulls import convex_hull, farthest_along, hull_volume, is_convex, measure_hulls
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.shapes.voxels import voxelize
+from roboyard.shapes.voxels.grid import voxelize
 
 
 def mesh_of(shape: trimesh.Trimesh) -> TriangleMesh:

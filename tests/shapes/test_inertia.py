@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from roboyard.shapes import inertia
-from roboyard.shapes.possible_inertia import raised_inertia, rod_inertia
+from roboyard.shapes.valid_inertia import raised_inertia, rod_inertia
 
 
 def of(mesh: trimesh.Trimesh) -> inertia.MassProperties:

@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.shapes.metrics import contains, gap_to_spheres, measure_spheres, winding_numbers
 from roboyard.shapes.sampling import box_points, fibonacci_sphere, surface_points
+from roboyard.shapes.spheres.metrics import contains, gap_to_spheres, measure_spheres, winding_numbers
 
 
 def mesh_of(shape: trimesh.Trimesh) -> TriangleMesh:

@@ -5,11 +5,11 @@ import pytest
 import trimesh
 
 from roboyard.errors import ConfigError, MeshError
-from roboyard.shapes import sphere_kernels as kernels
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.shapes.metrics import gap_to_spheres, measure_spheres
 from roboyard.shapes.sampling import fibonacci_sphere
-from roboyard.shapes.spheres import PRESETS, SpherePreset, fit_spheres
+from roboyard.shapes.spheres import kernels
+from roboyard.shapes.spheres.fit import PRESETS, SpherePreset, fit_spheres
+from roboyard.shapes.spheres.metrics import gap_to_spheres, measure_spheres
 
 
 def mesh_of(shape: trimesh.Trimesh) -> TriangleMesh:

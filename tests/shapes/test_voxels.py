@@ -6,9 +6,9 @@ import trimesh
 from scipy import ndimage
 
 from roboyard.errors import MeshError
-from roboyard.shapes import voxel_kernels as kernels
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.shapes.voxels import voxelize
+from roboyard.shapes.voxels import kernels
+from roboyard.shapes.voxels.grid import voxelize
 
 
 def mesh_of(shape: trimesh.Trimesh) -> TriangleMesh:

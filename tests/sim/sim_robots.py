@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.urdf.model import Box, Collision, Inertial, Joint, Limit, Link, Mimic, Pose, RobotDescription
+from roboyard.description.model import (
+    Box,
+    Collision,
+    Inertial,
+    Joint,
+    Limit,
+    Link,
+    Mimic,
+    Pose,
+    RobotDescription,
+)
 
 
 def rod(name: str, mass: float = 1.0, length: float = 1.0, **extra) -> Link:

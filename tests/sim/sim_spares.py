@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from roboyard.sim import World
-from roboyard.sim.moulds import KINDS
+from roboyard.sim.pool.templates import KINDS
 
 TRIANGLES = np.array([[0, 0, 0], [0.2, 0, 0], [0, 0.3, 0], [0, 0, 0.4]], dtype=float)
 

@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 from sim_robots import angle_between, arm, loose, pendulum, rod
 
-from roboyard.errors import RoboyardError
-from roboyard.poses import quaternion_from_rpy
-from roboyard.shapes import primitives
-from roboyard.sim import World
-from roboyard.sim.inertials import mass_properties, possible_moments
-from roboyard.urdf.model import (
+from roboyard.description.mass_properties import mass_properties, possible_moments
+from roboyard.description.model import (
     Box,
     Collision,
     Contact,
@@ -21,6 +17,10 @@ from roboyard.urdf.model import (
     RobotDescription,
     Visual,
 )
+from roboyard.errors import RoboyardError
+from roboyard.shapes import primitives
+from roboyard.sim import World
+from roboyard.transforms import quaternion_from_rpy
 
 
 def test_full_tensors_keep_their_mass_matrix():
@@ -39,7 +39,7 @@ def test_full_tensors_keep_their_mass_matrix():
     world.kinematics()
     row = body.mujoco_ids[0]
     r = world.data.ximat[row].reshape(3, 3)
-    from roboyard.poses import matrix_from_quaternion
+    from roboyard.transforms import matrix_from_quaternion
 
     expected = matrix_from_quaternion(quaternion) @ tensor @ matrix_from_quaternion(quaternion).T
     np.testing.assert_allclose(r @ np.diag(world.model.body_inertia[row]) @ r.T, expected, atol=1e-12)
@@ -264,7 +264,7 @@ def test_bounds_of_turned_meshes_are_tight():
     world = World(gravity=(0, 0, 0))
     ball = primitives.sphere(0.5, 64)
     body = world.add_mesh(ball, (1, 2, 3), quaternion, scale=(1, 2, 1))
-    from roboyard.poses import matrix_from_quaternion
+    from roboyard.transforms import matrix_from_quaternion
 
     points = (ball.vertices * (1, 2, 1)) @ matrix_from_quaternion(quaternion).T + (1, 2, 3)
     np.testing.assert_allclose(body.bounds, [points.min(axis=0), points.max(axis=0)], atol=1e-5)

@@ -7,10 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from roboyard.sim.castings import NEARLY, cast, numbers_of
-from roboyard.sim.moulds import Mould, make_mould
-from roboyard.sim.records import BuildOptions
-from roboyard.urdf.model import (
+from roboyard.description.model import (
     Box,
     Capsule,
     Collision,
@@ -25,6 +22,9 @@ from roboyard.urdf.model import (
     Sphere,
     Visual,
 )
+from roboyard.sim.build.records import BuildOptions
+from roboyard.sim.pool.analytic_templates import NEARLY, cast, numbers_of
+from roboyard.sim.pool.templates import Mould, make_mould
 
 ORIGIN = (0.0, 0.0, 0.0)
 UNTURNED = (0.0, 0.0, 0.0, 1.0)

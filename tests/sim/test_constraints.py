@@ -6,8 +6,8 @@ from sim_robots import arm, pendulum
 
 from roboyard.errors import StaleHandleError
 from roboyard.sim import World
-from roboyard.sim.profile import BULLET, PLAIN
-from roboyard.sim.proximity import between_bodies, nearest
+from roboyard.sim.physics_profile import BULLET, PLAIN
+from roboyard.sim.queries.proximity import between_bodies, nearest
 
 PROFILES = pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
 
@@ -37,7 +37,7 @@ def test_a_point_lets_the_link_swing(profile):
     bar = world.add_box((1.0, 0.05, 0.05), (0.5, 0, 2))
     world.constraints.add_point(bar.links[0], None, position_a=(-0.5, 0, 0), position_b=(0, 0, 2))
     world.step(120)
-    from roboyard.poses import rotate
+    from roboyard.transforms import rotate
 
     end = bar.position + rotate(bar.orientation, np.array([-0.5, 0, 0]))
     np.testing.assert_allclose(end, [0, 0, 2], atol=5e-3)

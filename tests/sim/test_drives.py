@@ -5,8 +5,18 @@ import pytest
 from sim_robots import pendulum
 
 from roboyard import World
+from roboyard.description.model import (
+    Box,
+    Collision,
+    Inertial,
+    Joint,
+    Limit,
+    Link,
+    Pose,
+    RobotDescription,
+    Sphere,
+)
 from roboyard.sim import Body
-from roboyard.urdf.model import Box, Collision, Inertial, Joint, Limit, Link, Pose, RobotDescription, Sphere
 
 FREQUENCY = 2 * np.pi * 8.0
 """rad/s of every joint under the usual gains."""

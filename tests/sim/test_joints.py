@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from sim_robots import arm, pendulum, rod
 
+from roboyard.description.model import Joint, Limit, Link, Pose, RobotDescription
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
-from roboyard.sim.profile import BULLET
-from roboyard.urdf.model import Joint, Limit, Link, Pose, RobotDescription
+from roboyard.sim.physics_profile import BULLET
 
 
 def test_a_small_pendulum_swings_with_the_period_of_a_rod():

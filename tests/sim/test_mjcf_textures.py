@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from roboyard.cameras import UNLIT, Camera
+from roboyard.rendering import UNLIT, Camera
 from roboyard.shapes import primitives
 from roboyard.sim import World
-from roboyard.sim.cube_texture import wrap_in_cube
+from roboyard.sim.appearance.cube_texture import wrap_in_cube
 
 RED, GREEN, BLUE, YELLOW = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 0)
 PURPLE, CYAN, WHITE = (255, 0, 255), (0, 255, 255), (255, 255, 255)

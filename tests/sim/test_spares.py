@@ -9,8 +9,8 @@ from sim_spares import assert_same_model, mesh, twin_of
 
 from roboyard.errors import ModelError
 from roboyard.sim import World
-from roboyard.sim.profile import BULLET, PLAIN
-from roboyard.sim.spares import IDLE_STEPS, STREAK
+from roboyard.sim.physics_profile import BULLET, PLAIN
+from roboyard.sim.pool.body_pool import IDLE_STEPS, STREAK
 
 
 def _grow(world: World, count: int, add=None, steps: int = 1) -> list:
@@ -218,7 +218,7 @@ def _assert_no_other(world: World, body) -> None:
 
 
 def test_body_changed_before_its_compile_is_no_mould_for_others():
-    from roboyard.urdf.model import Inertial, Pose
+    from roboyard.description.model import Inertial, Pose
 
     inertial = Inertial(mass=2.0, origin=Pose(position=(0.05, 0, 0)), inertia=(0.1, 0, 0, 0.1, 0, 0.1))
     world = World()

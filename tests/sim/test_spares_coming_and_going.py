@@ -20,12 +20,12 @@ def _compiles(world: World, count: int, add) -> int:
 
 
 def test_moulds_are_compiled_once_for_bodies_of_one_shape(monkeypatch):
-    from roboyard.sim import mould_store
+    from roboyard.sim.pool import template_cache
 
     made = []
-    compiled = mould_store.make_mould
-    monkeypatch.setattr(mould_store, "_FAMILIES", {})
-    monkeypatch.setattr(mould_store, "make_mould", lambda *given: made.append(given) or compiled(*given))
+    compiled = template_cache.make_mould
+    monkeypatch.setattr(template_cache, "_FAMILIES", {})
+    monkeypatch.setattr(template_cache, "make_mould", lambda *given: made.append(given) or compiled(*given))
     world = World()
     rng = np.random.default_rng(5)
     for k in range(30):
@@ -169,9 +169,9 @@ def test_meshes_that_have_gone_are_not_looked_for():
 
 
 def test_moulds_do_not_mistake_a_description_for_one_that_is_gone():
-    from roboyard.sim.mould_store import MouldStore
-    from roboyard.sim.records import BuildOptions
-    from roboyard.urdf.model import Collision, Inertial, Link, Mesh, RobotDescription
+    from roboyard.description.model import Collision, Inertial, Link, Mesh, RobotDescription
+    from roboyard.sim.build.records import BuildOptions
+    from roboyard.sim.pool.template_cache import MouldStore
 
     store, shape = MouldStore(), Mesh(uri="", path=None, data=mesh())
     for k in range(300):  # each may lie where the one before it lay in memory

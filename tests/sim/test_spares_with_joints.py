@@ -5,9 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from roboyard.description.model import (
+    Box,
+    Collision,
+    Inertial,
+    Joint,
+    Limit,
+    Link,
+    Pose,
+    RobotDescription,
+    Sphere,
+)
 from roboyard.sim import World
-from roboyard.sim.profile import BULLET
-from roboyard.urdf.model import Box, Collision, Inertial, Joint, Limit, Link, Pose, RobotDescription, Sphere
+from roboyard.sim.physics_profile import BULLET
 
 
 def _arm():

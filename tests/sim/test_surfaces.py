@@ -5,7 +5,7 @@ import pytest
 
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
-from roboyard.sim.profile import BULLET, PLAIN
+from roboyard.sim.physics_profile import BULLET, PLAIN
 
 
 @pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
@@ -101,7 +101,7 @@ def test_a_spinning_body_with_bullets_drag():
 
 
 def test_kernels_agree_with_plain_numpy():
-    from roboyard.sim import _kernels
+    from roboyard.sim.stepping import kernels
 
     rng = np.random.default_rng(3)
     n = 5
@@ -112,7 +112,7 @@ def test_kernels_agree_with_plain_numpy():
     ximat = np.stack([np.linalg.qr(rng.normal(size=(3, 3)))[0].ravel() for _ in range(n)])
     com = rng.normal(size=(n, 3))
     xfrc = np.zeros((n, 6))
-    _kernels.add_damping(damping, mass, inertia, rootid, cvel, xipos, ximat, com, xfrc)
+    kernels.add_damping(damping, mass, inertia, rootid, cvel, xipos, ximat, com, xfrc)
     for b in range(1, n):
         w = cvel[b, :3]
         v = cvel[b, 3:] + np.cross(w, xipos[b] - com[0])

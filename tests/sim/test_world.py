@@ -6,7 +6,7 @@ from sim_robots import arm, pendulum
 
 from roboyard.errors import ModelError, RoboyardError, StaleHandleError
 from roboyard.sim import World
-from roboyard.sim.profile import BULLET, PLAIN
+from roboyard.sim.physics_profile import BULLET, PLAIN
 
 
 def test_free_fall_follows_semi_implicit_euler():
@@ -168,7 +168,7 @@ def test_an_explosion_names_the_body():
 
 
 def test_a_failed_build_leaves_no_trace(tmp_path):
-    from roboyard.urdf.model import Collision, Link, Mesh, RobotDescription
+    from roboyard.description.model import Collision, Link, Mesh, RobotDescription
 
     world = World()
     ball = world.add_sphere(0.1, (0, 0, 5))

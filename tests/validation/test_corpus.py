@@ -14,10 +14,10 @@ import pytest
 import yaml
 
 from roboyard import import_robot
+from roboyard.description import load_urdf
 from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot, Robot, add_robot, parse_definition
 from roboyard.robots.joint_order import robot_joint_names
 from roboyard.sim import World
-from roboyard.urdf import load_urdf
 from roboyard.validation import validate
 
 

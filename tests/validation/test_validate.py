@@ -12,10 +12,20 @@ import yaml
 
 from roboyard.assets import assets_root
 from roboyard.cli import main
+from roboyard.description.model import (
+    Box,
+    Collision,
+    Inertial,
+    Joint,
+    Limit,
+    Link,
+    Pose,
+    RobotDescription,
+    Visual,
+)
 from roboyard.errors import ConfigError
 from roboyard.robots import parse_definition
-from roboyard.sensors.blocked import blocked_share
-from roboyard.urdf.model import Box, Collision, Inertial, Joint, Limit, Link, Pose, RobotDescription, Visual
+from roboyard.sensors.occlusion import blocked_share
 from roboyard.validation import ValidationReport, validate
 from roboyard.validation.gates import GATES
 from roboyard.validation.page import page
@@ -230,7 +240,7 @@ def test_a_figure_that_is_no_number_fails() -> None:
 
 
 def test_only_the_gate_that_looks_builds_what_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    from roboyard.validation.bench import Bench
+    from roboyard.validation.test_world import Bench
 
     made: list[tuple[bool, int]] = []
     build = Bench.robot

@@ -15,7 +15,7 @@ from roboyard.errors import ConfigError
 from roboyard.recording import load_log
 from roboyard.sensors import Lidar
 from roboyard.viewer.driving import DrivingPage
-from roboyard.viewer.driving.filming import free_file
+from roboyard.viewer.driving.video import free_file
 
 pytest.importorskip("viser")
 
@@ -305,7 +305,7 @@ def test_the_command_drives_in_the_browser(monkeypatch, capsys, tmp_path: Path) 
 
     film, log = tmp_path / "drive.gif", tmp_path / "drive.npz"
     words = ["drive", "rover", "--scene", "empty", "--browser", "--port", "0", "--no-open", "--short-exec"]
-    monkeypatch.setattr("roboyard.drive.loop.SHORT", 12)
+    monkeypatch.setattr("roboyard.teleop.loop.SHORT", 12)
     assert main([*words, "--record", str(film), "--log", str(log)]) == 0
     told = capsys.readouterr().out
     assert "Roboyard: drive is at http://127.0.0.1:" in told

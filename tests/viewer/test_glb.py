@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roboyard.cameras.scene import RenderShape
+from roboyard.rendering.scene import RenderShape
 from roboyard.shapes import primitives
 from roboyard.shapes.mesh import TriangleMesh, read_only
-from roboyard.viewer.glb import glb, linear_rgb
+from roboyard.viewer.scene.glb import glb, linear_rgb
 
 
 def shape(mesh: TriangleMesh, **fields: Any) -> RenderShape:

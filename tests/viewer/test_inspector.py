@@ -9,9 +9,9 @@ import pytest
 
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.viewer.inspector import Inspector, RobotSource, find_robot
-from roboyard.viewer.inspector.link_panel import plain
-from roboyard.viewer.inspector.overlays import FORCE_LENGTH, inertia_box
-from roboyard.viewer.inspector.spheres import read_spheres
+from roboyard.viewer.inspector.edits.planner_spheres import read_spheres
+from roboyard.viewer.inspector.layers.overlays import FORCE_LENGTH, inertia_box
+from roboyard.viewer.inspector.panels.link_panel import plain
 
 pytest.importorskip("viser")
 
@@ -264,8 +264,8 @@ def test_findings_stand_with_their_link(gripper: Path) -> None:
     text = gripper.read_text().replace('<mass value="0.5"/>', '<mass value="-0.5"/>', 1)
     bad = gripper.with_name("bad.urdf")
     bad.write_text(text)
-    from roboyard.urdf import audit
-    from roboyard.viewer.inspector.link_panel import about, findings_text
+    from roboyard.audit import audit
+    from roboyard.viewer.inspector.panels.link_panel import about, findings_text
 
     result = audit(bad)
     found = [finding for finding in result.findings if about(finding, {'link "left"'})]
@@ -296,7 +296,7 @@ def test_the_plot_says_when_the_joints_have_settled(inspect) -> None:
 
 
 def test_the_cameras_picture_is_the_worlds(inspect) -> None:
-    from roboyard.viewer.inspector.camera_panel import camera_of
+    from roboyard.viewer.inspector.panels.camera_panel import camera_of
 
     inspector = inspect()
     camera = camera_of((1.0, -0.6, 0.6), (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), 0.8)

@@ -11,11 +11,11 @@ import pytest
 import yaml
 
 from roboyard.errors import ConfigError
-from roboyard.poses import matrix_from_quaternion
+from roboyard.transforms import matrix_from_quaternion
 from roboyard.viewer.inspector import Inspector, RobotSource, find_robot
 from roboyard.viewer.inspector.checks.shapes import out_of_round
-from roboyard.viewer.inspector.notes import Ball, Mount, Notes, read_notes
-from roboyard.viewer.inspector.write_back import write_definition, write_planner_files
+from roboyard.viewer.inspector.edits.edit_state import Ball, Mount, Notes, read_notes
+from roboyard.viewer.inspector.edits.save_edits import write_definition, write_planner_files
 
 pytest.importorskip("viser")
 

@@ -10,7 +10,7 @@ import pytest
 
 from roboyard import World
 from roboyard.viewer import Viewer
-from roboyard.viewer.keys import MOST_HELD, KeyEvent, Keys
+from roboyard.viewer.page.keys import MOST_HELD, KeyEvent, Keys
 
 pytest.importorskip("viser")
 

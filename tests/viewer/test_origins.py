@@ -9,7 +9,7 @@ import pytest
 
 from roboyard.sim import World
 from roboyard.viewer import Viewer
-from roboyard.viewer.origins import VARIABLE, refusal
+from roboyard.viewer.page.origins import VARIABLE, refusal
 
 pytest.importorskip("viser")
 

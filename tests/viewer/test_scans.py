@@ -10,7 +10,7 @@ import pytest
 from roboyard import World
 from roboyard.sensors import Lidar, LidarPattern
 from roboyard.viewer import Viewer
-from roboyard.viewer.scans import ITSELF, RAMP, Scans, scan_colors
+from roboyard.viewer.scene.scans import ITSELF, RAMP, Scans, scan_colors
 
 pytest.importorskip("viser")
 

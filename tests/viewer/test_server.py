@@ -8,7 +8,7 @@ import pytest
 from roboyard.errors import ConfigError, MissingExtraError
 from roboyard.sim import World
 from roboyard.viewer import Viewer
-from roboyard.viewer.server import free_port
+from roboyard.viewer.page.server import free_port
 
 pytest.importorskip("viser")
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roboyard.poses import from_wxyz, matrix_from_quaternion
 from roboyard.sim import World
+from roboyard.transforms import from_wxyz, matrix_from_quaternion
 from roboyard.viewer import Viewer
 
 pytest.importorskip("viser")

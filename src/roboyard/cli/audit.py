@@ -11,7 +11,7 @@ import typer
 from roboyard.cli.packages import PackageOption
 
 if TYPE_CHECKING:
-    from roboyard.urdf.auditing import Audit, Severity
+    from roboyard.audit import Audit, Severity
 
 EXAMPLES = """
 Examples:
@@ -54,7 +54,7 @@ def audit(
 
         result = write_audit_page(file, html, packages=packages)
     else:
-        from roboyard.urdf.auditing import audit as run_audit
+        from roboyard.audit import audit as run_audit
 
         result = run_audit(file, packages=packages)
     if as_json:
@@ -62,7 +62,7 @@ def audit(
     elif sys.stdout.isatty():
         _print_table(result, everything=everything)
     else:
-        from roboyard.urdf.auditing.report import report_lines
+        from roboyard.audit.report import report_lines
 
         print("\n".join(report_lines(result, everything=everything)))
     raise typer.Exit(0 if result.is_usable else 1)
@@ -73,7 +73,7 @@ def _print_table(result: Audit, *, everything: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from roboyard.urdf.auditing.report import facts_line, shown_findings, summary
+    from roboyard.audit.report import facts_line, shown_findings, summary
 
     console = Console()
     console.print(Text(summary(result), style="bold green" if result.is_usable else "bold red"))
@@ -107,7 +107,7 @@ def _print_table(result: Audit, *, everything: bool) -> None:
 def _audit_configuration(file: Path, packages: dict[str, Path], *, as_json: bool) -> int:
     """Report what is wrong with an import configuration; without `as_json`, `main` prints the problems."""
     from roboyard.errors import RoboyardError
-    from roboyard.importer.check import check_config
+    from roboyard.importer.config.audit import check_config
 
     try:
         notes = check_config(file, packages=packages)

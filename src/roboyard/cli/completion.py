@@ -6,7 +6,7 @@ from __future__ import annotations
 def robot_names(incomplete: str) -> list[str]:
     """Registered robots whose names begin like this."""
     from roboyard.assets import assets_root
-    from roboyard.data import data_folder
+    from roboyard.paths import data_folder
 
     files = [*data_folder().glob("*/models/*/*.yaml"), *assets_root().glob("*/*.yaml")]
     names = {file.stem for file in files if file.stem == file.parent.name}

@@ -35,7 +35,7 @@ def _page(
 ) -> DrivingPage:
     from roboyard.recording import Recorder
     from roboyard.viewer.driving import DrivingPage
-    from roboyard.viewer.server import load_viser
+    from roboyard.viewer.page.server import load_viser
 
     load_viser()
     page = DrivingPage({"scene": scene, "robot": robot}, host=host, port=port)
@@ -51,7 +51,7 @@ def _page(
 
 
 def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browser: bool) -> None:
-    from roboyard.viewer.browser import open_page
+    from roboyard.viewer.page.browser import open_page
 
     recorder, film = page.recorder, page.filming.film
     try:
@@ -116,13 +116,13 @@ def drive(
 
     Asks for what no flag says.
     """
-    from roboyard.drive import drive as run
-    from roboyard.drive.choices import choose
-    from roboyard.drive.loop import SHORT
     from roboyard.errors import ConfigError
     from roboyard.recording import set_up
     from roboyard.robots import REGISTERED_ROBOTS
     from roboyard.scenes import SCENES
+    from roboyard.teleop import drive as run
+    from roboyard.teleop.choices import choose
+    from roboyard.teleop.loop import SHORT
 
     if log is not None and (log.suffix != ".npz" or not log.parent.is_dir()):
         raise ConfigError(f"--log {log}: give a .npz file in a folder that exists")

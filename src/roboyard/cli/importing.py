@@ -102,7 +102,7 @@ def importing(
     from roboyard import import_robot
     from roboyard.cli.packages import read_packages
     from roboyard.errors import ConfigError
-    from roboyard.importer.log import told_once
+    from roboyard.importer.import_log import told_once
 
     if (urdf is None) == (config is None):
         raise ConfigError("give either a URDF or --config FILE; roboyard import --help shows an example")
@@ -152,7 +152,7 @@ def _found(findings: list[dict[str, Any]]) -> list[str]:
 
     Names that only USD forbids are left out: an import keeps them.
     """
-    from roboyard.importer.steps.stage_and_clean import KEPT
+    from roboyard.importer.steps.repair_and_copy import KEPT
 
     by_code: dict[str, list[dict[str, Any]]] = {}
     for finding in (f for f in findings if f["code"] not in KEPT):

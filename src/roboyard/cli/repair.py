@@ -42,7 +42,7 @@ def repair(
     Exit code 0: the result is usable; 1: something is left that makes it unusable.
     """
     from roboyard.cli.packages import read_packages
-    from roboyard.urdf.repairing import repair as run_repair
+    from roboyard.repair import repair as run_repair
 
     result = run_repair(file, out, only=only or (), keep=keep or (), packages=read_packages(package or []))
     if as_json:
@@ -54,7 +54,7 @@ def repair(
             where = f"{file.name}:{mend.line}" if mend.line else file.name
             element = f"{mend.element}: " if mend.element else ""
             print(f"{where}: {element}{mend.before} -> {mend.after} [{mend.code}]")
-        from roboyard.urdf.auditing.report import report_lines
+        from roboyard.audit.report import report_lines
 
         print(f"{len(result.mends)} mends, {len(result.staged)} files staged; wrote {result.urdf}")
         print("\n".join(report_lines(result.after)))

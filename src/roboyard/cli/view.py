@@ -56,9 +56,9 @@ def view(
     """
     from roboyard.cli.packages import read_packages
     from roboyard.robots import REGISTERED_ROBOTS
-    from roboyard.viewer.browser import open_page
     from roboyard.viewer.inspector import Inspector, find_robot
-    from roboyard.viewer.server import load_viser
+    from roboyard.viewer.page.browser import open_page
+    from roboyard.viewer.page.server import load_viser
 
     load_viser()
     found = REGISTERED_ROBOTS.get(robot)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.demo.stage import Stage
-from roboyard.poses import Array
+from roboyard.demo.demo_world import Stage
+from roboyard.transforms import Array
 
 if TYPE_CHECKING:
-    from roboyard.cameras import Camera, Image
+    from roboyard.rendering import Camera, Image
 
 FOVY = math.radians(30.0)
 MARGIN = 0.90
@@ -33,7 +33,7 @@ FAR = 60.0
 
 def fitted_camera(points: Array, view: str, width: int, height: int) -> Camera:
     """The nearest camera of a view that has all (k, 3) points well inside its picture."""
-    from roboyard.cameras import Camera
+    from roboyard.rendering import Camera
 
     azimuth, elevation = (math.radians(angle) for angle in VIEWS[view])
     backward = np.array(
@@ -68,7 +68,7 @@ def fitted_camera(points: Array, view: str, width: int, height: int) -> Camera:
 
 def picture(stage: Stage, camera: Camera) -> Image:
     """One picture of the stage, the floor fading out with distance."""
-    from roboyard.cameras import Backdrop, Light
+    from roboyard.rendering import Backdrop, Light
 
     distance = camera.far / FAR
     backdrop = Backdrop(fade=(1.5 * distance, 9.0 * distance))

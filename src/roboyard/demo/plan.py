@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.demo.figure import Figure, extreme_points
-from roboyard.demo.stance import Stance, decide
 from roboyard.demo.sweep import Sweep, first_sweep
-from roboyard.poses import Array
+from roboyard.morphology.point_model import Figure, extreme_points
+from roboyard.morphology.support_mode import Stance, decide
+from roboyard.transforms import Array
 
 Flags = NDArray[np.bool_]
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from roboyard.demo.motion_sequence import Record
 from roboyard.demo.plan import Plan
-from roboyard.demo.story import Record
-from roboyard.urdf.model import RobotDescription
+from roboyard.description.model import RobotDescription
 
 MOST_POINTS = 1500
 """Of a line; there are no more pixels to show them."""

@@ -74,14 +74,14 @@ def _perform(
 ) -> dict[str, Any]:
     tell("reading", 0.0)
     from roboyard.assets import asset_path
-    from roboyard.demo.figure import Figure
-    from roboyard.demo.intake import take_in
+    from roboyard.demo.demo_world import Stage
+    from roboyard.demo.load import take_in
+    from roboyard.demo.motion_sequence import Teller
     from roboyard.demo.pictures import FPS, Film, still_views
     from roboyard.demo.plan import make_plan
     from roboyard.demo.plots import plot_joints
-    from roboyard.demo.stage import Stage
-    from roboyard.demo.story import Teller
     from roboyard.demo.summary import summarize, where_things_are
+    from roboyard.morphology.point_model import Figure
 
     file = asset_path("r1") if urdf is None else urdf
     intake = take_in(file, packages=packages, folder=workshop)
@@ -116,7 +116,7 @@ def _perform(
     story = teller.story
 
     tell("writing", 0.0)
-    from roboyard.cameras import save_gif, save_png
+    from roboyard.rendering import save_gif, save_png
 
     with whole_folder(out) as folder:
         save_gif(folder / "robot.gif", film.frames, fps=FPS)

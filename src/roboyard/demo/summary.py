@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from roboyard import __version__
-from roboyard.demo.intake import Intake, told_findings, told_repairs
+from roboyard.demo.demo_world import Stage
+from roboyard.demo.load import Intake, told_findings, told_repairs
+from roboyard.demo.motion_sequence import Story
 from roboyard.demo.output import MARK
-from roboyard.demo.stage import Stage
-from roboyard.demo.story import Story
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.poses import Array
-from roboyard.urdf.model import Joint
+from roboyard.description.model import Joint
+from roboyard.transforms import Array
 
 FREE_SLIDE = 0.1
 """m that a prismatic joint without limits moves each way."""

@@ -10,19 +10,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
-    "ImportResult": "roboyard.importer.run",
-    "ImportedRobot": "roboyard.importer.model",
-    "audit_config": "roboyard.importer.config_file",
-    "build_package": "roboyard.importer.run",
-    "load_config": "roboyard.importer.config_file",
+    "ImportResult": "roboyard.importer.build",
+    "ImportedRobot": "roboyard.description.robot_model",
+    "audit_config": "roboyard.importer.config.load",
+    "build_package": "roboyard.importer.build",
+    "load_config": "roboyard.importer.config.load",
 }
 
 __all__ = ["ImportResult", "ImportedRobot", "audit_config", "build_package", "load_config"]
 
 if TYPE_CHECKING:
-    from roboyard.importer.config_file import audit_config, load_config
-    from roboyard.importer.model import ImportedRobot
-    from roboyard.importer.run import ImportResult, build_package
+    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.importer.build import ImportResult, build_package
+    from roboyard.importer.config.load import audit_config, load_config
 
 
 def __getattr__(name: str) -> Any:

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from roboyard.importer.config import ImportConfig
-from roboyard.importer.log import ImportLog
+from roboyard.importer.config.schema import ImportConfig
+from roboyard.importer.import_log import ImportLog
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

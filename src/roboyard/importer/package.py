@@ -22,8 +22,8 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from roboyard.data import models_folder, objects_folder
 from roboyard.errors import ConfigError
+from roboyard.paths import models_folder, objects_folder
 
 READY = "ready"
 """File in a build folder whose parts are whole: they may be moved in. It holds the file system's number of

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.description.model import Joint
 from roboyard.errors import DescriptionError
-from roboyard.poses import Array
-from roboyard.urdf.model import Joint
+from roboyard.transforms import Array
 
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.kinematics.chain import ChainArrays
-from roboyard.poses import Array
+from roboyard.transforms import Array
 
 UNREADABLE = " or its start holds a value that is not finite, or a quaternion has zero length"
 

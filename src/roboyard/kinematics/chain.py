@@ -22,10 +22,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import DescriptionError, unknown_name
 from roboyard.kinematics._folding import Coordinate, Transform, about_z, along_z, coordinates, z_to
-from roboyard.poses import Array, matrix_from_quaternion
-from roboyard.urdf.model import Joint, RobotDescription
+from roboyard.transforms import Array, matrix_from_quaternion
 
 Indices = NDArray[np.int64]
 

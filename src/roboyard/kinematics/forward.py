@@ -9,10 +9,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._lazy import lazy_module
 from roboyard.kinematics._inputs import wrong_size
 from roboyard.kinematics.chain import ChainArrays
-from roboyard.lazy_module import lazy_module
-from roboyard.poses import Array
+from roboyard.transforms import Array
 
 _kernels = lazy_module("roboyard.kinematics._kernels")
 

@@ -18,7 +18,7 @@ from roboyard.kinematics._inputs import (
     task_weights,
 )
 from roboyard.kinematics.chain import ChainArrays
-from roboyard.poses import Array
+from roboyard.transforms import Array
 
 _CANDIDATES = 8  # random postures looked at for each restart; the one nearest the target is descended from
 

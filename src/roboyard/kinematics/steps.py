@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._lazy import lazy_module
 from roboyard.kinematics._inputs import joint_vector, read_targets, task_weights
 from roboyard.kinematics.chain import ChainArrays
-from roboyard.lazy_module import lazy_module
-from roboyard.poses import Array
+from roboyard.transforms import Array
 
 _NONE = np.zeros(0)
 

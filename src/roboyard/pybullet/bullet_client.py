@@ -8,8 +8,8 @@ from inspect import isbuiltin
 from typing import Any
 
 import roboyard.pybullet as bullet
-from roboyard.pybullet.clients import connect, disconnect, isConnected
-from roboyard.pybullet.constants import DIRECT, SHARED_MEMORY
+from roboyard.pybullet.connect import connect, disconnect, isConnected
+from roboyard.pybullet.face.constants import DIRECT, SHARED_MEMORY
 
 
 class BulletClient:

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType, TracebackType
 
-from roboyard.urdf.omnigibson_alias import install_omnigibson_alias
+from roboyard.omnigibson.import_alias import install_omnigibson_alias
 
 STAND_INS = {
     "pybullet": "roboyard.pybullet",

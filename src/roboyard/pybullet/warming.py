@@ -8,10 +8,10 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet import constants as c
+from roboyard.pybullet.face import constants as c
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.clients import Client
+    from roboyard.pybullet.connect import Client
 
 
 @cache

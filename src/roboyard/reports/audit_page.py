@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from roboyard.audit.findings import Audit, Finding, Severity
+from roboyard.audit.report import facts_line
+from roboyard.audit.run import judge, open_draft
+from roboyard.audit.urdf_elements import Draft
 from roboyard.reports.html import figure, page, verdict
 from roboyard.reports.pictures import RGBA, Kind, sight_of
-from roboyard.urdf.auditing.draft import Draft
-from roboyard.urdf.auditing.findings import Audit, Finding, Severity
-from roboyard.urdf.auditing.report import facts_line
-from roboyard.urdf.auditing.run import judge, open_draft
 
 MAX_PICTURES = 24
 MAX_ROWS = 200

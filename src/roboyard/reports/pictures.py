@@ -10,14 +10,14 @@ from typing import Literal
 
 import numpy as np
 
-from roboyard.cameras import STUDIO, Camera, RenderScene, RenderShape, png_bytes, render
+from roboyard.audit.urdf_elements import Draft, DraftLink, DraftShape
 from roboyard.errors import MeshError
-from roboyard.poses import Array
+from roboyard.rendering import STUDIO, Camera, RenderScene, RenderShape, png_bytes, render
 from roboyard.shapes import primitives
 from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.simplify import for_small_pictures
-from roboyard.urdf.auditing.draft import Draft, DraftLink, DraftShape
+from roboyard.transforms import Array
 
 Kind = Literal["visual", "collision"]
 RGBA = tuple[float, float, float, float]

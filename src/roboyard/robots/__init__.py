@@ -5,11 +5,11 @@ robot.apply_action(robot.no_op_action())
 world.step(robot.steps_per_control)
 """
 
-from roboyard.robots.add import add_robot
-from roboyard.robots.definition import RobotDefinition
-from roboyard.robots.load_definition import load_definition, parse_definition
+from roboyard.robots.definition.load import load_definition, parse_definition
+from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot, Registry
 from roboyard.robots.robot import Robot
+from roboyard.robots.spawn import add_robot
 
 __all__ = [
     "REGISTERED_ROBOTS",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from roboyard.errors import MissingExtraError, RoboyardError
-from roboyard.poses import Array
+from roboyard.transforms import Array
 
 Backend = Literal["numpy", "torch"]
 

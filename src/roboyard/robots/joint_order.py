@@ -6,8 +6,8 @@ first; `Robot.joint_names` says which joint each entry is.
 
 from __future__ import annotations
 
-from roboyard.urdf.joint_order import breadth_first_joints, planned_joints
-from roboyard.urdf.model import RobotDescription
+from roboyard.description.model import RobotDescription
+from roboyard.kinematics.joint_order import breadth_first_joints, planned_joints
 
 
 def robot_joint_names(description: RobotDescription) -> tuple[str, ...]:

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from roboyard.robots.controllers.base import GroupLimits
-from roboyard.robots.definition import VIRTUAL_JOINTS
-from roboyard.robots.joints import Indices, JointArrays
+from roboyard.robots.control.controller import GroupLimits
+from roboyard.robots.definition.schema import VIRTUAL_JOINTS
+from roboyard.robots.joint_arrays import Indices, JointArrays
 from roboyard.sim.joint import Joint
 
 LIMITLESS = 1e5

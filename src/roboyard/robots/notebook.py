@@ -17,7 +17,7 @@ MOST_JOINTS = 40
 
 def robot_html(robot: Robot) -> str:
     """HTML with a picture of a robot and tables of its controllers and joints; needs no server."""
-    from roboyard.cameras import png_bytes
+    from roboyard.rendering import png_bytes
     from roboyard.robots.pictures import WIDTH, portrait
 
     picture = b64encode(png_bytes(portrait(robot))).decode()

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.data import data_folder
+from roboyard.paths import data_folder
 from roboyard.robots.registry import RegisteredRobot, Registry
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from roboyard.cameras import Image
+    from roboyard.rendering import Image
     from roboyard.robots.robot_body import RobotBody
 
 WIDTH, HEIGHT = 480, 360
@@ -32,7 +32,7 @@ ROOM = 0.52
 
 def portrait(robot: RobotBody, *, width: int = WIDTH, height: int = HEIGHT) -> Image:
     """A picture of a robot where it stands, from the front and its right."""
-    from roboyard.cameras import Camera
+    from roboyard.rendering import Camera
 
     low, high = robot.body.bounds
     target = (low + high) / 2
@@ -56,8 +56,8 @@ def picture_of(robot: RegisteredRobot, registry: Registry) -> Path:
     digest = hashlib.sha256(robot.file.read_bytes() + robot.urdf_of(definition).read_bytes()).hexdigest()
     file = data_folder(registry.data) / ".pictures" / f"{robot.name}-{digest[:12]}.png"
     if not file.is_file():
-        from roboyard.cameras import png_bytes
-        from roboyard.robots.add import add_robot
+        from roboyard.rendering import png_bytes
+        from roboyard.robots.spawn import add_robot
         from roboyard.sim.world import World
 
         world = World()

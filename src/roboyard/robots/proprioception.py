@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.errors import RoboyardError, unknown_name
-from roboyard.poses import matrix_from_quaternion, rpy_from_matrix
 from roboyard.robots.backends import Backend, as_backend
+from roboyard.transforms import matrix_from_quaternion, rpy_from_matrix
 
 if TYPE_CHECKING:
     from roboyard.robots.robot import Robot

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from roboyard.assets import asset_path, assets_root
-from roboyard.data import data_folder
+from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, unknown_name
-from roboyard.robots.bundled import SOURCE_CONFIGS, bundled_urdf, imported_urdf
-from roboyard.robots.definition import RobotDefinition
-from roboyard.robots.load_definition import load_definition
-from roboyard.urdf.model import RobotDescription
+from roboyard.importer.bundled import SOURCE_CONFIGS, bundled_urdf, imported_urdf
+from roboyard.paths import data_folder
+from roboyard.robots.definition.load import load_definition
+from roboyard.robots.definition.schema import RobotDefinition
 
 PICTURES = ("preview.png", "thumbnail.png", "picture.png")
 
@@ -105,7 +105,7 @@ class RegisteredRobot:
             ConfigError: there is no URDF.
             DescriptionError: it cannot be used.
         """
-        from roboyard.urdf import load_urdf
+        from roboyard.description import load_urdf
 
         file = self.urdf_of(definition)
         if self.bundled and self.name in SOURCE_CONFIGS:
@@ -190,4 +190,4 @@ class Registry(Mapping[str, RegisteredRobot]):
 
 
 REGISTERED_ROBOTS = Registry()
-"""All robots of the data folder (see `roboyard.data.data_folder`) and the bundled ones."""
+"""All robots of the data folder (see `roboyard.paths.data_folder`) and the bundled ones."""

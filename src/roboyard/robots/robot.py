@@ -9,24 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, StaleHandleError, unknown_name
-from roboyard.poses import Array
-from roboyard.robots import interfaces
-from roboyard.robots.action_space import ActionSpace
+from roboyard.robots import capabilities
 from roboyard.robots.backends import Backend, as_numpy
-from roboyard.robots.control_loop import ControlLoop
-from roboyard.robots.controller_setup import ControllerConfig, Group, Setup, make_groups
-from roboyard.robots.controllers import Controller
-from roboyard.robots.definition import RobotDefinition
-from roboyard.robots.fitting import fit
-from roboyard.robots.footing import footing_of
-from roboyard.robots.groups import plan_groups
-from roboyard.robots.joints import Indices
-from roboyard.robots.postures import ResetMode, reset_posture
+from roboyard.robots.configure_body import fit
+from roboyard.robots.control import Controller
+from roboyard.robots.control.action_space import ActionSpace
+from roboyard.robots.control.control_loop import ControlLoop
+from roboyard.robots.control.setup import ControllerConfig, Group, Setup, make_groups
+from roboyard.robots.definition.groups import plan_groups
+from roboyard.robots.definition.postures import ResetMode, reset_posture
+from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.robots.joint_arrays import Indices
 from roboyard.robots.robot_body import RobotBody
-from roboyard.robots.sensing import Senses, SensorOptions
+from roboyard.robots.sensor_set import Senses, SensorOptions
+from roboyard.robots.stability.support_polygon import footing_of
 from roboyard.sim.body import Body
-from roboyard.urdf.model import RobotDescription
+from roboyard.transforms import Array
 
 CONTROL_FREQUENCY = 30.0
 """Hz"""
@@ -257,7 +257,7 @@ class Robot(RobotBody, Senses):
         """Jump into the untucked posture; raises as `tuck`."""
         self._need_postures().untuck()
 
-    def _need_postures(self) -> interfaces.MobileManipulation:
+    def _need_postures(self) -> capabilities.MobileManipulation:
         if self.mobile_manipulation is None:
             raise RoboyardError(
                 f"robot {self.name!r} has no tucked posture; add a mobile_manipulation block to its "

@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.description.model import RobotDescription
 from roboyard.errors import RoboyardError
-from roboyard.poses import Array, conjugate, normalized, rotate
-from roboyard.robots import interfaces
+from roboyard.robots import capabilities
 from roboyard.robots.backends import Backend, as_backend, as_numpy
-from roboyard.robots.definition import VIRTUAL_JOINTS, RobotDefinition
+from roboyard.robots.definition.schema import VIRTUAL_JOINTS, RobotDefinition
+from roboyard.robots.joint_arrays import JointArrays
 from roboyard.robots.joint_order import robot_joint_names
-from roboyard.robots.joints import JointArrays
 from roboyard.robots.limits import joint_limits
 from roboyard.sim.body import Body
 from roboyard.sim.link import Link
 from roboyard.sim.world import World
-from roboyard.urdf.model import RobotDescription
+from roboyard.transforms import Array, conjugate, normalized, rotate
 
 if TYPE_CHECKING:
-    from roboyard.robots.controller_setup import Group
+    from roboyard.robots.control.setup import Group
 
 
 class RobotBody:
@@ -57,28 +57,30 @@ class RobotBody:
 
     def _add_interfaces(self) -> None:
         definition, block = self.definition, self.definition.manipulation
-        self.manipulation = None if block is None else interfaces.Manipulation(self, block)
-        self.locomotion: interfaces.Locomotion | None = None
+        self.manipulation = None if block is None else capabilities.Manipulation(self, block)
+        self.locomotion: capabilities.Locomotion | None = None
         if (locomotion := definition.locomotion) is not None:
             floor = locomotion.floor_touching_base_link_names
-            self.locomotion = interfaces.Locomotion(self, locomotion.base_joint_names, floor)
-        self.trunk: interfaces.ArticulatedTrunk | None = None
+            self.locomotion = capabilities.Locomotion(self, locomotion.base_joint_names, floor)
+        self.trunk: capabilities.ArticulatedTrunk | None = None
         if (trunk := definition.articulated_trunk) is not None:
-            self.trunk = interfaces.ArticulatedTrunk(self, "trunk", trunk.trunk_joint_names)
-        self.camera: interfaces.ActiveCamera | None = None
+            self.trunk = capabilities.ArticulatedTrunk(self, "trunk", trunk.trunk_joint_names)
+        self.camera: capabilities.ActiveCamera | None = None
         if (camera := definition.active_camera) is not None:
-            self.camera = interfaces.ActiveCamera(self, "camera", camera.camera_joint_names)
-        self.two_wheel: interfaces.TwoWheel | None = None
+            self.camera = capabilities.ActiveCamera(self, "camera", camera.camera_joint_names)
+        self.two_wheel: capabilities.TwoWheel | None = None
         if definition.two_wheel is not None:
-            self.two_wheel = interfaces.TwoWheel(self, definition.two_wheel)
-        self.mobile_manipulation: interfaces.MobileManipulation | None = None
+            self.two_wheel = capabilities.TwoWheel(self, definition.two_wheel)
+        self.mobile_manipulation: capabilities.MobileManipulation | None = None
         if definition.mobile_manipulation is not None:
-            self.mobile_manipulation = interfaces.MobileManipulation(self)
-        self.base: interfaces.FixedBase
+            self.mobile_manipulation = capabilities.MobileManipulation(self)
+        self.base: capabilities.FixedBase
         if definition.holonomic_base is not None:
-            self.base = interfaces.HolonomicBase(self)
+            self.base = capabilities.HolonomicBase(self)
         else:
-            self.base = interfaces.FixedBase(self) if self.body.is_fixed else interfaces.FloatingBase(self)
+            self.base = (
+                capabilities.FixedBase(self) if self.body.is_fixed else capabilities.FloatingBase(self)
+            )
 
     @property
     def name(self) -> str:
@@ -229,7 +231,7 @@ class RobotBody:
     def arm_names(self) -> tuple[str, ...]:
         return self.manipulation.arm_names if self.manipulation is not None else ()
 
-    def _need_arms(self) -> interfaces.Manipulation:
+    def _need_arms(self) -> capabilities.Manipulation:
         if self.manipulation is None:
             raise RoboyardError(
                 f"robot {self.name!r} has no arms; add a manipulation block to its definition"

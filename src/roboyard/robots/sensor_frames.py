@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from roboyard.poses import IDENTITY_QUATERNION, Array, from_wxyz, normalized
-from roboyard.urdf.xml import read_xml
+from roboyard.description.urdf.xml import read_xml
+from roboyard.transforms import IDENTITY_QUATERNION, Array, from_wxyz, normalized
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

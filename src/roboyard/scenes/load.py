@@ -81,7 +81,7 @@ def load_scene(source: str | Path, world: World | None = None) -> Scene:
 
 
 def _root_tag(path: Path) -> str:
-    from roboyard.urdf.xml import read_xml
+    from roboyard.description.urdf.xml import read_xml
 
     return read_xml(path)[0].tag
 

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roboyard.poses import matrix_from_quaternion, quaternion_from_rpy
-from roboyard.shapes import inertia
-from roboyard.shapes.mesh import TriangleMesh
-from roboyard.urdf.model import (
+from roboyard.description.model import (
     RGBA,
     Box,
     Capsule,
@@ -30,6 +27,9 @@ from roboyard.urdf.model import (
     Vector3,
     Visual,
 )
+from roboyard.shapes import inertia
+from roboyard.shapes.mesh import TriangleMesh
+from roboyard.transforms import matrix_from_quaternion, quaternion_from_rpy
 
 HERE = Pose()
 

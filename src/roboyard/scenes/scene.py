@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard.errors import RoboyardError, unknown_name
-from roboyard.poses import Array, quaternion_from_rpy
+from roboyard.transforms import Array, quaternion_from_rpy
 
 if TYPE_CHECKING:
-    from roboyard.cameras import Camera
+    from roboyard.rendering import Camera
     from roboyard.sim import Body, Joint, World
 
 Vector3 = tuple[float, float, float]
@@ -66,7 +66,7 @@ class Scene:
 
     def camera(self, *, width: int = 640, height: int = 480) -> Camera:
         """The scene's own view."""
-        from roboyard.cameras import Camera
+        from roboyard.rendering import Camera
 
         return Camera.look_at(self.eye, self.target, width=width, height=height, fovy=np.radians(45.0))
 

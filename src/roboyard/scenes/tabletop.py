@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from roboyard.scenes import things
+from roboyard.description.model import RGBA, RobotDescription
+from roboyard.scenes import household_objects
 from roboyard.scenes.parts import Part, box, link
 from roboyard.scenes.scene import Scene, let_sleep, world_or_new
-from roboyard.urdf.model import RGBA, RobotDescription
 
 if TYPE_CHECKING:
     from roboyard.sim import Body, World
@@ -25,21 +25,21 @@ def tabletop(world: World | None = None) -> Scene:
     bodies: dict[str, Body] = {"floor": place.add_plane(name="floor")}
 
     def put(description: RobotDescription, x: float, y: float, z: float = HEIGHT, yaw: float = 0.0) -> None:
-        from roboyard.poses import quaternion_from_rpy
+        from roboyard.transforms import quaternion_from_rpy
 
         turn = quaternion_from_rpy((0.0, 0.0, yaw))
         bodies[description.name] = place.add_description(description, (x, y, z + 0.001), turn, drives=False)
 
     bodies["table"] = place.add_description(table(), (0.85, 0, 0), fixed_base=True, drives=False)
-    put(things.mug("mug", things.TEAL), 0.62, -0.18, yaw=-0.9)
-    put(things.bowl("bowl"), 0.72, 0.12)
-    put(things.fruit("apple"), 0.72, 0.12, HEIGHT + 0.012)
-    put(things.bottle("bottle"), 0.98, -0.36)
-    put(things.can("can"), 0.92, -0.08)
-    put(things.plate("plate", (0.80, 0.86, 0.90, 1.0)), 0.95, 0.42)
-    put(things.banana("banana"), 0.68, 0.40, yaw=0.6)
-    put(things.book("book"), 0.72, -0.48, yaw=0.35)
-    put(things.cube("cube"), 0.56, 0.02, yaw=0.4)
+    put(household_objects.mug("mug", household_objects.TEAL), 0.62, -0.18, yaw=-0.9)
+    put(household_objects.bowl("bowl"), 0.72, 0.12)
+    put(household_objects.fruit("apple"), 0.72, 0.12, HEIGHT + 0.012)
+    put(household_objects.bottle("bottle"), 0.98, -0.36)
+    put(household_objects.can("can"), 0.92, -0.08)
+    put(household_objects.plate("plate", (0.80, 0.86, 0.90, 1.0)), 0.95, 0.42)
+    put(household_objects.banana("banana"), 0.68, 0.40, yaw=0.6)
+    put(household_objects.book("book"), 0.72, -0.48, yaw=0.35)
+    put(household_objects.cube("cube"), 0.56, 0.02, yaw=0.4)
     return Scene(
         name="tabletop", world=place, bodies=bodies, eye=(-0.35, -1.25, 1.65), target=(0.8, 0.0, 0.68)
     )

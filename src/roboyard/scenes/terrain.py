@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from roboyard.errors import RoboyardError
-from roboyard.poses import Array
 from roboyard.scenes.scene import Scene, world_or_new
+from roboyard.transforms import Array
 
 if TYPE_CHECKING:
     from roboyard.sim import World

@@ -22,11 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.errors import DescriptionError, MissingExtraError
-from roboyard.poses import Array
-from roboyard.shapes import primitives
-from roboyard.shapes.mesh import TriangleMesh, read_only
-from roboyard.urdf.model import (
+from roboyard.description.model import (
     RGBA,
     Box,
     Collision,
@@ -40,6 +36,10 @@ from roboyard.urdf.model import (
     Sphere,
     Visual,
 )
+from roboyard.errors import DescriptionError, MissingExtraError
+from roboyard.shapes import primitives
+from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.transforms import Array
 
 GREY: RGBA = (0.7, 0.7, 0.7, 1.0)
 SEGMENTS = 48
@@ -171,7 +171,7 @@ def _primitive(prim: Any, UsdGeom: Any, kind: str) -> TriangleMesh | None:
             elif kind == "Capsule":
                 mesh = primitives.capsule(radius, height, SEGMENTS)
             else:
-                from roboyard.scenes.lathe import turned
+                from roboyard.scenes.revolve import turned
 
                 mesh = turned([(0, -height / 2), (radius, -height / 2), (0, height / 2)], SEGMENTS)
             axis = int(np.argmax(_axis(prim, schema)))
@@ -317,7 +317,7 @@ def _solids(geometry: Geometry, pose: Pose, approximation: str) -> list[tuple[Ge
         return [(Sphere(radius=reach), at)]
     if approximation == "convexHull":
         return [(geometry, pose)]
-    from roboyard.shapes.decompose import decompose
+    from roboyard.shapes.convex.decomposition import decompose
 
     parts = decompose(mesh, "split", hull_count=32)
     return [(Mesh(uri=geometry.uri, path=None, data=hull), pose) for hull in parts.hulls]

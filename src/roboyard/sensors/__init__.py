@@ -16,8 +16,8 @@ from roboyard.sensors.contact import ContactSensor
 from roboyard.sensors.force_torque import ForceTorqueSensor
 from roboyard.sensors.inertial import Imu
 from roboyard.sensors.lidar import Lidar, Scan
-from roboyard.sensors.pattern import IMPORTED_PATTERN, LidarPattern
 from roboyard.sensors.rates import Sensors
+from roboyard.sensors.scan_pattern import IMPORTED_PATTERN, LidarPattern
 
 __all__ = [
     "IMPORTED_PATTERN",

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError
-from roboyard.poses import IDENTITY_QUATERNION, Array, matrix_from_quaternion, normalized
+from roboyard.transforms import IDENTITY_QUATERNION, Array, matrix_from_quaternion, normalized
 
 if TYPE_CHECKING:
     from roboyard.sim import Link, World

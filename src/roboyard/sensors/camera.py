@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roboyard.cameras import Camera, Image
-from roboyard.cameras.matrices import perspective
 from roboyard.errors import RoboyardError
-from roboyard.poses import IDENTITY_QUATERNION
+from roboyard.rendering import Camera, Image
+from roboyard.rendering.matrices import perspective
 from roboyard.sensors.base import Observation, Sensor
+from roboyard.transforms import IDENTITY_QUATERNION
 
 if TYPE_CHECKING:
     from roboyard.sim import Link, World
@@ -58,7 +58,7 @@ class CameraSensor(Sensor):
             far: farthest depth seen; m.
             wants: which modalities an observation has.
             shadow: whether the sun throws shadows.
-            backend: see `roboyard.cameras.render`.
+            backend: see `roboyard.rendering.render`.
             rate: pictures a second; None: one whenever asked.
 
         Raises:

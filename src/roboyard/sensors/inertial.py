@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from roboyard.poses import quaternion_from_matrix
 from roboyard.sensors.base import Observation, Sensor
+from roboyard.transforms import quaternion_from_matrix
 
 
 class Imu(Sensor):

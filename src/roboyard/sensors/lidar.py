@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.poses import IDENTITY_QUATERNION, Array
 from roboyard.sensors.base import Observation, Sensor
-from roboyard.sensors.pattern import LidarPattern
-from roboyard.sensors.turn import first_hits
+from roboyard.sensors.scan_pattern import LidarPattern
+from roboyard.sensors.scan_rays import first_hits
+from roboyard.transforms import IDENTITY_QUATERNION, Array
 
 if TYPE_CHECKING:
     from roboyard.sim import Link

@@ -9,12 +9,12 @@ from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh
 
 _HOMES = {
-    "Decomposition": "roboyard.shapes.decompose",
-    "SphereFit": "roboyard.shapes.spheres",
-    "convex_hull": "roboyard.shapes.hulls",
-    "decompose_many": "roboyard.shapes.decompose_all",
-    "fit_spheres": "roboyard.shapes.spheres",
-    "measure_spheres": "roboyard.shapes.metrics",
+    "Decomposition": "roboyard.shapes.convex.decomposition",
+    "SphereFit": "roboyard.shapes.spheres.fit",
+    "convex_hull": "roboyard.shapes.convex.hulls",
+    "decompose_many": "roboyard.shapes.convex.batch",
+    "fit_spheres": "roboyard.shapes.spheres.fit",
+    "measure_spheres": "roboyard.shapes.spheres.metrics",
 }
 
 __all__ = [
@@ -30,11 +30,11 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from roboyard.shapes.decompose import Decomposition
-    from roboyard.shapes.decompose_all import decompose_many
-    from roboyard.shapes.hulls import convex_hull
-    from roboyard.shapes.metrics import measure_spheres
-    from roboyard.shapes.spheres import SphereFit, fit_spheres
+    from roboyard.shapes.convex.batch import decompose_many
+    from roboyard.shapes.convex.decomposition import Decomposition
+    from roboyard.shapes.convex.hulls import convex_hull
+    from roboyard.shapes.spheres.fit import SphereFit, fit_spheres
+    from roboyard.shapes.spheres.metrics import measure_spheres
 
 
 def __getattr__(name: str) -> Any:

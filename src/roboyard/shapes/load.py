@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import MeshError
-from roboyard.shapes.companions import forget_images
 from roboyard.shapes.mesh import TriangleMesh, read_only
-from roboyard.shapes.parts import Part, combine
+from roboyard.shapes.readers.external_files import forget_images
+from roboyard.shapes.readers.parts import Part, combine
 
 MAX_FILE_BYTES = 512 * 1024 * 1024
 MAX_TRIANGLES = 20_000_000
@@ -121,7 +121,9 @@ def _read(file: Path, size: int) -> TriangleMesh:
         raise MeshError(f"unknown mesh format {file.suffix!r}; convert it to one of {known}", file=file)
     if size > MAX_FILE_BYTES:
         raise MeshError(f"{size / 2**20:.0f} MiB is too large for a mesh (at most 512 MiB)", file=file)
-    reader: Callable[[bytes, Path], list[Part]] = getattr(import_module(f"roboyard.shapes.{name}"), name)
+    reader: Callable[[bytes, Path], list[Part]] = getattr(
+        import_module(f"roboyard.shapes.readers.{name}"), name
+    )
     try:
         data = file.read_bytes()
     except OSError as error:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.shapes.voxels import triangles
+from roboyard.shapes.voxels.grid import triangles
 
 Array = NDArray[np.float64]
 

@@ -10,12 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.description.model import JointType, RobotDescription
 from roboyard.errors import RoboyardError, StaleHandleError, unknown_name
-from roboyard.poses import Array, from_wxyz, normalized, rotate, to_wxyz
+from roboyard.sim.build.records import Built
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
-from roboyard.sim.records import Built
-from roboyard.urdf.model import JointType, RobotDescription
+from roboyard.transforms import Array, from_wxyz, normalized, rotate, to_wxyz
 
 if TYPE_CHECKING:
     from roboyard.sim.world import World

@@ -9,9 +9,8 @@ import mujoco
 import numpy as np
 
 from roboyard.errors import ModelError, RoboyardError
-from roboyard.poses import Array
-from roboyard.sim.assets import MeshAssets
-from roboyard.sim.options import (
+from roboyard.sim.build.mesh_assets import MeshAssets
+from roboyard.sim.build.solver_options import (
     HARD_SOLIMP,
     PILE_SOLIMP,
     PILE_SOLREF,
@@ -20,8 +19,9 @@ from roboyard.sim.options import (
     chosen_solver,
     new_spec,
 )
-from roboyard.sim.profile import Profile
-from roboyard.sim.spares import Spares
+from roboyard.sim.physics_profile import Profile
+from roboyard.sim.pool.body_pool import Spares
+from roboyard.transforms import Array
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body

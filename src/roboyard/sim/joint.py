@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
-from roboyard.poses import Array, from_wxyz, to_wxyz
-from roboyard.urdf.model import JointType, Limit
+from roboyard.transforms import Array, from_wxyz, to_wxyz
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
+    from roboyard.sim.build.records import BuiltLink
     from roboyard.sim.link import Link
-    from roboyard.sim.records import BuiltLink
 
 POSITION_SIZE: dict[str, int] = {
     "fixed": 0,
@@ -124,7 +124,7 @@ class Joint:
     def armature(self) -> float:
         """Motor inertia as the joint feels it through its gears, beside the links' own; kg m² or kg.
 
-        A drive without gains of its own may add to it; see `roboyard.sim.drives`.
+        A drive without gains of its own may add to it; see `roboyard.sim.actuation.drives`.
         """
         elements = self._built.joint_elements
         return float(elements[0].armature) - self._built.motor_inertia if elements else 0.0
@@ -202,7 +202,7 @@ class Joint:
         damping: float | None = None,
         max_effort: float | None = None,
     ) -> None:
-        """Pull towards a position until told otherwise; see `roboyard.sim.drives`."""
+        """Pull towards a position until told otherwise; see `roboyard.sim.actuation.drives`."""
         self.body.world.drives.position(self, target, velocity, stiffness, damping, max_effort)
 
     def drive_velocity(

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.poses import Array, from_wxyz
-from roboyard.sim.inertials import mass_properties
-from roboyard.sim.masses import TRACE_NOTE, write_mass
-from roboyard.urdf.model import Inertial
+from roboyard.description.mass_properties import mass_properties
+from roboyard.description.model import Inertial
+from roboyard.sim.build.masses import TRACE_NOTE, write_mass
+from roboyard.transforms import Array, from_wxyz
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
+    from roboyard.sim.build.records import BuiltLink
     from roboyard.sim.joint import Joint
-    from roboyard.sim.records import BuiltLink
 
 
 class Link:

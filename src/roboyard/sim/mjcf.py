@@ -10,15 +10,15 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.cameras.scene import RenderShape
+from roboyard.description.model import Pose
 from roboyard.errors import DescriptionError
-from roboyard.sim.records import Built, BuiltLink
-from roboyard.urdf.model import Pose
+from roboyard.rendering.scene import RenderShape
+from roboyard.sim.build.records import Built, BuiltLink
 
 if TYPE_CHECKING:
-    from roboyard.sim.appearance import Look
+    from roboyard.sim.appearance.mjcf_textures import Coats
+    from roboyard.sim.appearance.render_shapes import Look
     from roboyard.sim.body import Body
-    from roboyard.sim.mjcf_textures import Coats
     from roboyard.sim.world import World
 
 
@@ -138,7 +138,7 @@ def _collect(top: Any, prefix: str) -> Built:
 
 def looks_of_model(body: Body) -> dict[int, list[Look]]:
     """Render shapes of a body that has no description, read from the compiled model."""
-    from roboyard.sim.mjcf_textures import coats_of
+    from roboyard.sim.appearance.mjcf_textures import coats_of
 
     coats = coats_of(body.world)
     model = coats.model
@@ -158,9 +158,7 @@ def looks_of_model(body: Body) -> dict[int, list[Look]]:
 
 
 def _look(coats: Coats, geom: int, owner: tuple[int, int]) -> Look | None:
-    from roboyard.sim.appearance import Look, render_shape
-    from roboyard.sim.mjcf_textures import color_of
-    from roboyard.urdf.model import (
+    from roboyard.description.model import (
         Box,
         Capsule,
         Cylinder,
@@ -171,6 +169,8 @@ def _look(coats: Coats, geom: int, owner: tuple[int, int]) -> Look | None:
         Plane,
         Sphere,
     )
+    from roboyard.sim.appearance.mjcf_textures import color_of
+    from roboyard.sim.appearance.render_shapes import Look, render_shape
 
     model = coats.model
     kinds = mujoco.mjtGeom

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.errors import RoboyardError
-from roboyard.shapes.mesh import TriangleMesh
-from roboyard.urdf.model import (
+from roboyard.description.model import (
     RGBA,
     Box,
     Capsule,
@@ -33,6 +31,8 @@ from roboyard.urdf.model import (
     Sphere,
     Visual,
 )
+from roboyard.errors import RoboyardError
+from roboyard.shapes.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -157,8 +157,8 @@ def add_mesh(
         geometry = Mesh(uri="", path=None, scale=(sx, sy, sz), data=mesh)
     else:
         geometry = Mesh(uri=str(mesh), path=Path(mesh), scale=(sx, sy, sz))
-    from roboyard.sim.assets import convex_hull
-    from roboyard.sim.geoms import load_scaled
+    from roboyard.sim.build.geoms import load_scaled
+    from roboyard.sim.build.mesh_assets import convex_hull
 
     loaded = load_scaled(geometry, 1.0)
     assert loaded is not None

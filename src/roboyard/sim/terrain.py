@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.description.model import Heightfield
 from roboyard.errors import RoboyardError
-from roboyard.poses import from_wxyz, rotate
-from roboyard.sim.geoms import fill_heightfield
-from roboyard.urdf.model import Heightfield
+from roboyard.sim.build.geoms import fill_heightfield
+from roboyard.transforms import from_wxyz, rotate
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body

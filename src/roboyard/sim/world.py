@@ -10,27 +10,29 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.description.model import RobotDescription
 from roboyard.errors import ModelError, RoboyardError, StaleHandleError
-from roboyard.poses import Array, normalized
-from roboyard.sim import appearance, contacts, objects, rays, state
+from roboyard.sim import objects, world_state
+from roboyard.sim.actuation.drives import Drives
+from roboyard.sim.actuation.velocity_motors import Motors
+from roboyard.sim.appearance import render_shapes
 from roboyard.sim.body import Body
-from roboyard.sim.build import build, discard, is_anchored
-from roboyard.sim.constraints import Constraints
-from roboyard.sim.drives import Drives
+from roboyard.sim.build.bodies import build, discard, is_anchored
+from roboyard.sim.build.records import BuildOptions, Built
+from roboyard.sim.build.solver_options import Solver
 from roboyard.sim.engine import Engine
-from roboyard.sim.filters import CollisionFilters
-from roboyard.sim.motors import Motors
-from roboyard.sim.options import Solver
-from roboyard.sim.profile import PLAIN, Profile
-from roboyard.sim.records import BuildOptions, Built
-from roboyard.sim.stepping import Stepping, alarm
-from roboyard.sim.surfaces import Surfaces
-from roboyard.sim.wrenches import Wrenches
-from roboyard.urdf.model import RobotDescription
+from roboyard.sim.physics_profile import PLAIN, Profile
+from roboyard.sim.queries import contacts, rays
+from roboyard.sim.stepping.collision_filters import CollisionFilters
+from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.surfaces import Surfaces
+from roboyard.sim.stepping.time_steps import Stepping, alarm
+from roboyard.sim.stepping.wrenches import Wrenches
+from roboyard.transforms import Array, normalized
 
 if TYPE_CHECKING:
-    from roboyard.cameras import Camera, Image
-    from roboyard.cameras.scene import DebugLines, RenderScene
+    from roboyard.rendering import Camera, Image
+    from roboyard.rendering.scene import DebugLines, RenderScene
     from roboyard.robots import Robot
 
 
@@ -55,10 +57,11 @@ class World(Engine):
         Args:
             gravity: (3,) m/s².
             timestep: s.
-            solver: "newton" (robots), "cg" (piles) or "auto" (by size, see `roboyard.sim.options`).
+            solver: "newton" (robots), "cg" (piles) or "auto" (by size, see
+            `roboyard.sim.build.solver_options`).
             visual_geoms: also give MuJoCo the visual shapes (group 2), for its own viewers and renderer;
                 Roboyard's cameras draw them in any case.
-            profile: the engine's rules; see `roboyard.sim.profile`.
+            profile: the engine's rules; see `roboyard.sim.physics_profile`.
         """
         super().__init__(gravity=gravity, timestep=timestep, solver=solver, profile=profile)
         self.drives = Drives(self)
@@ -77,7 +80,7 @@ class World(Engine):
         self._names: set[str] = set()
         self._copies: dict[str, int] = {}
         """By wanted name: up to which number names are known to be taken."""
-        self.looks = appearance.Looks(self)
+        self.looks = render_shapes.Looks(self)
 
     def __repr__(self) -> str:
         return f"<World at {self.time:.3f} s with {len(self.body_by_id)} bodies>"
@@ -148,7 +151,7 @@ class World(Engine):
         if isinstance(source, RobotDescription):
             description = source
         else:
-            from roboyard.urdf import load_urdf
+            from roboyard.description import load_urdf
 
             description = load_urdf(source, packages=packages, missing_meshes=missing_meshes)
         if not scale > 0:
@@ -356,16 +359,16 @@ class World(Engine):
         return rays.cast_one(self, start, end, visual=visual)
 
     def rays(self, starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> rays.RayHits:
-        """The first surface along each of k rays; see `roboyard.sim.rays.cast`."""
+        """The first surface along each of k rays; see `roboyard.sim.queries.rays.cast`."""
         return rays.cast(self, starts, ends, visual=visual)
 
-    def save_state(self) -> state.WorldState:
+    def save_state(self) -> world_state.WorldState:
         """Remember this moment."""
-        return state.save(self)
+        return world_state.save(self)
 
-    def restore_state(self, saved: state.WorldState) -> None:
+    def restore_state(self, saved: world_state.WorldState) -> None:
         """Go back to a remembered moment, bit for bit."""
-        state.restore(self, saved)
+        world_state.restore(self, saved)
 
     def bounds_of(self, mujoco_ids: np.ndarray) -> Array:
         """(2, 3) box around all shapes of some MuJoCo bodies; m."""
@@ -393,7 +396,7 @@ class World(Engine):
     # ---------------------------------------------------------------------------------------------- pictures
 
     def render_scene(self) -> RenderScene:
-        """Everything there is to draw, for `roboyard.cameras.render`."""
+        """Everything there is to draw, for `roboyard.rendering.render`."""
         return self.looks.scene()
 
     def frames(self) -> tuple[Array, Array]:
@@ -402,8 +405,8 @@ class World(Engine):
         return data.xpos, data.xmat.reshape(-1, 3, 3)
 
     def render(self, camera: Camera, *, lines: DebugLines | None = None, **options: Any) -> Image:
-        """A picture: colours, depth and who is seen where; options as in `roboyard.cameras.render`."""
-        from roboyard.cameras import render
+        """A picture: colours, depth and who is seen where; options as in `roboyard.rendering.render`."""
+        from roboyard.rendering import render
 
         positions, rotations = self.frames()
         if lines is not None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from roboyard.poses import Array
+from roboyard.transforms import Array
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -7,15 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, unknown_name
 from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot, RobotDefinition
-from roboyard.robots.add import _is_file, _read
-from roboyard.robots.load_definition import check_fits
+from roboyard.robots.definition.load import check_fits
 from roboyard.robots.sensor_frames import camera_frames
-from roboyard.urdf.model import RobotDescription
-from roboyard.validation.bench import Bench
+from roboyard.robots.spawn import _is_file, _read
 from roboyard.validation.gates import GATES
 from roboyard.validation.report import Gate, ValidationReport
+from roboyard.validation.test_world import Bench
 
 
 def validate(
@@ -103,7 +103,7 @@ def _bench(robot: Any, definition: Any, seed: int, scene: Any, options: Mapping[
     if isinstance(robot, RobotDescription):
         description = robot
     else:
-        from roboyard.urdf import load_urdf
+        from roboyard.description import load_urdf
 
         description = load_urdf(robot)
     check_fits(own, description, name=file.name if file else f"definition of {description.name}", file=file)

@@ -27,8 +27,8 @@ def frame_html(url: str, height: int = HEIGHT) -> str:
 
 def world_html(world: World) -> str:
     """HTML with a picture of a world and a table of its bodies; needs no server and no extra."""
-    from roboyard.cameras import Camera, png_bytes
-    from roboyard.viewer.light import FOVY, viewpoint
+    from roboyard.rendering import Camera, png_bytes
+    from roboyard.viewer.page.light import FOVY, viewpoint
 
     eye, target = viewpoint(world)
     camera = Camera.look_at(eye, target, width=PICTURE[0], height=PICTURE[1], fovy=FOVY)

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.viewer.drawings import Drawing, Drawings
-from roboyard.viewer.light import aim_camera, set_light
 from roboyard.viewer.notebook import frame_html
-from roboyard.viewer.scene_nodes import SceneNodes
-from roboyard.viewer.server import DEFAULT_PORT, open_server, stop_server
-from roboyard.viewer.snapshot import Links, Poser, Snapshot, gather_links, take
+from roboyard.viewer.page.light import aim_camera, set_light
+from roboyard.viewer.page.server import DEFAULT_PORT, open_server, stop_server
+from roboyard.viewer.scene.drawings import Drawing, Drawings
+from roboyard.viewer.scene.scene_nodes import SceneNodes
+from roboyard.viewer.scene.snapshot import Links, Poser, Snapshot, gather_links, take
 
 if TYPE_CHECKING:
     from roboyard.sim import World

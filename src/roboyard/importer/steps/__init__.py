@@ -1,1 +1,1 @@
-"""The steps of an import, in the order in which `roboyard.importer.run` takes them, one a file."""
+"""The steps of an import, in the order in which `roboyard.importer.build` takes them, one a file."""

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from roboyard.description.model import Link
+from roboyard.description.robot_model import ImportedRobot
 from roboyard.importer.context import ImportContext
-from roboyard.importer.model import ImportedRobot
-from roboyard.importer.shape_tools import robot_bounds, shifted
-from roboyard.urdf.model import Link
+from roboyard.morphology.shape_geometry import robot_bounds, shifted
 
 
 def canonical_frame(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:

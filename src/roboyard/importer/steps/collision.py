@@ -15,15 +15,15 @@ from typing import Literal
 
 import numpy as np
 
+from roboyard.description.model import Box, Capsule, Collision, Cylinder, Link, Mesh, Plane, Sphere, Visual
+from roboyard.description.robot_model import ImportedRobot
 from roboyard.importer.context import ImportContext
 from roboyard.importer.mesh_files import write_obj
-from roboyard.importer.model import ImportedRobot
-from roboyard.poses import Array
-from roboyard.shapes.decompose import Decomposition
-from roboyard.shapes.decompose_all import decompose_many
+from roboyard.shapes.convex.batch import decompose_many
+from roboyard.shapes.convex.decomposition import Decomposition
 from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh
-from roboyard.urdf.model import Box, Capsule, Collision, Cylinder, Link, Mesh, Plane, Sphere, Visual
+from roboyard.transforms import Array
 
 Way = Literal["none", "keep", "coacd", "convex"]
 MAX_VERTICES = 60

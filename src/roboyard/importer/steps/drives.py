@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from roboyard.description.model import Joint
+from roboyard.description.robot_model import DriveKind, ImportedRobot
 from roboyard.importer.context import ImportContext
-from roboyard.importer.model import DriveKind, ImportedRobot
-from roboyard.importer.motor_limits import with_motors
-from roboyard.urdf.joint_order import ONE_NUMBER
-from roboyard.urdf.model import Joint
+from roboyard.kinematics.joint_order import ONE_NUMBER
+from roboyard.morphology.motor_limits import with_motors
 
 DRIVEN_VIRTUAL = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
 

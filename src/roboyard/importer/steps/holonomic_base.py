@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from roboyard.importer.config_checks import VIRTUAL_AXES
+from roboyard.description.model import Joint, Limit, Link, Vector3
+from roboyard.description.robot_model import ImportedRobot
+from roboyard.importer.config.checks import VIRTUAL_AXES
 from roboyard.importer.context import ImportContext
-from roboyard.importer.model import ImportedRobot
-from roboyard.urdf.model import Joint, Limit, Link, Vector3
 
 DIRECTIONS: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 EFFORT = 1000.0

@@ -12,13 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from roboyard.importer.config import ImportConfig
+from roboyard.description.model import Collision, Inertial, Joint, Link, Pose, RobotDescription
+from roboyard.description.robot_model import ImportedRobot
+from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
-from roboyard.importer.model import ImportedRobot
-from roboyard.importer.shape_tools import placed, pose_of
-from roboyard.poses import Array
+from roboyard.morphology.shape_geometry import placed, pose_of
 from roboyard.shapes.inertia import MassProperties, combined
-from roboyard.urdf.model import Collision, Inertial, Joint, Link, Pose, RobotDescription
+from roboyard.transforms import Array
 
 
 def merge_fixed(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:

@@ -6,9 +6,9 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+from roboyard.description.robot_model import ImportedRobot, Metadata
 from roboyard.importer.context import ImportContext
-from roboyard.importer.model import ImportedRobot, Metadata
-from roboyard.importer.shape_tools import robot_bounds
+from roboyard.morphology.shape_geometry import robot_bounds
 
 
 def metadata(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from roboyard.urdf.auditing.renames import Renames, distinct_names
-from roboyard.urdf.model import Joint, RobotDescription
+from roboyard.audit.renames import Renames, distinct_names
+from roboyard.description.model import Joint, RobotDescription
 
 _BEARABLE = re.compile(r"/?[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 

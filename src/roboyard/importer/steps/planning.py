@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from roboyard.importer.bent_posture import bent_rest
+from roboyard.description.robot_model import CollisionSphere, EndEffector, ImportedRobot, PlanningData
 from roboyard.importer.context import ImportContext
-from roboyard.importer.link_spheres import fit_links
-from roboyard.importer.model import CollisionSphere, EndEffector, ImportedRobot, PlanningData
-from roboyard.importer.rest_posture import end_effectors, lock_joints, rest_posture, torso_joints
+from roboyard.importer.planning.ik_rest_posture import bent_rest
+from roboyard.importer.planning.link_spheres import fit_links
+from roboyard.importer.planning.rest_posture import end_effectors, lock_joints, rest_posture, torso_joints
 
 
 def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
@@ -83,7 +83,7 @@ def _touching(
     robot: ImportedRobot, rest: Mapping[str, float], context: ImportContext
 ) -> list[tuple[str, str, float]]:
     """Links whose collision shapes overlap at zero or at rest, with depth (m), in link order."""
-    from roboyard.importer.self_collision import contacts_at
+    from roboyard.importer.planning.self_collision import contacts_at
     from roboyard.sim import World
 
     world = World(visual_geoms=False)
@@ -111,7 +111,7 @@ def _ignore(
     touching: list[tuple[str, str, float]],
     context: ImportContext,
 ) -> dict[str, tuple[str, ...]]:
-    from roboyard.importer.self_collision import judge
+    from roboyard.importer.planning.self_collision import judge
 
     context.log.tell(0.9, "self-collision")
     found = judge(robot.description, spheres, rest, touching)

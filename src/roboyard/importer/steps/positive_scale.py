@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from roboyard.description.model import Geometry, Mesh
+from roboyard.description.robot_model import ImportedRobot
 from roboyard.importer.context import ImportContext
 from roboyard.importer.mesh_files import write_obj
-from roboyard.importer.model import ImportedRobot
 from roboyard.shapes.load import load_mesh, scaled
-from roboyard.urdf.model import Geometry, Mesh
 
 
 def positive_scale(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from roboyard.description.model import Joint, Link, Pose
+from roboyard.description.robot_model import ImportedRobot, Sensor, SensorKind
 from roboyard.errors import ConfigError
-from roboyard.importer.config import Offset, SensorLink
+from roboyard.importer.config.schema import Offset, SensorLink
 from roboyard.importer.context import ImportContext
-from roboyard.importer.model import ImportedRobot, Sensor, SensorKind
-from roboyard.urdf.model import Joint, Link, Pose
 
 PRIM_NAMES: dict[SensorKind, str] = {"visual_sphere": "VisualSphere", "camera": "Camera", "lidar": "Lidar"}
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from roboyard.description.model import Collision, Link, Mesh, Visual
+from roboyard.description.robot_model import Approximation, ImportedRobot
 from roboyard.importer.context import ImportContext
-from roboyard.importer.model import Approximation, ImportedRobot
-from roboyard.importer.shape_tools import shape_meshes
 from roboyard.importer.steps.collision import MAX_VERTICES, hull_collision
-from roboyard.importer.wheels import find_wheels
-from roboyard.shapes.hulls import convex_hull
-from roboyard.urdf.model import Collision, Link, Mesh, Visual
+from roboyard.morphology.shape_geometry import shape_meshes
+from roboyard.morphology.wheels import find_wheels
+from roboyard.shapes.convex.hulls import convex_hull
 
 
 def sphere_wheels(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:

@@ -7,14 +7,14 @@ import sys
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
-from roboyard.pybullet import constants as c
-from roboyard.pybullet.arguments import number
-from roboyard.pybullet.commands import COMMANDS
-from roboyard.pybullet.errors import error, failure
+from roboyard.pybullet.api.user_data import Place
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.arguments import number
+from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.face.errors import error, failure
 from roboyard.pybullet.remote import rendezvous, wire
 from roboyard.pybullet.remote.datagrams import DatagramChannel
-from roboyard.pybullet.remote.known_user_data import KnownUserData
-from roboyard.pybullet.user_data import Place
+from roboyard.pybullet.remote.user_data_cache import KnownUserData
 
 DEFAULT_PORTS = {c.TCP: 6667, c.UDP: 6667}
 CONNECT_SECONDS = 5.0
@@ -99,7 +99,7 @@ class RemoteClient:
                 raise self._lost("the server sent something else than an answer")
 
     def addUserData(self, body: int, key: str, value: str, link: int = -1, shape: int = -1) -> int:
-        """See `roboyard.pybullet.user_data`; entries of others are known after a sync."""
+        """See `roboyard.pybullet.api.user_data`; entries of others are known after a sync."""
         return self.known_user_data.add(body, key, value, link, shape)
 
     def getUserData(self, number: int) -> bytes | None:

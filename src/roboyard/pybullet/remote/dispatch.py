@@ -6,9 +6,9 @@ import sys
 import traceback
 from typing import Any
 
-from roboyard.pybullet.clients import Client
-from roboyard.pybullet.commands import COMMANDS
-from roboyard.pybullet.errors import error
+from roboyard.pybullet.connect import Client
+from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.face.errors import error
 from roboyard.pybullet.remote.wire import WireError, encode
 
 _LOCAL = {"setTimeOut"}  # answered by the client's own side

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.camera_matrices import orbit
-from roboyard.pybullet.visualizer import FIELD_OF_VIEW, VisualizerCamera
-from roboyard.viewer.page_camera import PageCamera, View
+from roboyard.pybullet.api.math.camera_matrices import orbit
+from roboyard.pybullet.api.visualizer import FIELD_OF_VIEW, VisualizerCamera
+from roboyard.viewer.page.page_camera import PageCamera, View
 
 if TYPE_CHECKING:
     from roboyard.pybullet.window.options import WindowOptions

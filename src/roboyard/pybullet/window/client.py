@@ -7,10 +7,10 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
-from roboyard.pybullet.clients import Client
-from roboyard.pybullet.commands import COMMANDS
-from roboyard.pybullet.videos import open_video
-from roboyard.pybullet.visualizer import VisualizerCamera
+from roboyard.pybullet.api.visualizer import VisualizerCamera
+from roboyard.pybullet.connect import Client
+from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.logs.videos import open_video
 from roboyard.pybullet.window.clock import Clock
 from roboyard.pybullet.window.options import WindowOptions
 from roboyard.pybullet.window.window import Window

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.errors import RoboyardError
-from roboyard.poses import conjugate, rotate
-from roboyard.viewer.drags import Drag
+from roboyard.transforms import conjugate, rotate
+from roboyard.viewer.scene.drags import Drag
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.scene import Scene
-    from roboyard.sim.constraints import Constraint
+    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.sim.stepping.constraints import Constraint
     from roboyard.sim.world import World
 
 PULL = 2.0

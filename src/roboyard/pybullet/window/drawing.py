@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.poses import multiply, rotate
-from roboyard.pybullet.debug_items import Item, Line, Points, Text
-from roboyard.viewer.drawings import Drawing, SceneLines
-from roboyard.viewer.texts import SceneText
+from roboyard.pybullet.state.debug_items import Item, Line, Points, Text
+from roboyard.transforms import multiply, rotate
+from roboyard.viewer.scene.drawings import Drawing, SceneLines
+from roboyard.viewer.scene.texts import SceneText
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.records import BodyRecord
-    from roboyard.pybullet.scene import Scene
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.physics_scene import Scene
 
 Parent = tuple[int, int] | None
 

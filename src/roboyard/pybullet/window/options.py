@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from roboyard.pybullet.errors import failure
-from roboyard.viewer.server import DEFAULT_PORT
+from roboyard.pybullet.face.errors import failure
+from roboyard.viewer.page.server import DEFAULT_PORT
 
 BACKGROUND = (0.7, 0.7, 0.8)
 """rgb, 0 to 1, of PyBullet's window"""

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.pybullet import constants as c
-from roboyard.pybullet.visualizer import VisualizerCamera
+from roboyard.pybullet.api.visualizer import VisualizerCamera
+from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.window.switches import is_on
 
 PERIOD = 0.1
@@ -84,6 +84,6 @@ def _picture(flag: int, taken: Taken) -> NDArray[np.uint8]:
         low, high = float(depth.min()), float(depth.max())
         grey = np.round(255.0 * (depth - low) / max(high - low, 1e-9)).astype(np.uint8)
         return np.repeat(grey[..., None], 3, axis=2)
-    from roboyard.cameras.files import segmentation_to_rgb
+    from roboyard.rendering.files import segmentation_to_rgb
 
     return segmentation_to_rgb(taken.ids[::skip, ::skip])

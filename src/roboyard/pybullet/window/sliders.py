@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import floor, isfinite, log10
 from typing import Any
 
-from roboyard.pybullet.debug_items import Parameter
+from roboyard.pybullet.state.debug_items import Parameter
 
 PARTS = 1000
 """A slider has at least this many places."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet import constants as c
+from roboyard.pybullet.face import constants as c
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.visualizer import VisualizerCamera
+    from roboyard.pybullet.api.visualizer import VisualizerCamera
     from roboyard.pybullet.window.dragging import Dragging
     from roboyard.viewer import Viewer
 

@@ -7,8 +7,8 @@ import sys
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet import constants as c
-from roboyard.pybullet.input_events import key_code
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.state.input_events import key_code
 from roboyard.pybullet.window.camera import WindowCamera
 from roboyard.pybullet.window.dragging import Dragging
 from roboyard.pybullet.window.drawing import drawing_of
@@ -16,9 +16,9 @@ from roboyard.pybullet.window.previews import Previews
 from roboyard.pybullet.window.sliders import Sliders
 from roboyard.pybullet.window.switches import AT_START, SHORTCUTS, Switches, is_on
 from roboyard.viewer import Viewer
-from roboyard.viewer.browser import open_page
-from roboyard.viewer.keys import KeyEvent, Keys
-from roboyard.viewer.pointer import Pointer, PointerEvent
+from roboyard.viewer.page.browser import open_page
+from roboyard.viewer.page.keys import KeyEvent, Keys
+from roboyard.viewer.page.pointer import Pointer, PointerEvent
 
 if TYPE_CHECKING:
     from roboyard.pybullet.window.client import WindowClient

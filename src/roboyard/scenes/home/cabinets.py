@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from roboyard.description.model import RGBA, Joint, Link, RobotDescription
 from roboyard.scenes.home.colors import STEEL
 from roboyard.scenes.parts import Part, bar, between, hinge, link, runner
-from roboyard.urdf.model import RGBA, Joint, Link, RobotDescription
 
 BOARD = 0.018
 """m: thickness of all boards"""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from roboyard.urdf.model import RGBA
+from roboyard.description.model import RGBA
 
 PLASTER: RGBA = (0.93, 0.91, 0.87, 1.0)
 PAINT: RGBA = (0.96, 0.96, 0.95, 1.0)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from roboyard.description.model import RGBA, RobotDescription
 from roboyard.scenes.home.colors import OAK, PAINT, STEEL
 from roboyard.scenes.home.walls import DOOR_HEIGHT, THICK
 from roboyard.scenes.parts import Part, between, capsule, cylinder, hinge, link
-from roboyard.urdf.model import RGBA, RobotDescription
 
 JAMB = 0.03
 """m"""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from roboyard.poses import quaternion_from_rpy
-from roboyard.scenes import things
-from roboyard.scenes.home import fittings, seats
+from roboyard.description.model import RobotDescription
+from roboyard.scenes import household_objects
+from roboyard.scenes.home import fixtures, seats
 from roboyard.scenes.home.cabinets import Cell, Column, cabinet, column, drawers, shelves
 from roboyard.scenes.home.colors import (
     LINEN,
@@ -28,7 +28,7 @@ from roboyard.scenes.home.walls import Opening, wall
 from roboyard.scenes.parts import between, box, thing
 from roboyard.scenes.scene import Scene, let_sleep, world_or_new
 from roboyard.scenes.tabletop import table
-from roboyard.urdf.model import RobotDescription
+from roboyard.transforms import quaternion_from_rpy
 
 if TYPE_CHECKING:
     from roboyard.sim import Body, World
@@ -141,41 +141,41 @@ def _doors(flat: Flat) -> None:
 
 
 def _living_room(flat: Flat) -> None:
-    flat.stand(fittings.rug("living_rug", (2.6, 1.9), (0.80, 0.74, 0.66, 1), TERRACOTTA), -2.9, -1.75)
+    flat.stand(fixtures.rug("living_rug", (2.6, 1.9), (0.80, 0.74, 0.66, 1), TERRACOTTA), -2.9, -1.75)
     flat.stand(seats.sofa("sofa", 2.3, SAGE, MUSTARD), -2.9, -3.0, BACK)
     flat.stand(seats.sofa("armchair", 1.0, LINEN, TERRACOTTA), -3.95, -1.55, LEFT)
-    flat.stand(fittings.low_table("coffee_table", (1.1, 0.6), 0.42), -2.9, -1.8)
+    flat.stand(fixtures.low_table("coffee_table", (1.1, 0.6), 0.42), -2.9, -1.8)
     bench = cabinet(
         "tv_bench", (1.7, 0.42, 0.48), [column("left"), drawers(2, 1.2), column("right")],
         rgba=OAK, front=PAINT, top=OAK,
     )  # fmt: skip
     flat.stand(bench, -3.1, 0.30)
-    flat.stand(fittings.television("television", 1.15, 0.48), -3.1, 0.32)
-    flat.stand(fittings.floor_lamp("floor_lamp"), -4.15, -3.2)
-    flat.stand(fittings.plant("plant", 1.25), -4.1, 0.2)
+    flat.stand(fixtures.television("television", 1.15, 0.48), -3.1, 0.32)
+    flat.stand(fixtures.floor_lamp("floor_lamp"), -4.15, -3.2)
+    flat.stand(fixtures.plant("plant", 1.25), -4.1, 0.2)
     shelf = cabinet(
         "bookshelf", (1.1, 0.32, 1.9), [shelves(5)], rgba=WALNUT,
-        extra=fittings.books(
+        extra=fixtures.books(
             [(-0.50, 0.1, 0.462), (-0.50, 0.44, 0.820), (-0.2, 0.48, 1.178), (-0.5, 0.0, 1.535)], 0.32
         ),
     )  # fmt: skip
     flat.stand(shelf, 0.46, -2.9, RIGHT)
-    flat.stand(fittings.picture("picture", (0.8, 0.6), 1.25, SAGE, TERRACOTTA), 0.64, 0.05, RIGHT)
-    flat.lay(things.mug("coffee_mug", TERRACOTTA), -2.6, -1.7, 0.42, 0.4)
-    flat.lay(things.book("novel"), -3.2, -1.85, 0.42, 0.3)
-    flat.lay(things.fruit("orange", (0.90, 0.52, 0.13, 1.0)), -2.85, -1.9, 0.42)
+    flat.stand(fixtures.picture("picture", (0.8, 0.6), 1.25, SAGE, TERRACOTTA), 0.64, 0.05, RIGHT)
+    flat.lay(household_objects.mug("coffee_mug", TERRACOTTA), -2.6, -1.7, 0.42, 0.4)
+    flat.lay(household_objects.book("novel"), -3.2, -1.85, 0.42, 0.3)
+    flat.lay(household_objects.fruit("orange", (0.90, 0.52, 0.13, 1.0)), -2.85, -1.9, 0.42)
 
 
 def _kitchen(flat: Flat) -> None:
     south = cabinet(
         "kitchen_south", (3.0, 0.6, WORKTOP),
         [column("blank", 1.25), drawers(3), column("left"), column("right"), drawers(3)],
-        rgba=PAINT, front=SAGE, top=STONE, worktop=0.04, extra=fittings.sink(WORKTOP, (0.36, -0.02)),
+        rgba=PAINT, front=SAGE, top=STONE, worktop=0.04, extra=fixtures.sink(WORKTOP, (0.36, -0.02)),
     )  # fmt: skip
     flat.stand(south, 2.93, SOUTH + 0.37, BACK)
     east = cabinet(
         "kitchen_east", (1.2, 0.6, WORKTOP), [drawers(3), column("left")],
-        rgba=PAINT, front=SAGE, top=STONE, worktop=0.04, extra=fittings.hob(WORKTOP, -0.2),
+        rgba=PAINT, front=SAGE, top=STONE, worktop=0.04, extra=fixtures.hob(WORKTOP, -0.2),
     )  # fmt: skip
     flat.stand(east, EAST - 0.37, -2.30, RIGHT)
     fridge = cabinet(
@@ -189,66 +189,66 @@ def _kitchen(flat: Flat) -> None:
         rgba=PAINT, front=SAGE, base=1.45, plinth=0.0,
     )  # fmt: skip
     flat.stand(high, EAST - 0.235, -2.95, RIGHT)
-    flat.stand(fittings.hood("hood"), EAST - 0.06, -2.10, RIGHT)
+    flat.stand(fixtures.hood("hood"), EAST - 0.06, -2.10, RIGHT)
     flat.stand(table((0.85, 1.4), 0.74), 3.55, -0.45, LEFT)
     for name, x, y, yaw in (
         ("chair_1", 3.2, -1.1, BACK), ("chair_2", 3.9, -1.1, BACK),
         ("chair_3", 3.2, 0.2, 0.0), ("chair_4", 3.9, 0.2, 0.0),
     ):  # fmt: skip
         flat.lay(seats.chair(name), x, y, 0.0, yaw)
-    flat.lay(things.mug("mug", things.TEAL), 3.15, -0.55, 0.74, 0.3)
-    flat.lay(things.plate("plate", PAINT), 3.9, -0.62, 0.74)
-    flat.lay(things.bowl("bowl", TERRACOTTA), 3.55, -0.38, 0.74)
-    flat.lay(things.fruit("apple"), 3.55, -0.38, 0.753)
-    flat.lay(things.banana("banana"), 3.2, -0.25, 0.74, 0.8)
-    flat.lay(things.bottle("bottle"), 1.65, SOUTH + 0.30, WORKTOP)
-    flat.lay(things.can("can"), 3.45, SOUTH + 0.30, WORKTOP)
+    flat.lay(household_objects.mug("mug", household_objects.TEAL), 3.15, -0.55, 0.74, 0.3)
+    flat.lay(household_objects.plate("plate", PAINT), 3.9, -0.62, 0.74)
+    flat.lay(household_objects.bowl("bowl", TERRACOTTA), 3.55, -0.38, 0.74)
+    flat.lay(household_objects.fruit("apple"), 3.55, -0.38, 0.753)
+    flat.lay(household_objects.banana("banana"), 3.2, -0.25, 0.74, 0.8)
+    flat.lay(household_objects.bottle("bottle"), 1.65, SOUTH + 0.30, WORKTOP)
+    flat.lay(household_objects.can("can"), 3.45, SOUTH + 0.30, WORKTOP)
 
 
 def _bedroom(flat: Flat) -> None:
-    flat.stand(fittings.rug("bedroom_rug", (2.2, 1.4), (0.62, 0.67, 0.72, 1), NAVY), -3.1, 1.75)
+    flat.stand(fixtures.rug("bedroom_rug", (2.2, 1.4), (0.62, 0.67, 0.72, 1), NAVY), -3.1, 1.75)
     flat.stand(seats.bed("bed", 1.6, NAVY), -3.1, NORTH - 1.13)
     flat.stand(cabinet("nightstand", (0.44, 0.4, 0.5), [drawers(2)], rgba=OAK), -4.15, NORTH - 0.28)
-    flat.stand(fittings.table_lamp("bedside_lamp", 0.5), -4.15, NORTH - 0.26)
+    flat.stand(fixtures.table_lamp("bedside_lamp", 0.5), -4.15, NORTH - 0.26)
     wardrobe = cabinet(
         "wardrobe", (1.3, 0.6, 2.1),
         [column("left"), column("right")], rgba=OAK, front=PAINT,
     )  # fmt: skip
     flat.stand(wardrobe, BATH - 0.37, 2.60, RIGHT)
     flat.stand(cabinet("dresser", (0.9, 0.36, 0.85), [drawers(4)], rgba=WALNUT), -3.95, 0.85, BACK)
-    flat.lay(things.book("diary", TERRACOTTA), -3.85, 0.85, 0.85, 0.2)
+    flat.lay(household_objects.book("diary", TERRACOTTA), -3.85, 0.85, 0.85, 0.2)
 
 
 def _bathroom(flat: Flat) -> None:
-    flat.stand(fittings.bathtub("bathtub"), 0.25, NORTH - 0.445)
-    flat.stand(fittings.shower_screen("shower_screen", 0.8), -0.2, NORTH - 0.80)
-    flat.stand(fittings.toilet("toilet"), BATH + 0.37, 2.1, LEFT)
+    flat.stand(fixtures.bathtub("bathtub"), 0.25, NORTH - 0.445)
+    flat.stand(fixtures.shower_screen("shower_screen", 0.8), -0.2, NORTH - 0.80)
+    flat.stand(fixtures.toilet("toilet"), BATH + 0.37, 2.1, LEFT)
     vanity = cabinet(
         "vanity", (0.8, 0.46, 0.8), [drawers(2), column("right")], rgba=OAK, front=PAINT, top=STONE
     )
     flat.stand(vanity, STUDY - 0.30, 1.7, RIGHT)
-    flat.stand(fittings.basin("basin", 0.8), STUDY - 0.30, 1.7, RIGHT)
-    flat.stand(fittings.mirror("mirror", (0.6, 0.8), 1.15), STUDY - 0.06, 1.7, RIGHT)
+    flat.stand(fixtures.basin("basin", 0.8), STUDY - 0.30, 1.7, RIGHT)
+    flat.stand(fixtures.mirror("mirror", (0.6, 0.8), 1.15), STUDY - 0.06, 1.7, RIGHT)
 
 
 def _study(flat: Flat) -> None:
-    flat.stand(fittings.rug("study_rug", (1.5, 1.2), TERRACOTTA, (0.85, 0.78, 0.66, 1)), 2.95, 2.35)
+    flat.stand(fixtures.rug("study_rug", (1.5, 1.2), TERRACOTTA, (0.85, 0.78, 0.66, 1)), 2.95, 2.35)
     desk_top = box((1.5, 0.7, 0.03), (0, 0, 0.735), OAK)
     legs = [box((0.05, 0.6, 0.72), (-0.70, 0, 0.36), OAK), box((1.3, 0.02, 0.3), (0.0, 0.3, 0.55), OAK)]
     flat.stand(thing("desk", [desk_top, *legs]), 2.95, NORTH - 0.43)
     flat.stand(
         cabinet("desk_drawers", (0.42, 0.6, 0.72), [drawers(3)], rgba=OAK, front=NAVY), 3.47, NORTH - 0.43
     )
-    flat.stand(fittings.television("monitor", 0.6, 0.75), 2.85, NORTH - 0.25)
-    flat.stand(fittings.table_lamp("desk_lamp", 0.75), 3.5, NORTH - 0.25)
+    flat.stand(fixtures.television("monitor", 0.6, 0.75), 2.85, NORTH - 0.25)
+    flat.stand(fixtures.table_lamp("desk_lamp", 0.75), 3.5, NORTH - 0.25)
     flat.lay(seats.desk_chair("desk_chair", NAVY), 2.85, 2.45, 0.0, BACK)
     shelf = cabinet(
         "study_shelf", (1.4, 0.32, 1.6), [shelves(4), shelves(4)], rgba=OAK,
-        extra=fittings.books(
+        extra=fixtures.books(
             [(-0.65, -0.1, 0.475), (0.05, 0.6, 0.475), (-0.65, -0.2, 0.85), (0.1, 0.4, 1.22)], 0.32
         ),
     )  # fmt: skip
     flat.stand(shelf, EAST - 0.23, 1.75, RIGHT)
-    flat.stand(fittings.plant("study_plant", 1.0), STUDY + 0.35, NORTH - 0.4)
-    flat.lay(things.book("manual", SAGE), 2.55, NORTH - 0.52, 0.75, -0.2)
-    flat.lay(things.mug("pencil_mug", MUSTARD), 3.2, NORTH - 0.4, 0.75)
+    flat.stand(fixtures.plant("study_plant", 1.0), STUDY + 0.35, NORTH - 0.4)
+    flat.lay(household_objects.book("manual", SAGE), 2.55, NORTH - 0.52, 0.75, -0.2)
+    flat.lay(household_objects.mug("pencil_mug", MUSTARD), 3.2, NORTH - 0.4, 0.75)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from roboyard.description.model import RGBA, RobotDescription
 from roboyard.scenes.home.colors import LINEN, OAK, PAINT, WALNUT
 from roboyard.scenes.parts import Part, box, capsule, cylinder, thing
-from roboyard.urdf.model import RGBA, RobotDescription
 
 
 def sofa(name: str, width: float, rgba: RGBA, pillow: RGBA) -> RobotDescription:

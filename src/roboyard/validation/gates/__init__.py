@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from roboyard.validation.bench import Bench
 from roboyard.validation.gates.drive import drive
 from roboyard.validation.gates.ik_reach import ik_reach
 from roboyard.validation.gates.limits import limits
@@ -13,6 +12,7 @@ from roboyard.validation.gates.rest import drift, self_collision, settle
 from roboyard.validation.gates.sensors import sensors
 from roboyard.validation.gates.tuck import tuck
 from roboyard.validation.report import Gate
+from roboyard.validation.test_world import Bench
 
 GATES: dict[str, Callable[[Bench], tuple[Gate, ...]]] = {
     "limits": limits,

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.poses import Array
 from roboyard.robots import RegisteredRobot, Robot
-from roboyard.robots.controllers import DifferentialDriveController, HolonomicBaseJointController
-from roboyard.robots.wheels import driven_wheels
-from roboyard.validation.bench import Bench, advance, zero_action
+from roboyard.robots.control import DifferentialDriveController, HolonomicBaseJointController
+from roboyard.robots.stability.wheels import driven_wheels
+from roboyard.transforms import Array
 from roboyard.validation.report import Curve, Gate
+from roboyard.validation.test_world import Bench, advance, zero_action
 
 SPEED, TURN = 0.3, 0.8
 """m/s and rad/s, or half of what the base can do where that is less"""

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.robots import Robot
-from roboyard.robots.controllers.rotations import vector_of_matrix
-from roboyard.robots.controllers.task import TaskController
-from roboyard.robots.joints import Indices
-from roboyard.validation.bench import Bench, all_contacts
+from roboyard.robots.control.rotations import vector_of_matrix
+from roboyard.robots.control.task import TaskController
+from roboyard.robots.joint_arrays import Indices
+from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Curve, Gate
+from roboyard.validation.test_world import Bench, all_contacts
 
 POSES = 20
 """For each arm."""

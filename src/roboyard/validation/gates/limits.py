@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.robots import Robot
+from roboyard.robots.definition.postures import tuck_posture
 from roboyard.robots.limits import LIMITLESS
-from roboyard.robots.postures import tuck_posture
-from roboyard.validation.bench import Bench
 from roboyard.validation.report import Gate
+from roboyard.validation.test_world import Bench
 
 SLACK = 1e-4
 """rad or m that a posture may lie outside"""

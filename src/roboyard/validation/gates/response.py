@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.poses import Array
 from roboyard.robots import Robot
-from roboyard.robots.joints import Indices
-from roboyard.validation.bench import Bench
+from roboyard.robots.joint_arrays import Indices
+from roboyard.transforms import Array
 from roboyard.validation.report import Curve, Gate
+from roboyard.validation.test_world import Bench
 
 SECONDS = 0.5
 NUDGE = 0.1

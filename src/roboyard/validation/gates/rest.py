@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.robots import Robot
-from roboyard.robots.controllers.rotations import vector_of_matrix
-from roboyard.validation.bench import Bench, own_contacts, zero_action
+from roboyard.robots.control.rotations import vector_of_matrix
+from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Curve, Gate
+from roboyard.validation.test_world import Bench, own_contacts, zero_action
 
 OVERLAP = 2e-4
 """m: contacts this deep push."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from roboyard.poses import Array, matrix_from_quaternion
 from roboyard.robots import Robot
 from roboyard.robots.sensor_frames import CameraFrame
-from roboyard.sensors.blocked import NEAR, RAYS, blocked_share
-from roboyard.validation.bench import Bench
+from roboyard.sensors.occlusion import NEAR, RAYS, blocked_share
+from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Gate
+from roboyard.validation.test_world import Bench
 
 BLOCKED = 0.5
 """Share of the view that may be blocked"""

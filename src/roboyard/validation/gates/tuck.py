@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.robots.postures import ResetMode
-from roboyard.validation.bench import Bench, own_contacts
+from roboyard.robots.definition.postures import ResetMode
 from roboyard.validation.report import Gate
+from roboyard.validation.test_world import Bench, own_contacts
 
 SECONDS = 1.0
 OVERLAP = 2e-4

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.poses import matrix_from_quaternion
+from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.robots import Robot

@@ -10,21 +10,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.cameras import Camera
 from roboyard.recording import Recorder, Stage, set_up
-from roboyard.recording.log import StateLog
+from roboyard.recording.state_log import StateLog
+from roboyard.rendering import Camera
+from roboyard.viewer.driving.action_source import NAMES, Pilot
 from roboyard.viewer.driving.aim import look_from_behind
-from roboyard.viewer.driving.filming import HEIGHT, WIDTH, Filming, free_file, moment_of, same_words
-from roboyard.viewer.driving.hands import Hands
+from roboyard.viewer.driving.ik_handles import Hands
 from roboyard.viewer.driving.panel import DrivingPanel
-from roboyard.viewer.driving.pilot import NAMES, Pilot
-from roboyard.viewer.follow import Follow
-from roboyard.viewer.keys import KeyEvent, Keys
-from roboyard.viewer.scans import Scans, lidars_of
-from roboyard.viewer.server import DEFAULT_PORT
-from roboyard.viewer.sticks import Sticks
+from roboyard.viewer.driving.video import HEIGHT, WIDTH, Filming, free_file, moment_of, same_words
+from roboyard.viewer.page.joysticks import Sticks
+from roboyard.viewer.page.keys import KeyEvent, Keys
+from roboyard.viewer.page.requests import Wishes
+from roboyard.viewer.page.server import DEFAULT_PORT
+from roboyard.viewer.scene.follow import Follow
+from roboyard.viewer.scene.scans import Scans, lidars_of
 from roboyard.viewer.viewer import Viewer
-from roboyard.viewer.wishes import Wishes
 
 if TYPE_CHECKING:
     from roboyard.robots import Robot

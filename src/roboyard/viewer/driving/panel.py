@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.robots import REGISTERED_ROBOTS
 from roboyard.scenes import SCENES
-from roboyard.viewer.driving.filming import endings, free_file, read_moment
-from roboyard.viewer.driving.pilot import HELP, SPEED
-from roboyard.viewer.inspector.link_panel import plain
-from roboyard.viewer.scans import lidars_of
+from roboyard.viewer.driving.action_source import HELP, SPEED
+from roboyard.viewer.driving.video import endings, free_file, read_moment
+from roboyard.viewer.inspector.panels.link_panel import plain
+from roboyard.viewer.scene.scans import lidars_of
 
 if TYPE_CHECKING:
     from roboyard.viewer.driving.page import DrivingPage

@@ -12,13 +12,13 @@ import numpy as np
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
 from roboyard.sim.body import Body
-from roboyard.viewer.inspector.link_panel import plain
-from roboyard.viewer.inspector.panels import Panels
+from roboyard.viewer.inspector.panels.all_panels import Panels
+from roboyard.viewer.inspector.panels.link_panel import plain
 from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
-from roboyard.viewer.server import DEFAULT_PORT
+from roboyard.viewer.page.requests import Wishes
+from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.viewer import Viewer
-from roboyard.viewer.wishes import Wishes
 
 TICK = 1.0 / 60.0
 """s: how often the page's wishes are looked at."""

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from roboyard.urdf import Audit, audit, load_urdf
-from roboyard.urdf.model import RobotDescription
-from roboyard.viewer.inspector.notes import Notes, read_notes
+from roboyard.audit import Audit, audit
+from roboyard.description import load_urdf
+from roboyard.description.model import RobotDescription
+from roboyard.viewer.inspector.edits.edit_state import Notes, read_notes
 from roboyard.viewer.inspector.robot_source import RobotSource
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from roboyard.errors import RoboyardError, unknown_name
-from roboyard.viewer.inspector.spheres import Spheres, read_spheres
+from roboyard.viewer.inspector.edits.planner_spheres import Spheres, read_spheres
 
 PLANNER_FILES = "**/*_curobo_default.yaml"
 
@@ -77,7 +77,7 @@ def find_robot(word: str, planner_file: Path | None = None, config: Path | None 
 
 def _registered(name: str, planner_file: Path | None, config: Path | None) -> RobotSource:
     from roboyard.assets import asset_path
-    from roboyard.robots.bundled import SOURCE_CONFIGS, bundled_urdf
+    from roboyard.importer.bundled import SOURCE_CONFIGS, bundled_urdf
     from roboyard.robots.registry import REGISTERED_ROBOTS
 
     robot = REGISTERED_ROBOTS[name]

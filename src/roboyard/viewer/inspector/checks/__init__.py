@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from roboyard.viewer.inspector.checks.audited import joints, masses, self_collision
+from roboyard.viewer.inspector.checks.audit_findings import joints, masses, self_collision
 from roboyard.viewer.inspector.checks.motion import gripper, settles
-from roboyard.viewer.inspector.checks.senses import cameras
+from roboyard.viewer.inspector.checks.sensors import cameras
 from roboyard.viewer.inspector.checks.shapes import base_frame, collision_fits, wheels
-from roboyard.viewer.inspector.checks.verdict import Offence, Subject, Verdict
+from roboyard.viewer.inspector.checks.status import Offence, Subject, Verdict
 
 CHECKS: Mapping[str, Callable[[Subject], Verdict]] = {
     "collision shapes fit": collision_fits,

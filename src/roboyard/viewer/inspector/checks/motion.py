@@ -7,7 +7,7 @@ import numpy as np
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
 from roboyard.sim.body import Body
-from roboyard.viewer.inspector.checks.verdict import Offence, Subject, Verdict
+from roboyard.viewer.inspector.checks.status import Offence, Subject, Verdict
 
 SECONDS = 2.0
 STILL = 0.01

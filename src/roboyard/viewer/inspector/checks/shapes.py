@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from roboyard.poses import Array
-from roboyard.viewer.inspector.checks.verdict import Offence, Subject, Verdict, points_of, world_points
+from roboyard.transforms import Array
+from roboyard.viewer.inspector.checks.status import Offence, Subject, Verdict, points_of, world_points
 
 SMALL = 0.03
 """m: links smaller than this may go without a collision shape"""
@@ -115,7 +115,7 @@ def _guessed_wheels(subject: Subject) -> list[str]:
     for joint in body.joints:
         if joint.type != "continuous":
             continue
-        from roboyard.poses import rotate
+        from roboyard.transforms import rotate
 
         axis = rotate(joint.child.pose[1], joint.axis / np.linalg.norm(joint.axis))
         points = world_points(body, joint.child.name, collision=True)

@@ -1,0 +1,112 @@
+"""Colours and textures."""
+
+from __future__ import annotations
+
+from roboyard.audit.findings import MISBEHAVES, UNTIDY
+from roboyard.audit.registry import Fault, Faults, check
+from roboyard.audit.urdf_elements import Draft, DraftMaterial
+
+
+@check(
+    "color-range",
+    MISBEHAVES,
+    remedy="divide by 255; colours run from 0 to 1",
+    mendable=True,
+    example='<color rgba="255 128 0 255"/>',
+)
+def color_range(draft: Draft) -> Faults:
+    """A colour runs from 0 to 255, or is negative."""
+    for material in draft.materials:
+        rgba = material.rgba
+        if rgba is not None and (max(rgba) > 1.0 + 1e-6 or min(rgba) < 0):
+            shown = " ".join(f"{value:g}" for value in rgba)
+            mendable = runs_to_255(rgba)
+            message = f"colour ({shown}) is outside 0 to 1"
+            yield Fault(at=material, message=message, mendable=mendable)
+
+
+def runs_to_255(rgba: tuple[float, ...]) -> bool:
+    """True for a colour that can only be meant on a scale of 0 to 255."""
+    return min(rgba) >= 0 and 2.0 <= max(rgba[:3]) <= 255.0 and all(v == int(v) for v in rgba[:3])
+
+
+@check(
+    "color-alpha-missing",
+    UNTIDY,
+    remedy="add 1 for opaque",
+    mendable=True,
+    example='<color rgba="0.2 0.2 0.2"/>',
+)
+def color_alpha_missing(draft: Draft) -> Faults:
+    """A colour has three numbers; it is read as opaque."""
+    for material in draft.materials:
+        if material.rgba is not None and len(material.rgba) == 3:
+            yield Fault(at=material, message="colour of 3 numbers; read as opaque")
+
+
+@check(
+    "color-invisible",
+    UNTIDY,
+    remedy="give an alpha above 0, or remove the visual",
+    example='<color rgba="1 0 0 0"/>',
+)
+def color_invisible(draft: Draft) -> Faults:
+    """A colour's alpha is zero: the shape is not seen."""
+    for material in draft.materials:
+        if material.rgba is not None and len(material.rgba) == 4 and material.rgba[3] == 0:
+            yield Fault(at=material, message="alpha is 0; it is not seen")
+
+
+def _is_bare(material: DraftMaterial) -> bool:
+    return material.element.find("color") is None and material.element.find("texture") is None
+
+
+@check(
+    "material-undefined",
+    UNTIDY,
+    remedy="define it at the robot's level, or correct the name",
+    example='<material name="gray"/> defined nowhere',
+)
+def material_undefined(draft: Draft) -> Faults:
+    """A visual names a material that is defined nowhere; it gets the default colour."""
+    defined = {material.name for material in draft.materials if not _is_bare(material)}
+    told: set[str] = set()
+    for material in draft.materials:
+        if material.link and _is_bare(material) and material.name not in defined | told:
+            told.add(material.name)
+            yield Fault(at=material, message="it is named but defined nowhere")
+
+
+@check(
+    "material-redefined",
+    UNTIDY,
+    remedy="give each colour its own name",
+    example='<material name="m"><color rgba="1 0 0 1"/></material> and again with another colour',
+)
+def material_redefined(draft: Draft) -> Faults:
+    """One material name stands for two colours; programs differ on which one counts."""
+    first: dict[str, DraftMaterial] = {}
+    told: set[str] = set()
+    for material in draft.materials:
+        if not material.name or material.rgba is None:
+            continue
+        known = first.setdefault(material.name, material)
+        if known.rgba != material.rgba and material.name not in told:
+            told.add(material.name)
+            yield Fault(at=material, message=f"it has another colour in line {known.line}")
+
+
+@check(
+    "texture-missing",
+    UNTIDY,
+    remedy="add the image, or remove the <texture>",
+    example='<texture filename="gone.png"/>',
+)
+def texture_missing(draft: Draft) -> Faults:
+    """A texture image is not found in the robot's folders; the plain colour is used."""
+    for material in draft.materials:
+        if material.texture is not None and material.texture.path is None:
+            texture = material.element.find("texture")
+            uri = "" if texture is None else texture.get("filename")
+            problem = (material.texture.problem or "").rpartition("; ")[0]
+            yield Fault(at=material, message=f"texture {uri!r}: {problem or 'not found'}")

@@ -1,0 +1,73 @@
+"""Names that other formats cannot bear."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from roboyard.audit.findings import UNTIDY
+from roboyard.audit.registry import Fault, Faults, check
+from roboyard.audit.renames import planned_renames
+from roboyard.audit.urdf_elements import Draft, DraftJoint, DraftLink
+
+
+def _odd(things: tuple[DraftLink, ...] | tuple[DraftJoint, ...], renames: Mapping[str, str]) -> Faults:
+    for thing in things:
+        if thing.name in renames:
+            message = (
+                f"the name {thing.name!r} is no USD or identifier name; it becomes {renames[thing.name]!r}"
+            )
+            yield Fault(at=thing, message=message)
+
+
+@check(
+    "link-name-odd",
+    UNTIDY,
+    remedy="use the new name downstream; repair writes renames.json",
+    mendable=True,
+    example='<link name="left (arm) link">',
+)
+def link_name_odd(draft: Draft) -> Faults:
+    """A link's name holds blanks, parentheses or other characters USD forbids, or starts with a digit."""
+    yield from _odd(draft.links, planned_renames(draft).links)
+
+
+@check(
+    "joint-name-odd",
+    UNTIDY,
+    remedy="use the new name downstream; repair writes renames.json",
+    mendable=True,
+    example='<joint name="joint-1" ...>',
+)
+def joint_name_odd(draft: Draft) -> Faults:
+    """A joint's name holds blanks, parentheses or other characters USD forbids, or starts with a digit."""
+    yield from _odd(draft.joints, planned_renames(draft).joints)
+
+
+@check(
+    "link-name-reserved",
+    UNTIDY,
+    remedy="nothing to do in Roboyard; rename it where stock MuJoCo must read the file",
+    example='<link name="world"/>',
+)
+def link_name_reserved(draft: Draft) -> Faults:
+    """A link is called `world`, which is what MuJoCo calls the ground frame."""
+    for link in draft.links:
+        if link.name == "world":
+            yield Fault(at=link, message='"world" is MuJoCo\'s name for the ground frame')
+
+
+@check(
+    "name-too-long",
+    UNTIDY,
+    remedy="shorten it",
+    example="(a link name of 300 characters)",
+)
+def name_too_long(draft: Draft) -> Faults:
+    """A name is over 200 characters long."""
+    for thing in (*draft.links, *draft.joints):
+        if len(thing.name) > 200:
+            short = thing.name[:40] + "..."
+            kind = "link" if isinstance(thing, DraftLink) else "joint"
+            yield Fault(
+                line=thing.line, message=f"{kind} {short!r} has a name of {len(thing.name)} characters"
+            )

@@ -1,0 +1,221 @@
+"""Links, joints, and how they hang together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.registry import Fault, Faults, check
+from roboyard.audit.urdf_elements import JOINT_TYPES, Draft, DraftJoint, DraftLink, Place, plain_type
+from roboyard.description.urdf.xml import line_of
+from roboyard.errors import unknown_name
+
+
+def _listed(names: Sequence[str], most: int = 6) -> str:
+    shown = ", ".join(f'"{name}"' for name in names[:most])
+    return shown + (f", ... ({len(names)} in all)" if len(names) > most else "")
+
+
+@check("no-links", BLOCKS, remedy="a robot needs at least one <link>", example='<robot name="arm"/>')
+def no_links(draft: Draft) -> Faults:
+    """There is no `<link>`."""
+    if not draft.links:
+        yield Fault(at=Place(who="robot", line=line_of(draft.root)), message="there is no <link>")
+
+
+@check("link-name-missing", BLOCKS, remedy="give it a unique name", example="<link>...</link>")
+def link_name_missing(draft: Draft) -> Faults:
+    """A link has no name."""
+    for link in draft.links:
+        if not link.name:
+            yield Fault(at=Place(who="link", line=link.line), message="a <link> has no name")
+
+
+@check(
+    "joint-name-missing", BLOCKS, remedy="give it a unique name", example='<joint type="fixed">...</joint>'
+)
+def joint_name_missing(draft: Draft) -> Faults:
+    """A joint has no name."""
+    for joint in draft.joints:
+        if not joint.name:
+            yield Fault(at=Place(who="joint", line=joint.line), message="a <joint> has no name")
+
+
+def _duplicates(things: Sequence[DraftLink] | Sequence[DraftJoint]) -> Faults:
+    first: dict[str, int | None] = {}
+    for thing in things:
+        if not thing.name:
+            continue
+        if thing.name in first:
+            yield Fault(at=thing, message=f"the name is used twice (first in line {first[thing.name]})")
+        else:
+            first[thing.name] = thing.line
+
+
+@check(
+    "link-name-duplicate",
+    BLOCKS,
+    remedy="rename one of them, and the joints that mean it",
+    example='<link name="arm"/><link name="arm"/>',
+)
+def link_name_duplicate(draft: Draft) -> Faults:
+    """Two links have one name."""
+    yield from _duplicates(draft.links)
+
+
+@check(
+    "joint-name-duplicate",
+    BLOCKS,
+    remedy="rename one of them",
+    example='<joint name="j" .../><joint name="j" .../>',
+)
+def joint_name_duplicate(draft: Draft) -> Faults:
+    """Two joints have one name."""
+    yield from _duplicates(draft.joints)
+
+
+@check(
+    "joint-type-unknown",
+    BLOCKS,
+    remedy=f"give one of {', '.join(JOINT_TYPES)}",
+    example='<joint name="j" type="hinge">',
+)
+def joint_type_unknown(draft: Draft) -> Faults:
+    """A joint has no type, or one that URDF does not know."""
+    for joint in draft.joints:
+        if not joint.type:
+            yield Fault(at=joint, message="it has no type")
+        elif joint.type not in JOINT_TYPES:
+            yield Fault(at=joint, message=f"unknown joint type {joint.type!r}")
+
+
+@check(
+    "joint-type-spelling",
+    UNTIDY,
+    remedy="write the type in lower case without blanks",
+    mendable=True,
+    example='<joint name="j" type="Revolute">',
+)
+def joint_type_spelling(draft: Draft) -> Faults:
+    """A joint's type differs from a known one in case or blanks alone."""
+    for joint in draft.joints:
+        written = joint.element.get("type") or ""
+        if plain_type(written) != written:
+            yield Fault(at=joint, message=f"type {written!r} is read as {joint.type!r}")
+
+
+@check(
+    "joint-end-missing",
+    BLOCKS,
+    remedy='add <parent link="..."/> and <child link="..."/>',
+    example='<joint name="j" type="fixed"><parent link="a"/></joint>',
+)
+def joint_end_missing(draft: Draft) -> Faults:
+    """A joint has no parent or no child link."""
+    for joint in draft.joints:
+        for tag, name in (("parent", joint.parent), ("child", joint.child)):
+            if not name:
+                yield Fault(at=joint, message=f"it has no {tag} link", remedy=f'add <{tag} link="..."/>')
+
+
+@check(
+    "joint-link-unknown",
+    BLOCKS,
+    remedy="correct the name or add the link",
+    example='<child link="ghost"/>',
+)
+def joint_link_unknown(draft: Draft) -> Faults:
+    """A joint's parent or child is no link of the robot."""
+    for joint in draft.joints:
+        for tag, name in (("parent", joint.parent), ("child", joint.child)):
+            if name and name not in draft.link_by_name:
+                yield Fault(at=joint, message=f"{tag}: {unknown_name('link', name, draft.link_by_name)}")
+
+
+@check(
+    "link-two-parents",
+    BLOCKS,
+    remedy="give it one parent; close a loop with a constraint in the simulator",
+    example="(two joints with the same child)",
+)
+def link_two_parents(draft: Draft) -> Faults:
+    """Two joints have one link as their child."""
+    first: dict[str, DraftJoint] = {}
+    for joint in draft.joints:
+        if not joint.child:
+            continue
+        if joint.child in first:
+            other = first[joint.child].name
+            yield Fault(at=joint, message=f'link "{joint.child}" is already the child of joint "{other}"')
+        else:
+            first[joint.child] = joint
+
+
+@check(
+    "links-loop",
+    BLOCKS,
+    remedy="remove one joint of the loop",
+    example="(a is b's parent and b is a's)",
+)
+def links_loop(draft: Draft) -> Faults:
+    """Links hang from each other in a ring, so that no root reaches them."""
+    for ring in draft.tree.loops:
+        named = " -> ".join(f'"{name}"' for name in ring[:6]) + (" -> ..." if len(ring) > 6 else "")
+        first, *_, last = (*ring, *ring)
+        closing = next((j for j in draft.joints if j.child == first and j.parent == last), None)
+        yield Fault(
+            at=closing, links=ring[:20], message=f"it closes a loop of links ({named}) without a root"
+        )
+
+
+@check(
+    "several-roots",
+    BLOCKS,
+    remedy="join them with fixed joints, or remove the orphans",
+    example="(a link that no joint names)",
+)
+def several_roots(draft: Draft) -> Faults:
+    """More than one link is no joint's child, so that the robot falls into parts."""
+    roots = draft.tree.roots
+    if len(roots) < 2:
+        return
+    orphans = [name for name in roots if not draft.tree.children[name]]
+    message = f"{len(roots)} root links: {_listed(roots)}"
+    if orphans:
+        message += f"; orphans, which no joint names: {_listed(orphans)}"
+    yield Fault(at=draft.link_by_name[roots[1]], message=message, links=roots[1:20])
+
+
+@check(
+    "joint-floating",
+    MISBEHAVES,
+    remedy="use the joint type that is meant, or split the robot in two",
+    example='(type="floating" between two links of an arm)',
+)
+def joint_floating(draft: Draft) -> Faults:
+    """A floating joint inside the tree: what hangs from it falls off, and most importers refuse it."""
+    for joint in draft.joints:
+        if joint.type != "floating":
+            continue
+        parent = draft.link_by_name.get(joint.parent)
+        is_world = (
+            parent is not None
+            and not draft.tree.parents[joint.parent]
+            and not parent.shapes
+            and parent.inertial is None
+        )
+        if not is_world:
+            yield Fault(at=joint, message="a floating joint inside the tree holds nothing together")
+
+
+@check(
+    "joint-type-rare",
+    UNTIDY,
+    remedy="use several revolute or prismatic joints where another program must read the file",
+    example='<joint name="j" type="spherical">',
+)
+def joint_type_rare(draft: Draft) -> Faults:
+    """A planar or spherical joint, which few other programs read."""
+    for joint in draft.joints:
+        if joint.type in ("planar", "spherical"):
+            yield Fault(at=joint, message=f"few programs know {joint.type} joints")

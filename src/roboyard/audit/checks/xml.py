@@ -1,0 +1,275 @@
+"""Elements, attributes and numbers as such."""
+
+from __future__ import annotations
+
+import difflib
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+
+from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.registry import Fault, Faults, check
+from roboyard.audit.urdf_elements import Draft, Place
+from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS
+from roboyard.description.urdf.numbers import BEYOND, LARGEST
+from roboyard.description.urdf.xml import line_of
+
+_POSE = ("xyz", "rpy", "quat_xyzw")
+ATTRIBUTES: dict[str, tuple[str, ...]] = {
+    "robot": ("name", "version"),
+    "link": ("name",),
+    "joint": ("name", "type"),
+    "inertial": (),
+    "visual": ("name",),
+    "collision": ("name", "concave"),
+    "geometry": (),
+    "origin": _POSE,
+    "mass": ("value",),
+    "inertia": INERTIA_KEYS,
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "plane": ("normal",),
+    "mesh": ("filename", "scale"),
+    "material": ("name",),
+    "color": ("rgba",),
+    "texture": ("filename",),
+    "parent": ("link",),
+    "child": ("link",),
+    "axis": ("xyz",),
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "dynamics": ("damping", "friction"),
+    "mimic": ("joint", "multiplier", "offset"),
+    **dict.fromkeys(CONTACT_TAGS, ("value",)),
+}
+"""Attributes that Roboyard reads, by element."""
+
+NUMBERS: dict[tuple[str, str], int] = {
+    **{("origin", key): 4 if key == "quat_xyzw" else 3 for key in _POSE},
+    **{("inertia", key): 1 for key in INERTIA_KEYS},
+    ("mass", "value"): 1,
+    ("box", "size"): 3,
+    **{(tag, key): 1 for tag in ("sphere", "cylinder", "capsule") for key in ("radius", "length")},
+    ("plane", "normal"): 3,
+    ("mesh", "scale"): 3,
+    ("color", "rgba"): 4,
+    ("axis", "xyz"): 3,
+    **{("limit", key): 1 for key in ("lower", "upper", "effort", "velocity")},
+    **{("dynamics", key): 1 for key in ("damping", "friction")},
+    **{("mimic", key): 1 for key in ("multiplier", "offset")},
+    **{(tag, "value"): 1 for tag in CONTACT_TAGS},
+}
+"""How many numbers an attribute holds, by element and attribute."""
+
+CHILDREN: dict[str, tuple[str, ...]] = {
+    "robot": ("link", "joint", "material"),
+    "link": ("inertial", "visual", "collision", "contact"),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    "inertial": ("origin", "mass", "inertia"),
+    "visual": ("origin", "geometry", "material"),
+    "collision": ("origin", "geometry"),
+    "contact": CONTACT_TAGS,
+    "geometry": ("box", "sphere", "cylinder", "capsule", "plane", "mesh"),
+    "material": ("color", "texture"),
+}
+"""Children that Roboyard reads, by element."""
+
+_SINGLE = {tag for tags in CHILDREN.values() for tag in tags}
+_SINGLE -= {"link", "joint", "visual", "collision", *CHILDREN["geometry"]}
+
+
+def read_elements(draft: Draft) -> Iterator[tuple[ET.Element, Place]]:
+    """Every element that Roboyard reads, with the link, joint or robot it belongs to."""
+    robot = Place(who="robot", line=line_of(draft.root))
+    stack: list[tuple[ET.Element, Place]] = [(draft.root, robot)]
+    while stack:
+        element, owner = stack.pop()
+        yield element, owner
+        known = CHILDREN.get(element.tag, ())
+        for child in reversed(element):
+            if child.tag in known:
+                at = owner
+                if element is draft.root:
+                    name = child.get("name") or ""
+                    links = (name,) if child.tag == "link" else ()
+                    at = Place(who=f'{child.tag} "{name}"', line=line_of(child), link_names=links)
+                stack.append((child, at))
+
+
+@check(
+    "number-not-finite",
+    BLOCKS,
+    remedy="give a finite number",
+    example='<origin xyz="0 nan 0"/>',
+)
+def number_not_finite(draft: Draft) -> Faults:
+    """A number is NaN or infinite, or too large for one."""
+    for fault in draft.number_faults:
+        if fault.fatal and "is not finite" in fault.message:
+            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
+
+
+@check(
+    "xacro-left",
+    BLOCKS,
+    remedy="expand it first: xacro FILE.xacro > FILE.urdf",
+    example='<origin xyz="0 0 ${height}"/>',
+)
+def xacro_left(draft: Draft) -> Faults:
+    """The file is an unexpanded xacro, or part of it is."""
+    for fault in draft.number_faults:
+        if fault.fatal and "xacro" in fault.message:
+            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
+    for element in draft.root.iter():
+        tag = str(element.tag)
+        if tag.startswith("xacro:") or (tag.startswith("{") and "xacro" in tag.partition("}")[0]):
+            yield Fault(at=Place(who="robot", line=line_of(element)), message=f"<{tag[:60]}> is xacro")
+            return
+
+
+@check(
+    "number-wrong",
+    BLOCKS,
+    remedy="give as many numbers as the attribute takes",
+    example='<origin xyz="0 0.1"/>',
+)
+def number_wrong(draft: Draft) -> Faults:
+    """A number cannot be read as one, or some of a vector's are missing."""
+    told = ("is not finite", "xacro", BEYOND)
+    for fault in draft.number_faults:
+        if fault.fatal and not any(words in fault.message for words in told):
+            message, _, remedy = fault.message.rpartition("; ")
+            yield Fault(at=fault.at, message=message or fault.message, remedy=remedy if message else None)
+
+
+@check(
+    "number-huge",
+    BLOCKS,
+    remedy="give it in metres, kilograms, seconds and radians",
+    example='<origin xyz="0 0 1e30"/>',
+)
+def number_huge(draft: Draft) -> Faults:
+    """A number is beyond any robot: over 1e9, other than as a joint's limit."""
+    for fault in draft.number_faults:
+        if fault.fatal and BEYOND in fault.message:
+            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
+    for link in draft.links:
+        if link.inertial is not None:
+            largest = max((link.inertial.mass or 0.0, *(link.inertial.tensor or ())), key=abs)
+            if abs(largest) > LARGEST:
+                message = f"<inertial> holds {largest:g}, {BEYOND}"
+                yield Fault(at=link, line=line_of(link.inertial.element), message=message)
+
+
+@check(
+    "number-sloppy",
+    UNTIDY,
+    remedy="write plain numbers with blanks between them",
+    mendable=True,
+    example='<origin xyz="0.1, 0, 0.2"/>',
+)
+def number_sloppy(draft: Draft) -> Faults:
+    """Only lenient readers take a number as written: commas, a stray dot, one too many, a long quaternion."""
+    for fault in draft.number_faults:
+        if not fault.fatal:
+            yield Fault(at=fault.at, message=fault.message)
+
+
+@check(
+    "robot-name-missing",
+    UNTIDY,
+    remedy='add name="..." to <robot>',
+    mendable=True,
+    example="<robot>",
+)
+def robot_name_missing(draft: Draft) -> Faults:
+    """`<robot>` has no name."""
+    if not draft.name:
+        yield Fault(at=Place(who="robot", line=line_of(draft.root)), message="<robot> has no name")
+
+
+@check(
+    "element-repeated",
+    MISBEHAVES,
+    remedy="keep one of them",
+    example='<joint ...><origin xyz="0 0 1"/><origin xyz="0 0 2"/>',
+)
+def element_repeated(draft: Draft) -> Faults:
+    """An element that counts once stands twice; only the first one is read."""
+    for element, owner in read_elements(draft):
+        if element.tag == "geometry":
+            shapes = [child.tag for child in element if child.tag in CHILDREN["geometry"]]
+            if len(shapes) > 1:
+                yield Fault(
+                    at=owner,
+                    line=line_of(element),
+                    message=f"<geometry> holds {len(shapes)} shapes; only the first, <{shapes[0]}>, is read",
+                )
+        if element is draft.root:
+            continue
+        single = _SINGLE.intersection(CHILDREN.get(element.tag, ()))
+        for tag in dict.fromkeys(child.tag for child in element if child.tag in single):
+            same = [child for child in element if child.tag == tag]
+            if len(same) > 1:
+                count = "a second" if len(same) == 2 else f"{len(same)}"
+                message = f"<{element.tag}> holds {count} <{tag}>; only the first is read"
+                severity = UNTIDY if tag == "material" else None  # colours move nothing
+                yield Fault(at=owner, line=line_of(same[1]), message=message, severity=severity)
+
+
+@check(
+    "element-unread",
+    UNTIDY,
+    remedy="nothing to do where another program reads it",
+    example="<transmission>...</transmission>",
+)
+def element_unread(draft: Draft) -> Faults:
+    """An element that Roboyard does not read; it is kept and written back as it was."""
+    counts: dict[tuple[str, str], list[Place]] = {}
+    for element, owner in read_elements(draft):
+        if element.tag not in CHILDREN:
+            continue
+        for child in element:
+            if isinstance(child.tag, str) and child.tag not in CHILDREN[element.tag]:
+                place = Place(who=owner.who, line=line_of(child), link_names=owner.link_names)
+                counts.setdefault((element.tag, child.tag), []).append(place)
+    for (parent, tag), places in counts.items():
+        many = f" ({len(places)} of them)" if len(places) > 1 else ""
+        message = f"<{tag[:60]}> in <{parent}> is kept but not used{many}"
+        yield Fault(at=places[0], message=message)
+
+
+@check(
+    "attribute-unread",
+    UNTIDY,
+    remedy="check the spelling; nothing to do where another program reads it",
+    example='<limit lowr="-1" upper="1"/>',
+)
+def attribute_unread(draft: Draft) -> Faults:
+    """An attribute that Roboyard does not read, misspelt perhaps; it is kept."""
+    idle = {  # what a fixed joint says of its motion
+        id(part) for joint in draft.joints if joint.type == "fixed" for part in joint.element
+    }
+    counts: dict[tuple[str, str, str | None], list[Place]] = {}
+    for element, owner in read_elements(draft):
+        for key in element.attrib:
+            known = ATTRIBUTES.get(element.tag)
+            if known is not None and key not in known and not key.startswith("xmlns") and ":" not in key:
+                place = Place(who=owner.who, line=line_of(element), link_names=owner.link_names)
+                meant = None if id(element) in idle else misspelt(element, key)
+                counts.setdefault((element.tag, key, meant), []).append(place)
+    for (tag, key, meant), places in counts.items():
+        many = f" ({len(places)} of them)" if len(places) > 1 else ""
+        message = f"<{tag} {key[:60]}> is kept but not used{many}"
+        if meant is None:
+            yield Fault(at=places[0], message=message)
+        else:
+            remedy = f"write {meant}, if that is what it means"
+            message += f"; {meant} is missing"
+            yield Fault(at=places[0], message=message, remedy=remedy, severity=MISBEHAVES)
+
+
+def misspelt(element: ET.Element, key: str) -> str | None:
+    """The attribute that an element lacks and that `key` looks like, or None."""
+    absent = [name for name in ATTRIBUTES.get(element.tag, ()) if name not in element.attrib]
+    return next(iter(difflib.get_close_matches(key.lower(), absent, n=1)), None)

@@ -1,0 +1,59 @@
+"""Robot descriptions: read URDF, walk the tree, write it back. Plain data, no physics."""
+
+from __future__ import annotations
+
+from roboyard.description.files.resolver import Resolved, Resolver
+from roboyard.description.model import (
+    Box,
+    Capsule,
+    Collision,
+    Contact,
+    Cylinder,
+    Geometry,
+    Heightfield,
+    Inertial,
+    Joint,
+    JointType,
+    Limit,
+    Link,
+    Material,
+    Mesh,
+    Mimic,
+    Plane,
+    Pose,
+    RobotDescription,
+    Source,
+    Sphere,
+    Visual,
+)
+from roboyard.description.urdf.read import load_urdf
+from roboyard.description.urdf.write import to_element, write_urdf
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Collision",
+    "Contact",
+    "Cylinder",
+    "Geometry",
+    "Heightfield",
+    "Inertial",
+    "Joint",
+    "JointType",
+    "Limit",
+    "Link",
+    "Material",
+    "Mesh",
+    "Mimic",
+    "Plane",
+    "Pose",
+    "Resolved",
+    "Resolver",
+    "RobotDescription",
+    "Source",
+    "Sphere",
+    "Visual",
+    "load_urdf",
+    "to_element",
+    "write_urdf",
+]

@@ -1,0 +1,1 @@
+"""Files that a robot description names: found, bounded to the robot's folders, copied."""

@@ -1,0 +1,343 @@
+"""Find the files that a robot description names, and only those it may name.
+
+A description is untrusted input. A mesh or texture is opened only inside one of these roots, symbolic links
+resolved before the check:
+
+- the description's own tree: its package (the nearest folder above with a `package.xml`, at most 8 levels
+  up), else its folder, or the parent of its folder where that is called as ROS packages call it (`urdf/`,
+  `robots/`, ...); and meshes in folders called as mesh folders are, one or two levels up (`../meshes`,
+  `../../arms/panda/meshes`, ...);
+- for `package://NAME/...`: a folder called NAME that is, or stands beside, one of the 8 folders above the
+  description (never a file system's root or a user's home); a package of that name anywhere in the workspace
+  that the description lies in (see `roboyard.description.files.workspaces`);
+- what the caller gives: `packages`, `search_paths`; what the environment gives: `ROS_PACKAGE_PATH`,
+  `GAZEBO_MODEL_PATH`, `AMENT_PREFIX_PATH`; and packages anywhere below those.
+
+A file that is in none of these places is looked for in the description's own tree by the end of its path (see
+`roboyard.description.files.moved_files`), which finds the files of robots that were moved. Anything else
+is reported as not
+found, with the remedy of naming its folder in `search_paths`.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from urllib.parse import unquote
+
+from roboyard.description.files.moved_files import LEAST_SHARED, is_mesh_or_image, moved_file
+from roboyard.description.files.workspaces import (
+    package_folders,
+    package_name,
+    packages_below,
+    workspace_sources,
+)
+
+MAX_LEVELS = 8
+_URDF_FOLDERS = {"urdf", "urdfs", "robot", "robots", "xacro", "model", "models", "sdf", "description"}
+_MESH_FOLDERS = re.compile(
+    r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
+    re.IGNORECASE,
+)
+_DRIVE = re.compile(r"[A-Za-z]:[\\/]")
+_SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.S)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Resolved:
+    """Where a URI led: `path` is None when it led nowhere, and `problem` then says why and what to do."""
+
+    path: Path | None
+    note: str | None = None
+    problem: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    root: Path
+    """Folder that the file may not leave."""
+    relative: str
+    note: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resolver:
+    """Turns the URIs of one description into files.
+
+    Args:
+        base: folder of the description; None for one made in memory, which then needs roots from the caller.
+        real_base: the same where the description's file is a symbolic link: the folder of the file itself.
+        packages: package name to folder.
+        search_paths: folders searched for relative paths, packages and models.
+        environment: where the ROS and Gazebo search paths are looked up; `os.environ` by default.
+    """
+
+    base: Path | None = None
+    real_base: Path | None = None
+    packages: Mapping[str, Path] | None = None
+    search_paths: Sequence[Path] = ()
+    environment: Mapping[str, str] | None = None
+
+    def resolve(self, uri: str) -> Resolved:
+        """The file that `uri` names: package://, model://, file://, a relative or an absolute path."""
+        text = uri.strip()
+        if not text or "\0" in text:
+            return Resolved(path=None, problem="the file name is blank; name a file")
+        match = _SCHEME.match(text)
+        scheme, rest = (match[1].lower(), match[2]) if match else ("", text)
+        if scheme not in ("", "file", "package", "model"):
+            problem = f"{scheme}:// is not fetched; download the file and name it by path or package://"
+            return Resolved(path=None, problem=problem)
+        seen: list[str] = []
+        refused = folder = None
+        for spelling, spelling_note in _spellings(rest):
+            for candidate in self._candidates(scheme, spelling):
+                lexical = Path(os.path.normpath(candidate.root / candidate.relative))
+                seen.append(str(lexical))
+                found, case_note = _find(lexical)
+                if found is None:
+                    folder = lexical if folder is None and _is_folder(lexical) else folder
+                    continue
+                if not self._is_allowed(found, candidate.root):
+                    refused = refused or found
+                    continue
+                notes = [note for note in (candidate.note, spelling_note, case_note) if note]
+                return Resolved(path=found, note="; ".join(notes) or None)
+        moved = self._moved(scheme, rest)
+        if moved is not None:
+            return moved
+        if refused is not None:
+            problem = (
+                f"{refused} lies outside the robot's folders, so it is not opened; "
+                f"move it there or pass its folder in search_paths"
+            )
+            return Resolved(path=None, problem=problem)
+        if folder is not None:
+            return Resolved(path=None, problem=f"{folder} is a folder; name a file")
+        return Resolved(path=None, problem=self._not_found(scheme, rest, seen))
+
+    def _moved(self, scheme: str, rest: str) -> Resolved | None:
+        """The file of the description's own tree that a path from another tree means."""
+        if self._package is None:
+            return None
+        path = unquote(rest).replace("\\", "/")
+        absolute = scheme == "file" or path.startswith("/") or _DRIVE.match(path) is not None
+        deep = self._package != self.base or (self._package / "package.xml").is_file()
+        found = moved_file(self._package, path, deep=deep, least=1 if absolute else LEAST_SHARED)
+        if found is None or not self._is_allowed(found, self._package):
+            return None
+        where = found.relative_to(self._package).as_posix()
+        return Resolved(path=found, note=f"not found; read from {where!r} in the robot's own folder")
+
+    def _not_found(self, scheme: str, rest: str, seen: Sequence[str]) -> str:
+        places = list(dict.fromkeys(str(Path(path).parent) for path in seen))
+        looked = f" (looked in {', '.join(places[:3])}{', ...' if len(places) > 3 else ''})" if places else ""
+        if scheme in ("package", "model"):
+            name = rest.lstrip("/").partition("/")[0]
+            home = self._folder_of(name)
+            if home is not None:
+                return (
+                    f"no such file in the package's folder {home}; add it (`git lfs pull` fetches large ones)"
+                )
+            remedy = (
+                f"name its folder with --package {name}=FOLDER (in Python pass packages={{{name!r}: folder}} "
+                f"or search_paths=[folder that holds {name!r}])"
+            )
+        else:
+            remedy = "add the file or pass its folder in search_paths"
+        return f"no such file{looked}; {remedy}"
+
+    def _folder_of(self, name: str) -> Path | None:
+        """The folder of a package; None where it is not known."""
+        for candidate in self._in_package(f"{name}/."):
+            root = candidate.root
+            if candidate.note is None and _is_folder(root) and name in (root.name, package_name(root)):
+                return root
+        return next((Path(folder) for known, folder in (self.packages or {}).items() if known == name), None)
+
+    # ---------------------------------------------------------------------------------- where to look
+
+    def _candidates(self, scheme: str, rest: str) -> Iterator[_Candidate]:
+        if scheme in ("package", "model"):
+            yield from self._in_package(rest.lstrip("/"))
+        elif scheme == "file" or rest.startswith("/") or _DRIVE.match(rest):
+            path = rest if scheme != "file" else "/" + rest.removeprefix("localhost").lstrip("/")
+            yield from self._absolute(Path(path))
+            if scheme == "file" and not rest.startswith("/"):  # file://meshes/x.stl, as some exporters write
+                yield from self._relative(rest, "file:// with a relative path; read as relative to the file")
+        else:
+            yield from self._relative(rest, None)
+
+    def _absolute(self, path: Path) -> Iterator[_Candidate]:
+        for root in self._trusted:
+            yield _Candidate(root, str(path))
+
+    def _relative(self, rest: str, note: str | None) -> Iterator[_Candidate]:
+        if self.base is not None:
+            yield _Candidate(self.base, rest, note)
+        for root in self._given:
+            yield _Candidate(root, rest, note)
+        if self._package is not None and self._package != self.base:
+            folder = self.base
+            while folder is not None and folder != self._package and folder != folder.parent:
+                folder = folder.parent
+                yield _Candidate(folder, rest, f"found relative to {folder.name}/, above the robot's folder")
+        for folder in self._above[1:3]:
+            if _MESH_FOLDERS.fullmatch(rest.partition("/")[0]):
+                yield _Candidate(folder, rest, f"found relative to {folder.name}/, above the robot's folder")
+
+    def _in_package(self, rest: str) -> Iterator[_Candidate]:
+        name, _, tail = rest.partition("/")
+        if name in ("", ".", "..") or not tail:
+            return
+        for known, folder in (self.packages or {}).items():
+            if known == name:
+                yield _Candidate(Path(folder), tail)
+        for root in self._given:
+            yield _Candidate(root / name, tail)
+            if root.name == name or package_name(root) == name:
+                yield _Candidate(root, tail)
+        if self._package is not None and package_name(self._package) == name:
+            yield _Candidate(self._package, tail)
+        for folder in self._above:
+            if folder.name == name:
+                yield _Candidate(folder, tail)
+            if (folder / name).resolve().is_relative_to(folder.resolve()):
+                yield _Candidate(folder / name, tail)
+        for root in (*self._given, *package_folders(self._above)):
+            package = packages_below(root).get(name)
+            if package is not None:
+                yield _Candidate(package, tail)
+        if self._package is not None:
+            note = f"package {name!r} was not found; its files were found in {self._package.name}/"
+            yield _Candidate(self._package, tail, note)
+        if self.base is not None:
+            yield _Candidate(self.base, tail, f"package {name!r} was not found; read relative to the file")
+
+    # ------------------------------------------------------------------------------- what is trusted
+
+    @cached_property
+    def _given(self) -> tuple[Path, ...]:
+        """Folders that the caller or the environment names."""
+        environment = os.environ if self.environment is None else self.environment
+        folders = [Path(folder) for folder in self.search_paths]
+        for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"):
+            folders += [Path(part) for part in environment.get(variable, "").split(os.pathsep) if part]
+        folders += self._installed
+        return tuple(dict.fromkeys(Path(os.path.abspath(folder)) for folder in folders))  # noqa: PTH100
+
+    @cached_property
+    def _installed(self) -> tuple[Path, ...]:
+        """Where the environment says that packages are installed; what their links lead to is trusted."""
+        environment = os.environ if self.environment is None else self.environment
+        prefixes = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+        return tuple(Path(os.path.abspath(prefix)) / "share" for prefix in prefixes if prefix)  # noqa: PTH100
+
+    @cached_property
+    def _above(self) -> tuple[Path, ...]:
+        """The description's folder and those above it, nearest first, that may hold packages."""
+        return () if self.base is None else _folders_above(self.base)
+
+    @cached_property
+    def _package(self) -> Path | None:
+        """The root of the package that the description belongs to."""
+        return None if self.base is None else _package_root(self.base)
+
+    @cached_property
+    def _trusted(self) -> tuple[Path, ...]:
+        roots = [*(Path(os.path.abspath(folder)) for folder in (self.packages or {}).values()), *self._given]  # noqa: PTH100
+        if self._package is not None:
+            roots.append(self._package)
+        if self.real_base is not None:
+            roots.append(_package_root(self.real_base))
+        return tuple(dict.fromkeys(roots))
+
+    def _is_allowed(self, found: Path, root: Path) -> bool:
+        """True where `found`, symbolic links resolved, stays inside `root` or another trusted folder."""
+        if found.is_relative_to(root) and any(root.is_relative_to(share) for share in self._installed):
+            return True
+        real = found.resolve()
+        if any(real.is_relative_to(source.resolve()) for source in workspace_sources(self._above)):
+            return True
+        if any(real.is_relative_to(folder.resolve()) for folder in (root, *self._trusted)):
+            return True
+        return any(_is_in_mesh_folder(real, folder.resolve()) for folder in self._above[1:3])
+
+
+def _is_in_mesh_folder(file: Path, folder: Path) -> bool:
+    """True where `file` lies in a folder beneath `folder` that is called as mesh folders are.
+
+    That is a folder directly below; for files called as meshes and images are, also one up to three levels
+    below, as in a collection of robots.
+    """
+    if not file.is_relative_to(folder):
+        return False
+    inner = file.relative_to(folder).parts[:-1]
+    searched = inner[:3] if is_mesh_or_image(file) else inner[:1]
+    return any(_MESH_FOLDERS.fullmatch(part) for part in searched)
+
+
+def _folders_above(base: Path) -> tuple[Path, ...]:
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111
+    folders: list[Path] = []
+    for folder in (base, *base.parents)[: MAX_LEVELS + 1]:
+        if folder == folder.parent or (folder in (home, home.parent) and folder != base):
+            break
+        folders.append(folder)
+    return tuple(folders)
+
+
+def _package_root(base: Path) -> Path:
+    above = _folders_above(base)
+    for folder in above:
+        if (folder / "package.xml").is_file():
+            return folder
+    return base.parent if base.name.lower() in _URDF_FOLDERS and base.parent in above else base
+
+
+def _spellings(rest: str) -> Iterator[tuple[str, str | None]]:
+    """The path as written, then with percent codes and backslashes read as exporters mean them."""
+    yield rest, None
+    decoded = unquote(rest)
+    if decoded != rest and "\0" not in decoded:
+        yield decoded, None
+    if "\\" in rest:
+        yield rest.replace("\\", "/"), 'backslashes in the file name read as "/"'
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def _find(path: Path) -> tuple[Path | None, str | None]:
+    """`path` where it is a file; else the one file that differs from it in case alone, with a note."""
+    try:
+        if path.is_file():
+            return path, None
+        if path.exists():
+            return None, None
+    except (OSError, ValueError):
+        return None, None
+    folder = path.parent
+    missing: list[str] = [path.name]
+    while not folder.is_dir() and folder != folder.parent and len(missing) < 16:
+        missing.insert(0, folder.name)
+        folder = folder.parent
+    try:
+        for part in missing:
+            matches = [entry for entry in folder.iterdir() if entry.name.casefold() == part.casefold()]
+            if len(matches) != 1:
+                return None, None
+            folder = matches[0]
+        if not folder.is_file():
+            return None, None
+    except OSError:
+        return None, None
+    return folder, f"found as {folder.name!r}, which differs in upper and lower case"

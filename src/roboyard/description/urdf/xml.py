@@ -1,0 +1,176 @@
+"""Read an XML file that nobody vouches for into elements that know their line.
+
+No DTD, no entity of the file's own, nothing external; size, depth and number of elements are bounded, and no
+step recurses. Prefixes are kept as written (`xacro:macro`), declared or not. Files that vendors ship although
+they are not well-formed are mended where the meaning is plain (see `xml_repair`), and every mending is noted.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from xml.parsers import expat
+
+from roboyard.description.urdf.xacro_calls import without_left_calls
+from roboyard.description.urdf.xml_repair import REPAIRS, decode
+from roboyard.errors import DescriptionError
+
+MAX_BYTES = 64 * 1024 * 1024
+MAX_DEPTH = 100
+MAX_ELEMENTS = 2_000_000
+
+
+class LocatedElement(ET.Element):
+    """An element that remembers the line of its start tag."""
+
+    line: int | None = None
+
+
+def line_of(element: ET.Element) -> int | None:
+    """1-based line of an element's start tag; None for one that did not come out of a file."""
+    return getattr(element, "line", None)
+
+
+def read_xml(source: Path | str) -> tuple[ET.Element, tuple[str, ...]]:
+    """Root element of a file (`Path`) or of XML text (`str`), and notes on what had to be mended.
+
+    Raises:
+        DescriptionError: the file cannot be read, is no XML, declares a DTD or entities, or is beyond the
+            bounds of this module (64 MiB, 100 levels, 2 million elements).
+    """
+    file = source if isinstance(source, Path) else None
+    data = _read_bytes(source) if isinstance(source, Path) else source.encode("utf-8", "surrogatepass")
+    if len(data) > MAX_BYTES:
+        raise DescriptionError(
+            f"{len(data) / 2**20:.0f} MiB is too large for a robot description (at most 64 MiB)", file=file
+        )
+    if not data.strip():
+        raise DescriptionError("the file is empty; a URDF starts with a <robot> element", file=file)
+    try:
+        root = _parse(data, file)
+        return root, without_left_calls(root, data)
+    except _NotWellFormed as error:
+        mended = _mend(data, file)
+        if mended is None:
+            raise DescriptionError(
+                f"not well-formed XML, column {error.column}: {error.reason}; mend the file at this place",
+                file=file,
+                line=error.line,
+            ) from None
+        return mended
+
+
+class _NotWellFormed(Exception):
+    def __init__(self, reason: str, line: int, column: int) -> None:
+        super().__init__(reason)
+        self.reason, self.line, self.column = reason, line, column
+
+
+def _read_bytes(file: Path) -> bytes:
+    try:
+        if file.is_dir():
+            raise DescriptionError("this is a folder; give the URDF file in it", file=file)
+        if file.exists() and not file.is_file():  # a pipe would keep us waiting, a device would never end
+            raise DescriptionError("cannot be read: it is no regular file", file=file)
+        with file.open("rb") as stream:
+            return stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise DescriptionError(f"no such file in {file.parent}; check the path", file=file) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise DescriptionError(f"cannot be read: {reason}", file=file) from None
+
+
+def _mend(data: bytes, file: Path | None) -> tuple[ET.Element, tuple[str, ...]] | None:
+    """Parse again after each repair that changes the text; None where none of them helps."""
+    text, note = decode(data)
+    notes = [note] if note else []
+    for repair in (None, *REPAIRS):
+        if repair is not None:
+            mended, what = repair(text)
+            if mended == text:
+                continue
+            text = mended
+            notes.append(what)
+        try:
+            root = _parse(text.encode("utf-8", "replace"), file, "utf-8")
+            return root, (*notes, *without_left_calls(root, data))
+        except _NotWellFormed:
+            continue
+    return None
+
+
+def _parse(data: bytes, file: Path | None, encoding: str | None = None) -> ET.Element:
+    builder = _Builder(file, encoding)
+    return builder.parse(data)
+
+
+class _Builder:
+    """Expat's events turned into located elements, within bounds."""
+
+    def __init__(self, file: Path | None, encoding: str | None) -> None:
+        self.file = file
+        self.root: LocatedElement | None = None
+        self.open: list[LocatedElement] = []
+        self.last: LocatedElement | None = None
+        self.count = 0
+        self.chunks: list[str] = []
+        parser = expat.ParserCreate(encoding)
+        parser.buffer_text = True
+        parser.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
+        parser.StartElementHandler = self.start
+        parser.EndElementHandler = self.end
+        parser.CharacterDataHandler = self.chunks.append
+        parser.StartDoctypeDeclHandler = self.refuse_doctype
+        parser.EntityDeclHandler = self.refuse_doctype
+        parser.ExternalEntityRefHandler = self.refuse_doctype
+        self.parser = parser
+
+    def parse(self, data: bytes) -> ET.Element:
+        try:
+            self.parser.Parse(data, True)
+        except expat.ExpatError as error:
+            reason = expat.ErrorString(error.code)
+            raise _NotWellFormed(reason, error.lineno, error.offset + 1) from None
+        except (LookupError, ValueError) as error:  # an encoding Python does not know, or cannot map
+            raise _NotWellFormed(f"encoding: {error}", 1, 1) from None
+        if self.root is None:
+            raise _NotWellFormed("no element found", 1, 1)
+        return self.root
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.flush()
+        element = LocatedElement(tag, attributes)
+        element.line = self.parser.CurrentLineNumber
+        self.count += 1
+        if self.count > MAX_ELEMENTS:
+            raise self.error(f"more than {MAX_ELEMENTS} elements; this is no robot description")
+        if len(self.open) >= MAX_DEPTH:
+            raise self.error(f"elements nested more than {MAX_DEPTH} deep; this is no robot description")
+        if self.open:
+            self.open[-1].append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+        self.last = None
+
+    def end(self, tag: str) -> None:
+        self.flush()
+        self.last = self.open.pop()
+
+    def flush(self) -> None:
+        """Give the text read since the last tag to the element it belongs to."""
+        if not self.chunks:
+            return
+        text = "".join(self.chunks)
+        self.chunks.clear()
+        if self.last is not None:
+            self.last.tail = text
+        elif self.open:
+            self.open[-1].text = text
+
+    def refuse_doctype(self, *_: object) -> int:
+        raise self.error("a DOCTYPE (DTD, entity declarations) is not accepted; remove it")
+
+    def error(self, message: str) -> DescriptionError:
+        return DescriptionError(message, file=self.file, line=self.parser.CurrentLineNumber)

@@ -1,0 +1,1 @@
+"""The source configuration of an import: schema, loading and checks."""

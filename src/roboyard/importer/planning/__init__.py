@@ -1,0 +1,1 @@
+"""Planning data: collision spheres, self-collision matrix and rest posture."""

@@ -1,0 +1,210 @@
+"""A rest posture from which an arm can move its tip every way at once.
+
+Many files draw their arms stretched out, where joints line up: the tip cannot be moved along the arm, and a
+controller that follows poses gets stuck. With J the Jacobian of the tip, its lengths in units of the arm's
+reach, such postures have a vanishing smallest singular value σ of J (Yoshikawa, "Manipulability of robotic
+mechanisms", IJRR 4(2), 1985). An arm whose σ is small is bent: of the postures whose joints are turned by
+nothing, 45° or 90° that one is taken that is best by
+
+    σ / σ_best - 0.1 (turns / 90°) + 0.2 x / reach + 0.2 z / reach
+
+with x how far its tip points forwards and z its lowest joint, so that arms that mirror each other are bent in
+mirror images; it must touch nothing that did not touch before, and stay above the floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.description.model import RobotDescription
+from roboyard.description.robot_model import ImportedRobot
+from roboyard.importer.config.checks import virtual_joints
+from roboyard.importer.config.schema import ImportConfig
+from roboyard.importer.planning.rest_posture import end_effectors, torso_joints
+from roboyard.importer.planning.self_collision import contacts_at
+from roboyard.kinematics import ChainArrays, forward_kinematics, from_description, jacobian
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    from roboyard.sim import World
+    from roboyard.sim.body import Body
+
+ENOUGH = 0.06
+"""σ from which a posture stays as it is."""
+TURNS = np.radians((0.0, 45.0, -45.0, 90.0, -90.0))
+MARGIN = np.radians(10.0)
+"""To the limits of bent joints."""
+MOST_JOINTS = 6
+"""That are turned in all ways; joints nearer to the tip stay."""
+FEWEST_JOINTS = 4
+TRIES = 100
+"""Postures looked at for contacts."""
+
+MOST_OF_ALL = 0.6
+"""Share of a robot's joints, its fingers' left out, from which its longest chain counts as an arm, where
+nobody names its hands."""
+
+Posture = Mapping[str, float]
+
+
+def bent_rest(robot: ImportedRobot, config: ImportConfig, rest: Posture) -> dict[str, float]:
+    """A rest posture with its stretched arms bent.
+
+    A posture that the configuration gives (`default_qpos`) stays, and so do torsos, locked joints and legs.
+    """
+    out = dict(rest)
+    if config.curobo.default_qpos is not None:
+        return out
+    description = robot.description
+    effectors = end_effectors(robot, config)
+    others = {*torso_joints(robot, config, effectors), *config.curobo.lock_joints}
+    others |= set(virtual_joints()) if robot.holonomic else set()
+    touches = NewContacts(description, rest)
+    for effector in effectors:
+        arm = arm_of(description, robot.base_link, effector.link, out, others)
+        if arm is None:
+            continue
+        named = config.curobo.eef_to_gripper_info or effector.gripper_joints
+        if not named and len(arm.own) < MOST_OF_ALL * _driven_before(description, effector.link):
+            continue
+        out |= bent(arm, out, touches)
+    return out
+
+
+def _driven_before(description: RobotDescription, tip: str) -> int:
+    """Joints that something of their own moves, but those that the tip carries."""
+    beyond, todo = set[str](), [tip]
+    while todo:
+        joints = description.child_joints.get(todo.pop(), ())
+        beyond |= {joint.name for joint in joints}
+        todo += [joint.child for joint in joints]
+    driven = (joint for joint in description.joints if joint.is_moving and joint.mimic is None)
+    return sum(joint.name not in beyond for joint in driven)
+
+
+class NewContacts:
+    """Tells whether a posture makes links touch that do not at rest nor at zero."""
+
+    def __init__(self, description: RobotDescription, rest: Posture) -> None:
+        """The robot is built when first asked for."""
+        self._description, self._rest = description, rest
+
+    def __call__(self, posture: Posture) -> bool:
+        return bool(self._pairs(posture) - self._usual)
+
+    @cached_property
+    def _stage(self) -> tuple[World, Body]:
+        from roboyard.sim import World
+
+        world = World(visual_geoms=False)
+        add = world.add_description
+        return world, add(self._description, fixed_base=True, self_collision=True, drives=False)
+
+    @cached_property
+    def _usual(self) -> set[tuple[str, str]]:
+        return self._pairs(dict.fromkeys(self._rest, 0.0)) | self._pairs(self._rest)
+
+    def _pairs(self, posture: Posture) -> set[tuple[str, str]]:
+        world, body = self._stage
+        return {(a, b) for a, b, _ in contacts_at(body, world, posture)}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Arm:
+    """A chain at rest."""
+
+    chain: ChainArrays
+    rest: Array
+    """(n,) rad or m"""
+    own: tuple[int, ...]
+    """Places of the arm's own joints in the chain; the others carry it."""
+    reach: float
+    """m"""
+
+
+def arm_of(
+    description: RobotDescription, base: str, tip: str, rest: Posture, shared: Collection[str]
+) -> Arm | None:
+    """The chain from the base to a tip as an arm.
+
+    Args:
+        shared: joints that are not the arm's own: a torso's, virtual ones.
+
+    Returns:
+        None for fewer than four joints of its own, or none that turn.
+    """
+    chain = from_description(description, tip, base)
+    own = tuple(i for i, name in enumerate(chain.joint_names) if name not in shared)
+    if len(own) < FEWEST_JOINTS or any(name not in rest for name in chain.joint_names):
+        return None
+    at = np.array([rest[name] for name in chain.joint_names])
+    frames = forward_kinematics(chain, at, list(chain.links))[:, :3, 3]
+    steps = np.linalg.norm(np.diff(frames, axis=0), axis=1)
+    reach = float(steps.sum())
+    return Arm(chain=chain, rest=at, own=own, reach=reach) if reach > 0 else None
+
+
+def dexterity(arm: Arm, q: Array) -> float:
+    """σ of the arm's own joints, without unit."""
+    own = jacobian(arm.chain, q)[:, list(arm.own)]
+    own[:3] /= arm.reach
+    return float(np.linalg.svd(own, compute_uv=False)[-1])
+
+
+def bent(arm: Arm, rest: Posture, touches: Callable[[Posture], bool]) -> dict[str, float]:
+    """Positions of the joints that are to be turned; empty where the arm can move already, or nothing helps.
+
+    Args:
+        arm: at rest.
+        rest: the whole robot's rest posture.
+        touches: whether a posture of the robot makes links touch that should not.
+    """
+    if dexterity(arm, arm.rest) >= ENOUGH:
+        return {}
+    candidates = _candidates(arm)
+    if not len(candidates):
+        return {}
+    found = np.array([dexterity(arm, q) for q in candidates])
+    best = float(found.max())
+    if best < 2.0 * ENOUGH:
+        return {}
+    frames = forward_kinematics(arm.chain, candidates, list(arm.chain.links))[:, :, :3, 3]
+    floor = min(0.0, float(forward_kinematics(arm.chain, arm.rest, list(arm.chain.links))[:, 2, 3].min()))
+    low = frames[:, 1:, 2].min(axis=1) - floor
+    turned = np.abs(candidates - arm.rest).sum(axis=1) / np.radians(90.0)
+    score = found / best - 0.1 * turned + 0.2 * (frames[:, -1, 0] + low) / arm.reach
+    score[(found < ENOUGH) | (low < 0.0)] = -np.inf
+    for place in np.argsort(-score, kind="stable")[:TRIES]:
+        if not np.isfinite(score[place]):
+            break
+        posture = dict(zip(arm.chain.joint_names, candidates[place].tolist(), strict=True))
+        if not touches({**rest, **posture}):
+            changed = candidates[place] != arm.rest
+            return {name: posture[name] for name, new in zip(posture, changed, strict=True) if new}
+    return {}
+
+
+def _candidates(arm: Arm) -> Array:
+    """(k, n) postures with some own joints turned; the first and the last, which σ hardly knows, stay."""
+    inner = [i for i in arm.own[1:-1] if not _slides(arm, i)][:MOST_JOINTS]
+    if not inner:
+        return np.zeros((0, len(arm.rest)))
+    choices = []
+    for i in inner:
+        low, high = arm.chain.lower[i] + MARGIN, arm.chain.upper[i] - MARGIN
+        values = [arm.rest[i] + turn for turn in TURNS]
+        choices.append([v for v in values if v == arm.rest[i] or low <= v <= high])
+    out = np.array(list(product(*choices))).reshape(-1, len(inner))
+    postures = np.tile(arm.rest, (len(out), 1))
+    postures[:, inner] = out
+    return postures
+
+
+def _slides(arm: Arm, place: int) -> bool:
+    return place in arm.chain.q_index[arm.chain.is_prismatic]

@@ -1,0 +1,151 @@
+"""Audit the vendor's URDF, mend it, and copy it with all its files into the build folder."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+
+from roboyard.audit import BLOCKS, Finding
+from roboyard.description.model import Geometry, Mesh, RobotDescription
+from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.urdf.read import load_urdf
+from roboyard.errors import ConfigError, DescriptionError
+from roboyard.importer.context import ImportContext
+from roboyard.importer.steps.names import planned_names, renamed
+from roboyard.repair import Repair, repair
+
+MAX_LINKS = 1000
+"""A robot beyond this is a mistake, or needs days of sphere fitting."""
+KEPT = ("link-name-odd", "joint-name-odd")
+"""Names are this package's own business: see `names`."""
+
+NO_FILE = ("mesh-missing", "mesh-outside")
+"""Told of the vendor's file: only there do the places that were searched mean anything."""
+
+
+def stage_and_clean(context: ImportContext) -> ImportedRobot:
+    """The mended robot; its meshes and images lie in `build/urdf` under plain names.
+
+    Raises:
+        DescriptionError: the robot cannot be used even after repair.
+        ConfigError: the robot is too large to import.
+    """
+    made = repair(context.urdf, context.urdf_folder, keep=KEPT, packages=context.packages)
+    _record(context, made)
+    if made.after.facts.links > MAX_LINKS:
+        raise ConfigError(
+            f"{context.urdf.name}: {made.after.facts.links} links are more than an import takes "
+            f"({MAX_LINKS}); split the robot"
+        )
+    left = [f for f in made.before.findings if f.code in NO_FILE]
+    left += [f for f in made.after.findings if f.severity == BLOCKS and f.code not in NO_FILE]
+    if left:
+        raise DescriptionError.collect([_error(context, made, finding) for finding in left])
+    description = load_urdf(made.urdf)
+    for scrap in ("renames.json", "repair_log.json", made.urdf.name):
+        (context.urdf_folder / scrap).unlink(missing_ok=True)
+    misc = context.build / "misc"
+    misc.mkdir(exist_ok=True)
+    shutil.move(context.urdf_folder / "repair.diff", misc / "repair.diff")
+    renames = planned_names(description)
+    for kind, plan in (("link", renames.links), ("joint", renames.joints)):
+        for old, new in plan.items():
+            context.log.warn(f"renamed from {old!r}, a name other tools cannot bear", f'{kind} "{new}"')
+    description = renamed(description, renames)
+    description = replace(_plain(description), name=context.config.name)
+    description = _free_grippers(description, context)
+    return ImportedRobot(
+        name=context.config.name,
+        description=description,
+        base_link=description.root.name,
+        category=context.config.category,
+        original_names={new: old for plan in (renames.links, renames.joints) for old, new in plan.items()},
+    )
+
+
+def _record(context: ImportContext, made: Repair) -> None:
+    log = context.log
+    log.facts["source"] = {
+        "urdf": str(context.urdf),
+        "verdict": made.before.verdict,
+        "facts": made.before.facts.to_json(),
+        "findings": [finding.to_json() for finding in made.before.findings],
+    }
+    log.facts["mends"] = [mend.to_json() for mend in made.mends]
+    log.facts["left"] = [finding.to_json() for finding in made.left]
+    for mend in made.mends:
+        if mend.code not in ("mesh-reference", "mesh-file-name"):
+            log.note(f"{mend.before} -> {mend.after} [{mend.code}]", mend.element)
+    if made.staged:
+        log.note(f"{len(made.staged)} mesh and image files staged under plain names")
+    for finding in made.left:
+        if finding.severity != BLOCKS and finding.code not in KEPT:
+            log.warn(
+                f"{finding.message}; {finding.remedy} [{finding.code}]", finding.element, code=finding.code
+            )
+
+
+def _error(context: ImportContext, made: Repair, finding: Finding) -> DescriptionError:
+    """The finding against the vendor's file; lines are those of the file the user can see."""
+    twins = [f for f in made.before.findings if (f.code, f.element) == (finding.code, finding.element)]
+    line = next((twin.line for twin in twins if twin.message == finding.message), None)
+    line = line or next((twin.line for twin in twins), None)
+    return DescriptionError(
+        f"{finding.message}; {finding.remedy}",
+        file=context.urdf,
+        line=line,
+        element=finding.element or None,
+    )
+
+
+def _plain(description: RobotDescription) -> RobotDescription:
+    """Robot-level XML of other tools names links and files that may be called otherwise now; it goes."""
+    links = tuple(
+        replace(
+            link,
+            visuals=tuple(replace(v, geometry=_local(v.geometry)) for v in link.visuals),
+            collisions=tuple(replace(c, geometry=_local(c.geometry)) for c in link.collisions),
+        )
+        for link in description.links
+    )
+    return replace(description, links=links, extra=())
+
+
+def _local(geometry: Geometry) -> Geometry:
+    if isinstance(geometry, Mesh) and geometry.path is not None:
+        return replace(geometry, path=geometry.path.absolute())
+    return geometry
+
+
+def _free_grippers(description: RobotDescription, context: ImportContext) -> RobotDescription:
+    """Gripper joints that the configuration lists are driven one by one: no mimic, no zeroed limits."""
+    named = {joint for g in context.config.curobo.eef_to_gripper_info.values() for joint in g.joints}
+    joints = []
+    for joint in description.joints:
+        if joint.name in named:
+            who = f'joint "{joint.name}"'
+            if joint.mimic is not None:
+                context.log.note(
+                    f"no longer mimics {joint.mimic.joint!r}: the gripper drives each finger", who
+                )
+                joint = replace(joint, mimic=None)
+            limit = joint.limit
+            if limit is not None and (limit.effort == 0 or limit.velocity == 0):
+                effort = GRIPPER_EFFORT if limit.effort == 0 else limit.effort
+                velocity = (
+                    GRIPPER_VELOCITY[joint.type == "prismatic"] if limit.velocity == 0 else limit.velocity
+                )
+                context.log.warn(
+                    f"effort and velocity limits of 0 would keep it from moving; set to {effort:g} and "
+                    f"{velocity:g}; give the drive's own in the URDF",
+                    who,
+                )
+                joint = replace(joint, limit=replace(limit, effort=effort, velocity=velocity))
+        joints.append(joint)
+    return replace(description, joints=tuple(joints))
+
+
+GRIPPER_EFFORT = 100.0
+"""N or N m: what OmniGibson takes where a joint gives no effort limit."""
+GRIPPER_VELOCITY = (15.0, 1.0)
+"""rad/s and m/s: the same for velocity, of revolute and prismatic joints."""

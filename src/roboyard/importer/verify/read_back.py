@@ -1,0 +1,142 @@
+"""Read the package back, and compare it with what was meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roboyard.description.model import RobotDescription
+from roboyard.description.robot_model import ImportedRobot
+from roboyard.importer.context import ImportContext
+from roboyard.kinematics.description_poses import forward_kinematics
+from roboyard.transforms import Array
+
+POSITION, ROTATION = 1e-5, 1e-4
+"""m and (entries of the rotation matrix): how far a link may be off."""
+MASS = 1e-6
+"""kg/kg"""
+
+
+def read_back(robot: ImportedRobot, context: ImportContext) -> None:
+    """Check each file that was written; findings go to the log, nothing is raised."""
+    build, name = context.build, robot.name
+    checks: tuple[tuple[str, Callable[[], list[str]]], ...] = (
+        ("urdf", lambda: check_urdf(robot, build / "urdf" / f"{name}.urdf")),
+        ("mjcf", lambda: check_mjcf(robot, build / "mjcf" / f"{name}.xml")),
+        ("usd", lambda: check_usd(robot, build / "usd" / f"{name}.usda")),
+        ("curobo", lambda: check_curobo(robot, build / "curobo" / f"{name}_description_curobo_default.yaml")),
+    )
+    results: dict[str, Any] = {}
+    for index, (kind, check) in enumerate(checks):
+        context.log.tell(index / len(checks), kind)
+        try:
+            problems = check()
+        except Exception as error:  # a check that cannot run is a finding like any other
+            problems = [f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"]
+        results[kind] = problems
+        for problem in problems:
+            context.log.warn(f"{kind}: {problem}")
+        if not problems:
+            context.log.note(f"{kind}: read back and found equal")
+    context.log.facts["read_back"] = results
+
+
+def check_urdf(robot: ImportedRobot, file: Path) -> list[str]:
+    """Links, joints, masses and poses of the written URDF."""
+    from roboyard.description import load_urdf
+
+    found = load_urdf(file)
+    problems = _names("link", robot.description.link_by_name, found.link_by_name)
+    problems += _names("joint", robot.description.joint_by_name, found.joint_by_name)
+    for link in robot.description.links:
+        other = found.link_by_name.get(link.name)
+        if other is None or link.inertial is None:
+            continue
+        mass = other.inertial.mass if other.inertial is not None else 0.0
+        if abs(mass - link.inertial.mass) > MASS * max(link.inertial.mass, 1e-9):
+            problems.append(f"link {link.name!r} weighs {mass:g} kg, not {link.inertial.mass:g}")
+    return problems + _poses(robot.description, forward_kinematics(found))
+
+
+def check_mjcf(robot: ImportedRobot, file: Path) -> list[str]:
+    """Stock MuJoCo compiles the file; its bodies stand where they should."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    for row in range(model.njnt):
+        if model.jnt_type[row] in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
+            data.qpos[model.jnt_qposadr[row]] = 0.0
+    mujoco.mj_kinematics(model, data)
+    rows = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, i): i for i in range(1, model.nbody)}
+    root = robot.description.root.name
+    if root not in rows:
+        return [] if root == "world" else [f"there is no body {root!r}"]
+    frames: dict[str, Array] = {}
+    for name, row in rows.items():
+        frames[name] = np.eye(4)
+        frames[name][:3, :3] = data.xmat[row].reshape(3, 3)
+        frames[name][:3, 3] = data.xpos[row]
+    to_root = np.linalg.inv(frames[root])
+    problems = _names("body", robot.description.link_by_name, rows)
+    return problems + _poses(robot.description, {name: to_root @ frame for name, frame in frames.items()})
+
+
+def check_usd(robot: ImportedRobot, file: Path) -> list[str]:
+    """The stage opens; every link is a rigid body and every joint is there, once."""
+    try:
+        usd: Any = import_module("pxr.Usd")
+        physics: Any = import_module("pxr.UsdPhysics")
+    except ImportError:
+        return ["not checked: usd-core is not installed"]
+    stage = usd.Stage.Open(str(file))
+    prims = list(stage.Traverse())
+    bodies = sum(prim.HasAPI(physics.RigidBodyAPI) for prim in prims)
+    joints = sum(prim.IsA(physics.Joint) for prim in prims)
+    problems = []
+    wanted_joints = sum(joint.type != "floating" for joint in robot.description.joints)
+    if bodies != len(robot.description.links):
+        problems.append(f"{bodies} rigid bodies for {len(robot.description.links)} links")
+    if joints < wanted_joints:
+        problems.append(f"{joints} joints for {wanted_joints}")
+    if not stage.GetDefaultPrim():
+        problems.append("there is no default prim")
+    return problems
+
+
+def check_curobo(robot: ImportedRobot, file: Path) -> list[str]:
+    """Every name in the planner's file is a link or joint of the robot, or one that the file makes."""
+    import yaml
+
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    data = yaml.load(file.read_text(encoding="utf-8"), Loader=loader)["robot_cfg"]  # noqa: S506 - safe loaders
+    fields = data.get("kinematics", data)
+    made = set(fields.get("extra_links") or ())
+    links = set(robot.description.link_by_name) | made
+    joints = set(robot.description.joint_by_name)
+    cspace = fields["cspace"]
+    names = cspace["joint_names"] if isinstance(cspace, dict) else cspace
+    problems = [f"no joint {name!r}" for name in (*names, *fields["lock_joints"]) if name not in joints]
+    for key in ("collision_link_names", "collision_spheres", "self_collision_ignore", "link_names"):
+        problems += [f"{key}: no link {name!r}" for name in fields.get(key) or () if name not in links]
+    return problems
+
+
+def _names(kind: str, wanted: object, found: object) -> list[str]:
+    missing = [name for name in wanted if name not in found]  # type: ignore[operator, attr-defined]
+    return [f"{kind} {name!r} is missing" for name in missing]
+
+
+def _poses(description: RobotDescription, found: dict[str, Array]) -> list[str]:
+    problems = []
+    for name, wanted in forward_kinematics(description).items():
+        if name not in found:
+            continue
+        off = np.abs(found[name] - wanted)
+        if off[:3, 3].max() > POSITION or off[:3, :3].max() > ROTATION:
+            problems.append(f"link {name!r} stands {np.linalg.norm(off[:3, 3]):.3g} m off")
+    return problems

@@ -1,0 +1,47 @@
+"""Write every file of a package."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from roboyard.description.robot_model import ImportedRobot
+from roboyard.errors import MissingExtraError
+from roboyard.export.export_result import Written
+from roboyard.importer.context import ImportContext
+from roboyard.importer.steps.metadata import write_metadata
+
+
+def write_formats(robot: ImportedRobot, context: ImportContext) -> dict[str, Written]:
+    """Write the robot in every format into `context.build`; format name to what was written."""
+    from roboyard.export import curobo, definition, mjcf, urdf, usd, xrdf
+
+    build, name = context.build, robot.name
+    tasks: tuple[tuple[str, Callable[[], Written]], ...] = (
+        ("urdf", lambda: urdf.write(robot, build / "urdf")),
+        ("usd", lambda: usd.write(robot, build / "usd" / f"{name}.usda", textures=build / "material")),
+        ("mjcf", lambda: mjcf.write(robot, build / "mjcf" / f"{name}.xml")),
+        ("curobo", lambda: curobo.write(robot, build / "curobo")),
+        ("xrdf", lambda: xrdf.write(robot, build / "curobo" / f"{name}.xrdf")),
+        ("definition", lambda: definition.write(robot, build / f"{name}.yaml")),
+    )
+    written: dict[str, Written] = {}
+    for index, (kind, task) in enumerate(tasks):
+        context.log.tell(index / len(tasks), kind)
+        try:
+            written[kind] = task()
+        except MissingExtraError as error:
+            context.log.warn(f"{kind}: left out: {error}")
+            continue
+        for note in written[kind].notes:
+            context.log.note(f"{kind}: {note}")
+    write_metadata(robot, build / "misc" / "metadata.json")
+    context.log.facts["files"] = {
+        kind: [relative(path, build) for path in result.files[:1]] for kind, result in written.items()
+    }
+    return written
+
+
+def relative(path: Path, folder: Path) -> str:
+    """Path below a folder, with `/`."""
+    return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else path.name

@@ -1,0 +1,1 @@
+"""What a robot is, from its geometry: wheels, grippers, arms, support, motor limits."""

@@ -1,0 +1,264 @@
+"""A robot as points and masses on its links: enough to ask where it reaches and where its weight lies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.description.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    Joint,
+    Link,
+    Mesh,
+    RobotDescription,
+    Sphere,
+)
+from roboyard.kinematics.description_poses import forward_kinematics, vector_joints
+from roboyard.shapes import primitives
+from roboyard.shapes.convex.hulls import farthest_along
+from roboyard.transforms import Array
+
+DIRECTIONS = 256
+"""Of the extreme points kept for each shape; the outline is then right within 1 % of the shape's size."""
+
+POSTURES = 48
+"""Tried for the largest inertia on each joint."""
+
+
+class Figure:
+    """Outline points, masses and a home posture; all answers are in the root link's frame.
+
+    A posture is joint name to rad or m, single or (n,) arrays; joints not named are at home, and joints that
+    mimic another follow it.
+    """
+
+    def __init__(self, description: RobotDescription) -> None:
+        self.description = description
+        self.joints: tuple[Joint, ...] = vector_joints(description)
+        """The joints that can be driven: one number each, no mimics; depth first."""
+        self.home: dict[str, float] = {joint.name: home_position(joint) for joint in self.joints}
+        self.outlines = {link.name: outline for link in description.links if len(outline := _outline(link))}
+        weighed = [link for link in description.links if link.inertial is not None and link.inertial.mass > 0]
+        self._weighed = [link.name for link in weighed]
+        self._masses = np.array([link.inertial.mass for link in weighed if link.inertial])
+        self._centres = [np.array(link.inertial.origin.position) for link in weighed if link.inertial]
+
+    def poses(self, posture: Mapping[str, ArrayLike]) -> dict[str, Array]:
+        """Link name to (..., 4, 4)."""
+        return forward_kinematics(self.description, {**self.home, **posture})
+
+    def points(self, poses: Mapping[str, Array], links: Sequence[str] | None = None) -> Array:
+        """(..., k, 3) outline points of some links (all by default)."""
+        names = [name for name in (self.outlines if links is None else links) if name in self.outlines]
+        if not names:
+            return np.empty((*poses[self.description.root.name].shape[:-2], 0, 3))
+        found = [
+            np.einsum("...ij,kj->...ki", poses[name][..., :3, :3], self.outlines[name])
+            + poses[name][..., None, :3, 3]
+            for name in names
+        ]
+        batch = np.broadcast_shapes(*(p.shape[:-2] for p in found))
+        return np.concatenate([np.broadcast_to(p, (*batch, *p.shape[-2:])) for p in found], axis=-2)
+
+    def lowest(self, poses: Mapping[str, Array], links: Sequence[str] | None = None) -> Array:
+        """(...) height of the lowest outline point of some links; +inf where they have none."""
+        return self.points(poses, links)[..., 2].min(axis=-1, initial=np.inf)
+
+    def centre_of_mass(self, poses: Mapping[str, Array]) -> Array:
+        """(..., 3); the origin for a robot without mass."""
+        total = self._masses.sum()
+        if not total > 0:
+            return np.zeros((*poses[self.description.root.name].shape[:-2], 3))
+        moments = [
+            mass * (poses[name][..., :3, :3] @ centre + poses[name][..., :3, 3])
+            for name, mass, centre in zip(self._weighed, self._masses, self._centres, strict=True)
+        ]
+        return sum(moments[1:], start=moments[0]) / total
+
+    @property
+    def mass(self) -> float:
+        """Of all links; kg."""
+        return float(self._masses.sum())
+
+    def moved_inertias(self) -> dict[str, float]:
+        """Driven joint to the inertia of all that it moves, each link taken as a point: kg m² about a hinge's
+        axis, or kg on a slide.
+
+        The largest at home and in many postures within the limits: an arm in line with a joint's axis weighs
+        next to nothing on it until the elbow bends.
+        """
+        draw = np.random.default_rng(0).uniform(size=(POSTURES, len(self.joints)))
+        draw[0] = [_share_at_home(joint, self.home[joint.name]) for joint in self.joints]
+        ranges = np.array([_rough_range(joint, self.home[joint.name]) for joint in self.joints]).reshape(
+            -1, 2
+        )
+        values = ranges[:, 0] + draw * (ranges[:, 1] - ranges[:, 0])
+        poses = self.poses({joint.name: values[:, k] for k, joint in enumerate(self.joints)})
+        centres = {
+            name: poses[name][..., :3, :3] @ centre + poses[name][..., :3, 3]
+            for name, centre in zip(self._weighed, self._centres, strict=True)
+        }
+        mass_of = dict(zip(self._weighed, self._masses, strict=True))
+        found = {}
+        for joint in self.joints:
+            moved = [name for name in self.moved_links(joint) if name in mass_of]
+            if joint.type == "prismatic":
+                found[joint.name] = float(sum(mass_of[name] for name in moved))
+                continue
+            frame = poses[joint.child]
+            axis = frame[..., :3, :3] @ np.array(joint.axis)
+            total = np.zeros(POSTURES)
+            for name in moved:
+                arm = np.cross(axis, centres[name] - frame[..., :3, 3])
+                total += mass_of[name] * (arm**2).sum(axis=-1)
+            found[joint.name] = float(total.max())
+        return found
+
+    def followers(self, joint: Joint) -> list[Joint]:
+        """The joint and all that mimic it, directly or through one another."""
+        found = [joint]
+        names = {joint.name}
+        for _ in self.description.joints:
+            new = [
+                other
+                for other in self.description.joints
+                if other.mimic is not None and other.mimic.joint in names and other.name not in names
+            ]
+            if not new:
+                break
+            found += new
+            names |= {other.name for other in new}
+        return found
+
+    def posture_with_followers(self) -> dict[str, float]:
+        """Home of every joint of one number, those that mimic another included."""
+        posture = dict(self.home)
+        for joint in self.description.depth_first_joints:
+            if joint.mimic is None or joint.type == "fixed":
+                continue
+            posture[joint.name] = self._followed(joint)
+        return posture
+
+    def _followed(self, joint: Joint) -> float:
+        multiplier, offset = 1.0, 0.0
+        for _ in self.description.joints:
+            if joint.mimic is None:
+                break
+            offset += multiplier * joint.mimic.offset
+            multiplier *= joint.mimic.multiplier
+            joint = self.description.joint_by_name[joint.mimic.joint]
+        return multiplier * self.home.get(joint.name, 0.0) + offset
+
+    @property
+    def base_links(self) -> list[str]:
+        """The root link and those fixed to it."""
+        found = [self.description.root.name]
+        for joint in self.description.depth_first_joints:
+            if joint.type == "fixed" and joint.parent in found:
+                found.append(joint.child)
+        return found
+
+    @property
+    def base_mass(self) -> float:
+        """Of the root link and those fixed to it; kg."""
+        mass_of = dict(zip(self._weighed, self._masses, strict=True))
+        return float(sum(mass_of.get(name, 0.0) for name in self.base_links))
+
+    def path(self, link: str) -> list[Joint]:
+        """The moving joints from a link up to the root."""
+        joints = []
+        while (joint := self.description.parent_joint.get(link)) is not None:
+            if joint.is_moving:
+                joints.append(joint)
+            link = joint.parent
+        return joints
+
+    def moved_links(self, joint: Joint) -> list[str]:
+        """Names of all links that move when this joint is driven."""
+        found: dict[str, None] = {}
+        stack = [follower.child for follower in self.followers(joint)]
+        while stack:
+            name = stack.pop()
+            if name not in found:
+                found[name] = None
+                stack += [child.child for child in self.description.child_joints[name]]
+        return list(found)
+
+
+def home_position(joint: Joint) -> float:
+    """Zero where the joint may be there, else the middle of its range; rad or m."""
+    limits = joint.position_limits()
+    if limits is None or limits[0] <= 0.0 <= limits[1]:
+        return 0.0
+    return 0.5 * (limits[0] + limits[1])
+
+
+def _rough_range(joint: Joint, home: float) -> tuple[float, float]:
+    """The limits, or half a turn (10 cm) each way; never more than that beyond a turn (10 m)."""
+    reach = 0.1 if joint.type == "prismatic" else np.pi
+    lower, upper = joint.position_limits() or (home - reach, home + reach)
+    most = 10.0 if joint.type == "prismatic" else np.pi
+    return max(lower, home - most), min(upper, home + most)
+
+
+def _share_at_home(joint: Joint, home: float) -> float:
+    lower, upper = _rough_range(joint, home)
+    return 0.0 if upper <= lower else (home - lower) / (upper - lower)
+
+
+def _outline(link: Link) -> Array:
+    """(k, 3) extreme points of a link's collision shapes, or of its visual ones where it has no others."""
+    found = []
+    for shape in link.collisions or link.visuals:
+        corners = _vertices(shape.geometry)
+        if corners is not None and len(corners):
+            matrix = shape.origin.matrix()
+            found.append(corners @ matrix[:3, :3].T + matrix[:3, 3])
+    return extreme_points(np.concatenate(found)) if found else np.empty((0, 3))
+
+
+def _vertices(geometry: Geometry) -> Array | None:
+    match geometry:
+        case Box():
+            return (
+                primitives.box(*(0.5 * side for side in geometry.size)).vertices
+                if min(geometry.size) > 0
+                else None
+            )
+        case Sphere() if geometry.radius > 0:
+            return primitives.sphere(geometry.radius).vertices
+        case Cylinder() if geometry.radius > 0 and geometry.length > 0:
+            return primitives.cylinder(geometry.radius, geometry.length).vertices
+        case Capsule() if geometry.radius > 0 and geometry.length > 0:
+            return primitives.capsule(geometry.radius, geometry.length).vertices
+        case Mesh():
+            mesh = geometry.data
+            if mesh is None and geometry.path is not None:
+                from roboyard.shapes.load import load_mesh
+
+                mesh = load_mesh(geometry.path)
+            return None if mesh is None else mesh.vertices * np.asarray(geometry.scale)
+        case _:
+            return None
+
+
+def extreme_points(points: Array, directions: int = DIRECTIONS) -> Array:
+    """(k, 3) those of (n, 3) points that lie farthest out in one of many even directions."""
+    if len(points) <= directions:
+        return points
+    return points[np.unique(farthest_along(np.ascontiguousarray(points), _directions(directions)))]
+
+
+def _directions(count: int) -> Array:
+    """(count + 6, 3) unit: the axes, and a Fibonacci lattice (even spread by the golden angle)."""
+    index = np.arange(count) + 0.5
+    z = 1.0 - 2.0 * index / count
+    angle = np.pi * (1.0 + np.sqrt(5.0)) * index
+    radius = np.sqrt(1.0 - z * z)
+    lattice = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), z])
+    return np.concatenate([np.eye(3), -np.eye(3), lattice])

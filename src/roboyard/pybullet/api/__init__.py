@@ -1,0 +1,1 @@
+"""PyBullet's functions by topic, in the order of its quickstart guide."""

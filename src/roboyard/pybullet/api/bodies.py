@@ -1,0 +1,171 @@
+"""Bodies: listing, names, base pose and velocity, removal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.pybullet.face.arguments import quaternion, vector3, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import error, failure
+from roboyard.pybullet.state.body_records import RIGID_BODY
+from roboyard.pybullet.state.frames import inertial_pose
+from roboyard.transforms import conjugate, multiply, rotate
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord
+
+Vector = Sequence[float]
+Triple = tuple[float, ...]
+
+
+@command()
+def getNumBodies(client: Client) -> int:
+    """How many bodies there are."""
+    return len(client.scene.bodies)
+
+
+@command()
+def getBodyUniqueId(client: Client, serialIndex: int) -> int:
+    """Id of the i-th body of the list, -1 past its end."""
+    order = client.scene.order
+    return order[serialIndex] if 0 <= whole(serialIndex) < len(order) else -1
+
+
+@command()
+def getBodyInfo(client: Client, bodyUniqueId: int) -> tuple[bytes, bytes]:
+    """Names of the base link and of the body; of rigid bodies (useMaximalCoordinates) b"" and the link."""
+    record = client.scene.bodies.get(whole(bodyUniqueId))
+    if record is None:
+        raise client.scene.unknown_body(bodyUniqueId, "Couldn't get body info")
+    base = record.model.links[0].name.encode()
+    return (b"", base) if record.kind == RIGID_BODY else (base, record.name.encode())
+
+
+@command()
+def syncBodyInfo(client: Client) -> None:
+    """Nothing to do: a client here never has stale data."""
+
+
+@command()
+def removeBody(client: Client, bodyUniqueId: int) -> None:
+    """Remove a body with its constraints and user data; an unknown id is no error."""
+    number = whole(bodyUniqueId)
+    client.scene.remove(number)
+    client.user_data.forget_bodies([number])
+
+
+@command()
+def resetSimulation(client: Client, flags: int = 0) -> None:
+    """Remove everything and set gravity to 0; the time step and the search path stay."""
+    whole(flags)
+    client.reset()
+
+
+# --------------------------------------------------------------------------------------------------- base
+
+
+@command()
+def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
+    """Position (m) and quaternion of the base's inertial frame in the world."""
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = scene.ready(bodyUniqueId, "GetBasePositionAndOrientation failed.")
+    if record.base_is_plain and record.free is not None:
+        x, y, z, qw, qx, qy, qz = record.free.tolist()
+        return (x, y, z), (qx, qy, qz, qw)
+    return base_inertial_pose(record)
+
+
+def base_inertial_pose(record: BodyRecord) -> tuple[Triple, Triple]:
+    """Pose of the base's inertial frame; kept for bodies that do not move."""
+    if record.fixed_pose is not None:
+        return record.fixed_pose
+    if record.free is not None:
+        x, y, z, w, i, j, k = record.free.tolist()
+        return inertial_pose((x, y, z), (i, j, k, w), record.base_frame)
+    position, orientation = record.body.pose
+    record.fixed_pose = inertial_pose(position.tolist(), orientation.tolist(), record.base_frame)
+    return record.fixed_pose
+
+
+@command()
+def resetBasePositionAndOrientation(
+    client: Client, bodyUniqueId: int, posObj: Vector, ornObj: Vector
+) -> None:
+    """Put the base's inertial frame somewhere and stop the base; joints stay. An unknown body is no error."""
+    p = vector3(posObj, "position needs a 3 coordinates [x,y,z].")
+    q = quaternion(ornObj, "orientation needs a 4 coordinates, quaternion [x,y,z,w].")
+    record = client.scene.bodies.get(whole(bodyUniqueId))
+    if record is None:
+        return
+    length = sqrt(sum(c * c for c in q))
+    if length == 0.0:
+        raise failure(
+            "orientation needs a 4 coordinates, quaternion [x,y,z,w].",
+            "a quaternion of length 0 turns nothing",
+        )
+    q = tuple(c / length for c in q)
+    if not record.base_is_plain:
+        frame = record.base_frame
+        link_q = multiply(q, conjugate(frame.quaternion))
+        p = np.asarray(p) - rotate(link_q, frame.position)
+        q = link_q
+    record.body.set_pose(p, q)
+    record.fixed_pose = None
+    client.scene.frames_are_old = True
+
+
+@command()
+def getBaseVelocity(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
+    """Velocity of the base's centre of mass (m/s) and angular velocity (rad/s), in world axes."""
+    record = client.scene.ready(bodyUniqueId, "getBaseVelocity failed.")
+    if record.free_velocity is None:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    linear, angular = record.body.velocity
+    if not record.base_is_plain:
+        linear = linear + np.cross(angular, rotate(record.body.pose[1], record.base_frame.position))
+    return tuple(linear.tolist()), tuple(angular.tolist())
+
+
+@command()
+def resetBaseVelocity(
+    client: Client,
+    objectUniqueId: int,
+    linearVelocity: Vector | None = None,
+    angularVelocity: Vector | None = None,
+) -> None:
+    """Set the velocity of the base's centre of mass (m/s) and its angular velocity (rad/s), in world axes.
+
+    Anything but three numbers counts as three zeros.
+    """
+    if linearVelocity is None and angularVelocity is None:
+        raise failure("expected at least linearVelocity and/or angularVelocity.")
+    linear, angular = _three(linearVelocity), _three(angularVelocity)
+    scene = client.scene
+    if whole(objectUniqueId) not in scene.bodies:
+        return
+    record = scene.ready(objectUniqueId, "error in resetJointState.")
+    if record.free_velocity is None:
+        return
+    offset = rotate(record.body.pose[1], record.base_frame.position)
+    old_linear, old_angular = record.body.velocity
+    center = old_linear + np.cross(old_angular, offset) if linear is None else linear
+    turning = old_angular if angular is None else angular
+    record.body.set_velocity(center - np.cross(turning, offset), turning)
+    scene.frames_are_old = True
+
+
+def _three(velocity: Vector | None) -> np.ndarray | None:
+    """(3,) numbers as given; zeros for another count."""
+    if velocity is None:
+        return None
+    try:
+        return np.array(vector3(velocity, ""))
+    except error:
+        return np.zeros(3)

@@ -1,0 +1,170 @@
+"""getCameraImage: colours, depth buffer and ids."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.pybullet.api.math.camera_matrices import (
+    computeProjectionMatrixFOV,
+    computeViewMatrixFromYawPitchRoll,
+)
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.arguments import floats, number, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.debug_items import Line, Points
+from roboyard.transforms import rotate
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.rendering import DebugLines
+
+Vector = Sequence[float]
+_BAD_MATRIX = "Error parsing view or projection matrix."
+_DOT = np.array([0.0, 0.0, 1e-6])  # m: a point is a line too short to see, as wide as the point
+BLENDING = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
+"""Connections whose pictures let light through shapes of an alpha below 1; PyBullet's others do not."""
+
+
+@command()
+def getCameraImage(
+    client: Client,
+    width: int,
+    height: int,
+    viewMatrix: Vector | None = None,
+    projectionMatrix: Vector | None = None,
+    lightDirection: Vector | None = None,
+    lightColor: Vector | None = None,
+    lightDistance: float = -1.0,
+    shadow: int = -1,
+    lightAmbientCoeff: float = -1.0,
+    lightDiffuseCoeff: float = -1.0,
+    lightSpecularCoeff: float = -1.0,
+    renderer: int = -1,
+    flags: int = -1,
+    projectiveTextureView: Vector | None = None,
+    projectiveTextureProj: Vector | None = None,
+) -> tuple[int, int, np.ndarray, np.ndarray, np.ndarray]:
+    """Take a picture. Light and shadow stay as they were set last, for the pictures that do not set them.
+
+    Args:
+        width: pixels.
+        height: pixels.
+        viewMatrix: 16 numbers, column by column; see computeViewMatrix. None: the visualizer's camera.
+        projectionMatrix: 16 numbers, column by column.
+        lightDirection: from the scene towards the light.
+        lightColor: 0 to 1.
+        lightDistance: m; the light here is endlessly far away.
+        shadow: 1 draws shadows.
+        lightAmbientCoeff: 0 to 1; with 1 and the other two 0 pictures show plain colours.
+        lightDiffuseCoeff: 0 to 1.
+        lightSpecularCoeff: 0 to 1.
+        renderer: ER_TINY_RENDERER or ER_BULLET_HARDWARE_OPENGL; both give the same picture.
+        flags: ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX, ER_NO_SEGMENTATION_MASK.
+        projectiveTextureView: of ER_USE_PROJECTIVE_TEXTURE, which is not drawn.
+        projectiveTextureProj: likewise.
+
+    Returns:
+        width, height, rgba (h, w, 4) uint8, depth (h, w) float32: the non-linear buffer from 0 (near) to 1
+        (far and nothing), ids (h, w) int32: body, or body + ((link + 1) << 24), -1 for nothing.
+    """
+    from roboyard.rendering import Camera, render
+
+    w, h = whole(width), whole(height)
+    view, projection = _matrices(client, w, h, viewMatrix, projectionMatrix)
+    try:
+        camera = Camera(w, h, view, projection)
+    except ValueError as problem:
+        raise failure(_BAD_MATRIX, str(problem)) from None
+    light = client.light
+    light.take(lightDirection, lightColor, shadow, (lightAmbientCoeff, lightDiffuseCoeff, lightSpecularCoeff))
+    number(lightDistance)
+    scene = client.scene
+    positions, rotations = scene.world.frames()
+    drawn = scene.world.render_scene()
+    if client.method not in BLENDING or whole(renderer) == c.ER_TINY_RENDERER:
+        drawn = scene.solid.of(drawn)
+    image = render(
+        drawn, positions, rotations, camera,
+        shadow=light.shadow, light=light.as_sun(), lines=debug_lines(client, scene), backend="software",
+    )  # fmt: skip
+    chosen = max(0, whole(flags))
+    return w, h, image.rgba, image.depth_buffer(), _ids(scene, image.segmentation, chosen)
+
+
+def _matrices(
+    client: Client, width: int, height: int, view: Vector | None, projection: Vector | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """(4, 4) row-major matrices of the arguments, or of the visualizer's camera."""
+    if view is None:
+        v = client.visualizer
+        view = computeViewMatrixFromYawPitchRoll(v.target, v.distance, v.yaw, v.pitch, 0.0, v.up_axis)
+    if projection is None:
+        projection = computeProjectionMatrixFOV(60.0, width / max(height, 1), 0.01, 1000.0)
+    to_camera, to_clip = (
+        np.array(floats(matrix, 16, _BAD_MATRIX)).reshape(4, 4).T for matrix in (view, projection)
+    )
+    # PyBullet samples a pixel at its lower left corner: half a pixel left of and below the centre.
+    to_clip[:2] += np.array([[1.0 / max(width, 1)], [1.0 / max(height, 1)]]) * to_clip[3]
+    return to_camera, to_clip
+
+
+def _ids(scene: Scene, owners: np.ndarray, flags: int) -> np.ndarray:
+    """(h, w) int32 ids of scripts from the World's (h, w, 2) owners."""
+    from roboyard.pybullet.bullet_rules.image_kernels import segmentation_ids
+
+    out = np.empty(owners.shape[:2], dtype=np.int32)
+    if flags & c.ER_NO_SEGMENTATION_MASK:
+        out.fill(-1)
+        return out
+    numbers = np.full(max((r.body.id for r in scene.bodies.values()), default=-1) + 1, -1, dtype=np.int32)
+    for record in scene.bodies.values():
+        numbers[record.body.id] = record.number
+    with_links = bool(flags & c.ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX)
+    segmentation_ids(owners.reshape(-1, 2), numbers, with_links, out.reshape(-1))
+    return out
+
+
+def debug_lines(client: Client, scene: Scene) -> DebugLines | None:
+    """The client's debug lines and points in the world, or None; texts are not drawn into pictures."""
+    from roboyard.rendering import DebugLines
+
+    starts, ends, colors, widths = [], [], [], []
+    for _, item in client.debug_items.drawings():
+        if isinstance(item, Line):
+            points, rgb, width = np.array([item.start, item.end]), np.array([item.rgb]), item.width
+        elif isinstance(item, Points) and len(item.positions):
+            points, rgb, width = item.positions, item.rgb, item.size
+        else:
+            continue
+        placed = points if item.parent is None else _in_world(scene, item.parent, points)
+        if placed is None:
+            continue
+        first, second = (placed[:1], placed[1:]) if isinstance(item, Line) else (placed, placed + _DOT)
+        starts.append(first)
+        ends.append(second)
+        colors.append(rgb)
+        widths.append(np.full(len(first), float(width)))
+    if not starts:
+        return None
+    return DebugLines(
+        start=np.concatenate(starts),
+        end=np.concatenate(ends),
+        rgb=np.concatenate(colors),
+        width=np.concatenate(widths),
+    )
+
+
+def _in_world(scene: Scene, parent: tuple[int, int], points: np.ndarray) -> np.ndarray | None:
+    """Points of a link's inertial frame in the world; None where the body is gone."""
+    body, link = parent
+    record = scene.bodies.get(body)
+    if record is None or not -1 <= link < record.joint_count:
+        return None
+    position, quaternion = record.body.links[link + 1].pose
+    position, quaternion = record.to_inertial(position, quaternion, link)
+    return position + rotate(quaternion, points)

@@ -1,0 +1,327 @@
+"""Motors: velocity and position as constraints, torques, spring-dampers."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from roboyard.pybullet.api.joints import OUT_OF_RANGE, joint_of
+from roboyard.pybullet.bullet_rules.motor_commands import Drives
+from roboyard.pybullet.bullet_rules.spherical_motors import drive_ball_joint
+from roboyard.pybullet.connect import CLIENTS
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.arguments import floats, indices, number, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.joint_tables import VELOCITY_COUNT
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.physics_scene import Scene
+
+Vector = Sequence[float]
+LARGEST_FORCE = 100000.0
+KP, KD = 0.1, 1.0
+_MODES = (c.VELOCITY_CONTROL, c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL)
+_OLD_BODY = {"bodyIndex": "bodyUniqueId"}
+_MOTORED = (0, 1, 2)
+
+
+@command(aliases=_OLD_BODY)
+def setJointMotorControl2(
+    client: Client,
+    bodyUniqueId: int,
+    jointIndex: int,
+    controlMode: int,
+    targetPosition: float = 0.0,
+    targetVelocity: float = 0.0,
+    force: float = LARGEST_FORCE,
+    positionGain: float = KP,
+    velocityGain: float = KD,
+    maxVelocity: float = -1.0,
+) -> None:
+    """Tell a joint's motor what to do.
+
+    Args:
+        bodyUniqueId: the body.
+        jointIndex: a joint of one degree of freedom.
+        controlMode: VELOCITY_CONTROL and POSITION_CONTROL ask for the velocity kp (q* - q) / dt + v + kd (v*
+            - v) after the step (kp 0 for velocity control); TORQUE_CONTROL adds a torque for one step;
+            PD_CONTROL is a spring-damper torque kp (q* - q) + kd (v* - v) in every step from now on.
+        targetPosition: q*; rad or m.
+        targetVelocity: v*; rad/s or m/s.
+        force: the largest the motor may apply, or the torque itself; N m or N.
+        positionGain: kp.
+        velocityGain: kd.
+        maxVelocity: of position control; rad/s or m/s.
+    """
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is not None and record.drives is not None:
+        try:
+            if record.drives.set(
+                jointIndex, controlMode, targetPosition, targetVelocity, force, positionGain, velocityGain,
+                maxVelocity, client.parameters.time_step,
+            ):  # fmt: skip
+                return
+        except (struct.error, IndexError, TypeError):
+            pass  # said below, in PyBullet's words
+    record = joint_of(client, bodyUniqueId, jointIndex)
+    if whole(controlMode) not in _MODES:
+        raise failure("Illegal control mode.")
+    _drive(
+        client.scene, record, jointIndex, controlMode,
+        *(number(targetPosition), number(targetVelocity), number(force)),
+        *(number(positionGain), number(velocityGain), number(maxVelocity)),
+    )  # fmt: skip
+
+
+@command(aliases=_OLD_BODY)
+def setJointMotorControlArray(
+    client: Client,
+    bodyUniqueId: int,
+    jointIndices: Sequence[int],
+    controlMode: int,
+    targetPositions: Vector | None = None,
+    targetVelocities: Vector | None = None,
+    forces: Vector | None = None,
+    positionGains: Vector | None = None,
+    velocityGains: Vector | None = None,
+) -> None:
+    """`setJointMotorControl2` of several joints at once."""
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is not None and record.drives is not None:
+        try:
+            if record.drives.set_many(
+                jointIndices, controlMode, targetPositions, targetVelocities, forces, positionGains,
+                velocityGains, client.parameters.time_step,
+            ):  # fmt: skip
+                scene.waiting.add(record.drives)
+                return
+        except TypeError:
+            pass  # said below, in PyBullet's words
+    if whole(controlMode) not in _MODES:
+        raise failure("Illegal control mode.")
+    joints = indices(jointIndices)
+    for joint in joints:
+        joint_of(client, bodyUniqueId, joint)
+    count = len(joints)
+    if not count:
+        return
+    s = "should match the number of joint indices"
+    velocities = _each(targetVelocities, count, 0.0, f"number of target velocies {s}")
+    positions = _each(targetPositions, count, 0.0, f"number of target positions {s}")
+    largest = _each(forces, count, LARGEST_FORCE, "number of forces should match the joint indices")
+    kps = _each(positionGains, count, KP, "number of kps should match the joint indices")
+    kds = _each(velocityGains, count, KD, f"number of kds {s}")
+    record = scene.bodies[bodyUniqueId]
+    for joint, position, velocity, force, kp, kd in zip(
+        joints, positions, velocities, largest, kps, kds, strict=True
+    ):
+        _drive(scene, record, joint, controlMode, position, velocity, force, kp, kd, -1.0)
+
+
+@command()
+def setJointMotorControlMultiDof(
+    client: Client,
+    bodyUniqueId: int,
+    jointIndex: int,
+    controlMode: int,
+    targetPosition: Vector | None = None,
+    targetVelocity: Vector | None = None,
+    force: Vector | None = None,
+    positionGain: float = KP,
+    velocityGain: float = KD,
+    maxVelocity: float = -1.0,
+    damping: float = 1.0,
+) -> None:
+    """Tell the motor of a joint of any number of degrees of freedom what to do.
+
+    Position is 1 number or a quaternion, velocity 1 or 3, force 1 or 3 (one holds for all). Motors of
+    spherical joints know no velocity but 0: velocityGain and maxVelocity do not matter to them, and damping
+    is the share of their velocity that they take away in a step.
+    """
+    record = joint_of(client, bodyUniqueId, jointIndex)
+    if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL):
+        raise failure(
+            "Illegal control mode.", "motors of such joints know TORQUE_CONTROL and POSITION_CONTROL"
+        )
+    gains = number(positionGain), number(velocityGain), number(maxVelocity)
+    _drive_many(
+        client.scene, record, jointIndex, controlMode, targetPosition, targetVelocity, force, *gains,
+        number(damping),
+    )  # fmt: skip
+
+
+@command()
+def setJointMotorControlMultiDofArray(
+    client: Client,
+    bodyUniqueId: int,
+    jointIndices: Sequence[int],
+    controlMode: int,
+    targetPositions: Sequence[Vector] | None = None,
+    targetVelocities: Sequence[Vector] | None = None,
+    forces: Sequence[Vector] | None = None,
+    positionGains: Vector | None = None,
+    velocityGains: Vector | None = None,
+    maxVelocities: Vector | None = None,
+) -> None:
+    """`setJointMotorControlMultiDof` of several joints at once; short lists leave the usual values."""
+    if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL, c.STABLE_PD_CONTROL):
+        raise failure("Illegal control mode.")
+    joints = indices(jointIndices)
+    count = len(joints)
+    kps, kds = _as_many(positionGains, count, KP), _as_many(velocityGains, count, KD)
+    fastest = _as_many(maxVelocities, count, -1.0)
+    lists: list[Sequence[Any]] = [
+        _as_many(values, count, None) for values in (targetPositions, targetVelocities, forces)
+    ]
+    if controlMode == c.STABLE_PD_CONTROL:
+        from roboyard.pybullet.bullet_rules.stable_pd import drive
+
+        records = [joint_of(client, bodyUniqueId, joint) for joint in joints]
+        if records:
+            drive(client.scene, records[0], joints, lists[0], lists[1], lists[2], kps, kds)
+        return
+    for i, joint in enumerate(joints):
+        record = joint_of(client, bodyUniqueId, joint)
+        position, velocity, force = (values[i] for values in lists)
+        _drive_many(
+            client.scene, record, joint, controlMode, position, velocity, force, kps[i], kds[i], fastest[i]
+        )
+
+
+def setJointMotorControl(*args: Any) -> None:
+    """The oldest form, on client 0: (body, joint, mode, target[, force[, gain]]) or with all of the targets.
+
+    With eight arguments they are (body, joint, mode, position, velocity, force, kp, kd). No keywords.
+    """
+    if len(args) not in (4, 5, 6, 8):
+        raise failure("Error parsing arguments in setJointControl.")
+    body, joint, mode, target = args[:4]
+    keywords: dict[str, float] = {}
+    if len(args) == 8:
+        names = ("targetPosition", "targetVelocity", "force", "positionGain", "velocityGain")
+        keywords = dict(zip(names, args[3:], strict=True))
+    else:
+        name = {
+            c.POSITION_CONTROL: "targetPosition",
+            c.VELOCITY_CONTROL: "targetVelocity",
+            c.TORQUE_CONTROL: "force",
+        }
+        if mode not in name or (mode == c.TORQUE_CONTROL and len(args) > 4):
+            raise failure("Error parsing arguments in setJointControl.")
+        keywords[name[mode]] = target
+        if len(args) > 4:
+            keywords["force"] = args[4]
+        if len(args) > 5:
+            keywords["positionGain" if mode == c.POSITION_CONTROL else "velocityGain"] = args[5]
+    client: Any = CLIENTS[0]
+    client.setJointMotorControl2(body, joint, mode, **keywords)
+
+
+# ------------------------------------------------------------------------------------------------- helpers
+
+
+def _as_many(values: Sequence[Any] | None, count: int, default: Any) -> list[Any]:
+    """The first `count` values; the default in place of those that are missing."""
+    given = list(values)[:count] if hasattr(values, "__iter__") and values is not None else []
+    return given + [default] * (count - len(given))
+
+
+def _each(values: Vector | None, count: int, default: float, message: str) -> Sequence[float]:
+    return (default,) * count if values is None else floats(values, count, message)
+
+
+def _drive(
+    scene: Scene, record: BodyRecord, joint: int, mode: int, position: float, velocity: float, force: float,
+    kp: float, kd: float, fastest: float,
+) -> None:  # fmt: skip
+    if record.joint_type(joint) not in (0, 1):
+        return
+    handle = record.body.joints[joint]
+    if mode == c.TORQUE_CONTROL:
+        scene.world.wrenches.add_joint_effort(handle, force)
+        return
+    if mode == c.PD_CONTROL:
+        scene.efforts[(record.number, joint)] = SpringDamper(
+            scene, record, joint, position, velocity, kp, kd, force
+        )
+        return
+    scene.give_motors_to(record)
+    if record.drives is None:
+        record.drives = Drives(record, scene.world.motors.of(record.body))
+    record.drives.flush()
+    record.drives.bounds_changed()
+    scene.keep_applied(record, joint, off=force == 0.0)
+    impulse = force * scene.time_step
+    if mode == c.VELOCITY_CONTROL:
+        scene.world.motors.set(handle, velocity=velocity, kp=0.0, kd=kd, max_impulse=impulse)
+        return
+    lower, upper = record.infos[joint][8:10]
+    if lower <= upper:
+        position = min(max(position, lower), upper)
+    scene.world.motors.set(
+        handle, position=position, velocity=velocity, kp=kp, kd=kd, max_impulse=impulse,
+        max_velocity=max(fastest, 0.0),
+    )  # fmt: skip
+
+
+def _drive_many(
+    scene: Scene, record: BodyRecord, joint: int, mode: int, position: Vector | None, velocity: Vector | None,
+    force: Vector | None, kp: float, kd: float, fastest: float, damping: float = 1.0,
+) -> None:  # fmt: skip
+    kind = record.joint_type(joint)
+    if kind not in _MOTORED:
+        return
+    size = VELOCITY_COUNT[kind]
+    forces = [LARGEST_FORCE] * size if force is None else _spread(force, size)
+    speeds = [0.0] * size if velocity is None else [number(v) for v in velocity]
+    if kind != 2:
+        where = 0.0 if position is None else number(next(iter(position)))
+        _drive(scene, record, joint, mode, where, speeds[0] if speeds else 0.0, forces[0], kp, kd, fastest)
+        return
+    if mode == c.TORQUE_CONTROL:
+        scene.add_spherical_torque(record, joint, forces)
+        return
+    drive_ball_joint(scene, record, joint, position, velocity, forces, kp, damping)
+
+
+def _spread(values: Vector, size: int) -> list[float]:
+    """A force bound for each degree of freedom: one for all, or as many; other counts leave the usual one."""
+    given = [number(v) for v in values]
+    if len(given) == 1:
+        return given * size
+    return given if len(given) == size else [LARGEST_FORCE] * size
+
+
+class SpringDamper:
+    """PD_CONTROL of one joint: a torque worked out before each step."""
+
+    __slots__ = ("_joint", "_kd", "_kp", "_largest", "_position", "_record", "_scene", "_velocity")
+
+    def __init__(
+        self, scene: Scene, record: BodyRecord, joint: int, position: float, velocity: float, kp: float, kd:
+        float,
+        largest: float,
+    ) -> None:  # fmt: skip
+        self._scene, self._record, self._joint = scene, record, joint
+        self._position, self._velocity, self._kp, self._kd, self._largest = (
+            position,
+            velocity,
+            kp,
+            kd,
+            largest,
+        )
+
+    def __call__(self) -> None:
+        record, joint = self._record, self._joint
+        self._scene.ready(record.number, OUT_OF_RANGE)
+        q = record.qpos.item(record.position_addresses[joint])
+        v = record.qvel.item(record.velocity_addresses[joint])
+        torque = self._kp * (self._position - q) + self._kd * (self._velocity - v)
+        torque = min(max(torque, -self._largest), self._largest)
+        self._scene.world.wrenches.add_joint_effort(record.body.joints[joint], torque)

@@ -1,0 +1,173 @@
+"""Debug drawing and sliders. Drawings appear in camera images too; sliders hold their start value."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.pybullet.face.arguments import number, quaternion, text, vector3, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.debug_items import Line, Parameter, Points, Text
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+
+Vector = Sequence[float]
+_WHITE = (1.0, 1.0, 1.0)
+MAX_POINTS = 131072
+
+
+@command()
+def addUserDebugLine(
+    client: Client,
+    lineFromXYZ: Vector,
+    lineToXYZ: Vector,
+    lineColorRGB: Vector = _WHITE,
+    lineWidth: float = 1.0,
+    lifeTime: float = 0.0,
+    parentObjectUniqueId: int = -1,
+    parentLinkIndex: int = -1,
+    replaceItemUniqueId: int = -1,
+) -> int:
+    """Draw a line and give its id.
+
+    Args:
+        lineFromXYZ: start; m, in the world or in the parent's inertial frame.
+        lineToXYZ: end; m.
+        lineColorRGB: 0 to 1.
+        lineWidth: pixels.
+        lifeTime: s of wall time; 0 for ever.
+        parentObjectUniqueId: body that the line moves with.
+        parentLinkIndex: its link; -1 for the base.
+        replaceItemUniqueId: a line to put this one in the place of.
+    """
+    line = Line(
+        start=vector3(lineFromXYZ, "Error converting lineFrom[3]"),
+        end=vector3(lineToXYZ, "Error converting lineTo[3]"),
+        rgb=_line_color(lineColorRGB),
+        width=number(lineWidth),
+        parent=_parent(parentObjectUniqueId, parentLinkIndex),
+        expires=_end_of(lifeTime),
+    )
+    return client.debug_items.add(line, whole(replaceItemUniqueId))
+
+
+@command()
+def addUserDebugText(
+    client: Client,
+    text: str,
+    textPosition: Vector,
+    textColorRGB: Vector = _WHITE,
+    textSize: float = 1.0,
+    lifeTime: float = 0.0,
+    textOrientation: Vector | None = None,
+    parentObjectUniqueId: int = -1,
+    parentLinkIndex: int = -1,
+    replaceItemUniqueId: int = -1,
+) -> int:
+    """Write text at a place (m) and give its id; without an orientation it faces the camera."""
+    item = Text(
+        text=_text(text),
+        position=vector3(textPosition, "Error converting textPositionObj[3]"),
+        rgb=vector3(textColorRGB, "Error converting textColorRGBObj[3]"),
+        size=number(textSize),
+        orientation=None
+        if textOrientation is None
+        else quaternion(textOrientation, "Error converting textOrientation[4]"),
+        parent=_parent(parentObjectUniqueId, parentLinkIndex),
+        expires=_end_of(lifeTime),
+    )
+    return client.debug_items.add(item, whole(replaceItemUniqueId))
+
+
+@command()
+def addUserDebugPoints(
+    client: Client,
+    pointPositions: Sequence[Vector],
+    pointColorsRGB: Sequence[Vector],
+    pointSize: float = 1.0,
+    lifeTime: float = 0.0,
+    parentObjectUniqueId: int = -1,
+    parentLinkIndex: int = -1,
+    replaceItemUniqueId: int = -1,
+) -> int:
+    """Draw points at (k, 3) positions (m) with (k, 3) colours (0 to 1) and give the cloud's id."""
+    positions = np.array(pointPositions, dtype=float).reshape(-1, 3)
+    colors = np.array(pointColorsRGB, dtype=float).reshape(-1, 3)
+    if len(positions) > MAX_POINTS:
+        raise failure(
+            "Number of vertices exceeds the maximum.", f"{len(positions)} points, at most {MAX_POINTS}"
+        )
+    if len(colors) != len(positions):
+        raise failure("numColors must match numPositions.", f"{len(positions)} points, {len(colors)} colours")
+    item = Points(
+        positions=positions,
+        rgb=colors,
+        size=number(pointSize),
+        parent=_parent(parentObjectUniqueId, parentLinkIndex),
+        expires=_end_of(lifeTime),
+    )
+    return client.debug_items.add(item, whole(replaceItemUniqueId))
+
+
+@command()
+def addUserDebugParameter(
+    client: Client, paramName: str, rangeMin: float = 0.0, rangeMax: float = 1.0, startValue: float = 0.0
+) -> int:
+    """Make a slider (a button where rangeMin > rangeMax) and give its id."""
+    parameter = Parameter(
+        name=_text(paramName), lower=number(rangeMin), upper=number(rangeMax), value=number(startValue)
+    )
+    return client.debug_items.add_parameter(parameter)
+
+
+@command()
+def readUserDebugParameter(client: Client, itemUniqueId: int) -> float:
+    """Value of a slider, or clicks of a button."""
+    parameter = client.debug_items.parameters.get(whole(itemUniqueId))
+    if parameter is None:
+        raise failure("Failed to read parameter.", f"no slider has the id {itemUniqueId}")
+    return parameter.value
+
+
+@command()
+def removeUserDebugItem(client: Client, itemUniqueId: int) -> None:
+    """Remove a drawing or a slider."""
+    client.debug_items.remove(whole(itemUniqueId))
+
+
+@command()
+def removeAllUserDebugItems(client: Client) -> None:
+    """Remove all lines, texts and points."""
+    client.debug_items.remove_drawings()
+
+
+@command()
+def removeAllUserParameters(client: Client) -> None:
+    """Remove all sliders and buttons."""
+    client.debug_items.remove_parameters()
+
+
+def _parent(body: int, link: int) -> tuple[int, int] | None:
+    return (whole(body), whole(link)) if whole(body) >= 0 else None
+
+
+def _end_of(life_time: float) -> float | None:
+    seconds = number(life_time)
+    return monotonic() + seconds if seconds > 0 else None
+
+
+_text = text
+
+
+def _line_color(rgb: Vector) -> tuple[float, float, float]:
+    """White, as in PyBullet, for anything but three numbers."""
+    try:
+        given = tuple(rgb)
+    except TypeError:
+        return _WHITE
+    return vector3(given, "") if len(given) == 3 else _WHITE

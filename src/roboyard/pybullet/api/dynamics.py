@@ -1,0 +1,158 @@
+"""Masses, inertias, friction and damping: reading and changing them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from roboyard.description.model import Inertial, Plane
+from roboyard.pybullet.bullet_rules.shape_inertia import shape_moments
+from roboyard.pybullet.face.arguments import number, vector3, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.body_records import RIGID_BODY
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord, LinkState
+    from roboyard.pybullet.state.physics_scene import Scene
+
+Vector = Sequence[float]
+IMMOVABLE_MASS = 1e6
+"""kg and kg m²: what a body that may move has inside while its mass is 0, so that nothing pushes it."""
+
+
+@command()
+def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[Any, ...]:
+    """Physical properties of a link (-1: the base); whatever the link, those of the base of a rigid body.
+
+    Returns:
+        mass (kg), lateral friction, inertia diagonal (kg m²), position (m) and quaternion of the inertial
+        frame in the link frame, restitution, rolling friction, spinning friction, contact damping, contact
+        stiffness (-1: not set), body type (2: multibody, 1: rigid body), collision margin (m).
+    """
+    if whole(bodyUniqueId) < 0:
+        raise failure("getDynamicsInfo failed; invalid bodyUniqueId")
+    if whole(linkIndex) < -1:
+        raise failure("getDynamicsInfo failed; invalid linkIndex")
+    record = client.scene.bodies.get(bodyUniqueId)
+    if record is not None and record.kind == RIGID_BODY:
+        linkIndex = -1
+    if record is None or linkIndex >= record.joint_count:
+        raise failure(
+            "getDynamicsInfo failed; invalid return status",
+            f"there is no body {bodyUniqueId} with a link {linkIndex}",
+        )
+    s = record.links[linkIndex + 1]
+    return (
+        *(s.mass, s.friction, s.moments, s.frame.position, s.frame.quaternion),
+        *(s.restitution, s.rolling_friction, s.spinning_friction, s.contact_damping, s.contact_stiffness),
+        *(record.kind, record.bounds(linkIndex)[1]),
+    )
+
+
+@command()
+def changeDynamics(
+    client: Client,
+    bodyUniqueId: int,
+    linkIndex: int,
+    mass: float = -1.0,
+    lateralFriction: float = -1.0,
+    spinningFriction: float = -1.0,
+    rollingFriction: float = -1.0,
+    restitution: float = -1.0,
+    linearDamping: float = -1.0,
+    angularDamping: float = -1.0,
+    contactStiffness: float = -1.0,
+    contactDamping: float = -1.0,
+    frictionAnchor: int = -1,
+    localInertiaDiagonal: Vector | None = None,
+    ccdSweptSphereRadius: float = -1.0,
+    contactProcessingThreshold: float = -1.0,
+    activationState: int = -1,
+    jointDamping: float = -1.0,
+    anisotropicFriction: Vector | None = None,
+    maxJointVelocity: float = -1.0,
+    collisionMargin: float = -1.0,
+    jointLowerLimit: float = 1.0,
+    jointUpperLimit: float = -1.0,
+    jointLimitForce: float = -1.0,
+    sleepThreshold: float = -1.0,
+) -> None:
+    """Change physical properties of a link (-1: the base); those left out stay. An unknown body is no error.
+
+    A new mass (kg) brings the inertia of the collision shapes for it, unless localInertiaDiagonal (kg m²) is
+    given. A base that was fixed is let go by a mass. With mass 0 a base that could move is pushed by nothing
+    any more: it stays, or glides on as it is. Damping holds for the whole body. Bodies do not sleep here, so
+    the sleeping arguments have no effect.
+    """
+    if (number(contactStiffness) >= 0) != (number(contactDamping) >= 0):
+        raise failure("Both contactStiffness and contactDamping needs to be set together.")
+    scene = client.scene
+    record = scene.bodies.get(whole(bodyUniqueId))
+    if record is None or not -1 <= whole(linkIndex) < record.joint_count:
+        return
+    state = record.links[linkIndex + 1]
+    if number(mass) >= 0 or localInertiaDiagonal is not None:
+        moments = (
+            None if localInertiaDiagonal is None else vector3(localInertiaDiagonal, "localInertiaDiagonal")
+        )
+        _set_mass(scene, record, linkIndex, mass if mass >= 0 else state.mass, moments)
+    _set_friction(
+        record, linkIndex, state, number(lateralFriction), number(spinningFriction), number(rollingFriction)
+    )
+    if number(restitution) >= 0:
+        state.restitution = restitution
+        record.body.links[linkIndex + 1].restitution = min(restitution, 1.0)
+    if number(linearDamping) >= 0 or number(angularDamping) >= 0:
+        linear = linearDamping if linearDamping >= 0 else record.linear_damping
+        angular = angularDamping if angularDamping >= 0 else record.angular_damping
+        scene.set_damping(record, linear, angular)
+    if contactStiffness >= 0:
+        state.contact_stiffness, state.contact_damping = contactStiffness, contactDamping
+    if number(collisionMargin) >= 0:
+        state.collision_margin = collisionMargin
+    if linkIndex >= 0:
+        joint = record.body.joints[linkIndex]
+        if number(jointDamping) >= 0:
+            joint.damping = jointDamping
+        if number(jointLowerLimit) <= number(jointUpperLimit) and joint.is_scalar:
+            joint.set_limits(jointLowerLimit, jointUpperLimit)
+        if number(maxJointVelocity) >= 0:
+            scene.world.stepping.set_velocity_limit(record.body.id, linkIndex, maxJointVelocity)
+
+
+def _set_mass(
+    scene: Scene, record: BodyRecord, link: int, mass: float, moments: tuple[float, float, float] | None
+) -> None:
+    state = record.links[link + 1]
+    if moments is None:
+        moments = shape_moments(mass, *record.bounds(link))
+    state.mass, state.moments = float(mass), moments
+    if mass > 0.0 and link == -1 and record.model.fixed_base and not _has_plane(record):
+        scene.free_base(record)
+    scene.set_weightless(record, link, mass == 0.0)
+    if mass == 0.0 and link == -1 and not record.model.fixed_base:
+        mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS)
+    x, y, z = moments
+    inertial = Inertial(mass=mass, origin=state.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
+    record.body.links[link + 1].set_inertial(inertial)
+
+
+def _has_plane(record: BodyRecord) -> bool:
+    shapes = record.model.description.links[0].collisions
+    return any(isinstance(shape.geometry, Plane) for shape in shapes)
+
+
+def _set_friction(
+    record: BodyRecord, link: int, state: LinkState, lateral: float, spinning: float, rolling: float
+) -> None:
+    given = {"friction": lateral, "spinning_friction": spinning, "rolling_friction": rolling}
+    if all(value < 0 for value in given.values()):
+        return
+    for name, value in given.items():
+        if value >= 0:
+            setattr(state, name, value)
+    record.body.links[link + 1].set_friction(
+        sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
+    )

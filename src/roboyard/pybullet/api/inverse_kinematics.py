@@ -1,0 +1,205 @@
+"""Inverse kinematics: joint positions that bring links to targets, in PyBullet's small steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.pybullet.face.arguments import floats, number, quaternion, vector3, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import error, failure
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    from roboyard.kinematics import ChainArrays
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.physics_scene import Scene
+
+Vector = Sequence[float]
+_FAILED = "Error in calculateInverseKinematics"
+_ITERATIONS, _RESIDUAL = 20, 1e-4
+_WRONG_POSITION = "calculateInverseKinematics couldn't extract position vector3"
+_WRONG_CURRENT = (
+    "calculateInverseKinematics the size of input current positions needs to be equal to the number of "
+    "degrees of freedom."
+)
+
+
+@command(aliases={"bodyIndex": "bodyUniqueId"})
+def calculateInverseKinematics(
+    client: Client,
+    bodyUniqueId: int,
+    endEffectorLinkIndex: int,
+    targetPosition: Vector,
+    targetOrientation: Vector | None = None,
+    lowerLimits: Vector | None = None,
+    upperLimits: Vector | None = None,
+    jointRanges: Vector | None = None,
+    restPoses: Vector | None = None,
+    jointDamping: Vector | None = None,
+    solver: int = 0,
+    currentPositions: Vector | None = None,
+    maxNumIterations: int = _ITERATIONS,
+    residualThreshold: float = _RESIDUAL,
+) -> tuple[float, ...]:
+    """Positions of all movable joints (rad or m) that bring a link's frame to a target.
+
+    The search starts at the present (or given) positions and takes at most maxNumIterations small steps, so
+    call it again from its answer for more. The robot does not move.
+
+    Args:
+        bodyUniqueId: the body.
+        endEffectorLinkIndex: the link.
+        targetPosition: of the link frame in the world; m.
+        targetOrientation: x, y, z, w; None, or anything but four numbers, leaves it free.
+        lowerLimits: of every movable joint, with upperLimits, jointRanges and restPoses: the answer then
+            leans towards restPoses. Lists of another length are ignored.
+        upperLimits: likewise.
+        jointRanges: likewise.
+        restPoses: likewise.
+        jointDamping: of every movable joint; larger keeps a joint calmer.
+        solver: IK_DLS or IK_SDLS; both use the same damped steps here.
+        currentPositions: where to start.
+        maxNumIterations: most steps.
+        residualThreshold: error (m and rad) that is small enough.
+    """
+    whole(solver)
+    goal = vector3(targetPosition, _WRONG_POSITION), _orientation(targetOrientation)
+    null_space = (lowerLimits, upperLimits, jointRanges, restPoses)
+    limits = whole(maxNumIterations), number(residualThreshold)
+    return _solve(
+        client.scene, bodyUniqueId, [whole(endEffectorLinkIndex)], [goal], null_space, jointDamping,
+        currentPositions, *limits,
+    )  # fmt: skip
+
+
+@command()
+def calculateInverseKinematics2(
+    client: Client,
+    bodyUniqueId: int,
+    endEffectorLinkIndices: Sequence[int],
+    targetPositions: Sequence[Vector],
+    lowerLimits: Vector | None = None,
+    upperLimits: Vector | None = None,
+    jointRanges: Vector | None = None,
+    restPoses: Vector | None = None,
+    jointDamping: Vector | None = None,
+    solver: int = 0,
+    currentPositions: Vector | None = None,
+    maxNumIterations: int = _ITERATIONS,
+    residualThreshold: float = _RESIDUAL,
+) -> tuple[float, ...]:
+    """Like calculateInverseKinematics for several links at once, by position alone."""
+    whole(solver)
+    links = [whole(link) for link in endEffectorLinkIndices]
+    goals: list[tuple[Vector, Vector | None]] = [(vector3(p, _FAILED), None) for p in targetPositions]
+    if len(links) != len(goals) or not links:
+        raise failure(_FAILED, f"{len(links)} links but {len(goals)} targets")
+    null_space = (lowerLimits, upperLimits, jointRanges, restPoses)
+    return _solve(
+        client.scene, bodyUniqueId, links, goals, null_space, jointDamping, currentPositions,
+        whole(maxNumIterations), number(residualThreshold),
+    )  # fmt: skip
+
+
+def _orientation(given: Vector | None) -> Vector | None:
+    try:
+        return None if given is None else quaternion(given, "")
+    except error:
+        return None
+
+
+def _solve(
+    scene: Scene, body: int, links: list[int], goals: list[tuple[Vector, Vector | None]],
+    null_space: tuple[Vector | None, ...], damping: Vector | None, current: Vector | None, iterations: int,
+    threshold: float,
+) -> tuple[float, ...]:  # fmt: skip
+    from roboyard.kinematics import damped_step_ik
+
+    message = _FAILED if current is None else _WRONG_CURRENT
+    record = scene.ready(body, message)
+    if not record.movable():
+        raise failure(message, f"body {body} has no joint that moves")
+    if not all(0 <= link < record.joint_count for link in links):
+        raise failure(_FAILED, f"body {body} has the links 0 to {record.joint_count - 1}, not {links}")
+    chain = _chain(record, tuple(links))
+    start = _start(record, current)
+    targets = np.array([_in_base(record, *goal) for goal in goals])
+    lower, upper, ranges, rest = (_full(values, chain.size) for values in null_space)
+    keywords: dict[str, Any] = {}
+    if all(values is not None for values in (lower, upper, ranges, rest)):
+        keywords = {"lower": lower, "upper": upper, "ranges": ranges, "rest": rest}
+    calm = _full(damping, chain.size)
+    if calm is not None:
+        keywords["joint_damping"] = calm
+    answer = damped_step_ik(
+        chain, start, targets if len(targets) > 1 else targets[0], iterations=max(iterations, 0),
+        residual_threshold=threshold, **keywords,
+    )  # fmt: skip
+    return tuple(np.asarray(answer).tolist())
+
+
+def _chain(record: BodyRecord, links: tuple[int, ...]) -> ChainArrays:
+    """The body as a chain with these tips; kept with the body."""
+    found = record.chains.get(links)
+    if found is None:
+        from roboyard.kinematics import from_description
+
+        names = [record.model.links[link + 1].name for link in links]
+        found = from_description(record.model.description, names, whole_tree=True)
+        record.chains[links] = found
+    return found
+
+
+def _start(record: BodyRecord, current: Vector | None) -> Array:
+    places = record.chain_places
+    if places is None:
+        places = np.array([i for joint in record.movable() for i in _places(record, joint)], dtype=np.intp)
+        record.chain_places = places
+    if current is None:
+        return record.qpos.take(places)
+    if hasattr(current, "__len__") and not len(current):
+        return record.qpos.take(places)
+    return np.array(floats(current, len(places), _WRONG_CURRENT))
+
+
+def _places(record: BodyRecord, joint: int) -> range:
+    place = record.positions_of(joint)
+    return range(place.start, place.stop)
+
+
+def _in_base(record: BodyRecord, position: Vector, orientation: Vector | None) -> list[float]:
+    """A target in the base link frame: 3 numbers, or 7 with an orientation."""
+    origin, turn = record.body.pose
+    i, j, k, w = turn.tolist()
+    dx, dy, dz = (float(p) - o for p, o in zip(position, origin.tolist(), strict=True))
+    # q* v q = v - w t + q x t, with t = 2 q x v
+    tx, ty, tz = 2.0 * (j * dz - k * dy), 2.0 * (k * dx - i * dz), 2.0 * (i * dy - j * dx)
+    moved = [
+        dx - w * tx + j * tz - k * ty,
+        dy - w * ty + k * tx - i * tz,
+        dz - w * tz + i * ty - j * tx,
+    ]
+    if orientation is None:
+        return moved
+    a, b, c, d = orientation
+    length = sqrt(a * a + b * b + c * c + d * d) or 1.0
+    a, b, c, d = a / length, b / length, c / length, d / length
+    return [
+        *moved,
+        w * a - i * d - j * c + k * b,
+        w * b - j * d - k * a + i * c,
+        w * c - k * d - i * b + j * a,
+        w * d + i * a + j * b + k * c,
+    ]
+
+
+def _full(values: Vector | None, count: int) -> Array | None:
+    """The values where there is one for every joint, else None (as PyBullet ignores other lists)."""
+    if values is None or len(values) != count:
+        return None
+    return np.array(floats(values, count, _FAILED))

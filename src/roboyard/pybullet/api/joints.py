@@ -1,0 +1,297 @@
+"""Joints: their tables, their state, setting it, measuring reaction forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+from roboyard.pybullet.face.arguments import indices, number, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.joint_groups import NO_REACTION, joint_group
+from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord
+
+Vector = Sequence[float]
+State = tuple[Any, ...]
+OUT_OF_RANGE = "Joint index out-of-range."
+
+
+@command()
+def getNumJoints(client: Client, bodyUniqueId: int) -> int:
+    """How many joints, fixed ones included, a body has; 0 for an unknown body."""
+    record = client.scene.bodies.get(whole(bodyUniqueId))
+    return 0 if record is None else record.joint_count
+
+
+@command()
+def computeDofCount(client: Client, bodyUniqueId: int) -> int:
+    """Degrees of freedom of a body's joints, and six for a base that could move when it was loaded."""
+    record = client.scene.bodies.get(whole(bodyUniqueId))
+    if record is None:
+        return 0
+    own = sum(VELOCITY_COUNT[info[2]] for info in record.infos)
+    return own + (0 if record.loaded_fixed else 6)
+
+
+@command()
+def getJointInfo(client: Client, bodyUniqueId: int, jointIndex: int) -> tuple[Any, ...]:
+    """What the file says of a joint.
+
+    Returns:
+        index, name, type, first place in q, first place in u, flags, damping, friction, lower and upper
+        limit, largest force and velocity, name of the child link, axis in its inertial frame, joint origin
+        in the parent's inertial frame, rotation from there to the child's inertial frame, index of the
+        parent link.
+    """
+    record = client.scene.bodies.get(bodyUniqueId)
+    if record is not None and 0 <= whole(jointIndex) < record.joint_count:
+        return record.infos[jointIndex]
+    if record is None:
+        raise client.scene.unknown_body(bodyUniqueId, "GetJointInfo failed.")
+    raise _no_joint(record, jointIndex, "GetJointInfo failed.")
+
+
+@command()
+def getJointState(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
+    """Position (rad or m), velocity, reaction force and torque (6), torque or force that the motor
+    applied.
+    """
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = _known(client, bodyUniqueId)
+    if not 0 <= jointIndex < record.joint_count:
+        raise _no_state(record, jointIndex)
+    return _state(client, record, jointIndex)
+
+
+@command()
+def getJointStates(
+    client: Client, bodyUniqueId: int, jointIndices: Sequence[int]
+) -> tuple[State, ...] | None:
+    """`getJointState` of several joints."""
+    scene = client.scene
+    record = scene.bodies.get(bodyUniqueId)
+    if record is None or record.revision != scene.world.revision or scene.world.is_stale:
+        record = _known(client, bodyUniqueId)
+    try:
+        group = record.joint_groups.get(tuple(jointIndices))
+    except TypeError:
+        group = None  # said below, in PyBullet's words
+    if group is None:
+        wanted = _several(record, jointIndices)
+        if not wanted:
+            return None
+        group = joint_group(record, wanted)
+    if record.sensors or not group.is_scalar or scene.motor_revision != record.revision:
+        return tuple(_state(client, record, joint) for joint in group.joints)
+    return group.read(record, scene.motor_forces())
+
+
+@command()
+def getJointStateMultiDof(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
+    """Like getJointState with tuples, also for joints of several degrees of freedom.
+
+    Position has 1 number or 4 (a quaternion), velocity 1 or 3, motor torque 1 or 3; a fixed joint's are
+    empty.
+    """
+    record = _known(client, bodyUniqueId)
+    if not 0 <= whole(jointIndex) < record.joint_count:
+        raise _no_state(record, jointIndex)
+    return _state_of_many(client, record, jointIndex)
+
+
+@command()
+def getJointStatesMultiDof(
+    client: Client, bodyUniqueId: int, jointIndex: Sequence[int]
+) -> tuple[State, ...] | None:
+    """`getJointStateMultiDof` of several joints."""
+    record = _known(client, bodyUniqueId)
+    wanted = _several(record, jointIndex)
+    return tuple(_state_of_many(client, record, joint) for joint in wanted) if wanted else None
+
+
+@command()
+def resetJointState(
+    client: Client, bodyUniqueId: int, jointIndex: int, targetValue: float, targetVelocity: float = 0.0
+) -> None:
+    """Put a joint of one degree of freedom somewhere (rad or m), with a velocity; its motor keeps its
+    target.
+    """
+    record = joint_of(client, bodyUniqueId, jointIndex)
+    place = record.position_addresses[jointIndex]
+    if POSITION_COUNT[record.joint_type(jointIndex)] == 1:
+        position, velocity = number(targetValue), number(targetVelocity)
+        record.qpos[place] = position
+        record.qvel[record.velocity_addresses[jointIndex]] = velocity
+        client.scene.mark_moved()
+    else:
+        number(targetValue)
+        number(targetVelocity)
+
+
+@command()
+def resetJointStateMultiDof(
+    client: Client,
+    bodyUniqueId: int,
+    jointIndex: int,
+    targetValue: Vector,
+    targetVelocity: Vector | None = None,
+) -> None:
+    """Put a joint of any number of degrees of freedom somewhere; spherical ones take x, y, z, w and 3
+    velocities. Positions or velocities of another length change nothing.
+    """
+    record = joint_of(client, bodyUniqueId, jointIndex)
+    _reset_many(record, jointIndex, targetValue, targetVelocity)
+    client.scene.mark_moved()
+
+
+@command()
+def resetJointStatesMultiDof(
+    client: Client,
+    bodyUniqueId: int,
+    jointIndices: Sequence[int],
+    targetValues: Sequence[Vector],
+    targetVelocities: Sequence[Vector] | None = None,
+) -> None:
+    """`resetJointStateMultiDof` of several joints."""
+    joints = indices(jointIndices)
+    values, velocities = list(targetValues), list(targetVelocities or ())
+    for given in (values, velocities):
+        if joints and given and len(given) != len(joints):
+            raise failure("Number of targetValues and targetVelocities needs to match number of indices.")
+    nothing = [()] * len(joints)
+    for joint, value, velocity in zip(joints, values or nothing, velocities or nothing, strict=False):
+        record = joint_of(client, bodyUniqueId, joint)
+        _reset_many(record, joint, value, velocity)
+    client.scene.mark_moved()
+
+
+@command()
+def enableJointForceTorqueSensor(
+    client: Client, bodyUniqueId: int, jointIndex: int, enableSensor: int = 1
+) -> None:
+    """Measure (or stop measuring) the reaction force and torque in a joint."""
+    record = client.scene.bodies.get(whole(bodyUniqueId))
+    joint = whole(jointIndex)
+    if bodyUniqueId < 0:
+        raise failure("Error: invalid bodyUniqueId")
+    if record is None or not 0 <= joint < record.joint_count:
+        raise failure("Error: invalid jointIndex.", f"body {bodyUniqueId} has no joint {jointIndex}")
+    (record.sensors.add if whole(enableSensor) else record.sensors.discard)(joint)
+
+
+# ------------------------------------------------------------------------------------------------- helpers
+
+
+def joint_of(client: Client, body: int, joint: int) -> BodyRecord:
+    """The record of a body that has this joint.
+
+    Raises:
+        error: "Joint index out-of-range." for anything else.
+    """
+    record = client.scene.ready(body, OUT_OF_RANGE)
+    if not 0 <= whole(joint) < record.joint_count:
+        raise _no_joint(record, joint, OUT_OF_RANGE)
+    return record
+
+
+def _state(client: Client, record: BodyRecord, joint: int) -> State:
+    place = record.position_addresses[joint]
+    if place < 0:
+        return 0.0, 0.0, _reaction(client, record, joint), 0.0
+    scene = client.scene
+    if record.is_scalar[joint] and not record.sensors:
+        dof = record.velocity_addresses[joint]
+        if joint in record.limp or scene.motor_revision != record.revision:
+            applied = record.applied[joint]
+        else:
+            applied = scene.motor_forces().item(dof)
+        return record.qpos.item(place), record.qvel.item(dof), NO_REACTION, applied
+    applied = scene.applied(record, joint)
+    return (
+        record.qpos.item(place if POSITION_COUNT[record.joint_type(joint)] == 1 else place + 1),
+        record.qvel.item(record.velocity_addresses[joint]),
+        _reaction(client, record, joint) if record.sensors else NO_REACTION,
+        applied if type(applied) is float else applied[0],
+    )
+
+
+def _state_of_many(client: Client, record: BodyRecord, joint: int) -> State:
+    kind = record.joint_type(joint)
+    if not POSITION_COUNT[kind]:
+        return (), (), _reaction(client, record, joint), ()
+    position = record.qpos[record.positions_of(joint)].tolist()
+    if POSITION_COUNT[kind] == 4:
+        position = [*position[1:], position[0]]
+    velocity = record.qvel[record.velocities_of(joint)].tolist()
+    applied = client.scene.applied(record, joint)
+    motor = (applied,) if isinstance(applied, float) else tuple(applied)
+    return tuple(position), tuple(velocity), _reaction(client, record, joint), motor
+
+
+def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ...]:
+    """Force and torque (N, N m) in the joint, in the child's inertial axes; zero while it is not measured."""
+    if joint not in record.sensors:
+        return NO_REACTION
+    from roboyard.pybullet.bullet_rules.reactions import reaction
+
+    return reaction(client.scene, record, joint)
+
+
+def _reset_many(record: BodyRecord, joint: int, value: Vector, velocity: Vector | None) -> None:
+    kind = record.joint_type(joint)
+    count, speed = POSITION_COUNT[kind], VELOCITY_COUNT[kind]
+    given, speeds = _numbers(value, 4), _numbers(velocity, 3)
+    if not given and not speeds:
+        raise failure("Expected an position and/or velocity list.", f"joint {joint} takes {count} numbers")
+    if len(given) == count:
+        if count == 4:
+            length = sqrt(sum(v * v for v in given)) or 1.0
+            x, y, z, w = (v / length for v in given)
+            given = [w, x, y, z]
+        record.qpos[record.positions_of(joint)] = given
+        record.qvel[record.velocities_of(joint)] = 0.0
+    if len(speeds) == speed:
+        record.qvel[record.velocities_of(joint)] = speeds
+
+
+def _numbers(values: Vector | None, most: int) -> list[float]:
+    """The first numbers of a sequence; none of what is no sequence."""
+    return (
+        [number(v) for v in list(values)[:most]] if hasattr(values, "__iter__") and values is not None else []
+    )
+
+
+def _several(record: BodyRecord, wanted: Sequence[int]) -> list[int]:
+    joints = indices(wanted)
+    for joint in joints:
+        if not 0 <= joint < record.joint_count:
+            raise _no_joint(record, joint, OUT_OF_RANGE)
+    return joints
+
+
+def _known(client: Client, body: int) -> BodyRecord:
+    """The record of a body whose joints are read."""
+    if body not in client.scene.bodies and whole(body) < 0:
+        raise failure("getJointState failed; invalid bodyUniqueId", "bodies count from 0")
+    return client.scene.ready(body, "getJointState failed.")
+
+
+def _no_state(record: BodyRecord, joint: int) -> Exception:
+    is_negative = whole(joint) < 0
+    return _no_joint(
+        record,
+        joint,
+        "getJointState failed; invalid jointIndex" if is_negative else "getJointState failed (2).",
+    )
+
+
+def _no_joint(record: BodyRecord, joint: int, message: str) -> Exception:
+    whole(joint)
+    return failure(message, f"body {record.number} has the joints 0 to {record.joint_count - 1}, not {joint}")

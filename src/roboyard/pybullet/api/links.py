@@ -1,0 +1,94 @@
+"""Link frames and velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from roboyard.pybullet.face.arguments import indices, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.link_groups import LinkReader
+    from roboyard.pybullet.state.physics_scene import Scene
+
+State = tuple[Any, ...]
+
+
+@command()
+def getLinkState(
+    client: Client,
+    bodyUniqueId: int,
+    linkIndex: int,
+    computeLinkVelocity: int = 0,
+    computeForwardKinematics: int = 0,
+) -> State | None:
+    """Where a link is.
+
+    After a step, frames are those of before its position update unless computeForwardKinematics is set.
+
+    Returns:
+        world position and quaternion of the inertial frame, position and quaternion of the inertial frame in
+        the link frame, world position and quaternion of the link frame, and with computeLinkVelocity the
+        velocity of the centre of mass and the angular velocity in world axes. None for a link beyond the
+        last.
+    """
+    if linkIndex < 0:
+        raise failure(
+            "getLinkState failed; invalid linkIndex", "the base is no link: use getBasePositionAndOrientation"
+        )
+    scene = client.scene
+    record, world = scene.bodies.get(bodyUniqueId), scene.world
+    if record is None or record.revision != world.revision or world.is_stale:
+        record = _known(scene, bodyUniqueId)
+    if linkIndex >= record.joint_count:
+        return None
+    if computeForwardKinematics or scene.frames_are_old or scene.frames_revision != world.revision:
+        scene.frames(fresh=True)
+    return (record.link_reader or _reader(scene, record))(linkIndex, computeLinkVelocity)
+
+
+@command()
+def getLinkStates(
+    client: Client,
+    bodyUniqueId: int,
+    linkIndices: Sequence[int],
+    computeLinkVelocity: int = 0,
+    computeForwardKinematics: int = 0,
+) -> tuple[State | None, ...]:
+    """`getLinkState` of several links."""
+    scene = client.scene
+    record = _known(scene, bodyUniqueId)
+    scene.frames(fresh=bool(whole(computeForwardKinematics)))
+    if not whole(computeLinkVelocity):
+        try:
+            group = record.link_groups.get(tuple(linkIndices))
+        except TypeError:
+            group = None  # said below, in PyBullet's words
+        if group is not None:
+            return group.read()
+    links, count = indices(linkIndices), record.joint_count
+    if computeLinkVelocity or not all(0 <= link < count for link in links):
+        read = _reader(scene, record)
+        return tuple(read(link, computeLinkVelocity) if 0 <= link < count else None for link in links)
+    from roboyard.pybullet.state.link_groups import link_group
+
+    return link_group(scene, record, links).read()
+
+
+def _known(scene: Scene, body: int) -> BodyRecord:
+    """The record of a body whose links are read."""
+    if body not in scene.bodies and whole(body) < 0:
+        raise failure("getLinkState failed; invalid bodyUniqueId", "bodies count from 0")
+    return scene.ready(body, "getLinkState failed.")
+
+
+def _reader(scene: Scene, record: BodyRecord) -> LinkReader:
+    if record.link_reader is not None:
+        return record.link_reader
+    from roboyard.pybullet.state.link_groups import link_reader
+
+    return link_reader(scene, record)

@@ -1,0 +1,76 @@
+"""Rotation helpers in 64 bits: Euler angles (roll, pitch, yaw about fixed x, y, z; rad) and matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import asin, atan2, cos, nan, pi, sin
+
+from roboyard.pybullet.face.errors import failure
+
+Vector = Sequence[float]
+_PITCH_LIMIT = 0.99999  # sine of the pitch beyond which only roll + yaw is known
+
+
+def getQuaternionFromEuler(eulerAngles: Vector, physicsClientId: int = 0) -> tuple[float, ...]:
+    """Quaternion (x, y, z, w) of roll, pitch and yaw (rad) about the fixed axes x, y, z, as in URDF."""
+    try:
+        roll, pitch, yaw = eulerAngles
+    except ValueError:
+        raise failure("Euler angles need a 3 coordinates [roll, pitch, yaw].") from None
+    roll, pitch, yaw = roll / 2.0, pitch / 2.0, yaw / 2.0
+    sr, cr, sp, cp, sy, cy = sin(roll), cos(roll), sin(pitch), cos(pitch), sin(yaw), cos(yaw)
+    crcp, srsp, srcp, crsp = cr * cp, sr * sp, sr * cp, cr * sp
+    return (
+        srcp * cy - crsp * sy,
+        crsp * cy + srcp * sy,
+        crcp * sy - srsp * cy,
+        crcp * cy + srsp * sy,
+    )
+
+
+def getEulerFromQuaternion(quaternion: Vector, physicsClientId: int = 0) -> tuple[float, ...]:
+    """Roll, pitch, yaw (rad) of a unit quaternion; roll is reported as 0 at pitch ±90 degrees."""
+    try:
+        x, y, z, w = quaternion
+    except ValueError:
+        raise failure("Quaternion need a 4 components [x,y,z,w].") from None
+    sine = -2.0 * (x * z - w * y)
+    if sine <= -_PITCH_LIMIT:
+        return 0.0, -0.5 * pi, 2.0 * atan2(x, -y)
+    if sine >= _PITCH_LIMIT:
+        return 0.0, 0.5 * pi, 2.0 * atan2(-x, y)
+    xx, yy, zz, ww = x * x, y * y, z * z, w * w
+    return (
+        atan2(2.0 * (y * z + w * x), ww - xx - yy + zz),
+        asin(sine),
+        atan2(2.0 * (x * y + w * z), ww + xx - yy - zz),
+    )
+
+
+def getMatrixFromQuaternion(quaternion: Vector, physicsClientId: int = 0) -> tuple[float, ...]:
+    """Nine entries, row by row, of the rotation matrix of a quaternion of any length but zero."""
+    try:
+        x, y, z, w = quaternion
+    except (TypeError, ValueError):
+        raise failure("Couldn't convert quaternion [x,y,z,w].") from None
+    norm = x * x + y * y + z * z + w * w
+    if type(norm) is not float:  # whole numbers or NumPy's
+        x, y, z, w, norm = float(x), float(y), float(z), float(w), float(norm)
+    if norm == 0.0:
+        return (nan,) * 9
+    s = 2.0 / norm
+    xs, ys, zs = x * s, y * s, z * s
+    wx, wy, wz = w * xs, w * ys, w * zs
+    xx, xy, xz = x * xs, x * ys, x * zs
+    yy, yz, zz = y * ys, y * zs, z * zs
+    return (
+        1.0 - (yy + zz),
+        xy - wz,
+        xz + wy,
+        xy + wz,
+        1.0 - (xx + zz),
+        yz - wx,
+        xz - wy,
+        yz + wx,
+        1.0 - (xx + yy),
+    )

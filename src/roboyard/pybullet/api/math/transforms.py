@@ -1,0 +1,258 @@
+"""Transforms, slerp and quaternion differences, which PyBullet passes through 32-bit floats.
+
+Arguments are rounded to 32 bits, the arithmetic here has 64, and results are rounded to 32 bits again, so
+that they agree with PyBullet's to its own rounding (1e-7) and repeat its special cases.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import acos, asin, atan2, cos, nan, pi, sin, sqrt
+from struct import Struct, error
+
+from roboyard.pybullet.face.errors import failure
+
+Vector = Sequence[float]
+Numbers = tuple[float, ...]
+_EPSILON = 1.1920929e-07  # of a 32-bit float
+_BAD_PAIR = "Require start and end quaternion, each with 4 components [x,y,z,w]."
+_SEVEN, _EIGHT = Struct("7f"), Struct("8f")
+_FLOATS = {n: Struct(f"{n}f") for n in (1, 3, 4, 7, 8, 14)}
+
+
+def rounded(*numbers: float) -> Numbers:
+    """The numbers after a trip through 32-bit floats."""
+    pack = _FLOATS[len(numbers)]
+    try:
+        return pack.unpack(pack.pack(*numbers))
+    except error as problem:
+        raise TypeError(f"numbers are needed: {problem}") from None
+    except OverflowError:
+        return (nan,) * len(numbers)
+
+
+def _joined(message: str, *vectors_and_lengths: tuple[Vector, int]) -> Numbers:
+    """All vectors in one flat 32-bit tuple; `message` is the text of the error for a wrong shape."""
+    flat: list[float] = []
+    for vector, length in vectors_and_lengths:
+        try:
+            part = tuple(vector)
+        except TypeError:
+            raise failure(message) from None
+        if len(part) != length:
+            raise failure(message)
+        flat += part
+    return rounded(*flat)
+
+
+def _pair(message: str, first: Vector, second: Vector, pack: Struct, length: int) -> Numbers:
+    """Two vectors, the first of this length, in one flat 32-bit tuple."""
+    try:
+        if len(first) == length:
+            return pack.unpack(pack.pack(*first, *second))
+    except (error, TypeError, OverflowError):
+        pass
+    return _joined(message, (first, length), (second, pack.size // 4 - length))
+
+
+def multiplyTransforms(
+    positionA: Vector, orientationA: Vector, positionB: Vector, orientationB: Vector, physicsClientId: int = 0
+) -> tuple[Numbers, Numbers]:
+    """Position and quaternion of the product A · B: the pose of B, given in A, seen from A's parent."""
+    message = "Invalid input: expected positionA [x,y,z], orientationA [x,y,z,w], positionB, orientationB."
+    x, y, z, ax, ay, az, aw = _pair(message, positionA, orientationA, _SEVEN, 3)
+    vx, vy, vz, bx, by, bz, bw = _pair(message, positionB, orientationB, _SEVEN, 3)
+    vx, vy, vz = _turned(ax, ay, az, aw, vx, vy, vz)
+    qx, qy, qz, qw = _canonical(
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+    try:
+        out = _SEVEN.unpack(_SEVEN.pack(x + vx, y + vy, z + vz, qx, qy, qz, qw))
+    except OverflowError:
+        out = (nan,) * 7
+    return out[:3], out[3:]
+
+
+def invertTransform(
+    position: Vector, orientation: Vector, physicsClientId: int = 0
+) -> tuple[Numbers, Numbers]:
+    """Position and quaternion of the inverse of a pose."""
+    message = "Invalid input: expected position [x,y,z] and orientation [x,y,z,w]."
+    px, py, pz, x, y, z, w = _pair(message, position, orientation, _SEVEN, 3)
+    vx, vy, vz = _turned(-x, -y, -z, w, px, py, pz)
+    out = rounded(-vx, -vy, -vz, *_canonical(-x, -y, -z, w))
+    return out[:3], out[3:]
+
+
+def rotateVector(quaternion: Vector, vector: Vector, physicsClientId: int = 0) -> Numbers:
+    """`vector` turned by a quaternion, times the quaternion's squared length."""
+    message = "Require quaternion with 4 components [x,y,z,w] and a vector [x,y,z]."
+    x, y, z, w, vx, vy, vz = _pair(message, quaternion, vector, _SEVEN, 4)
+    norm = x * x + y * y + z * z + w * w
+    vx, vy, vz = _turned(x, y, z, w, vx, vy, vz)
+    return rounded(norm * vx, norm * vy, norm * vz)
+
+
+def getQuaternionSlerp(
+    quaternionStart: Vector, quaternionEnd: Vector, interpolationFraction: float, physicsClientId: int = 0
+) -> Numbers:
+    """Spherical interpolation along the shorter way: the start at fraction 0, the end at 1."""
+    both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
+    (t,) = rounded(interpolationFraction)
+    a, b = both[:4], both[4:]
+    length = sqrt(_dot(a, a) * _dot(b, b))
+    if length == 0.0:
+        return (nan,) * 4
+    (cosine,) = rounded(_dot(a, b) / length)
+    if abs(cosine) >= 1.0:
+        return a
+    sign = -1.0 if cosine < 0.0 else 1.0
+    theta = acos(sign * cosine)
+    s0, s1, d = sin((1.0 - t) * theta), sin(sign * t * theta), 1.0 / sin(theta)
+    s0, s1 = s0 * d, s1 * d
+    return rounded(*[p * s0 + q * s1 for p, q in zip(a, b, strict=True)])
+
+
+def getQuaternionFromAxisAngle(axis: Vector, angle: float, physicsClientId: int = 0) -> Numbers:
+    """Quaternion that turns by `angle` (rad) about `axis`, which may have any length.
+
+    An axis of length zero stands for x.
+    """
+    x, y, z = _joined("Require axis [x,y,z] and angle.", (axis, 3))
+    (half,) = rounded(angle)
+    half *= 0.5
+    length = sqrt(x * x + y * y + z * z)
+    if length < _EPSILON:
+        x, y, z, length = 1.0, 0.0, 0.0, 1.0
+    s = sin(half) / length
+    return rounded(x * s, y * s, z * s, cos(half))
+
+
+def getAxisAngleFromQuaternion(quaternion: Vector, physicsClientId: int = 0) -> tuple[Numbers, float]:
+    """Axis and angle (0 to 2 pi rad) of a unit quaternion; the axis of no rotation is x."""
+    x, y, z, w = _joined("Require a quaternion with 4 components [x,y,z,w].", (quaternion, 4))
+    angle = 2.0 * acos(min(1.0, max(-1.0, w)))
+    squared = 1.0 - w * w
+    if squared < 10.0 * _EPSILON:
+        return (1.0, 0.0, 0.0), rounded(angle)[0]
+    s = 1.0 / sqrt(squared)
+    out = rounded(x * s, y * s, z * s, angle)
+    return out[:3], out[3]
+
+
+def getDifferenceQuaternion(
+    quaternionStart: Vector, quaternionEnd: Vector, physicsClientId: int = 0
+) -> Numbers:
+    """Rotation that leads from the start to the end, the shorter way round."""
+    both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
+    return rounded(*_difference(both[:4], both[4:]))
+
+
+def calculateVelocityQuaternion(
+    quaternionStart: Vector, quaternionEnd: Vector, deltaTime: float, physicsClientId: int = 0
+) -> Numbers:
+    """Angular velocity (rad/s) that turns the start into the end within `deltaTime` (s)."""
+    both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
+    (dt,) = rounded(deltaTime)
+    if both[:4] == both[4:]:
+        return 0.0, 0.0, 0.0
+    x, y, z, w = rounded(*_difference(both[:4], both[4:]))
+    length = sqrt(x * x + y * y + z * z)
+    if length < _EPSILON:
+        x, y, z, length = 1.0, 0.0, 0.0, 1.0
+    angle = 2.0 * acos(min(1.0, max(-1.0, w)))
+    rate = angle / (length * dt) if dt else nan
+    return rounded(x * rate, y * rate, z * rate)
+
+
+def getAxisDifferenceQuaternion(
+    quaternionStart: Vector, quaternionEnd: Vector, physicsClientId: int = 0
+) -> Numbers:
+    """Angles about x, y, z (turning axes, in this order; rad) of the start seen from the end."""
+    both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
+    x, y, z, w = both[4:]
+    m = _matrix(_product((-x, -y, -z, w), both[:4]))
+    sine = m[2]
+    if sine >= 1.0:
+        return rounded(atan2(m[3], m[4]), pi / 2, 0.0)
+    if sine <= -1.0:
+        return rounded(-atan2(m[3], m[4]), -pi / 2, 0.0)
+    return rounded(atan2(-m[5], m[8]), asin(sine), atan2(-m[1], m[0]))
+
+
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+
+
+def _product(a: Vector, b: Vector) -> Numbers:
+    """Hamilton product: rotation `b`, then `a`."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def _matrix(quaternion: Vector) -> Numbers:
+    """Nine entries, row by row, of the rotation of a quaternion of any length; NaN for length zero."""
+    x, y, z, w = quaternion
+    norm = x * x + y * y + z * z + w * w
+    if norm == 0.0:
+        return (nan,) * 9
+    s = 2.0 / norm
+    xx, xy, xz, yy, yz, zz = s * x * x, s * x * y, s * x * z, s * y * y, s * y * z, s * z * z
+    wx, wy, wz = s * w * x, s * w * y, s * w * z
+    return (
+        *(1.0 - yy - zz, xy - wz, xz + wy),
+        *(xy + wz, 1.0 - xx - zz, yz - wx),
+        *(xz - wy, yz + wx, 1.0 - xx - yy),
+    )
+
+
+def _turned(x: float, y: float, z: float, w: float, vx: float, vy: float, vz: float) -> Numbers:
+    """A vector turned by a quaternion of any length; NaN for length zero."""
+    norm = x * x + y * y + z * z + w * w
+    if norm == 0.0:
+        return nan, nan, nan
+    s = 2.0 / norm
+    cx, cy, cz = s * (y * vz - z * vy), s * (z * vx - x * vz), s * (x * vy - y * vx)
+    return (
+        vx + w * cx + y * cz - z * cy,
+        vy + w * cy + z * cx - x * cz,
+        vz + w * cz + x * cy - y * cx,
+    )
+
+
+def canonical_quaternion(quaternion: Vector) -> Numbers:
+    """Unit quaternion with the sign that reading it out of a matrix gives.
+
+    w is positive where the matrix has a positive trace (w² > 1/4), else the largest of x, y, z is.
+    """
+    return _canonical(*quaternion)
+
+
+def _canonical(x: float, y: float, z: float, w: float) -> Numbers:
+    length = sqrt(x * x + y * y + z * z + w * w)
+    if length == 0.0:
+        return (nan,) * 4
+    if 4.0 * w * w > length * length:
+        leading = w
+    else:
+        leading = max(x, y, z, key=abs)
+    length = -length if leading < 0.0 else length
+    return x / length, y / length, z / length, w / length
+
+
+def _difference(start: Vector, end: Vector) -> Numbers:
+    """Product end · start⁻¹ with the end's sign chosen near the start."""
+    near = _dot(start, end)
+    if near <= 0.0:
+        end = [-c for c in end]
+    x, y, z, w = start
+    return _product(end, (-x, -y, -z, w))

@@ -1,0 +1,166 @@
+"""Settings of the engine: gravity, time step, iterations and the rest, as the script set them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from roboyard.pybullet.face.arguments import number, whole
+from roboyard.pybullet.face.commands import command
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+
+DEFAULT_ITERATIONS = 50
+
+
+@dataclass(kw_only=True, slots=True)
+class EngineParameters:
+    time_step: float = 1.0 / 240.0
+    """s"""
+    sub_steps: int = 0
+    """Parts into which a step is cut; 0 and 1 mean whole steps."""
+    iterations: int = DEFAULT_ITERATIONS
+    inner_iterations: int = 1
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """m/s²"""
+    real_time: int = 0
+    """As set; without a window time moves only with stepSimulation."""
+    contact_breaking_threshold: float = 0.02
+    """m"""
+    restitution_velocity_threshold: float = 0.2
+    """m/s; slower impacts do not bounce."""
+    cone_friction: int = 1
+    file_caching: int = 1
+    feedback_mode: int = 0
+    """Bits of JOINT_FEEDBACK_IN_WORLD_SPACE and JOINT_FEEDBACK_IN_JOINT_FRAME."""
+    report_analytics: int = 0
+    others: dict[str, float] = field(default_factory=dict)
+    """Settings of Bullet's own solver: kept, without effect on this engine."""
+    revision: int = 0
+    """Counts changes, so that the world takes them over when it has to."""
+
+    def reset(self) -> None:
+        """What resetSimulation changes: gravity and iterations."""
+        self.gravity = (0.0, 0.0, 0.0)
+        self.iterations = DEFAULT_ITERATIONS
+        self.inner_iterations = 1
+        self.revision += 1
+
+
+@command()
+def setGravity(client: Client, gravX: float, gravY: float, gravZ: float) -> None:
+    """Gravity in world axes; m/s². It is 0 at the start."""
+    client.parameters.gravity = (number(gravX), number(gravY), number(gravZ))
+    client.parameters.revision += 1
+
+
+@command()
+def setTimeStep(client: Client, timeStep: float) -> None:
+    """Time that one stepSimulation advances; s."""
+    client.parameters.time_step = number(timeStep)
+    client.parameters.revision += 1
+
+
+@command()
+def setRealTimeSimulation(client: Client, enableRealTimeSimulation: int) -> None:
+    """With a window: let time pass on its own, as fast as the clock on the wall, from now on (1) or no more.
+
+    Without one it is remembered, and the world moves only with stepSimulation, as in PyBullet's DIRECT mode.
+    """
+    client.parameters.real_time = whole(enableRealTimeSimulation)
+    client.follow_clock(bool(client.parameters.real_time))
+
+
+@command()
+def setDefaultContactERP(client: Client, defaultContactERP: float) -> None:
+    """Share of a penetration that Bullet's solver mends in a step; kept, this engine has its own."""
+    client.parameters.others["contactERP"] = number(defaultContactERP)
+
+
+@command()
+def setInternalSimFlags(client: Client, flags: int) -> None:
+    """Bullet's internal switches; kept, without effect."""
+    client.parameters.others["internalSimFlags"] = whole(flags)
+
+
+@command()
+def setPhysicsEngineParameter(
+    client: Client,
+    fixedTimeStep: float = -1.0,
+    numSolverIterations: int = -1,
+    useSplitImpulse: int = -1,
+    splitImpulsePenetrationThreshold: float = -1.0,
+    numSubSteps: int = -1,
+    collisionFilterMode: int = -1,
+    contactBreakingThreshold: float = -1.0,
+    maxNumCmdPer1ms: int = -2,
+    enableFileCaching: int = -1,
+    restitutionVelocityThreshold: float = -1.0,
+    erp: float = -1.0,
+    contactERP: float = -1.0,
+    frictionERP: float = -1.0,
+    enableConeFriction: int = -1,
+    deterministicOverlappingPairs: int = -1,
+    allowedCcdPenetration: float = -1.0,
+    jointFeedbackMode: int = -1,
+    solverResidualThreshold: float = -1.0,
+    contactSlop: float = -1.0,
+    enableSAT: int = -1,
+    constraintSolverType: int = -1,
+    globalCFM: float = -1.0,
+    minimumSolverIslandSize: int = -1,
+    reportSolverAnalytics: int = -1,
+    warmStartingFactor: float = -1.0,
+    sparseSdfVoxelSize: float = -1.0,
+    numNonContactInnerIterations: int = -1,
+) -> None:
+    """Change settings of the engine; those left out stay.
+
+    Time step, sub-steps, friction cone, restitution threshold, joint feedback and file caching act. The
+    settings of Bullet's own solver (error reduction, warm starting, islands, ...) are kept and have no
+    counterpart here.
+    """
+    settings = dict(locals())
+    parameters: EngineParameters = settings.pop("client").parameters
+    for name, value in settings.items():
+        if number(value) < 0:
+            continue
+        attribute = _ACTING.get(name)
+        if attribute is None:
+            parameters.others[name] = value
+        elif isinstance(getattr(parameters, attribute), int):
+            setattr(parameters, attribute, whole(value))
+        else:
+            setattr(parameters, attribute, number(value))
+    parameters.revision += 1
+
+
+_ACTING = {
+    "fixedTimeStep": "time_step",
+    "numSolverIterations": "iterations",
+    "numSubSteps": "sub_steps",
+    "contactBreakingThreshold": "contact_breaking_threshold",
+    "enableFileCaching": "file_caching",
+    "restitutionVelocityThreshold": "restitution_velocity_threshold",
+    "enableConeFriction": "cone_friction",
+    "jointFeedbackMode": "feedback_mode",
+    "reportSolverAnalytics": "report_analytics",
+    "numNonContactInnerIterations": "inner_iterations",
+}
+
+
+@command()
+def getPhysicsEngineParameters(client: Client) -> dict[str, float]:
+    """Time step, sub-steps, iterations, real-time switch and gravity."""
+    p = client.parameters
+    return {
+        "fixedTimeStep": p.time_step,
+        "numSubSteps": p.sub_steps,
+        "numSolverIterations": p.iterations,
+        "useRealTimeSimulation": p.real_time,
+        "gravityAccelerationX": p.gravity[0],
+        "gravityAccelerationY": p.gravity[1],
+        "gravityAccelerationZ": p.gravity[2],
+        "numNonContactInnerIterations": p.inner_iterations,
+    }

@@ -1,0 +1,220 @@
+"""Rays, boxes and overlaps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.arguments import number, vector3, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+from roboyard.sim.queries.rays import first_shape
+from roboyard.transforms import rotate
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.sim.queries.rays import RayHits
+
+Vector = Sequence[float]
+Triple = tuple[float, ...]
+Hit = tuple[int, int, float, tuple[float, ...], tuple[float, ...]]
+_NOTHING = (0.0, 0.0, 0.0)
+_MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
+BROAD_MARGIN = 0.02
+"""m: by which Bullet's broad phase grows boxes."""
+_MOST_GRAZING = 20.0
+"""Margins: how much nearer a hull's margin brings a hit at most."""
+_STEP_BEHIND = 1e-5
+"""Of the ray: from where the search for its next hit starts."""
+
+
+@command()
+def rayTest(
+    client: Client,
+    rayFromPosition: Vector,
+    rayToPosition: Vector,
+    collisionFilterMask: int = -1,
+    reportHitNumber: int = -1,
+) -> tuple[Hit, ...]:
+    """The first surface (or one chosen by reportHitNumber) between two points; see rayTestBatch."""
+    start = vector3(rayFromPosition, "Error in rayTest: rayFromPosition")
+    end = vector3(rayToPosition, "Error in rayTest: rayToPosition")
+    if not client.scene.bodies:
+        return (_MISS,)
+    way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+    mask, wanted = whole(collisionFilterMask), whole(reportHitNumber)
+    if wanted < 0:
+        return (next(_entered(client.scene, start, way, mask), _MISS),)
+    return (_chosen(client.scene, start, way, mask, wanted),)
+
+
+@command()
+def rayTestBatch(
+    client: Client,
+    rayFromPositions: Sequence[Vector],
+    rayToPositions: Sequence[Vector],
+    numThreads: int = 1,
+    parentObjectUniqueId: int = -1,
+    parentLinkIndex: int = -1,
+    reportHitNumber: int = -1,
+    collisionFilterMask: int = -1,
+    fractionEpsilon: float = 1.0,
+) -> tuple[Hit, ...]:
+    """The first surface that each of k rays meets.
+
+    Args:
+        rayFromPositions: (k, 3) m in the world, or in the parent link's inertial frame.
+        rayToPositions: (k, 3) m.
+        numThreads: rays here share one thread.
+        parentObjectUniqueId: body that the rays move with; -1 for none.
+        parentLinkIndex: its link.
+        reportHitNumber: report the n-th (from 0) of all shapes that the ray enters instead of the nearest;
+        they count from the one made last, as Bullet's search mostly comes upon them.
+        collisionFilterMask: meet only shapes whose filter group has one of these bits.
+        fractionEpsilon: hits of one ray that are nearer to one another than this count as one.
+
+    Returns:
+        for each ray: body, link, fraction, position (m), normal; (-1, -1, 1.0, zeros, zeros) for a miss.
+    """
+    starts, ends = _points(rayFromPositions), _points(rayToPositions)
+    if len(starts) != len(ends):
+        raise failure("Size of from_positions need to be equal to size of to_positions.")
+    if len(starts) > c.MAX_RAY_INTERSECTION_BATCH_SIZE:
+        raise failure("Number of rays exceed the maximum batch size.", f"{len(starts)} rays")
+    scene = client.scene
+    if whole(parentObjectUniqueId) in scene.bodies:
+        record = scene.ready(parentObjectUniqueId, "")
+        link = whole(parentLinkIndex) if -1 <= whole(parentLinkIndex) < record.joint_count else -1
+        position, orientation = record.to_inertial(*record.body.links[link + 1].pose, link)
+        starts, ends = position + rotate(orientation, starts), position + rotate(orientation, ends)
+    number(fractionEpsilon)
+    return _cast(scene, starts, ends, whole(collisionFilterMask), whole(reportHitNumber))
+
+
+@command()
+def getAABB(
+    client: Client, bodyUniqueId: int, linkIndex: int = -1
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Lower and upper corner (m) of the box around a link's collision shapes, in the world."""
+    scene = client.scene
+    if whole(bodyUniqueId) < 0:
+        raise failure("getAABB failed; invalid bodyUniqueId")
+    if whole(linkIndex) < -1:
+        raise failure("getAABB failed; invalid linkIndex")
+    record = scene.ready(bodyUniqueId, "getAABB failed.")
+    if linkIndex >= record.joint_count:
+        raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
+    lower, upper = _box(record, linkIndex)
+    return tuple(lower.tolist()), tuple(upper.tolist())
+
+
+@command()
+def getOverlappingObjects(
+    client: Client, aabbMin: Vector, aabbMax: Vector
+) -> tuple[tuple[int, int], ...] | None:
+    """Body and link of everything whose box, grown by 2 cm, overlaps a box; None for nothing.
+
+    What was made last comes first, as it mostly does in Bullet.
+    """
+    low = np.array(vector3(aabbMin, "getOverlappingObjects: aabbMin"))
+    high = np.array(vector3(aabbMax, "getOverlappingObjects: aabbMax"))
+    scene = client.scene
+    low, high = low - BROAD_MARGIN, high + BROAD_MARGIN
+    found = []
+    for record in sorted(scene.bodies.values(), key=lambda record: -record.body.id):
+        scene.ready(record.number, "")
+        for link in range(record.joint_count - 1, -2, -1):
+            if not record.model.links[link + 1].collisions:
+                continue
+            lower, upper = _box(record, link)
+            if (lower <= high).all() and (upper >= low).all():
+                found.append((record.number, link))
+    return tuple(found) or None
+
+
+def _box(record: BodyRecord, link: int) -> np.ndarray:
+    """(2, 3) corners of Bullet's box around a link's shapes; m."""
+    bounds, margin = record.bounds(link)
+    return bounds.in_world(margin, *record.to_inertial(*record.body.links[link + 1].pose, link))
+
+
+def _points(values: Sequence[Vector]) -> np.ndarray:
+    try:
+        points = np.array(values, dtype=float)
+        if points.ndim == 2 or points.size == 0:
+            return points.reshape(-1, 3)
+    except (TypeError, ValueError):
+        pass
+    raise failure("Items in the from/to positions need to be an [x,y,z] list of 3 floats/doubles")
+
+
+def _cast(scene: Scene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int) -> tuple[Hit, ...]:
+    """Hits of rays; they pass shapes that they start in and shapes outside the mask."""
+    if not scene.bodies or not len(starts):
+        return (_MISS,) * len(starts)
+    if wanted >= 0:
+        rays = zip(starts.tolist(), (ends - starts).tolist(), strict=True)
+        return tuple(_chosen(scene, start, way, mask, wanted) for start, way in rays)
+    found = scene.world.rays(starts, ends)
+    ways = ends - starts
+    fraction = _nearer(scene, found, ways)
+    owners, fractions, normals = found.owners.tolist(), fraction.tolist(), found.normal.tolist()
+    positions = (starts + fraction[:, None] * ways).tolist()
+    leaving = (np.einsum("ij,ij->i", found.normal, ways) > 0.0).tolist()
+    hits: list[Hit] = []
+    for i, (body, link) in enumerate(owners):
+        if body < 0:
+            hits.append(_MISS)
+            continue
+        number_ = scene.of_world(body).number
+        hit: Hit = (number_, link - 1, fractions[i], tuple(positions[i]), tuple(normals[i]))
+        if leaving[i] or not scene.filters.group_of(number_, link - 1) & mask:
+            hit = next(_entered(scene, tuple(starts[i].tolist()), tuple(ways[i].tolist()), mask), _MISS)
+        hits.append(hit)
+    return tuple(hits)
+
+
+def _nearer(scene: Scene, found: RayHits, ways: np.ndarray) -> np.ndarray:
+    """(k,) fractions of hits, those of hulls with Bullet's margin around them."""
+    margins = scene.hull_margins()[found.geoms] * (found.geoms >= 0)
+    if not margins.any():
+        return found.fraction
+    slope = np.abs(np.einsum("ij,ij->i", found.normal, ways))
+    lengths = np.linalg.norm(ways, axis=1)
+    steepest = np.maximum(slope, lengths / _MOST_GRAZING)
+    shift = np.divide(margins, steepest, out=np.zeros_like(margins), where=steepest > 0.0)
+    return np.maximum(found.fraction - shift, 0.0)
+
+
+def _chosen(scene: Scene, start: Triple, way: Triple, mask: int, wanted: int) -> Hit:
+    """The `wanted`-th (from 0) of all shapes that a ray enters, counted from the one made last."""
+    hits = list(_entered(scene, start, way, mask))
+    hits.sort(key=lambda hit: (-scene.bodies[hit[0]].body.id, -hit[1], hit[2]))
+    return hits[wanted] if wanted < len(hits) else _MISS
+
+
+def _entered(scene: Scene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
+    """Hits of all shapes that a ray enters and the mask lets it see, the nearest first."""
+    world = scene.world
+    found = first_shape(world, start, way)
+    while found is not None:
+        geom, fraction, normal = found
+        slope = way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]
+        body, link = world.geom_owners[geom].tolist()
+        number_ = scene.of_world(body).number
+        if slope <= 0.0 and scene.filters.group_of(number_, link - 1) & mask:
+            margin = float(scene.hull_margins()[geom])
+            if margin:
+                length = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
+                nearer = max(fraction - margin / max(-slope, length / _MOST_GRAZING), 0.0)
+            else:
+                nearer = fraction
+            at = (start[0] + nearer * way[0], start[1] + nearer * way[1], start[2] + nearer * way[2])
+            yield number_, link - 1, nearer, at, normal
+        found = first_shape(world, start, way, fraction + _STEP_BEHIND)

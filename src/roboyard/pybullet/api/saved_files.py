@@ -1,0 +1,112 @@
+"""Saving the moment to disk and going back to it: saveBullet and restoreState(fileName=...)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+from zipfile import BadZipFile
+
+import numpy as np
+
+from roboyard.pybullet.api.search import find_file, not_found_remedy
+from roboyard.pybullet.face.arguments import text
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.physics_scene import Scene
+
+_NOT_SAVED, _NOT_RESTORED = "Couldn't save .bullet file.", "Couldn't restore state."
+_FORMAT = 1
+
+
+@command()
+def saveBullet(client: Client, bulletFileName: str) -> None:
+    """Write positions and velocities of all bodies to a file that restoreState reads."""
+    scene = client.scene
+    arrays: dict[str, np.ndarray] = {
+        "format": np.array(_FORMAT),
+        "bodies": np.array(scene.order, dtype=np.int64),
+    }
+    moment = scene.world.save_state()
+    arrays["values"] = moment.values
+    arrays["static_positions"] = moment.static_positions
+    arrays["static_quaternions"] = moment.static_quaternions
+    arrays["joints"] = _joint_counts(scene)
+    try:
+        with Path(text(bulletFileName)).open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+    except OSError as problem:
+        raise failure(_NOT_SAVED, str(problem)) from None
+
+
+def restore_from_file(client: Client, file_name: str) -> None:
+    """Put all bodies where a file of saveBullet has them.
+
+    Raises:
+        error: the file is not there, is no such file, or was saved with other bodies.
+    """
+    path = find_file(client, text(file_name))
+    if path is None:
+        raise failure(_NOT_RESTORED, not_found_remedy(client, file_name))
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+    except (OSError, ValueError, BadZipFile, EOFError) as problem:
+        raise failure(_NOT_RESTORED, f"{path.name} was not written by saveBullet: {problem}") from None
+    scene = client.scene
+    scene.world.ensure_compiled()
+    if arrays.get("bodies") is None or arrays["bodies"].tolist() != scene.order:
+        raise failure(_NOT_RESTORED, "the file was saved with other bodies in the world")
+    present = scene.world.save_state()
+    fits = arrays.get("joints") is not None and np.array_equal(arrays["joints"], _joint_counts(scene))
+    for name in ("values", "static_positions", "static_quaternions"):
+        there = arrays.get(name)
+        like = getattr(present, name)
+        fits = fits and there is not None and there.shape == like.shape and there.dtype == like.dtype
+    if not fits:
+        raise failure(_NOT_RESTORED, "a body was another one when the file was saved")
+    scene.world.restore_state(
+        replace(
+            present,
+            values=arrays["values"],
+            static_positions=arrays["static_positions"],
+            static_quaternions=arrays["static_quaternions"],
+        )
+    )
+    for record in scene.bodies.values():
+        record.fixed_pose = None
+    scene.mark_moved()
+
+
+def _joint_counts(scene: Scene) -> np.ndarray:
+    """How many joints each body has, in the order of listing."""
+    return np.array([scene.bodies[number].joint_count for number in scene.order], dtype=np.int64)
+
+
+@command()
+def saveWorld(client: Client, worldFileName: str) -> None:
+    """Write a script that loads the same files at the present poses, and sets joints and gravity.
+
+    Bodies made by createMultiBody come from no file and are left out, as is what was changed after loading.
+    """
+    from roboyard.pybullet.logs.world_scripts import world_script
+
+    try:
+        Path(text(worldFileName)).write_text(world_script(client), encoding="utf-8")
+    except OSError as problem:
+        raise failure("saveWorld command execution failed.", str(problem)) from None
+
+
+@command()
+def loadBullet(client: Client, bulletFileName: str) -> tuple[int, ...]:
+    """Bullet's own files hold its internal structures and cannot be read; always raises."""
+    path = find_file(client, text(bulletFileName))
+    remedy = (
+        not_found_remedy(client, bulletFileName)
+        if path is None
+        else "load bodies from their own files; restoreState(fileName=...) reads what saveBullet wrote"
+    )
+    raise failure("Couldn't load .bullet file.", remedy)

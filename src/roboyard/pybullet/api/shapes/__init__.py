@@ -1,0 +1,1 @@
+"""Collision and visual shapes, meshes, textures and createMultiBody."""

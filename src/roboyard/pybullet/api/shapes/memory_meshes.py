@@ -1,0 +1,61 @@
+"""Meshes that scripts give as lists of vertices and triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from roboyard.pybullet.face.errors import failure
+from roboyard.shapes.mesh import TriangleMesh, read_only
+
+Vector = Sequence[float]
+
+
+def mesh_of(
+    vertices: Sequence[Vector],
+    indices: Sequence[int] | None,
+    normals: Sequence[Vector] | None = None,
+    uvs: Sequence[Vector] | None = None,
+) -> TriangleMesh:
+    """A mesh of (k, 3) vertices (m) and a flat list of triangle corners; without corners, the points' hull.
+
+    Raises:
+        error: there are no triangles in it.
+    """
+    points = np.array(vertices, dtype=float).reshape(-1, 3)
+    if not np.isfinite(points).all() or len(points) < 3:
+        raise failure("createCollisionShape failed.", "a mesh has at least three finite vertices")
+    if indices is None or not len(indices):
+        return _hull(points)
+    faces = np.array(indices, dtype=np.int64).reshape(-1, 3)
+    if faces.min() < 0 or faces.max() >= len(points):
+        raise failure("createCollisionShape failed.", f"indices go from 0 to {len(points) - 1}")
+    return TriangleMesh(
+        vertices=read_only(points, np.float64),
+        faces=read_only(faces, np.int32),
+        normals=_per_vertex(normals, len(points), 3),
+        uv=_per_vertex(uvs, len(points), 2),
+    )
+
+
+def _hull(points: np.ndarray) -> TriangleMesh:
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        raise failure("createCollisionShape failed.", "the points are flat; give indices too") from None
+    used, faces = np.unique(hull.simplices, return_inverse=True)
+    corners = points[used]
+    faces = faces.reshape(-1, 3)
+    a, b, d = (corners[faces[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, d - a), a - corners.mean(axis=0)) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return TriangleMesh(vertices=read_only(corners, np.float64), faces=read_only(faces, np.int32))
+
+
+def _per_vertex(values: Sequence[Vector] | None, count: int, width: int) -> np.ndarray | None:
+    if values is None or len(values) != count:
+        return None
+    return read_only(np.array(values, dtype=float).reshape(count, width), np.float64)

@@ -1,0 +1,165 @@
+"""Meshes of bodies, and taking mesh files apart into convex ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.description.model import Collision, Cylinder, Mesh, Pose
+from roboyard.errors import RoboyardError
+from roboyard.pybullet.api.search import find_file, not_found_remedy
+from roboyard.pybullet.bullet_rules.mesh_objects import hull_by_hull
+from roboyard.pybullet.face.arguments import number, text, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure, unavailable
+from roboyard.transforms import Array, conjugate, matrix_from_quaternion, multiply, rotate
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.shapes.mesh import TriangleMesh
+
+_NO_MESH = "getMeshData failed"
+_CYLINDER_SIDES = 32
+_DEFAULT_HULLS = 32
+
+
+@command()
+def getMeshData(
+    client: Client, bodyUniqueId: int, linkIndex: int = -1, collisionShapeIndex: int = -1, flags: int = -1
+) -> tuple[int, tuple[tuple[float, ...], ...]]:
+    """How many vertices a link's collision meshes have, and the vertices in its inertial frame (m).
+
+    Convex meshes give the corners of their hull, OBJ files those of each object's hull. Boxes, spheres,
+    capsules and planes have no vertices.
+
+    Args:
+        bodyUniqueId: body.
+        linkIndex: link; -1 for the base.
+        collisionShapeIndex: only this one of the link's shapes; -1 for all.
+        flags: of soft bodies.
+    """
+    whole(flags)
+    record = client.scene.bodies.get(whole(bodyUniqueId))
+    if record is None or not -1 <= whole(linkIndex) < record.joint_count:
+        raise failure(_NO_MESH, f"there is no body {bodyUniqueId} with a link {linkIndex}")
+    link = record.model.links[linkIndex + 1]
+    shapes = hull_by_hull(link.collisions)
+    if whole(collisionShapeIndex) >= 0:
+        shapes = shapes[collisionShapeIndex : collisionShapeIndex + 1]
+    found = [_vertices(record, shape, link.frame) for shape in shapes]
+    rows = tuple(tuple(row) for points in found for row in points.tolist())
+    return len(rows), rows
+
+
+def _vertices(record: BodyRecord, shape: Collision, frame: Pose) -> Array:
+    """(k, 3) in the inertial frame."""
+    geometry = shape.geometry
+    if isinstance(geometry, Mesh):
+        points = _mesh_vertices(geometry, concave=shape.concave)
+    elif isinstance(geometry, Cylinder) and record.file and not record.model.implicit_cylinder:
+        angles = 2 * np.pi * np.arange(_CYLINDER_SIDES) / _CYLINDER_SIDES
+        ring = np.stack([np.sin(angles), np.cos(angles)], axis=1) * geometry.radius
+        ends = np.repeat([[geometry.length / 2], [-geometry.length / 2]], _CYLINDER_SIDES, axis=0)
+        points = np.hstack([np.tile(ring, (2, 1)), ends])
+    else:
+        return np.zeros((0, 3))
+    back = conjugate(frame.quaternion)
+    offset = np.asarray(shape.origin.position) - np.asarray(frame.position)
+    turn = matrix_from_quaternion(multiply(back, shape.origin.quaternion))
+    return points @ turn.T + rotate(back, offset)
+
+
+def _mesh_vertices(mesh: Mesh, *, concave: bool) -> Array:
+    from roboyard.shapes import convex_hull
+    from roboyard.sim.build.geoms import load_scaled
+
+    triangles = load_scaled(mesh, 1.0)
+    if triangles is None or not len(triangles.vertices):
+        return np.zeros((0, 3))
+    if concave:
+        return np.asarray(triangles.vertices, dtype=float)
+    return np.asarray(convex_hull(triangles, max_vertices=None).mesh.vertices, dtype=float)
+
+
+@command()
+def vhacd(
+    client: Client,
+    fileNameIn: str,
+    fileNameOut: str,
+    fileNameLogging: str,
+    concavity: float = -1.0,
+    alpha: float = -1.0,
+    beta: float = -1.0,
+    gamma: float = -1.0,
+    minVolumePerCH: float = -1.0,
+    resolution: int = -1,
+    maxNumVerticesPerCH: int = -1,
+    depth: int = -1,
+    planeDownsampling: int = -1,
+    convexhullDownsampling: int = -1,
+    pca: int = -1,
+    mode: int = -1,
+    convexhullApproximation: int = -1,
+) -> None:
+    """Take a mesh apart into convex ones and write them to an OBJ file, one object each.
+
+    The work is done by `roboyard.shapes.convex.decomposition`, whose limits are others than those of
+    V-HACD; of the
+    settings it takes maxNumVerticesPerCH and 2 to the power of depth as the most parts.
+
+    Args:
+        fileNameIn: mesh file.
+        fileNameOut: OBJ file to write.
+        fileNameLogging: text file for what was done; "" for none.
+        concavity: of V-HACD, as all that follow but maxNumVerticesPerCH and depth.
+        alpha: likewise.
+        beta: likewise.
+        gamma: likewise.
+        minVolumePerCH: likewise.
+        resolution: likewise.
+        maxNumVerticesPerCH: most corners of a part.
+        depth: greatest depth of cuts.
+        planeDownsampling: likewise.
+        convexhullDownsampling: likewise.
+        pca: likewise.
+        mode: likewise.
+        convexhullApproximation: likewise.
+    """
+    from roboyard.shapes import load_mesh
+    from roboyard.shapes.convex.decomposition import decompose
+
+    path = find_file(client, text(fileNameIn))
+    if path is None:
+        raise failure("vhacd failed.", not_found_remedy(client, fileNameIn))
+    for setting in (concavity, alpha, beta, gamma, minVolumePerCH):
+        number(setting)
+    parts = min(2 ** whole(depth), 256) if whole(depth) > 0 else _DEFAULT_HULLS
+    corners = whole(maxNumVerticesPerCH) if whole(maxNumVerticesPerCH) >= 4 else 64
+    try:
+        made = decompose(load_mesh(path), hull_count=parts, max_vertices=corners)
+        Path(text(fileNameOut)).write_text(_as_obj(made.hulls), encoding="utf-8")
+        if text(fileNameLogging):
+            lines = [f"{path.name}: {len(made.hulls)} convex parts by {made.method_used}", *made.notes]
+            Path(fileNameLogging).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except (RoboyardError, OSError) as problem:
+        raise failure("vhacd failed.", *str(problem).splitlines()) from problem
+
+
+def _as_obj(parts: Sequence[TriangleMesh]) -> str:
+    lines, first = [], 1
+    for k, part in enumerate(parts):
+        lines.append(f"o convex_{k}")
+        lines += [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in part.vertices.tolist()]
+        lines += [f"f {a + first} {b + first} {d + first}" for a, b, d in part.faces.tolist()]
+        first += len(part.vertices)
+    return "\n".join(lines) + "\n"
+
+
+@command()
+def unsupportedChangeScaling(client: Client, bodyUniqueId: int, scaling: object) -> None:
+    """Bodies keep their size; always raises."""
+    raise unavailable("unsupportedChangeScaling", "load the body again with globalScaling or meshScale")

@@ -1,0 +1,216 @@
+"""createMultiBody: bodies made from shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.description.model import (
+    Collision,
+    Joint,
+    JointType,
+    Limit,
+    Link,
+    Mesh,
+    Pose,
+    RobotDescription,
+    Visual,
+)
+from roboyard.errors import RoboyardError
+from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel, world_description
+from roboyard.pybullet.bullet_rules.shape_bounds import link_bounds
+from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
+from roboyard.pybullet.face.arguments import Quaternion, Vector3, number, quaternion, vector3, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.physics_scene import Scene
+
+Vector = Sequence[float]
+_FAILED = "createMultiBody failed."
+_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+_TYPES: dict[int, JointType] = {0: "continuous", 1: "prismatic", 2: "spherical", 3: "planar", 4: "fixed"}
+_NO_RANGE = Limit(lower=1.0, upper=-1.0)
+REMEMBERED = 256
+"""Shapes and links whose properties are worked out once: scripts make the same things again and again."""
+_VALUES = ("name", "mass", "moments", "frame", "collisions", "visuals", "joint", "parent")
+_bounds_of = partial(link_bounds, implicit_cylinder=True, from_file=False)
+_known_bounds_of = lru_cache(REMEMBERED)(_bounds_of)
+"""For shapes whose files cannot change."""
+_values = attrgetter(*_VALUES)
+"""Of a LinkModel, all that it says."""
+
+
+@command()
+def createMultiBody(
+    client: Client,
+    baseMass: float = 0.0,
+    baseCollisionShapeIndex: int = -1,
+    baseVisualShapeIndex: int = -1,
+    basePosition: Vector = _NOWHERE,
+    baseOrientation: Vector = _IDENTITY,
+    baseInertialFramePosition: Vector = _NOWHERE,
+    baseInertialFrameOrientation: Vector = _IDENTITY,
+    linkMasses: Sequence[float] = (),
+    linkCollisionShapeIndices: Sequence[int] = (),
+    linkVisualShapeIndices: Sequence[int] = (),
+    linkPositions: Sequence[Vector] = (),
+    linkOrientations: Sequence[Vector] = (),
+    linkInertialFramePositions: Sequence[Vector] = (),
+    linkInertialFrameOrientations: Sequence[Vector] = (),
+    linkParentIndices: Sequence[int] = (),
+    linkJointTypes: Sequence[int] = (),
+    linkJointAxis: Sequence[Vector] = (),
+    useMaximalCoordinates: int = 0,
+    flags: int = 0,
+    batchPositions: Sequence[Vector] | None = None,
+) -> int | tuple[int, ...]:
+    """Make a body and give its id.
+
+    Args:
+        baseMass: kg; 0 for a body that does not move.
+        baseCollisionShapeIndex: id from createCollisionShape; -1 for none.
+        baseVisualShapeIndex: id from createVisualShape; -1 shows the collision shape.
+        basePosition: of the base link frame; m.
+        baseOrientation: x, y, z, w.
+        baseInertialFramePosition: centre of mass in the base link frame; m.
+        baseInertialFrameOrientation: x, y, z, w.
+        linkMasses: one for each link, as in all lists that follow; kg.
+        linkCollisionShapeIndices: ids; -1 for none.
+        linkVisualShapeIndices: ids; -1 for none.
+        linkPositions: of the link frame in the parent's link frame; m.
+        linkOrientations: x, y, z, w.
+        linkInertialFramePositions: centre of mass in the link frame; m.
+        linkInertialFrameOrientations: x, y, z, w.
+        linkParentIndices: 0 for the base, else the parent's place in these lists, counted from 1.
+        linkJointTypes: JOINT_REVOLUTE, JOINT_PRISMATIC, JOINT_SPHERICAL, JOINT_FIXED.
+        linkJointAxis: in the link frame.
+        useMaximalCoordinates: make rigid bodies, whose joints scripts do not see.
+        flags: of loadURDF, as far as they concern bodies.
+        batchPositions: one body for each of these positions; the answer is then a tuple of ids.
+    """
+    lists = (
+        linkMasses, linkCollisionShapeIndices, linkVisualShapeIndices, linkPositions, linkOrientations,
+        linkInertialFramePositions, linkInertialFrameOrientations, linkParentIndices, linkJointTypes,
+        linkJointAxis,
+    )  # fmt: skip
+    if len({len(values) for values in lists}) > 1:
+        raise failure(
+            "All link arrays need to be same size.", f"they have {[len(values) for values in lists]}"
+        )
+    scene = client.scene
+    frame = _pose(baseInertialFramePosition, baseInertialFrameOrientation)
+    base = _link(scene, "link0", number(baseMass), baseCollisionShapeIndex, baseVisualShapeIndex, frame)
+    links = [base]
+    for i, values in enumerate(zip(*lists, strict=True)):
+        links.append(_jointed_link(scene, i + 1, links, *values))
+    model = _model(links)
+    place = vector3(basePosition, _FAILED), quaternion(baseOrientation, _FAILED)
+    rigid = bool(whole(useMaximalCoordinates))
+    places = [place[0]] if batchPositions is None or not len(batchPositions) else batchPositions
+    ids = []
+    for position in places:
+        try:
+            record = scene.add(
+                model if len(places) == 1 else replace(model),
+                vector3(position, _FAILED),
+                place[1],
+                self_collision=bool(whole(flags) & 8),
+                kind=RIGID_BODY if rigid else MULTIBODY,
+            )
+        except (RoboyardError, ValueError) as problem:
+            raise failure(_FAILED, str(problem)) from problem
+        ids.append(record.number)
+    return ids[0] if batchPositions is None or not len(batchPositions) else tuple(ids)
+
+
+def _link(scene: Scene, name: str, mass: float, collision: int, visual: int, frame: Pose) -> LinkModel:
+    shapes: tuple[Collision, ...] = ()
+    visuals: tuple[Visual, ...] = ()
+    if whole(collision) in scene.collision_shapes:
+        shapes = scene.collision_shapes[collision].shapes
+    if whole(visual) in scene.visual_shapes:
+        visuals = scene.visual_shapes[visual].visuals
+    return LinkModel(
+        name=name,
+        mass=mass,
+        moments=_moments(mass, frame, shapes),
+        frame=frame,
+        collisions=shapes,
+        visuals=visuals,
+    )
+
+
+def _moments(mass: float, frame: Pose, shapes: tuple[Collision, ...]) -> Moments:
+    if not mass:
+        return 0.0, 0.0, 0.0
+    from_files = any(isinstance(shape.geometry, Mesh) for shape in shapes)
+    return shape_moments(mass, (_bounds_of if from_files else _known_bounds_of)(frame, shapes))
+
+
+def _jointed_link(
+    scene: Scene, number_: int, links: list[LinkModel], mass: float, collision: int, visual: int, position:
+    Vector,
+    orientation: Vector, frame_position: Vector, frame_orientation: Vector, parent: int, kind: int, axis:
+    Vector,
+) -> LinkModel:  # fmt: skip
+    frame = _pose(frame_position, frame_orientation)
+    link = _link(scene, f"link{number_}", number(mass), collision, visual, frame)
+    if not 0 <= whole(parent) < number_:
+        raise failure(_FAILED, f"link {number_ - 1} hangs from {parent}; parents come before their children")
+    direction = np.array(vector3(axis, _FAILED))
+    length = float(np.linalg.norm(direction))
+    x, y, z = (float(v) for v in direction / length) if length else (1.0, 0.0, 0.0)
+    link.parent = parent - 1
+    link.joint = Joint(
+        name=f"joint{number_}",
+        type=_TYPES.get(whole(kind), "fixed"),
+        parent=links[parent].name,
+        child=link.name,
+        origin=_pose(position, orientation),
+        axis=(x, y, z),
+        limit=_NO_RANGE,
+    )
+    return link
+
+
+def _model(links: list[LinkModel]) -> BodyModel:
+    return BodyModel(
+        name="",
+        links=links,
+        description=_description(*(_values(link) for link in links)),
+        fixed_base=links[0].mass == 0.0,
+        implicit_cylinder=True,
+        bounds_of=_bounds_of,
+    )
+
+
+@lru_cache(REMEMBERED)
+def _description(*links: tuple[Any, ...]) -> RobotDescription:
+    """The World's description of some links, each given as `_values` does: the same for the same links."""
+    models = [LinkModel(**dict(zip(_VALUES, values, strict=True))) for values in links]
+    described = RobotDescription(
+        name="",
+        links=tuple(Link(name=k.name, visuals=k.visuals, collisions=k.collisions) for k in models),
+        joints=tuple(k.joint for k in models if k.joint is not None),
+    )
+    return world_description(described, models)
+
+
+def _pose(position: Vector, orientation: Vector) -> Pose:
+    return _unit_pose(vector3(position, _FAILED), quaternion(orientation, _FAILED))
+
+
+@lru_cache(REMEMBERED)
+def _unit_pose(position: Vector3, orientation: Quaternion) -> Pose:
+    q = np.array(orientation)
+    x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
+    return Pose(position=position, quaternion=(x, y, z, w))

@@ -1,0 +1,118 @@
+"""Heightfields: from a list or a file, and other heights for one that is there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.description.model import Heightfield
+from roboyard.pybullet.api.search import find_file, not_found_remedy
+from roboyard.pybullet.face.arguments import text, vector3, whole
+from roboyard.pybullet.face.errors import failure
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+
+Vector = Sequence[float]
+FAILED = "createCollisionShape failed."
+_LARGEST = 4096 * 4096
+
+
+def points_of(client: Client, data: Sequence[float] | None, rows: int, columns: int, file_name: str) -> Array:
+    """(ny, nx) heights before scaling, from the list or else from the file.
+
+    Raises:
+        error: neither is given, the list has another length, or the file cannot be read.
+    """
+    nx, ny = whole(rows), whole(columns)
+    if data is None and file_name:
+        return _read(client, text(file_name))
+    if data is None:
+        raise failure(
+            FAILED,
+            "a heightfield needs heightfieldData, numHeightfieldRows and numHeightfieldColumns, or fileName",
+        )
+    heights = np.asarray(data, dtype=float).reshape(-1)
+    if len(heights) != nx * ny:
+        raise failure(
+            "Size of heightfieldData doesn't match numHeightfieldColumns*numHeightfieldRows",
+            f"{len(heights)} heights for {nx} by {ny} points",
+        )
+    if min(nx, ny) < 2:
+        raise failure(FAILED, f"a heightfield has at least 2 by 2 points, not {nx} by {ny}")
+    return heights.reshape(ny, nx)
+
+
+def heightfield(points: Array, scale: Vector) -> tuple[Heightfield, float]:
+    """The shape, and the scaled height that its origin has: half-way between lowest and highest."""
+    dx, dy, dz = vector3(scale, FAILED)
+    middle = dz * (points.min() + points.max()) / 2.0
+    return Heightfield(heights=_turned(points * dz - middle), cell=(dy, dx)), float(middle)
+
+
+def replace_heights(client: Client, terrain: Heightfield, points: Array, dz: float, middle: float) -> None:
+    """Give a shape, and the bodies that have it, other heights; its origin stays.
+
+    Raises:
+        error: another number of points.
+    """
+    from roboyard.sim.terrain import set_heights
+
+    turned = _turned(points * dz - middle)
+    if turned.shape != terrain.heights.shape:
+        ny, nx = terrain.heights.shape
+        raise failure(FAILED, f"the heightfield has {nx} by {ny} points; give as many")
+    set_heights(client.scene.world, terrain, turned)
+    client.scene.frames_are_old = True
+
+
+def _turned(grid: Array) -> Array:
+    """(ny, nx) heights as the shape holds them: a quarter turn round, see `turned_terrain`."""
+    turned = np.rot90(grid.T, k=-1).copy()
+    turned.setflags(write=False)
+    return turned
+
+
+def _read(client: Client, name: str) -> Array:
+    """(ny, nx) heights from a file: a table of numbers for .txt, else the red of an image from 0 to 1."""
+    path = find_file(client, name)
+    if path is None:
+        raise failure(FAILED, not_found_remedy(client, name))
+    points = _table(path) if path.suffix.lower() == ".txt" else _image(path)
+    if min(points.shape) < 2 or points.size > _LARGEST or not np.isfinite(points).all():
+        raise failure(FAILED, f"{name}: {points.shape} heights; finite ones, at least 2 by 2, are needed")
+    return points
+
+
+def _table(path: Path) -> Array:
+    """Numbers with commas between them, a row of points along x in each line.
+
+    Bullet takes the table's columns for its rows: what it reads is transposed, then laid out anew.
+    """
+    rows = []
+    try:
+        for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+            if line.strip(", \t"):
+                rows.append([float(word) for word in line.split(",") if word.strip()])
+        table = np.array(rows, dtype=float)
+    except (OSError, ValueError) as problem:
+        raise failure(FAILED, f"{path.name}: lines of equally many numbers are needed ({problem})") from None
+    ny, nx = table.shape if table.ndim == 2 else (0, 0)
+    return np.ascontiguousarray(table.T).reshape(ny, nx)
+
+
+def _image(path: Path) -> Array:
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(path) as image:
+            if image.width * image.height > _LARGEST:
+                raise failure(FAILED, f"{path.name}: {image.width} by {image.height} is too large")
+            red = np.asarray(image.convert("RGB"))[:, :, 0]
+    except (OSError, UnidentifiedImageError, Image.DecompressionBombError) as problem:
+        raise failure(FAILED, f"{path.name}: no image that can be read ({problem})") from None
+    return red[:, ::-1] / 255.0

@@ -1,0 +1,326 @@
+"""createVisualShape, and reading and changing how bodies look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.description.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Heightfield,
+    Material,
+    Mesh,
+    Plane,
+    Pose,
+    Sphere,
+    Visual,
+)
+from roboyard.pybullet.api.search import find_file
+from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.arguments import floats, quaternion, text, vector3, whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+from roboyard.transforms import conjugate, multiply, rotate
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.state.body_records import BodyRecord
+
+Vector = Sequence[float]
+_FAILED, _ARRAY_FAILED = "createVisualShape failed.", "createVisualShapeArray failed."
+_WHITE = (1.0, 1.0, 1.0, 1.0)
+_NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class VisualSet:
+    """What one visual shape id stands for."""
+
+    visuals: tuple[Visual, ...]
+
+
+@command()
+def createVisualShape(
+    client: Client,
+    shapeType: int,
+    radius: float = 0.5,
+    halfExtents: Vector | None = None,
+    length: float = 1.0,
+    fileName: str = "",
+    meshScale: Vector = (1.0, 1.0, 1.0),
+    planeNormal: Vector = (0.0, 0.0, 1.0),
+    flags: int = 0,
+    rgbaColor: Vector = _WHITE,
+    specularColor: Vector | None = None,
+    visualFramePosition: Vector = _NOWHERE,
+    visualFrameOrientation: Vector = _IDENTITY,
+    vertices: Sequence[Vector] | None = None,
+    indices: Sequence[int] | None = None,
+    normals: Sequence[Vector] | None = None,
+    uvs: Sequence[Vector] | None = None,
+) -> int:
+    """Make a shape to be seen and give its id; arguments as in createCollisionShape.
+
+    A mesh file that is not there gives a shape that shows nothing.
+    """
+    visual = _visual(
+        client, whole(shapeType), radius, halfExtents, length, fileName, meshScale, planeNormal, rgbaColor,
+        visualFramePosition, visualFrameOrientation, vertices, indices, normals, uvs,
+    )  # fmt: skip
+    return _keep(client, () if visual is None else (visual,))
+
+
+@command()
+def createVisualShapeArray(
+    client: Client,
+    shapeTypes: Sequence[int],
+    radii: Sequence[float] | None = None,
+    halfExtents: Sequence[Vector] | None = None,
+    lengths: Sequence[float] | None = None,
+    fileNames: Sequence[str] | None = None,
+    meshScales: Sequence[Vector] | None = None,
+    planeNormals: Sequence[Vector] | None = None,
+    flags: Sequence[int] | None = None,
+    rgbaColors: Sequence[Vector] | None = None,
+    visualFramePositions: Sequence[Vector] | None = None,
+    visualFrameOrientations: Sequence[Vector] | None = None,
+) -> int:
+    """Make one visual shape of several and give its id."""
+    if not len(shapeTypes):
+        raise failure(_ARRAY_FAILED, "there are no shapeTypes")
+    visuals = [
+        _visual(
+            client,
+            whole(kind),
+            at(radii, i, 0.5),
+            at(halfExtents, i, (1.0, 1.0, 1.0)),
+            at(lengths, i, 1.0),
+            at(fileNames, i, ""),
+            at(meshScales, i, (1.0, 1.0, 1.0)),
+            at(planeNormals, i, (0.0, 0.0, 1.0)),
+            at(rgbaColors, i, _WHITE),
+            at(visualFramePositions, i, _NOWHERE),
+            at(visualFrameOrientations, i, _IDENTITY),
+            message=_ARRAY_FAILED,
+        )
+        for i, kind in enumerate(shapeTypes)
+    ]
+    return _keep(client, tuple(visual for visual in visuals if visual is not None))
+
+
+@command()
+def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> tuple[tuple[Any, ...], ...]:
+    """How a body looks.
+
+    Returns:
+        for each visual shape: body, link, type, dimensions, mesh file, position and quaternion in the link
+        frame, rgba; with VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS the texture's id too. () for an unknown body.
+    """
+    scene = client.scene
+    record = scene.bodies.get(whole(objectUniqueId))
+    if record is None:
+        return ()
+    with_textures = bool(whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS)
+    looks = scene.world.looks.of(record.body)
+    rows = []
+    for index, link in enumerate(record.model.links):
+        shapes = link.visuals or link.collisions
+        for place, (shape, look) in enumerate(zip(shapes, looks.get(index, ()), strict=False)):
+            kind, size, file = _seen(shape.geometry)
+            row = (
+                *(record.number, index - 1, kind, size, file),
+                *(
+                    tuple(shape.origin.position),
+                    own_orientation(shape),
+                    record.colors.get(index)
+                    or (_WHITE if look.shape.use_mesh_colors else tuple(look.shape.rgba)),
+                ),
+            )
+            if with_textures:
+                row = (*row, scene.textures.of_shape(record, index, place, scene.world))
+            rows.append(row)
+    return tuple(rows)
+
+
+@command()
+def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -> tuple[tuple[Any, ...], ...]:
+    """What a link collides with.
+
+    Returns:
+        for each shape: body, link, type, dimensions, mesh file, position and quaternion in the inertial
+        frame.
+    """
+    record = client.scene.bodies.get(whole(objectUniqueId))
+    if record is None or not -1 <= whole(linkIndex) < record.joint_count:
+        raise failure(
+            "Error receiving collision shape info",
+            f"there is no body {objectUniqueId} with a link {linkIndex}",
+        )
+    link = record.model.links[linkIndex + 1]
+    back = conjugate(link.frame.quaternion)
+    rows = []
+    for shape in link.collisions:
+        if isinstance(shape.geometry, Heightfield):
+            continue  # as PyBullet's list has none
+        kind, size, file = described(
+            shape.geometry, hull_cylinders=bool(record.file) and not record.model.implicit_cylinder
+        )
+        if kind == c.GEOM_MESH and not record.file:
+            size, file = (1.0, 1.0, 1.0), b"unknown_file"
+        offset = np.asarray(shape.origin.position) - np.asarray(link.frame.position)
+        position = tuple(float(v) for v in rotate(back, offset))
+        rotation = tuple(float(v) for v in multiply(back, own_orientation(shape)))
+        rows.append((record.number, linkIndex, kind, size, file, position, rotation))
+    return tuple(rows)
+
+
+@command()
+def changeVisualShape(
+    client: Client,
+    objectUniqueId: int,
+    linkIndex: int,
+    shapeIndex: int = -1,
+    textureUniqueId: int = -2,
+    rgbaColor: Vector | None = None,
+    specularColor: Vector | None = None,
+    flags: int = -1,
+) -> None:
+    """Change colour, gloss or texture of a link's shapes; shapeIndex -1 means all.
+
+    The texture -1, or one that there is not, takes the picture away. getVisualShapeData tells a new colour
+    for all shapes of the link, as PyBullet's does.
+    """
+    scene = client.scene
+    record = scene.bodies.get(whole(objectUniqueId))
+    if record is None or not -1 <= whole(linkIndex) < record.joint_count:
+        return
+    fields: dict[str, Any] = {}
+    if rgbaColor is not None and len(rgbaColor) == 4:
+        fields["rgba"] = floats(rgbaColor, 4, "Error resetting visual shape info")
+        fields["use_mesh_colors"] = False
+        record.colors[linkIndex + 1] = fields["rgba"]
+    if specularColor is not None:
+        fields["specular"] = sum(vector3(specularColor, "Error resetting visual shape info")) / 3.0
+    if whole(textureUniqueId) >= -1:
+        fields["texture"] = scene.textures.image(textureUniqueId, scene.world)
+    if fields:
+        _change(client, record, linkIndex, whole(shapeIndex), fields)
+
+
+@command()
+def resetVisualShapeData(
+    client: Client,
+    objectUniqueId: int,
+    linkIndex: int,
+    shapeIndex: int = -1,
+    textureUniqueId: int = -2,
+    rgbaColor: Vector | None = None,
+    specularColor: Vector | None = None,
+    flags: int = -1,
+) -> None:
+    """The old name of changeVisualShape."""
+    changeVisualShape(
+        client, objectUniqueId, linkIndex, shapeIndex, textureUniqueId, rgbaColor, specularColor, flags
+    )
+
+
+@command()
+def setDebugObjectColor(
+    client: Client, objectUniqueId: int, linkIndex: int, objectDebugColorRGB: Vector | None = None
+) -> None:
+    """Colour of a link in the window's wireframe view; there is no such view here."""
+    if objectDebugColorRGB is not None:
+        vector3(objectDebugColorRGB, "Error converting objectDebugColorRGB[3]")
+
+
+# ------------------------------------------------------------------------------------------------- helpers
+
+
+def own_orientation(shape: Collision | Visual) -> tuple[float, ...]:
+    """x, y, z, w of a shape in its link, as it was given (terrain is laid out turned)."""
+    if not isinstance(shape.geometry, Heightfield):
+        return tuple(shape.origin.quaternion)
+    return tuple(float(v) for v in multiply(shape.origin.quaternion, conjugate(QUARTER_TURN)))
+
+
+def described(geometry: Geometry, *, hull_cylinders: bool = False) -> tuple[int, tuple[float, ...], bytes]:
+    """Type, dimensions and file as scripts see them."""
+    match geometry:
+        case Box(size=size):
+            return c.GEOM_BOX, tuple(size), b""
+        case Sphere(radius=r):
+            return c.GEOM_SPHERE, (r, r, r), b""
+        case Cylinder(radius=r, length=length):
+            if hull_cylinders:
+                return c.GEOM_MESH, (1.0, 1.0, 1.0), b"unknown_file"
+            return c.GEOM_CYLINDER, (length, r, 0.0), b""
+        case Capsule(radius=r, length=length):
+            return c.GEOM_CAPSULE, (length, r, 0.0), b""
+        case Plane(normal=normal):
+            return c.GEOM_PLANE, tuple(normal), b""
+        case Mesh(scale=scale, path=path):
+            return c.GEOM_MESH, tuple(scale), b"unknown_file" if path is None else str(path).encode()
+        case Heightfield():
+            return c.GEOM_HEIGHTFIELD, (1.0, 1.0, 1.0), b""
+
+
+def _seen(geometry: Geometry) -> tuple[int, tuple[float, ...], bytes]:
+    """Type, dimensions and file of a shape as visual shapes tell them: some are left out."""
+    kind, size, file = described(geometry)
+    match geometry:
+        case Sphere(radius=radius):
+            size = (radius, 0.0, 0.0)
+        case Plane() | Heightfield():
+            size = (0.0, 0.0, 0.0)
+        case Mesh(data=data) if data is not None:
+            file = b""
+    return kind, size, file
+
+
+def _visual(
+    client: Client, kind: int, radius: float, half_extents: Vector | None, length: float, file_name: str,
+    mesh_scale: Vector, normal: Vector, rgba: Vector, position: Vector, orientation: Vector,
+    vertices: Sequence[Vector] | None = None, indices: Sequence[int] | None = None,
+    normals: Sequence[Vector] | None = None, uvs: Sequence[Vector] | None = None, *,
+    message: str = _FAILED,
+) -> Visual | None:  # fmt: skip
+    r, g, b, a = floats(rgba, 4, message)
+    if kind == c.GEOM_MESH and vertices is None and find_file(client, text(file_name)) is None:
+        return None
+    geometry = plain_geometry(
+        client, kind, radius, half_extents, length, file_name, mesh_scale, normal, vertices, indices, message
+    )
+    if isinstance(geometry, Mesh) and geometry.data is not None:
+        from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
+
+        assert vertices is not None
+        geometry = replace(geometry, data=mesh_of(vertices, indices, normals, uvs))
+    q = np.array(quaternion(orientation, message))
+    x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))
+    return Visual(
+        geometry=geometry,
+        origin=Pose(position=vector3(position, message), quaternion=(x, y, z, w)),
+        material=Material(rgba=(r, g, b, a)),
+    )
+
+
+def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:
+    scene = client.scene
+    number = scene.visual_ids.take()
+    scene.visual_shapes[number] = VisualSet(visuals=visuals)
+    return number
+
+
+def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: dict[str, Any]) -> None:
+    looks = client.scene.world.looks
+    for index in range(len(looks.of(record.body).get(link + 1, ()))):
+        if shape in (-1, index):
+            looks.change(record.body, link + 1, index, **fields)

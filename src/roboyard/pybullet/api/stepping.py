@@ -1,0 +1,68 @@
+"""Time: stepping, and going back to saved moments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from roboyard.errors import ModelError
+from roboyard.pybullet.face.arguments import whole
+from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+
+
+@command()
+def stepSimulation(client: Client) -> tuple[Any, ...]:
+    """Advance by one time step; always returns ()."""
+    scene = client.scene
+    scene.step()
+    if client.logs:
+        client.logs.after_step(client)
+    return ()
+
+
+@command()
+def performCollisionDetection(client: Client) -> None:
+    """Find the contacts of the present positions without stepping."""
+    client.scene.world.detect_contacts()
+    client.scene.frames_are_old = True
+
+
+@command()
+def saveState(client: Client) -> int:
+    """Remember positions and velocities of all bodies and give the memory's id."""
+    scene = client.scene
+    number = scene.state_ids.take()
+    scene.states[number] = scene.world.save_state()
+    return number
+
+
+@command()
+def removeState(client: Client, stateUniqueId: int) -> None:
+    """Forget a saved state; an unknown id is no error."""
+    scene = client.scene
+    if scene.states.pop(whole(stateUniqueId), None) is not None:
+        scene.state_ids.free(stateUniqueId)
+
+
+@command()
+def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
+    """Go back to a state saved in memory or in a file; motors keep their targets."""
+    scene = client.scene
+    if fileName:
+        from roboyard.pybullet.api.saved_files import restore_from_file
+
+        restore_from_file(client, fileName)
+        return
+    state = scene.states.get(whole(stateId))
+    if state is None:
+        raise failure("Couldn't restore state.", f"there is no saved state {stateId}")
+    try:
+        scene.world.restore_state(state)
+    except ModelError as problem:
+        raise failure("Couldn't restore state.", str(problem)) from None
+    for record in scene.bodies.values():
+        record.fixed_pose = None
+    scene.mark_moved()

@@ -1,0 +1,143 @@
+"""The visualizer's camera and switches, its keyboard and mouse (which are silent without a window)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import pi, tan
+from typing import TYPE_CHECKING, Any
+
+from roboyard.pybullet.api.math.camera_matrices import (
+    computeProjectionMatrixFOV,
+    computeViewMatrixFromYawPitchRoll,
+)
+from roboyard.pybullet.api.math.transforms import rounded
+from roboyard.pybullet.face.arguments import Vector3, number, vector3, whole
+from roboyard.pybullet.face.commands import command
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.connect import Client
+
+WIDTH, HEIGHT = 1024, 768
+FIELD_OF_VIEW = 90.0
+"""degrees, vertical"""
+_NEAR, _FAR = 0.01, 1000.0  # m
+_RAY_LENGTH = 10000.0  # m: the window's ray vectors end this far away
+
+
+@dataclass(kw_only=True, slots=True)
+class VisualizerCamera:
+    """Where the window's camera is, and what was switched on or off."""
+
+    distance: float = 5.0
+    """m"""
+    yaw: float = 50.0
+    """degrees"""
+    pitch: float = -35.0
+    """degrees"""
+    target: Vector3 = (0.0, 0.0, 0.0)
+    """m"""
+    up_axis: int = 2
+    width: int = WIDTH
+    """pixels"""
+    height: int = HEIGHT
+    """pixels"""
+    switches: dict[int, int] = field(default_factory=dict)
+    """COV_... to 0 or 1."""
+    settings: dict[str, Any] = field(default_factory=dict)
+    """lightPosition, shadowMapResolution, rgbBackground, ... as last given."""
+
+
+@command()
+def getDebugVisualizerCamera(client: Client) -> tuple[Any, ...]:
+    """The visualizer's camera, in every connection mode.
+
+    Returns:
+        width, height, view matrix, projection matrix, up vector, forward vector, horizontal and vertical
+        extent of the far picture, yaw and pitch in degrees, distance and target.
+    """
+    camera = client.visualizer
+    view = computeViewMatrixFromYawPitchRoll(
+        camera.target, camera.distance, camera.yaw, camera.pitch, 0.0, camera.up_axis
+    )
+    aspect = camera.width / camera.height
+    projection = computeProjectionMatrixFOV(FIELD_OF_VIEW, aspect, _NEAR, _FAR)
+    height = 2.0 * _RAY_LENGTH * tan(FIELD_OF_VIEW * pi / 360.0)
+    width = height * aspect
+    up = (0.0, 1.0, 0.0) if camera.up_axis == 1 else (0.0, 0.0, 1.0)
+    forward = (-view[2], -view[6], -view[10])
+    horizontal = rounded(*(width * view[4 * i] for i in range(3)))
+    vertical = rounded(*(height * view[4 * i + 1] for i in range(3)))
+    return (
+        *(camera.width, camera.height, view, projection, up, forward, horizontal, vertical),
+        *(camera.yaw, camera.pitch, camera.distance, camera.target),
+    )
+
+
+@command()
+def resetDebugVisualizerCamera(
+    client: Client,
+    cameraDistance: float,
+    cameraYaw: float,
+    cameraPitch: float,
+    cameraTargetPosition: Sequence[float],
+) -> None:
+    """Move the visualizer's camera: distance in m, angles in degrees, target in m."""
+    camera = client.visualizer
+    camera.distance, camera.yaw, camera.pitch = rounded(cameraDistance, cameraYaw, cameraPitch)
+    target = vector3(cameraTargetPosition, "Cannot convert cameraTargetPosition.")
+    x, y, z = rounded(*target)
+    camera.target = (x, y, z)
+
+
+@command()
+def configureDebugVisualizer(
+    client: Client,
+    flag: int = -1,
+    enable: int = -1,
+    lightPosition: Sequence[float] | None = None,
+    shadowMapResolution: int = -1,
+    shadowMapWorldSize: int = -1,
+    remoteSyncTransformInterval: float = -1.0,
+    shadowMapIntensity: float = -1.0,
+    rgbBackground: Sequence[float] | None = None,
+) -> None:
+    """Switch a feature of the visualizer on or off (`flag` is COV_...), or set its light and background."""
+    from roboyard.pybullet.face import constants as c
+
+    camera = client.visualizer
+    if whole(flag) >= 0:
+        camera.switches[whole(flag)] = whole(enable)
+        if flag == c.COV_ENABLE_Y_AXIS_UP:
+            camera.up_axis = 1 if enable else 2
+    given = {
+        "shadowMapResolution": whole(shadowMapResolution),
+        "shadowMapWorldSize": whole(shadowMapWorldSize),
+        "remoteSyncTransformInterval": number(remoteSyncTransformInterval),
+        "shadowMapIntensity": number(shadowMapIntensity),
+    }
+    camera.settings |= {name: value for name, value in given.items() if value >= 0}
+    if lightPosition is not None:
+        camera.settings["lightPosition"] = vector3(lightPosition, "Error converting lightPosition[3]")
+    if rgbBackground is not None:
+        camera.settings["rgbBackground"] = vector3(rgbBackground, "Error converting rgbBackground[3]")
+
+
+@command()
+def getKeyboardEvents(client: Client) -> dict[int, int]:
+    """Key codes to KEY_IS_DOWN, KEY_WAS_TRIGGERED and KEY_WAS_RELEASED (added up) since the last call.
+
+    Without a window there are none.
+    """
+    return client.keyboard.take()
+
+
+@command()
+def getMouseEvents(client: Client) -> tuple[tuple[Any, ...], ...]:
+    """Mouse events over the visualizer's picture since the last call; none without a window.
+
+    Returns:
+        for each its type (1: moved, 2: a button), x and y (pixels from the upper left), the button (0 left, 1
+        middle, 2 right, -1 none) and its KEY_... bits.
+    """
+    return client.mouse.take()

@@ -1,0 +1,1 @@
+"""Rules of Bullet that differ from MuJoCo's: inertia, motors, materials and contact order."""

@@ -1,0 +1,57 @@
+"""Which of two touching links Bullet calls A, and along which directions it reports friction.
+
+Bullet names a pair by the kinds of its shapes first: a compound before a single convex shape, both before
+triangles, terrain and planes; between two of a kind the one that was made first comes first. A link is a
+compound where it has several shapes or one that lies off its inertial frame.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from roboyard.description.model import Heightfield, Mesh, Plane, Pose
+from roboyard.pybullet.bullet_rules.mesh_objects import hull_by_hull
+from roboyard.pybullet.bullet_rules.models import LinkModel
+
+SURFACE, CONVEX, COMPOUND = 0, 1, 2
+_NEARLY_FLAT = sqrt(0.5)
+
+Vector3 = tuple[float, float, float]
+
+
+def kind_of(link: LinkModel) -> int:
+    """SURFACE, CONVEX or COMPOUND."""
+    shapes = hull_by_hull(link.collisions)
+    if len(shapes) != 1:
+        return COMPOUND
+    shape = shapes[0]
+    if isinstance(shape.geometry, Heightfield):  # laid out turned, but where it was put
+        return SURFACE
+    if not _same_place(shape.origin, link.frame):
+        return COMPOUND
+    is_surface = isinstance(shape.geometry, Plane) or (shape.concave and isinstance(shape.geometry, Mesh))
+    return SURFACE if is_surface else CONVEX
+
+
+def tangents(normal: Vector3) -> tuple[Vector3, Vector3]:
+    """Two unit directions along a surface with this unit normal, as Bullet chooses them.
+
+    Where the normal leans towards z, the first has no x component and is at right angles to the normal in
+    the y-z plane; else it is horizontal. The second completes a right-handed frame (normal, first, second).
+    """
+    x, y, z = normal
+    if abs(z) > _NEARLY_FLAT:
+        squared = y * y + z * z
+        scale = 1.0 / sqrt(squared)
+        first = (0.0, -z * scale, y * scale)
+        return first, (squared * scale, -x * first[2], x * first[1])
+    squared = x * x + y * y
+    scale = 1.0 / sqrt(squared)
+    first = (-y * scale, x * scale, 0.0)
+    return first, (-z * first[1], z * first[0], squared * scale)
+
+
+def _same_place(origin: Pose, frame: Pose) -> bool:
+    return tuple(origin.position) == tuple(frame.position) and tuple(origin.quaternion) == tuple(
+        frame.quaternion
+    )

@@ -1,0 +1,87 @@
+"""The objects of OBJ files: Bullet makes a hull of each, where others make one of the whole file."""
+
+from __future__ import annotations
+
+import re
+from collections import OrderedDict
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from roboyard.description.model import Collision, Geometry, Mesh
+from roboyard.shapes.mesh import TriangleMesh, read_only
+
+_HEADING = re.compile(rb"^[og]\s", re.MULTILINE)
+_KEPT = 256
+_read: OrderedDict[tuple[str, int, int], tuple[TriangleMesh, ...]] = OrderedDict()
+
+
+def hull_by_hull(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
+    """Collision shapes with one shape for each object of an OBJ file, unless its triangles are asked for."""
+    if not any(isinstance(shape.geometry, Mesh) for shape in collisions):
+        return collisions
+    return tuple(
+        replace(shape, geometry=part)
+        for shape in collisions
+        for part in ((shape.geometry,) if shape.concave else objects_of(shape.geometry))
+    )
+
+
+def objects_of(geometry: Geometry) -> tuple[Geometry, ...]:
+    """A mesh geometry for each object (`o`, `g`) of an OBJ file; anything else as it is."""
+    if not isinstance(geometry, Mesh) or geometry.data is not None or geometry.path is None:
+        return (geometry,)
+    if geometry.path.suffix.lower() != ".obj":
+        return (geometry,)
+    found = _objects(geometry.path)
+    if len(found) < 2:
+        return (geometry,)
+    return tuple(replace(geometry, path=None, data=mesh) for mesh in found)
+
+
+def _objects(path: Path) -> tuple[TriangleMesh, ...]:
+    """The file's objects; none for a file that cannot be read or is all one object."""
+    try:
+        state = path.stat()
+        key = (str(path.absolute()), state.st_mtime_ns, state.st_size)
+        found = _read.get(key)
+        if found is None:
+            found = _read[key] = _split(path.read_bytes())
+            while len(_read) > _KEPT:
+                _read.popitem(last=False)
+    except (OSError, ValueError, IndexError):
+        return ()
+    return found
+
+
+def _split(data: bytes) -> tuple[TriangleMesh, ...]:
+    if len(_HEADING.findall(data)) < 2:
+        return ()
+    positions: list[list[float]] = []
+    faces: list[list[int]] = []
+    objects = [faces]
+    for line in data.splitlines():
+        words = line.split()
+        if not words:
+            continue
+        if words[0] == b"v":
+            positions.append([float(word) for word in words[1:4]])
+        elif words[0] == b"f":
+            corners = [int(word.partition(b"/")[0]) for word in words[1:]]
+            corners = [k - 1 if k > 0 else len(positions) + k for k in corners]
+            faces += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
+        elif words[0] in (b"o", b"g") and faces:
+            faces = []
+            objects.append(faces)
+    points = np.array(positions, dtype=float)
+    return tuple(_part(points, np.array(faces)) for faces in objects if faces)
+
+
+def _part(points: np.ndarray, faces: np.ndarray) -> TriangleMesh:
+    used, corners = np.unique(faces, return_inverse=True)
+    if used[0] < 0 or used[-1] >= len(points):
+        raise IndexError("a face has a corner that is no vertex")
+    return TriangleMesh(
+        vertices=read_only(points[used], np.float64), faces=read_only(corners.reshape(-1, 3), np.int32)
+    )

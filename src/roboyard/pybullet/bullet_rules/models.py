@@ -1,0 +1,284 @@
+"""What Bullet makes of a description: its masses, inertias, joints and link order, as the World then gets
+it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from roboyard.description.mass_properties import mass_properties
+from roboyard.description.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Joint,
+    Link,
+    Mesh,
+    Pose,
+    RobotDescription,
+    Sphere,
+    Visual,
+)
+from roboyard.pybullet.bullet_rules.merging import merge_fixed_links
+from roboyard.pybullet.bullet_rules.mesh_objects import hull_by_hull
+from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, link_bounds
+from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
+from roboyard.pybullet.bullet_rules.triangle_pieces import triangle_by_triangle
+from roboyard.pybullet.face import constants as c
+
+MASS_WITHOUT_INERTIAL = 1.0
+STATIC_LINK_NAME = "world"
+MomentsOf = Callable[[float, Pose, tuple[Collision, ...]], Moments]
+"""Moments from mass (kg), inertial frame and shapes of a link."""
+BoundsOf = Callable[[Pose, tuple[Collision, ...]], LinkBounds]
+"""The box around the shapes of a link, from its inertial frame and shapes."""
+
+
+@dataclass(kw_only=True, slots=True)
+class LinkModel:
+    """One link as Bullet has it; index 0 is the base, others hang from their joint."""
+
+    name: str
+    mass: float
+    """kg"""
+    moments: tuple[float, float, float]
+    """kg m² about the inertial frame's axes"""
+    frame: Pose
+    """Inertial frame in the link frame."""
+    collisions: tuple[Collision, ...]
+    visuals: tuple[Visual, ...]
+    joint: Joint | None = None
+    parent: int = -1
+    """Index of the parent link as scripts count: -1 for the base."""
+
+
+@dataclass(kw_only=True, slots=True)
+class BodyModel:
+    """A whole body."""
+
+    name: str
+    links: list[LinkModel]
+    description: RobotDescription
+    """For the World: with these masses and moments, in the same link order."""
+    fixed_base: bool
+    implicit_cylinder: bool
+    bounds_of: BoundsOf
+    index_by_name: dict[str, int] = field(default_factory=dict)
+
+
+def bullet_model(
+    description: RobotDescription,
+    *,
+    flags: int = 0,
+    scale: float = 1.0,
+    fixed_base: bool = False,
+    moments_of: MomentsOf | None = None,
+    bounds_of: BoundsOf | None = None,
+) -> BodyModel:
+    """Bullet's reading of a description, with the flags of loadURDF.
+
+    Lengths are scaled; masses are not, and moments follow from shapes or, with URDF_USE_INERTIA_FROM_FILE,
+    from the file as it is. `moments_of` replaces the rule for moments from shapes, `bounds_of` that for their
+    boxes.
+    """
+    description = scaled(description, scale)
+    if flags & c.URDF_IGNORE_COLLISION_SHAPES:
+        description = _edited(description, collisions=())
+    if flags & c.URDF_IGNORE_VISUAL_SHAPES:
+        description = _edited(description, visuals=())
+    implicit = moments_of is not None or bool(flags & c.URDF_USE_IMPLICIT_CYLINDER)
+    if flags & c.URDF_MERGE_FIXED_LINKS:
+        description = merge_fixed_links(description, fixed_base=fixed_base)
+    base = description.root
+    joints = ordered_joints(description, keep_link_order=bool(flags & c.URDF_MAINTAIN_LINK_ORDER))
+    if bounds_of is None:
+        bounds_of = partial(link_bounds, implicit_cylinder=implicit, from_file=True)
+    if moments_of is None:
+        moments_of = _moments_within(bounds_of)
+    links = [_link_model(base, flags, moments_of)]
+    index = {base.name: -1}
+    for k, joint in enumerate(joints):
+        link = _link_model(description.link_by_name[joint.child], flags, moments_of)
+        link.joint, link.parent = bullet_joint(joint), index[joint.parent]
+        index[joint.child] = k
+        links.append(link)
+    is_fixed = fixed_base or links[0].mass == 0.0
+    if fixed_base:
+        links[0].mass, links[0].moments = 0.0, (0.0, 0.0, 0.0)
+    return BodyModel(
+        name=description.name,
+        links=links,
+        description=world_description(description, links),
+        fixed_base=is_fixed,
+        implicit_cylinder=implicit,
+        bounds_of=bounds_of,
+        index_by_name=index,
+    )
+
+
+def world_description(description: RobotDescription, links: Sequence[LinkModel]) -> RobotDescription:
+    """The description that the World builds: Bullet's masses and joints in Bullet's link order."""
+    source = description.link_by_name
+    made = tuple(
+        replace(
+            source[link.name],
+            inertial=_inertial(link),
+            collisions=_collided(link),
+            visuals=link.visuals or _shown(link.collisions),
+        )
+        for link in links
+    )
+    joints = tuple(link.joint for link in links if link.joint is not None)
+    return replace(description, links=made, joints=joints)
+
+
+def _collided(link: LinkModel) -> tuple[Collision, ...]:
+    """A link's shapes in convex parts; triangles only of what has no mass, which is a base that stays."""
+    if link.mass == 0.0 and link.joint is None:
+        return hull_by_hull(triangle_by_triangle(link.collisions))
+    return hull_by_hull(link.collisions)
+
+
+def _shown(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:
+    """What a link without visual shapes looks like."""
+    return tuple(Visual(geometry=shape.geometry, origin=shape.origin) for shape in collisions)
+
+
+def ordered_joints(description: RobotDescription, *, keep_link_order: bool) -> tuple[Joint, ...]:
+    """Joints depth first in the file's order, or in the order of the file's links."""
+    if not keep_link_order:
+        return description.depth_first_joints
+    return tuple(
+        description.parent_joint[link.name]
+        for link in description.links
+        if link.name in description.parent_joint
+    )
+
+
+def bullet_joint(joint: Joint) -> Joint:
+    """A joint with Bullet's limits: mimic is ignored, floating is fixed, only `lower <= upper` is a range."""
+    kind = "fixed" if joint.type == "floating" else joint.type
+    return replace(joint, type=kind, mimic=None)
+
+
+def _moments_within(bounds_of: BoundsOf) -> MomentsOf:
+    def moments(mass: float, frame: Pose, collisions: tuple[Collision, ...]) -> Moments:
+        return shape_moments(mass, bounds_of(frame, collisions)) if mass else (0.0, 0.0, 0.0)
+
+    return moments
+
+
+def _link_model(link: Link, flags: int, moments_of: MomentsOf) -> LinkModel:
+    inertial = link.inertial
+    if inertial is None:
+        mass = 0.0 if link.name == STATIC_LINK_NAME else MASS_WITHOUT_INERTIAL
+        inertial = Inertial(mass=mass, inertia=(mass, 0.0, 0.0, mass, 0.0, mass))
+    frame = inertial.origin
+    if flags & c.URDF_USE_INERTIA_FROM_FILE:
+        frame, moments = _file_moments(inertial)
+    else:
+        moments = moments_of(inertial.mass, frame, link.collisions)
+    if link.contact is not None and link.contact.inertia_scaling is not None:
+        x, y, z = moments
+        k = link.contact.inertia_scaling
+        moments = k * x, k * y, k * z
+    return LinkModel(
+        name=link.name,
+        mass=inertial.mass,
+        moments=moments,
+        frame=frame,
+        collisions=link.collisions,
+        visuals=link.visuals,
+    )
+
+
+def _file_moments(inertial: Inertial) -> tuple[Pose, tuple[float, float, float]]:
+    """Principal frame and moments of the file's tensor; zero for one no rigid body can have."""
+    xx, xy, xz, yy, yz, zz = inertial.inertia
+    if xy == xz == yz == 0.0:
+        moments, frame = (xx, yy, zz), inertial.origin
+    else:
+        found = mass_properties(inertial)
+        x, y, z = (float(m) for m in found.principal)
+        qx, qy, qz, qw = (float(q) for q in found.quaternion)
+        moments, frame = (x, y, z), Pose(position=inertial.origin.position, quaternion=(qx, qy, qz, qw))
+    x, y, z = moments
+    if min(moments) < 0 or x > y + z or y > x + z or z > x + y:
+        return inertial.origin, (0.0, 0.0, 0.0)
+    return frame, moments
+
+
+def _inertial(link: LinkModel) -> Inertial | None:
+    if link.mass == 0.0:
+        return None
+    x, y, z = link.moments
+    return Inertial(mass=link.mass, origin=link.frame, inertia=(x, 0.0, 0.0, y, 0.0, z))
+
+
+# --------------------------------------------------------------------------------------------------- edits
+
+
+def scaled(description: RobotDescription, factor: float) -> RobotDescription:
+    """All lengths times a factor; masses stay."""
+    if factor == 1.0:
+        return description
+    links = tuple(
+        replace(
+            link,
+            inertial=None
+            if link.inertial is None
+            else replace(link.inertial, origin=_moved(link.inertial.origin, factor)),
+            visuals=tuple(
+                replace(v, geometry=_grown(v.geometry, factor), origin=_moved(v.origin, factor))
+                for v in link.visuals
+            ),
+            collisions=tuple(
+                replace(s, geometry=_grown(s.geometry, factor), origin=_moved(s.origin, factor))
+                for s in link.collisions
+            ),
+        )
+        for link in description.links
+    )
+    joints = tuple(_scaled_joint(joint, factor) for joint in description.joints)
+    return replace(description, links=links, joints=joints)
+
+
+def _scaled_joint(joint: Joint, factor: float) -> Joint:
+    limit = joint.limit
+    if joint.type == "prismatic" and limit is not None:
+        limit = replace(
+            limit,
+            lower=None if limit.lower is None else limit.lower * factor,
+            upper=None if limit.upper is None else limit.upper * factor,
+        )
+    return replace(joint, origin=_moved(joint.origin, factor), limit=limit)
+
+
+def _moved(pose: Pose, factor: float) -> Pose:
+    x, y, z = pose.position
+    return replace(pose, position=(x * factor, y * factor, z * factor))
+
+
+def _grown(geometry: Geometry, factor: float) -> Geometry:
+    match geometry:
+        case Box(size=(x, y, z)):
+            return Box(size=(x * factor, y * factor, z * factor))
+        case Sphere(radius=radius):
+            return Sphere(radius=radius * factor)
+        case Cylinder(radius=radius, length=length):
+            return Cylinder(radius=radius * factor, length=length * factor)
+        case Capsule(radius=radius, length=length):
+            return Capsule(radius=radius * factor, length=length * factor)
+        case Mesh(scale=(x, y, z)):
+            return replace(geometry, scale=(x * factor, y * factor, z * factor))
+        case _:
+            return geometry
+
+
+def _edited(description: RobotDescription, **fields: tuple[()]) -> RobotDescription:
+    return replace(description, links=tuple(replace(link, **fields) for link in description.links))

@@ -1,0 +1,172 @@
+"""The usual motor commands without detours: one joint written in place, many joints at the next step.
+
+Scripts command every joint in every step. A command for many joints is checked and copied when it is given
+and reaches the World's arrays when they are next needed, so that one that is given twice costs once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.pybullet.face import constants as c
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.sim.actuation.velocity_motors import BodyMotors
+
+Vector = Sequence[float]
+_FAR = 1e300
+_POSITION, _VELOCITY = c.POSITION_CONTROL, c.VELOCITY_CONTROL
+
+
+class _Group:
+    """Joints that are commanded together; those that have no motor (fixed ones) are passed over."""
+
+    __slots__ = ("count", "driven", "lower", "picked", "rows", "scratch", "upper")
+
+    def __init__(self, key: tuple[int, ...], all_rows: list[int], limits: np.ndarray) -> None:
+        self.count = len(key)
+        self.picked = np.flatnonzero(np.array(all_rows) >= 0)
+        self.driven = tuple(key[i] for i in self.picked)
+        self.rows = np.array(all_rows)[self.picked]
+        self.lower, self.upper = limits[:, 0].copy(), limits[:, 1].copy()
+        self.scratch = np.zeros((len(key), 5))
+
+
+class Drives:
+    """Position and velocity motors of one body, for commands that leave them switched on.
+
+    Attributes:
+        pending: commands that have not reached the World yet, by joints.
+    """
+
+    __slots__ = (
+        "_bounds_in_use", "_groups", "_impulses", "_joints", "_limits", "_limp", "_motors", "_rows", "pending"
+    )  # fmt: skip
+
+    def __init__(self, record: BodyRecord, motors: BodyMotors) -> None:
+        self._motors = motors
+        self._limp = record.limp
+        self._joints = record.joint_count
+        self._rows = [
+            record.body.dof_offsets[i] if info[2] in (0, 1) else -1 for i, info in enumerate(record.infos)
+        ]
+        self._limits = [(info[8], info[9]) if info[8] <= info[9] else (-_FAR, _FAR) for info in record.infos]
+        self._groups: dict[tuple[int, ...], _Group] = {}
+        self.pending: dict[_Group, tuple[Any, ...]] = {}
+        self._impulses = [nan] * self._joints
+        """What each joint's motor may do in a step as far as this object knows; N m s or N s."""
+        self._bounds_in_use: tuple[_Group, tuple[float, ...], float] | None = None
+        """Group, forces and time step of the last command for many, while no other bound was set since."""
+
+    def bounds_changed(self) -> None:
+        """A motor was switched on or off, or its force bound set, elsewhere."""
+        self._impulses = [nan] * self._joints
+        self._bounds_in_use = None
+
+    def set(
+        self, joint: int, mode: int, position: float, velocity: float, force: float, kp: float, kd: float,
+        fastest: float, time_step: float,
+    ) -> bool:  # fmt: skip
+        """Set one joint's motor at once; False: not a usual case, nothing was done."""
+        row = self._rows[joint]
+        if joint < 0 or row < 0 or not force > 0.0 or joint in self._limp:
+            return False
+        if mode == _POSITION:
+            lower, upper = self._limits[joint]
+            if position < lower:
+                position = lower
+            elif position > upper:
+                position = upper
+            if fastest < 0.0:
+                fastest = 0.0
+        elif mode == _VELOCITY:
+            position = kp = fastest = 0.0
+        else:
+            return False
+        if self.pending:
+            self.flush()
+        self._motors.aim(row, 2.0 if mode == _POSITION else 1.0, position, velocity, kp, kd, fastest)
+        impulse = force * time_step
+        if impulse != self._impulses[joint]:
+            self._motors.bound(row, impulse)
+            self._impulses[joint] = impulse
+            self._bounds_in_use = None
+        return True
+
+    def set_many(
+        self, joints: Sequence[int], mode: int, positions: Vector | None, velocities: Vector | None,
+        forces: Vector | None, kps: Vector | None, kds: Vector | None, time_step: float,
+    ) -> bool:  # fmt: skip
+        """Set several joints' motors before the next step; False: not a usual case, nothing was done."""
+        key = tuple(joints)
+        group = self._groups.get(key) or self._group(key)
+        if group is None or forces is None or (mode != _POSITION and mode != _VELOCITY):
+            return False
+        count, bounds = group.count, tuple(forces)
+        if len(bounds) != count or not self._limp.isdisjoint(group.driven):
+            return False
+        known = self._bounds_in_use
+        is_new = known is None or known[0] is not group or known[1] != bounds or known[2] != time_step
+        total = 0.0
+        if is_new:
+            if not min(bounds) > 0.0:
+                return False
+            total = sum(bounds)
+        if positions is not None:
+            positions = tuple(positions)
+            if len(positions) != count:
+                return False
+            total += sum(positions)
+        if velocities is not None:
+            velocities = tuple(velocities)
+            if len(velocities) != count:
+                return False
+            total += sum(velocities)
+        if kps is not None or kds is not None:
+            kps, kds = (None if gains is None else tuple(gains) for gains in (kps, kds))
+            for gains in (kps, kds):
+                if gains is not None:
+                    if len(gains) != count:
+                        return False
+                    total += sum(gains)
+        if total - total != 0.0:  # something is not finite
+            return False
+        pending = self.pending
+        if pending:
+            pending.pop(group, None)
+        pending[group] = (mode, bounds, time_step, positions, velocities, kps, kds)
+        return True
+
+    def flush(self) -> None:
+        """Bring waiting commands into the World, in the order in which they were given."""
+        waiting, self.pending = self.pending, {}
+        motors = self._motors
+        for group, (mode, bounds, time_step, positions, velocities, kps, kds) in waiting.items():
+            rows, picked, scratch = group.rows, group.picked, group.scratch
+            scratch[:, 0] = 2.0 if mode == _POSITION else 1.0
+            scratch[:, 1] = 0.0 if mode == _VELOCITY else 0.1 if kps is None else kps
+            scratch[:, 2] = 0.0 if velocities is None else velocities
+            scratch[:, 3] = 1.0 if kds is None else kds
+            motors.motors[rows] = scratch[picked]
+            if mode == _POSITION:
+                goal = np.zeros(group.count) if positions is None else np.array(positions, dtype=float)
+                motors.targets[rows, 0] = np.minimum(np.maximum(goal, group.lower), group.upper)[picked]
+            if self._bounds_in_use != (group, bounds, time_step):
+                self.bounds_changed()
+                self._bounds_in_use = group, bounds, time_step
+                motors.set_bounds(rows, np.array(bounds, dtype=float)[picked] * time_step)
+
+    def _group(self, key: tuple[int, ...]) -> _Group | None:
+        if not key or not all(type(joint) is int and 0 <= joint < self._joints for joint in key):
+            return None
+        rows = [self._rows[joint] for joint in key]
+        if len(set(key)) != len(key) or max(rows) < 0:
+            return None
+        group = _Group(key, rows, np.array([self._limits[joint] for joint in key]))
+        self._groups[key] = group
+        return group

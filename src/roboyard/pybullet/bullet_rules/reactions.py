@@ -1,0 +1,42 @@
+"""Forces and torques that joints carry, for enableJointForceTorqueSensor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.pybullet.face.constants import JOINT_PRISMATIC
+from roboyard.transforms import Array, matrix_from_quaternion, multiply
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.physics_scene import Scene
+
+
+def reaction(scene: Scene, record: BodyRecord, joint: int) -> tuple[float, ...]:
+    """Force (N) and torque (N m) in a joint during the last step, as six numbers.
+
+    What the parent does to the child link through the joint's structure, at the child's centre of mass and
+    along its inertial axes; what the motor does along the joint's axis is not in it.
+    """
+    wrenches = scene.joint_wrenches()
+    if wrenches is None:
+        return (0.0,) * 6
+    model, data = scene.world.live_model, scene.world.live_data
+    row = record.rows[joint + 1]
+    torque, force = wrenches[row, :3], wrenches[row, 3:]
+    at_root = data.subtree_com[model.body_rootid[row]]
+    torque = torque + np.cross(at_root - data.xipos[row], force)
+    axes = _inertial_axes(record, joint, data.xquat[row])
+    force, torque = axes.T @ force, axes.T @ torque
+    applied = scene.applied(record, joint)
+    if isinstance(applied, float):
+        pushed = force if record.joint_type(joint) == JOINT_PRISMATIC else torque
+        pushed -= applied * np.asarray(record.infos[joint][13])
+    return (*force.tolist(), *torque.tolist())
+
+
+def _inertial_axes(record: BodyRecord, joint: int, wxyz: Array) -> Array:
+    w, x, y, z = wxyz
+    return matrix_from_quaternion(multiply((x, y, z, w), record.links[joint + 1].frame.quaternion))

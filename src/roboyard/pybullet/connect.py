@@ -1,0 +1,246 @@
+"""Clients: connecting, numbering, and what one connection keeps."""
+
+from __future__ import annotations
+
+import atexit
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roboyard.pybullet.api.logs import Logs
+from roboyard.pybullet.api.parameters import EngineParameters
+from roboyard.pybullet.api.user_data import UserData
+from roboyard.pybullet.api.visualizer import VisualizerCamera
+from roboyard.pybullet.bullet_rules.picture_light import PictureLight
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.commands import COMMANDS, command
+from roboyard.pybullet.face.errors import failure, unavailable
+from roboyard.pybullet.state.debug_items import DebugItems
+from roboyard.pybullet.state.input_events import Keyboard, Mouse
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.remote.client import RemoteClient
+    from roboyard.pybullet.state.physics_scene import Scene
+
+MAX_CLIENTS = 1024
+_WINDOW_METHODS = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
+_ONE_WINDOW = (
+    "Only one local in-process GUI/GUI_SERVER connection allowed. Use DIRECT connection mode or start a "
+    "separate GUI physics server (ExampleBrowser, App_SharedMemoryPhysics_GUI, App_SharedMemoryPhysics_VR) "
+    "and connect over SHARED_MEMORY, UDP or TCP instead."
+)
+_NOT_HERE = {
+    c.GRAPHICS_CLIENT: "pictures are rendered in this process",
+    c.GRAPHICS_SERVER: "pictures are rendered in this process",
+    c.GRAPHICS_SERVER_TCP: "pictures are rendered in this process",
+    c.GRAPHICS_SERVER_MAIN_THREAD: "pictures are rendered in this process",
+}
+
+
+class Client:
+    """A connection to a world in this process. Every command of the table is a method of it."""
+
+    def __init__(self, method: int = c.DIRECT) -> None:
+        self.method = method
+        self.search_path: Path | None = None
+        self.parameters = EngineParameters()
+        self.debug_items = DebugItems()
+        self.visualizer = VisualizerCamera()
+        self.light = PictureLight()
+        self.keyboard, self.mouse = Keyboard(), Mouse()
+        self.user_data = UserData()
+        self.logs = Logs()
+        self._first_texture = 0
+        self._habits: Any = ()
+        """What scripts made lately, step by step, before the world was reset."""
+
+    scene: Scene
+    """The bodies and their world, made on first use."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "scene":
+            raise AttributeError(f"a client has no {name!r}")
+        from roboyard.pybullet.state.physics_scene import Scene
+
+        self.scene = Scene(self.parameters, self._first_texture)
+        self.scene.world.spares.take_up(self._habits)
+        return self.scene
+
+    def _let_go(self) -> None:
+        scene = self.__dict__.pop("scene", None)
+        if scene is not None:
+            scene.let_go()
+
+    def reset(self) -> None:
+        """Let go of everything in the world; settings stay but for gravity and iterations."""
+        if "scene" in self.__dict__:
+            self._first_texture = self.scene.textures.following
+            self._habits = self.scene.world.spares.habits
+        self._let_go()
+        self.user_data = UserData()
+        self.parameters.reset()
+
+    def follow_clock(self, real_time: bool) -> None:
+        """Let the world step on its own, or no more: only a window does."""
+
+    def close(self) -> None:
+        """Finish log files and let go of the world."""
+        self.logs.stop_all()
+        self._let_go()
+
+
+class Clients(dict[int, "Client | RemoteClient"]):
+    """Open clients by number."""
+
+    def __missing__(self, number: object) -> Client:
+        if isinstance(number, bool) or not hasattr(number, "__index__"):
+            raise TypeError(f"physicsClientId must be an integer, not {type(number).__name__}")
+        if self:
+            remedy = f"physicsClientId {number!r} is not connected; connected are {sorted(self)}"
+        else:
+            remedy = "no client is connected; call connect(DIRECT) first"
+        raise failure("Not connected to physics server.", remedy)
+
+    def lowest_free(self) -> int:
+        number = 0
+        while number in self:
+            number += 1
+        return number
+
+
+CLIENTS = Clients()
+
+
+def install_commands() -> None:
+    """Make every command of the table a method of `Client`."""
+    for name, entry in COMMANDS.items():
+        setattr(Client, name, entry.function)
+
+
+def connect(method: int, *args: Any, **kwargs: Any) -> int:
+    """Open a client and give its number; -1 where no server answers.
+
+    connect(method, key=SHARED_MEMORY_KEY, options="") or
+    connect(method, hostName="localhost", port=..., options="").
+    DIRECT and GUI make a world in this process, SHARED_MEMORY_SERVER one that other clients can share. GUI
+    shows it in browsers, see `roboyard.pybullet.window`.
+    TCP, UDP and SHARED_MEMORY share the one of `roboyard serve`.
+    """
+    if isinstance(method, bool) or not hasattr(method, "__index__"):
+        raise TypeError(f"method must be an integer, not {type(method).__name__}")
+    key, host, port, options = _connection_arguments(args, kwargs)
+    if len(CLIENTS) >= MAX_CLIENTS:
+        raise failure("Exceeding maximum number of physics connections.")
+    opener = _opener(int(method), key, host, port, options)
+    client = opener()
+    if client is None:
+        return -1
+    number = CLIENTS.lowest_free()
+    CLIENTS[number] = client
+    return number
+
+
+def _connection_arguments(args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[int, str, int | None, str]:
+    """(key, host name, port, options) of either calling form."""
+    by_host = (args and isinstance(args[0], str)) or "hostName" in kwargs or "port" in kwargs
+    names = ("hostName", "port", "options") if by_host else ("key", "options")
+    if len(args) > len(names):
+        raise TypeError(f"connect() takes at most {len(names) + 1} arguments ({len(args) + 1} given)")
+    given: dict[str, Any] = dict(zip(names, args, strict=False))
+    for name, value in kwargs.items():
+        if name not in names or name in given:
+            raise TypeError(f"connect() got an unexpected or repeated argument {name!r}")
+        given[name] = value
+    wanted: dict[str, type] = {"hostName": str, "port": int, "options": str, "key": int}
+    for name, value in given.items():
+        if not isinstance(value, wanted[name]):
+            raise TypeError(f"connect(): {name} must be {wanted[name].__name__}, not {type(value).__name__}")
+    port = given.get("port", -1)
+    return (
+        given.get("key", c.SHARED_MEMORY_KEY),
+        given.get("hostName", "localhost"),
+        port if port >= 0 else None,
+        given.get("options", ""),
+    )
+
+
+def _opener(
+    method: int, key: int, host: str, port: int | None, options: str
+) -> Callable[[], Client | RemoteClient | None]:
+    if method == c.DIRECT:
+        return lambda: _open_world(method)
+    if method in _WINDOW_METHODS:
+        return lambda: _open_window(method, options)
+    if method == c.SHARED_MEMORY_SERVER:
+        from roboyard.pybullet.remote.shared_memory_server import open_own_server
+
+        return lambda: open_own_server(key)
+    if method in (c.TCP, c.UDP, c.SHARED_MEMORY):
+        from roboyard.pybullet.remote import client
+
+        if method == c.SHARED_MEMORY:
+            return lambda: client.open_by_key(key)
+        return lambda: client.open_at(method, host, port)
+    if method in _NOT_HERE:
+        raise unavailable(f"connect({method})", _NOT_HERE[method])
+    raise failure(
+        "connectPhysicsServer unexpected argument",
+        f"method {method} is unknown; use DIRECT, GUI, TCP, UDP or SHARED_MEMORY",
+    )
+
+
+def _open_world(method: int) -> Client:
+    from roboyard.pybullet.warming import warm_up
+
+    warm_up(Client)
+    return Client(method)
+
+
+def _open_window(method: int, options: str) -> Client:
+    from roboyard.pybullet.window import open_window
+
+    if any(client.method in (c.GUI, c.GUI_SERVER) for client in CLIENTS.values()):
+        raise failure(_ONE_WINDOW)
+    return open_window(method, options)
+
+
+def disconnect(physicsClientId: int = 0) -> None:
+    """Close a client; its number is free for the next one."""
+    client = CLIENTS[physicsClientId]
+    del CLIENTS[physicsClientId]
+    client.close()
+
+
+def isConnected(physicsClientId: int = 0) -> int:
+    """1 while the client is open, else 0."""
+    client = CLIENTS.get(physicsClientId)
+    return int(client is not None and getattr(client, "is_alive", True))
+
+
+def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:
+    """`isConnected` (0 or 1) and `connectionMethod` (DIRECT, GUI, ...; 0 when closed)."""
+    if not isConnected(physicsClientId):
+        return {"isConnected": 0, "connectionMethod": 0}
+    return {"isConnected": 1, "connectionMethod": CLIENTS[physicsClientId].method}
+
+
+def isNumpyEnabled(physicsClientId: int = 0) -> int:
+    """1: images come as NumPy arrays."""
+    return 1
+
+
+def getAPIVersion(physicsClientId: int = 0) -> int:
+    """Version of PyBullet's interface that this module follows."""
+    return 202010061
+
+
+@command()
+def setTimeOut(client: Client, timeOutInSeconds: float) -> None:
+    """How long a remote client waits for an answer; a client in this process never waits."""
+    float(timeOutInSeconds)
+
+
+@atexit.register
+def _close_all() -> None:
+    for number in list(CLIENTS):
+        CLIENTS.pop(number).close()

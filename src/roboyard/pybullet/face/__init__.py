@@ -1,0 +1,1 @@
+"""How PyBullet's functions are called: arguments, constants, errors and the command table."""

@@ -1,0 +1,87 @@
+"""All public functions by name, made from the table of commands and the free functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from roboyard.pybullet import connect
+from roboyard.pybullet.api import control, loading, old_camera
+from roboyard.pybullet.api.math import camera_matrices, rotations, transforms
+from roboyard.pybullet.face.calling import builtin, public
+from roboyard.pybullet.face.commands import COMMANDS
+
+_TOPICS = (
+    "articulated",
+    "bodies",
+    "camera",
+    "shapes.collision_shapes",
+    "constraints",
+    "contact_points",
+    "control",
+    "debug",
+    "dynamics",
+    "filters",
+    "forces",
+    "inverse_kinematics",
+    "joints",
+    "links",
+    "loading",
+    "logs",
+    "shapes.meshes",
+    "shapes.multibody",
+    "parameters",
+    "raycasts",
+    "saved_files",
+    "search",
+    "stepping",
+    "shapes.textures",
+    "unavailable",
+    "user_data",
+    "shapes.visual_shapes",
+    "visualizer",
+    "world_files",
+)
+
+FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
+    connect.connect,
+    connect.disconnect,
+    connect.getAPIVersion,
+    connect.getConnectionInfo,
+    connect.isConnected,
+    connect.isNumpyEnabled,
+    control.setJointMotorControl,
+    loading.loadURDF,
+    old_camera.renderImage,
+    camera_matrices.computeProjectionMatrix,
+    camera_matrices.computeProjectionMatrixFOV,
+    camera_matrices.computeViewMatrix,
+    camera_matrices.computeViewMatrixFromYawPitchRoll,
+    rotations.getEulerFromQuaternion,
+    rotations.getMatrixFromQuaternion,
+    rotations.getQuaternionFromEuler,
+    transforms.calculateVelocityQuaternion,
+    transforms.getAxisAngleFromQuaternion,
+    transforms.getAxisDifferenceQuaternion,
+    transforms.getDifferenceQuaternion,
+    transforms.getQuaternionFromAxisAngle,
+    transforms.getQuaternionSlerp,
+    transforms.invertTransform,
+    transforms.multiplyTransforms,
+    transforms.rotateVector,
+)
+"""Functions that need no world: they take `physicsClientId` themselves."""
+
+
+def public_functions() -> dict[str, Callable[..., Any]]:
+    """Name to built-in for every function of the interface."""
+    for topic in _TOPICS:
+        import_module(f"roboyard.pybullet.api.{topic}")
+    connect.install_commands()
+    found: dict[str, Any] = {function.__name__: function for function in FREE_FUNCTIONS}
+    for name, entry in COMMANDS.items():
+        if entry.is_public:
+            found[name] = public(entry.function, connect.CLIENTS, entry.aliases, __name__)
+            globals()[name] = found[name]
+    return {name: builtin(found[name]) for name in sorted(found)}

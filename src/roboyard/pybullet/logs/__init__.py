@@ -1,0 +1,1 @@
+"""Files written while a script runs: state logs, command logs, videos."""

@@ -1,0 +1,68 @@
+"""MP4 films of the visualizer's camera, in simulated time."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+from roboyard.pybullet.face.errors import failure
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.api.logs import Recorder
+    from roboyard.pybullet.connect import Client
+
+FRAMES_PER_SECOND = 60
+WIDTH, HEIGHT = 640, 480
+
+
+def open_video(name: str, frames_per_second: float = FRAMES_PER_SECOND) -> Recorder:
+    """A recorder that writes an MP4 file; without the encoder one that writes nothing, and says so."""
+    try:
+        from imageio_ffmpeg import write_frames
+    except ImportError:
+        print(
+            f"roboyard: {name} is not written; films need an encoder: pip install 'roboyard[video]'",
+            file=sys.stderr,
+        )
+        return _NoVideo()
+    return _Video(name, write_frames, frames_per_second)
+
+
+class _NoVideo:
+    def record(self, client: Client) -> None:
+        """Nothing."""
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+class _Video:
+    def __init__(self, name: str, write_frames: Any, frames_per_second: float) -> None:
+        self._name = name
+        self._writer: Generator[None, bytes | None, None] = write_frames(
+            name, (WIDTH, HEIGHT), fps=frames_per_second, macro_block_size=16, ffmpeg_log_level="error"
+        )
+        try:
+            self._writer.send(None)
+        except OSError as problem:
+            raise failure("startStateLogging failed.", f"cannot write {name}: {problem}") from None
+        self._period = 1.0 / frames_per_second
+        self._time = self._due = 0.0
+
+    def record(self, client: Client) -> None:
+        """Add as many pictures as simulated time has brought."""
+        self._time += client.scene.time_step
+        picture = None
+        while self._due <= self._time + 1e-9:
+            if picture is None:
+                picture = client.getCameraImage(WIDTH, HEIGHT, shadow=1)[2][..., :3].tobytes()
+            try:
+                self._writer.send(picture)
+            except OSError as problem:
+                raise failure("stepSimulation failed.", f"cannot write {self._name}: {problem}") from None
+            self._due += self._period
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._writer.close()

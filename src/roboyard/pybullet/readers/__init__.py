@@ -1,0 +1,1 @@
+"""SDF and MJCF files as Bullet reads them."""

@@ -1,0 +1,269 @@
+"""MJCF files as Bullet reads them: a part of the format, and a link of its own for every joint.
+
+A body with joints becomes a chain: a massless link for each joint, and the body fixed to the last of them by
+a joint called `jointfix_<count>_<parent>`. Without a free joint at its top the chain hangs from a base of
+mass 0. Masses are 1000 kg/m³ times the volume of a body's own shapes where the file gives none. Defaults are
+those of the outermost `<default>` and of a body's `childclass`; other classes, tendons and actuators are
+left.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import count
+from math import pi
+from pathlib import Path
+
+import numpy as np
+
+from roboyard.description.model import (
+    Contact,
+    Inertial,
+    Joint,
+    JointType,
+    Limit,
+    Link,
+    Material,
+    Pose,
+    RobotDescription,
+    Visual,
+)
+from roboyard.description.urdf.xml import line_of, read_xml
+from roboyard.errors import DescriptionError
+from roboyard.pybullet.readers.mjcf_geoms import Geom, Look, Reader, numbers, pose_of, read_geom
+from roboyard.pybullet.state.joint_tables import AXIS_AS_GIVEN
+from roboyard.transforms import Array, quaternion_from_matrix
+
+DENSITY = 1000.0
+"""kg/m³"""
+_TYPES: dict[str, JointType] = {"fixed": "fixed", "slide": "prismatic", "hinge": "revolute"}
+_counter = count()
+"""Bullet numbers what has no name through the whole life of the program."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MjcfModel:
+    """One body at the top of a file, with all that hangs from it; or one fixed shape."""
+
+    description: RobotDescription
+    position: Array
+    """(3,) m: of the body in the world, which is where Bullet puts the base's inertial frame."""
+    orientation: Array
+    """(4,) x, y, z, w"""
+    filters: dict[str, tuple[int, int]]
+    """Link name to its contype and conaffinity."""
+
+
+@dataclass(kw_only=True, slots=True)
+class _Tree:
+    """One model while it is read."""
+
+    number: int
+    links: list[Link] = field(default_factory=list)
+    joints: list[Joint] = field(default_factory=list)
+    filters: dict[str, tuple[int, int]] = field(default_factory=dict)
+
+    def add_link(self, name: str | None) -> int:
+        index = len(self.links)
+        wanted = name or f"link{self.number}_{index}"
+        if any(link.name == wanted for link in self.links):
+            raise DescriptionError(f"two bodies are called {wanted!r}; give each a name of its own")
+        self.links.append(Link(name=wanted, inertial=Inertial(mass=0.0)))
+        return index
+
+
+def load_mjcf(path: Path, search_paths: Sequence[Path] = (), *, colors: bool = False) -> list[MjcfModel]:
+    """All models of a file, in file order.
+
+    Raises:
+        DescriptionError: no MJCF, or numbers that are none.
+    """
+    root, _ = read_xml(path)
+    if root.tag != "mujoco":
+        raise DescriptionError(
+            f"the root element is <{root.tag}>, not <mujoco>", file=path, line=line_of(root)
+        )
+    reader = Reader(path=path, search_paths=(path.parent, *search_paths), colors=colors)
+    for section in root:
+        if section.tag == "compiler":
+            reader.read_compiler(section)
+        elif section.tag == "asset":
+            reader.read_assets(section)
+        elif section.tag == "default":
+            reader.defaults = reader.read_default(section, reader.defaults)
+    models: list[MjcfModel] = []
+    name = root.get("model", "")
+    for world in root.findall("worldbody"):
+        for element in world:
+            if element.tag == "body":
+                models.append(_top_body(element, reader, name, len(models)))
+            elif element.tag == "geom":
+                models.append(_fixed_geom(element, reader, name))
+    return models
+
+
+def _fixed_geom(element: ET.Element, reader: Reader, name: str) -> MjcfModel:
+    geom = read_geom(element, reader, reader.defaults)
+    link = Link(name=element.get("name", "anonymous"), inertial=Inertial(mass=0.0))
+    filters: dict[str, tuple[int, int]] = {}
+    if geom is not None:
+        link = _with_geoms(link, [geom])
+        filters[link.name] = (geom.look.group, geom.look.mask)
+    description = RobotDescription(name=name, links=(link,), source=reader.source(element))
+    return MjcfModel(
+        description=description,
+        position=np.zeros(3),
+        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+        filters=filters,
+    )
+
+
+def _top_body(element: ET.Element, reader: Reader, name: str, number: int) -> MjcfModel:
+    tree = _Tree(number=number)
+    root_pose = _body(element, reader, reader.defaults, tree, None)
+    children = {joint.child for joint in tree.joints}
+    root = next(link for link in tree.links if link.name not in children)
+    links = (root, *(link for link in tree.links if link is not root))
+    description = RobotDescription(
+        name=name, links=links, joints=tuple(tree.joints), source=reader.source(element)
+    )
+    return MjcfModel(
+        description=description,
+        position=root_pose[:3, 3],
+        orientation=quaternion_from_matrix(root_pose[:3, :3]),
+        filters=tree.filters,
+    )
+
+
+def _body(element: ET.Element, reader: Reader, defaults: Look, tree: _Tree, parent: int | None) -> Array:
+    """Read a body and all below it; gives the pose of the tree's root in the world."""
+    defaults = reader.classes.get(element.get("childclass", ""), defaults)
+    own = tree.add_link(element.get("name"))
+    if element.get("name") is None:
+        next(_counter)
+    place = pose_of(element, reader)
+    is_top, root_pose = parent is None, place
+    frame, mass = _inertial(element, reader)
+    joint_pose = np.eye(4)
+    geoms: list[Geom] = []
+    has_joint = False
+    for child in element:
+        if child.tag == "joint" and (parent is not None or child.get("type") != "free"):
+            if parent is None:
+                parent, root_pose = tree.add_link(None), np.eye(4)
+            link = tree.add_link(None)
+            if not has_joint:
+                joint_pose = pose_of(child, reader)
+                at, place = place @ joint_pose, np.linalg.inv(joint_pose).astype(np.float64)
+            else:
+                at = (np.linalg.inv(joint_pose) @ pose_of(child, reader)).astype(np.float64)
+            _joint(child, reader, defaults, tree, parent, link, at)
+            parent, has_joint = link, True
+        elif child.tag == "geom":
+            geom = read_geom(child, reader, defaults)
+            if geom is not None:
+                geoms.append(geom)
+                if mass is None:
+                    frame = replace(frame, position=geom.shift)
+        elif child.tag == "body":
+            _body(child, reader, defaults, tree, own)
+    if geoms:
+        tree.links[own] = _with_geoms(tree.links[own], geoms)
+        tree.filters[tree.links[own].name] = (geoms[-1].look.group, geoms[-1].look.mask)
+    if mass is None:
+        mass = DENSITY * sum(geom.volume for geom in geoms)
+    tensor = _tensor(element, reader)
+    tree.links[own] = replace(
+        tree.links[own],
+        inertial=Inertial(mass=mass, origin=frame, inertia=tensor),
+        source=reader.source(element),
+    )
+    if parent is not None:
+        tree.joints.append(
+            Joint(
+                name=f"jointfix_{next(_counter)}_{parent}",
+                type="fixed",
+                parent=tree.links[parent].name,
+                child=tree.links[own].name,
+                origin=_as_pose(place),
+                source=reader.source(element),
+            )
+        )
+    return root_pose if is_top else np.eye(4)
+
+
+def _joint(
+    element: ET.Element, reader: Reader, defaults: Look, tree: _Tree, parent: int, link: int, pose: Array
+) -> None:
+    kind = _TYPES.get(element.get("type", ""))
+    if kind is None:
+        raise DescriptionError(
+            f'Bullet knows no <joint type="{element.get("type", "")}">; use hinge, slide or free',
+            file=reader.path,
+            line=line_of(element),
+        )
+    limited = element.get("limited", defaults.limited) == "true"
+    low, high = 1.0, 0.0
+    if limited:
+        low, high = numbers(element, "range", 2, reader) or (low, high)
+        if kind == "revolute" and reader.in_degrees:
+            low, high = low * pi / 180.0, high * pi / 180.0
+    elif kind == "revolute":
+        kind = "continuous"
+    axis = np.array(numbers(element, "axis", 3, reader) or (1.0, 0.0, 0.0))
+    length = float(np.linalg.norm(axis))
+    x, y, z = (float(v) for v in axis / length) if length else (1.0, 0.0, 0.0)
+    name = element.get("name")
+    tree.joints.append(
+        Joint(
+            name=name or f"joint{next(_counter)}_{link}_{len(tree.joints)}",
+            type=kind,
+            parent=tree.links[parent].name,
+            child=tree.links[link].name,
+            origin=_as_pose(pose),
+            axis=(x, y, z),
+            attributes=((AXIS_AS_GIVEN, " ".join(map(repr, axis.tolist()))),),
+            limit=Limit(lower=low, upper=high),
+            source=reader.source(element),
+        )
+    )
+
+
+def _inertial(element: ET.Element, reader: Reader) -> tuple[Pose, float | None]:
+    """Inertial frame and mass that a body's `<inertial>` gives; None without one."""
+    found = element.find("inertial")
+    if found is None:
+        return Pose(), None
+    mass = numbers(found, "mass", 1, reader)
+    return _as_pose(pose_of(found, reader)), 0.0 if mass is None else mass[0]
+
+
+def _tensor(element: ET.Element, reader: Reader) -> tuple[float, float, float, float, float, float]:
+    found = element.find("inertial")
+    diagonal = None
+    if found is not None and not reader.inertia_from_geoms:
+        diagonal = numbers(found, "diaginertia", 3, reader)
+    x, y, z = diagonal or (0.0, 0.0, 0.0)
+    return x, 0.0, 0.0, y, 0.0, z
+
+
+def _with_geoms(link: Link, geoms: Sequence[Geom]) -> Link:
+    last = geoms[-1].look
+    return replace(
+        link,
+        collisions=tuple(g.collision() for g in geoms),
+        visuals=tuple(
+            Visual(geometry=g.geometry, origin=g.origin, material=Material(rgba=g.look.rgba)) for g in geoms
+        ),
+        contact=Contact(
+            lateral_friction=last.friction, spinning_friction=last.spinning, rolling_friction=last.rolling
+        ),
+    )
+
+
+def _as_pose(matrix: Array) -> Pose:
+    x, y, z = (float(v) for v in matrix[:3, 3])
+    qx, qy, qz, qw = (float(v) for v in quaternion_from_matrix(matrix[:3, :3]))
+    return Pose(position=(x, y, z), quaternion=(qx, qy, qz, qw))

@@ -1,0 +1,88 @@
+"""connect(SHARED_MEMORY_SERVER): a server on a thread of this process, and its first client."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+
+from roboyard.errors import RoboyardError
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.remote import rendezvous
+from roboyard.pybullet.remote.client import RemoteClient, StreamChannel
+from roboyard.pybullet.remote.server import Server
+
+_START_TIMEOUT = 10.0  # s
+
+
+class OwnServerClient(RemoteClient):
+    """A client whose server ends with it."""
+
+    def __init__(self, channel: StreamChannel, thread: ServerThread) -> None:
+        super().__init__(c.SHARED_MEMORY_SERVER, channel)
+        self._thread = thread
+
+    def close(self) -> None:
+        """Close the connection and the server."""
+        super().close()
+        self._thread.stop()
+
+
+class ServerThread:
+    """A server on loopback with an event loop of its own."""
+
+    def __init__(self, key: int) -> None:
+        self._key = key
+        self._server = Server()
+        self._loop = asyncio.new_event_loop()
+        self._leave = asyncio.Event()
+        self._started = threading.Event()
+        self._problem: RoboyardError | None = None
+        self._thread = threading.Thread(target=self._run, name="roboyard server", daemon=True)
+
+    def start(self) -> tuple[str, int]:
+        """Host and port, once they are open.
+
+        Raises:
+            RoboyardError: no port could be opened.
+        """
+        self._thread.start()
+        if not self._started.wait(_START_TIMEOUT):
+            raise RoboyardError(f"the server did not start within {_START_TIMEOUT:.0f} s")
+        if self._problem is not None:
+            raise self._problem
+        return self._server.host, self._server.port
+
+    def stop(self) -> None:
+        """Close the port and wait for the thread."""
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._leave.set)
+        self._thread.join(_START_TIMEOUT)
+
+    def _run(self) -> None:
+        try:
+            self._loop.run_until_complete(self._serve())
+        finally:
+            self._started.set()
+            self._loop.close()
+
+    async def _serve(self) -> None:
+        try:
+            await self._server.start()
+        except RoboyardError as problem:
+            self._problem = problem
+            return
+        with rendezvous.announced(self._key, self._server.host, self._server.port):
+            self._started.set()
+            await self._leave.wait()
+        await self._server.stop()
+
+
+def open_own_server(key: int) -> OwnServerClient:
+    """Start a server that goes by a key, and be its client."""
+    thread = ServerThread(key)
+    try:
+        host, port = thread.start()
+    except RoboyardError as problem:
+        raise failure("Not connected to physics server.", str(problem)) from None
+    return OwnServerClient(StreamChannel(host, port), thread)

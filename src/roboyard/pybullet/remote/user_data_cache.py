@@ -1,0 +1,79 @@
+"""What a remote client knows of the server's user data: its own entries, and all others as of the last sync.
+
+So it is in PyBullet, and scripts with several clients rely on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from roboyard.pybullet.api.user_data import Place
+from roboyard.pybullet.face.errors import failure
+
+Ask = Callable[..., Any]
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    place: Place
+    value: bytes
+
+
+class KnownUserData:
+    """Entries by the server's ids."""
+
+    def __init__(self, ask: Ask) -> None:
+        self._ask = ask
+        self._entries: dict[int, _Entry] = {}
+
+    def add(self, body: int, key: str, value: str, link: int, shape: int) -> int:
+        number = self._ask("addUserData", body, key, value, link, shape)
+        self._entries[number] = _Entry(Place(body, link, shape, key), value.encode())
+        return number
+
+    def remove(self, number: int) -> None:
+        self._ask("removeUserData", number)
+        self._entries.pop(number, None)
+
+    def value(self, number: int) -> bytes | None:
+        entry = self._entries.get(number)
+        return None if entry is None else entry.value
+
+    def find(self, place: Place) -> int:
+        return next((number for number, entry in self._entries.items() if entry.place == place), -1)
+
+    def of_body(self, body: int) -> list[tuple[int, Place]]:
+        """Entries of a body, in the order of their ids."""
+        return [(n, e.place) for n, e in sorted(self._entries.items()) if e.place.body == body]
+
+    def info(self, body: int, index: int) -> tuple[int, bytes, int, int, int]:
+        entries = self.of_body(body)
+        if not 0 <= index < len(entries):
+            raise failure(
+                "Could not get user data info.", f"body {body} has {len(entries)} entries known here; sync?"
+            )
+        number, place = entries[index]
+        return number, place.key.encode(), place.body, place.link, place.shape
+
+    def sync(self, bodies: int | Iterable[int]) -> None:
+        """Fetch the entries of some bodies, or of all for -1."""
+        if bodies == -1:
+            self._entries.clear()
+            wanted = [self._ask("getBodyUniqueId", i) for i in range(self._ask("getNumBodies"))]
+        else:
+            wanted = [bodies] if isinstance(bodies, int) else list(bodies)
+            self.forget(wanted)
+        for body in wanted:
+            for index in range(self._ask("getNumUserData", body)):
+                number, key, at, link, shape = self._ask("getUserDataInfo", body, index)
+                value = self._ask("getUserData", number)
+                self._entries[number] = _Entry(Place(at, link, shape, key.decode()), value)
+
+    def forget(self, bodies: Iterable[int]) -> None:
+        gone = set(bodies)
+        self._entries = {n: e for n, e in self._entries.items() if e.place.body not in gone}
+
+    def clear(self) -> None:
+        self._entries.clear()

@@ -1,0 +1,1 @@
+"""What a client keeps: bodies, joint tables, constraints, debug items and filters."""

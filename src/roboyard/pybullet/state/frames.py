@@ -1,0 +1,34 @@
+"""From link frames to inertial frames, in plain floats: the getters' hot path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from roboyard.description.model import Pose
+
+Numbers = tuple[float, ...]
+
+
+def inertial_pose(
+    position: Sequence[float], quaternion: Sequence[float], frame: Pose
+) -> tuple[Numbers, Numbers]:
+    """World pose of the inertial frame `frame` of a link whose frame has this pose in the world."""
+    x, y, z = position
+    i, j, k, w = quaternion
+    fx, fy, fz = frame.position
+    fi, fj, fk, fw = frame.quaternion
+    # q v q* = v + w t + q x t, with t = 2 q x v
+    tx, ty, tz = 2.0 * (j * fz - k * fy), 2.0 * (k * fx - i * fz), 2.0 * (i * fy - j * fx)
+    return (
+        (
+            x + fx + w * tx + j * tz - k * ty,
+            y + fy + w * ty + k * tx - i * tz,
+            z + fz + w * tz + i * ty - j * tx,
+        ),
+        (
+            w * fi + i * fw + j * fk - k * fj,
+            w * fj - i * fk + j * fw + k * fi,
+            w * fk + i * fj - j * fi + k * fw,
+            w * fw - i * fi - j * fj - k * fk,
+        ),
+    )

@@ -1,0 +1,91 @@
+"""What getKeyboardEvents and getMouseEvents answer: events that a window hears, kept until a script asks."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from threading import Lock
+
+from roboyard.pybullet.face import constants as c
+
+MOUSE_MOVE, MOUSE_BUTTON = 1, 2
+MOST_MOUSE_EVENTS = 256
+"""kept for a script that never asks; older ones are forgotten"""
+
+MouseEvent = tuple[int, float, float, int, int]
+
+_NAMED: Mapping[str, int] = {
+    "Escape": 27,
+    "Tab": 9,
+    "ArrowLeft": c.B3G_LEFT_ARROW,
+    "ArrowRight": c.B3G_RIGHT_ARROW,
+    "ArrowUp": c.B3G_UP_ARROW,
+    "ArrowDown": c.B3G_DOWN_ARROW,
+    "PageUp": c.B3G_PAGE_UP,
+    "PageDown": c.B3G_PAGE_DOWN,
+    "End": c.B3G_END,
+    "Home": c.B3G_HOME,
+    "Insert": c.B3G_INSERT,
+    "Delete": c.B3G_DELETE,
+    "Backspace": c.B3G_BACKSPACE,
+    "Shift": c.B3G_SHIFT,
+    "Control": c.B3G_CONTROL,
+    "Alt": c.B3G_ALT,
+    "Enter": c.B3G_RETURN,
+    **{f"F{k}": c.B3G_F1 + k - 1 for k in range(1, 16)},
+}
+
+
+def key_code(name: str) -> int | None:
+    """PyBullet's number of a key that a browser calls `name`; None: PyBullet has none."""
+    if len(name) == 1:
+        return ord(name.lower())
+    return _NAMED.get(name)
+
+
+class Keyboard:
+    """Keys and what happened to them since the last question; any thread may press them."""
+
+    def __init__(self) -> None:
+        self._states: dict[int, int] = {}
+        self._lock = Lock()
+
+    def press(self, code: int) -> None:
+        with self._lock:
+            if not self._states.get(code, 0) & c.KEY_IS_DOWN:
+                self._states[code] = self._states.get(code, 0) | c.KEY_IS_DOWN | c.KEY_WAS_TRIGGERED
+
+    def release(self, code: int) -> None:
+        with self._lock:
+            if self._states.get(code, 0) & c.KEY_IS_DOWN:
+                self._states[code] = self._states[code] & ~c.KEY_IS_DOWN | c.KEY_WAS_RELEASED
+
+    def take(self) -> dict[int, int]:
+        """Key codes to KEY_... bits; what was triggered or released is told once."""
+        if not self._states:
+            return {}
+        with self._lock:
+            told = self._states
+            self._states = {code: c.KEY_IS_DOWN for code, state in told.items() if state & c.KEY_IS_DOWN}
+        return told
+
+
+class Mouse:
+    """Mouse events since the last question; any thread may add some."""
+
+    def __init__(self) -> None:
+        self._events: deque[MouseEvent] = deque(maxlen=MOST_MOUSE_EVENTS)
+
+    def move(self, x: float, y: float) -> None:
+        self._events.append((MOUSE_MOVE, x, y, -1, 0))
+
+    def button(self, x: float, y: float, button: int, *, is_down: bool) -> None:
+        state = c.KEY_IS_DOWN | c.KEY_WAS_TRIGGERED if is_down else c.KEY_WAS_RELEASED
+        self._events.append((MOUSE_BUTTON, x, y, button, state))
+
+    def take(self) -> tuple[MouseEvent, ...]:
+        """(MOUSE_MOVE or MOUSE_BUTTON, x, y, button, KEY_... bits), in order; each is told once."""
+        told = []
+        while self._events:
+            told.append(self._events.popleft())
+        return tuple(told)

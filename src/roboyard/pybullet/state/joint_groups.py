@@ -1,0 +1,56 @@
+"""Joints that are read together, with one look at MuJoCo's arrays."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.pybullet.state.joint_tables import POSITION_COUNT
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.transforms import Array
+
+NO_REACTION = (0.0,) * 6
+_MOST = 64
+
+
+class JointGroup:
+    """Some joints of one body, as long as MuJoCo's arrays stay where they are.
+
+    Attributes:
+        joints: their indices.
+        is_scalar: whether none of them has several degrees of freedom.
+    """
+
+    __slots__ = ("_gather", "_out", "_positions", "_reactions", "_velocities", "is_scalar", "joints")
+
+    def __init__(self, record: BodyRecord, joints: list[int]) -> None:
+        from roboyard.pybullet.state.state_kernels import joint_states
+
+        self.joints = tuple(joints)
+        self.is_scalar = all(POSITION_COUNT[record.joint_type(joint)] <= 1 for joint in joints)
+        self._positions = np.array([record.position_addresses[joint] for joint in joints], dtype=np.int64)
+        self._velocities = np.array([record.velocity_addresses[joint] for joint in joints], dtype=np.int64)
+        self._reactions = (NO_REACTION,) * len(joints)
+        self._out = np.zeros((3, len(joints)))
+        self._gather = joint_states
+
+    def read(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
+        """(position, velocity, reaction, motor force) of each joint; `forces`: (nv,) of all motors."""
+        self._gather(record.qpos, record.qvel, forces, self._positions, self._velocities, self._out)
+        positions, velocities, applied = self._out.tolist()
+        if record.limp:
+            for place, joint in enumerate(self.joints):
+                if joint in record.limp:
+                    applied[place] = record.applied[joint]
+        return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
+
+
+def joint_group(record: BodyRecord, joints: list[int]) -> JointGroup:
+    """The group of these joints, kept for the next time."""
+    if len(record.joint_groups) > _MOST:
+        record.joint_groups.clear()
+    found = record.joint_groups[tuple(joints)] = JointGroup(record, joints)
+    return found

@@ -1,0 +1,90 @@
+"""The 17 fields of getJointInfo, which never change after loading."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from roboyard.description.model import Joint
+from roboyard.pybullet.api.math.transforms import canonical_quaternion
+from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel
+from roboyard.transforms import conjugate, multiply, rotate
+
+TYPE_CODES = {
+    "revolute": 0,
+    "continuous": 0,
+    "prismatic": 1,
+    "spherical": 2,
+    "planar": 3,
+    "fixed": 4,
+    "floating": 4,
+}
+POSITION_COUNT = {0: 1, 1: 1, 2: 4, 3: 3, 4: 0}
+VELOCITY_COUNT = {0: 1, 1: 1, 2: 3, 3: 3, 4: 0}
+FIRST_Q, FIRST_U = 7, 6
+_NO_LIMIT = (0.0, -1.0)
+AXIS_AS_GIVEN = "axis"
+"""Attribute of a joint whose file gives an axis of another length than 1, which Bullet reports as it is."""
+
+
+def joint_infos(model: BodyModel) -> list[tuple[Any, ...]]:
+    """One tuple for each joint, as getJointInfo returns it."""
+    infos = []
+    q_index, u_index = FIRST_Q, FIRST_U
+    for index, link in enumerate(model.links[1:]):
+        assert link.joint is not None
+        kind = TYPE_CODES[link.joint.type]
+        parent = model.links[link.parent + 1]
+        positions, velocities = POSITION_COUNT[kind], VELOCITY_COUNT[kind]
+        position, rotation = frame_in_parent(parent, link, link.joint)
+        infos.append(
+            (
+                *(index, link.joint.name.encode(), kind),
+                *((q_index, u_index) if positions else (-1, -1)),
+                *(int(kind in (0, 1)), float(link.joint.damping), float(link.joint.friction)),
+                *limits(link.joint),
+                link.name.encode(),
+                axis_in_inertial_frame(link, link.joint),
+                *(position, rotation, link.parent),
+            )
+        )
+        q_index += positions
+        u_index += velocities
+    return infos
+
+
+def limits(joint: Joint) -> tuple[float, float, float, float]:
+    """Lower, upper, force and velocity as reported: 0 and -1 where there is no range."""
+    limit = joint.limit
+    if limit is None:
+        return (*_NO_LIMIT, 0.0, 0.0)
+    lower = _NO_LIMIT[0] if limit.lower is None else float(limit.lower)
+    upper = _NO_LIMIT[1] if limit.upper is None else float(limit.upper)
+    return lower, upper, float(limit.effort or 0.0), float(limit.velocity or 0.0)
+
+
+def axis_in_inertial_frame(link: LinkModel, joint: Joint) -> tuple[float, float, float]:
+    """The joint's axis in the child's inertial frame; zero for joints that have none."""
+    if joint.type not in ("revolute", "continuous", "prismatic", "planar"):
+        return 0.0, 0.0, 0.0
+    given = next((value for key, value in joint.attributes if key == AXIS_AS_GIVEN), None)
+    axis = joint.axis if given is None else [float(token) for token in given.split()]
+    x, y, z = rotate(conjugate(link.frame.quaternion), axis)
+    return float(x), float(y), float(z)
+
+
+def frame_in_parent(
+    parent: LinkModel, link: LinkModel, joint: Joint
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Joint origin in the parent's inertial frame, and the rotation from it to the child's inertial frame.
+
+    The rotation's sign is the one that Bullet gets by reading both factors out of matrices.
+    """
+    back = conjugate(parent.frame.quaternion)
+    offset = np.asarray(joint.origin.position) - np.asarray(parent.frame.position)
+    position = rotate(back, offset)
+    to_joint = canonical_quaternion(conjugate(multiply(back, joint.origin.quaternion)).tolist())
+    to_child = canonical_quaternion(conjugate(link.frame.quaternion).tolist())
+    rotation = multiply(to_child, to_joint)
+    return tuple(float(v) for v in position), tuple(float(v) for v in rotation)

@@ -1,0 +1,86 @@
+"""Reading link states from MuJoCo's arrays: one link, or several with one look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from struct import Struct
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.pybullet.state.state_kernels import link_pose, link_poses, link_state
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.state.body_records import BodyRecord
+    from roboyard.pybullet.state.physics_scene import Scene
+
+State = tuple[Any, ...]
+LinkReader = Callable[[int, object], State]
+_MOST = 64
+_positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
+
+
+def link_reader(scene: Scene, record: BodyRecord) -> LinkReader:
+    """`read(link, with_velocity)` of a body's links, as long as MuJoCo's arrays stay where they are."""
+    world, rows = scene.world, record.rows
+    data, rootid = world.live_data, world.live_model.body_rootid
+    xpos, xquat, cvel, xipos, subtree_com = data.xpos, data.xquat, data.cvel, data.xipos, data.subtree_com
+    frames = _inertial_frames(record)
+    local = [(link.frame.position, link.frame.quaternion) for link in record.links]
+
+    def read(link: int, with_velocity: object) -> State:
+        place = link + 1
+        centre, turn = local[place]
+        if not with_velocity:
+            position, orientation, frame_position, frame_orientation = link_pose(
+                xpos, xquat, frames, rows[place], place
+            )
+            return position, orientation, centre, turn, frame_position, frame_orientation
+        world.velocities()
+        position, orientation, frame_position, frame_orientation, linear, angular = link_state(
+            xpos, xquat, frames, rows[place], place, cvel, xipos, subtree_com, rootid
+        )
+        return position, orientation, centre, turn, frame_position, frame_orientation, linear, angular
+
+    record.link_reader = read
+    return read
+
+
+class LinkGroup:
+    """Some links of one body, as long as MuJoCo's arrays stay where they are."""
+
+    __slots__ = ("_arrays", "_centres", "_parts", "_turns")
+
+    def __init__(self, scene: Scene, record: BodyRecord, links: list[int]) -> None:
+        data = scene.world.live_data
+        places = np.array([link + 1 for link in links], dtype=np.int64)
+        rows = np.array([record.rows[place] for place in places], dtype=np.int64)
+        positions, turned = np.zeros((2, len(links), 3)), np.zeros((2, len(links), 4))
+        self._arrays = data.xpos, data.xquat, _inertial_frames(record), rows, places, positions, turned
+        self._parts = positions[0].data, turned[0].data, positions[1].data, turned[1].data
+        self._centres = tuple(record.links[place].frame.position for place in places)
+        self._turns = tuple(record.links[place].frame.quaternion for place in places)
+
+    def read(self) -> tuple[State, ...]:
+        """The states without velocities."""
+        link_poses(*self._arrays)
+        positions, turned, frame_positions, frame_turned = self._parts
+        return tuple(
+            zip(
+                _positions_of(positions), _orientations_of(turned), self._centres, self._turns,
+                _positions_of(frame_positions), _orientations_of(frame_turned), strict=True,
+            )
+        )  # fmt: skip
+
+
+def link_group(scene: Scene, record: BodyRecord, links: list[int]) -> LinkGroup:
+    """The group of these links, kept for the next time."""
+    if len(record.link_groups) > _MOST:
+        record.link_groups.clear()
+    found = record.link_groups[tuple(links)] = LinkGroup(scene, record, links)
+    return found
+
+
+def _inertial_frames(record: BodyRecord) -> np.ndarray:
+    """(n, 7) position (m) and x, y, z, w of each link's inertial frame in its link frame."""
+    return np.array([(*link.frame.position, *link.frame.quaternion) for link in record.links])

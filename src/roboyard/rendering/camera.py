@@ -1,0 +1,295 @@
+"""Where a picture is taken from, and how the world lands on its pixels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roboyard import transforms
+from roboyard.rendering.matrices import check_range, look_at_view, orbit_view, perspective
+
+Array = NDArray[np.float64]
+
+MAX_SIDE = 16384
+_FLIP_YZ = np.diag([1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Camera:
+    """A camera in the OpenGL convention: it looks along its own -z, +y is up, clip depth runs from -1 to 1.
+
+    Pixel (0, 0) is the top left one; the centre of pixel (column, row) lies at (column + 0.5, row + 0.5).
+    Matrices are row-major: a world point `p` lands on the clip coordinates `projection @ view @ (p, 1)`.
+
+    Raises ValueError for a size outside 1 to 16384, matrices that are not (4, 4) and finite, a view that is
+    no rigid motion, and a projection that is neither perspective nor orthographic.
+    """
+
+    width: int
+    """pixels"""
+    height: int
+    """pixels"""
+    view: Array
+    """(4, 4) world to camera."""
+    projection: Array
+    """(4, 4) camera to clip coordinates."""
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height"):
+            size = getattr(self, name)
+            if int(size) != size or not 1 <= size <= MAX_SIDE:
+                raise ValueError(f"{name} is {size}; give a whole number of pixels from 1 to {MAX_SIDE}")
+            object.__setattr__(self, name, int(size))
+        for name in ("view", "projection"):
+            matrix = np.array(getattr(self, name), dtype=float, order="C")
+            if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+                raise ValueError(f"{name} must be a finite (4, 4) matrix, got shape {matrix.shape}")
+            matrix.setflags(write=False)
+            object.__setattr__(self, name, matrix)
+        turn = self.view[:3, :3]
+        if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
+            raise ValueError("view must be a rotation and a translation, without scale or mirror")
+        if not _nearly(self.view[3], (0.0, 0.0, 0.0, 1.0)):
+            raise ValueError(f"the last row of view must be (0, 0, 0, 1), got {tuple(self.view[3])}")
+        last = self.projection[3]
+        if not (_nearly(last, (0.0, 0.0, -1.0, 0.0)) or _nearly(last, (0.0, 0.0, 0.0, 1.0))):
+            raise ValueError(
+                "the last row of projection must be (0, 0, -1, 0) for a perspective camera or (0, 0, 0, 1) "
+                f"for an orthographic one, got {tuple(last)}; is the matrix transposed?"
+            )
+        if abs(np.linalg.det(self.projection[:2, :2])) < 1e-12:
+            raise ValueError("projection flattens the picture to a line; give a field of view above zero")
+
+    @classmethod
+    def look_at(
+        cls,
+        eye: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0.0, 0.0, 1.0),
+        *,
+        width: int = 640,
+        height: int = 480,
+        fovy: float = math.radians(50.0),
+        near: float = 0.01,
+        far: float = 100.0,
+    ) -> Camera:
+        """Perspective camera at `eye` (m) that looks at `target` (m).
+
+        `fovy` is the vertical opening angle (rad); `near` and `far` (m) bound what is seen. Where the view
+        runs along `up`, world y (or x) stands in for it.
+        """
+        projection = perspective(fovy, width / height, near, far)
+        return cls(width, height, look_at_view(eye, target, up), projection)
+
+    @classmethod
+    def orthographic(
+        cls,
+        eye: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0.0, 0.0, 1.0),
+        *,
+        width: int = 640,
+        height: int = 480,
+        extent: float = 2.0,
+        near: float = 0.01,
+        far: float = 100.0,
+    ) -> Camera:
+        """Parallel camera at `eye` that looks at `target` and sees `extent` metres from bottom to top."""
+        if not extent > 0 or not far > near:
+            raise ValueError(f"extent must be positive and far above near, got {extent=}, {near=}, {far=}")
+        projection = np.eye(4)
+        projection[0, 0] = 2.0 * height / (extent * width)
+        projection[1, 1] = 2.0 / extent
+        projection[2, 2] = -2.0 / (far - near)
+        projection[2, 3] = -(far + near) / (far - near)
+        return cls(width, height, look_at_view(eye, target, up), projection)
+
+    @classmethod
+    def pinhole(
+        cls,
+        fx: float,
+        fy: float,
+        cx: float,
+        cy: float,
+        *,
+        width: int,
+        height: int,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = transforms.IDENTITY_QUATERNION,
+        convention: Literal["gl", "optical"] = "gl",
+        near: float = 0.01,
+        far: float = 100.0,
+    ) -> Camera:
+        """Camera with calibrated intrinsics (pixels) at a pose in the world.
+
+        `cx`, `cy` count from the picture's top left corner, so width / 2 is the middle. `orientation`
+        (x, y, z, w) turns the camera's frame: "gl" looks along -z with y up, "optical" along +z with y down,
+        as calibration tools and ROS's optical frames mean it.
+        """
+        check_range(near, far)
+        if not (fx > 0 and fy > 0):
+            raise ValueError(f"fx and fy must be positive, got {fx} and {fy}")
+        projection = np.zeros((4, 4))
+        projection[0, 0] = 2.0 * fx / width
+        projection[0, 2] = 1.0 - 2.0 * cx / width
+        projection[1, 1] = 2.0 * fy / height
+        projection[1, 2] = 2.0 * cy / height - 1.0
+        projection[2:] = perspective(1.0, 1.0, near, far)[2:]
+        pose = transforms.pose_matrix(position, transforms.normalized(orientation))
+        if convention == "optical":
+            pose[:3, :3] = pose[:3, :3] @ _FLIP_YZ
+        elif convention != "gl":
+            raise ValueError(f'convention must be "gl" or "optical", got {convention!r}')
+        return cls(width, height, transforms.inverse_pose(pose), projection)
+
+    @classmethod
+    def from_yaw_pitch(
+        cls,
+        target: ArrayLike = (0.0, 0.0, 0.0),
+        distance: float = 3.0,
+        yaw: float = math.radians(50.0),
+        pitch: float = math.radians(-30.0),
+        roll: float = 0.0,
+        *,
+        width: int = 640,
+        height: int = 480,
+        fovy: float = math.radians(50.0),
+        near: float = 0.01,
+        far: float = 100.0,
+    ) -> Camera:
+        """Camera on an orbit around `target`: angles in rad, z up.
+
+        At yaw 0 it stands at -y and looks along +y; positive yaw walks it counter-clockwise seen from above;
+        negative pitch lifts it above the target; roll turns it about its own line of sight.
+        """
+        view = orbit_view(target, distance, yaw, pitch, roll)
+        return cls(width, height, view, perspective(fovy, width / height, near, far))
+
+    def resized(self, width: int, height: int) -> Camera:
+        """The same view of the same part of the world on another number of pixels."""
+        return Camera(width, height, self.view, self.projection)
+
+    @property
+    def is_perspective(self) -> bool:
+        """False for an orthographic camera."""
+        return bool(self.projection[3, 3] == 0.0 or abs(self.projection[3, 2]) > 0.5)
+
+    @property
+    def near(self) -> float:
+        """Nearest depth seen (m), out of the projection."""
+        a, b = self.projection[2, 2], self.projection[2, 3]
+        return float(b / (a - 1.0)) if self.is_perspective else float((b + 1.0) / a)
+
+    @property
+    def far(self) -> float:
+        """Farthest depth seen (m), out of the projection; inf for a projection without a far plane."""
+        a, b = self.projection[2, 2], self.projection[2, 3]
+        if self.is_perspective:
+            return float(b / (a + 1.0)) if a + 1.0 < 0.0 else math.inf
+        return float((b - 1.0) / a)
+
+    @property
+    def intrinsics(self) -> Array:
+        """(3, 3) pinhole matrix (pixels) for the optical convention: x right, y down, z forward.
+
+        Raises ValueError for an orthographic camera.
+        """
+        if not self.is_perspective:
+            raise ValueError("an orthographic camera has no pinhole matrix; use pixel_matrix")
+        p = self.projection
+        w, h = self.width / 2.0, self.height / 2.0
+        return np.array(
+            [
+                [w * p[0, 0], -w * p[0, 1], w * (1.0 - p[0, 2])],
+                [-h * p[1, 0], h * p[1, 1], h * (1.0 + p[1, 2])],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+
+    @property
+    def pixel_matrix(self) -> Array:
+        """(3, 4) from world points to pixels: (column · d, row · d, d), d being the depth (m).
+
+        For an orthographic camera the result is (column, row, d).
+        """
+        p, v = self.projection, self.view
+        clip = p @ v
+        depth = -v[2]
+        one = depth if self.is_perspective else np.array([0.0, 0.0, 0.0, 1.0])
+        column = 0.5 * self.width * (clip[0] + one)
+        row = 0.5 * self.height * (one - clip[1])
+        return np.stack([column, row, depth])
+
+    @property
+    def T_world_camera(self) -> Array:
+        """(4, 4) pose of the camera's frame (looks along -z, +y up) in the world."""
+        return transforms.inverse_pose(self.view)
+
+    @property
+    def position(self) -> Array:
+        """(3,) in the world; m"""
+        return self.T_world_camera[:3, 3]
+
+    @property
+    def orientation(self) -> Array:
+        """(4,) x, y, z, w of the camera's frame (looks along -z, +y up) in the world."""
+        return transforms.quaternion_from_matrix(self.T_world_camera[:3, :3])
+
+    def project(self, points: ArrayLike) -> Array:
+        """(..., 3) column, row (pixels, fractional) and depth (m) of (..., 3) world points."""
+        p = np.asarray(points, dtype=float)
+        m = self.pixel_matrix
+        out = p @ m[:, :3].T + m[:, 3]
+        if self.is_perspective:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                out[..., :2] /= out[..., 2:]
+        return out
+
+    def rays(self) -> tuple[Array, Array]:
+        """(height, width, 3) origins and directions of the pixels' lines of sight in the world.
+
+        A direction has length 1 along the camera's axis, so that `origin + depth * direction` is the point at
+        that depth.
+        """
+        m = self.pixel_matrix
+        inverse = np.linalg.inv(m[:, :3])
+        row, column = np.mgrid[0 : self.height, 0 : self.width] + 0.5
+        one = np.ones_like(row)
+        if self.is_perspective:
+            directions = np.stack([column, row, one], axis=-1) @ inverse.T
+            origins = np.broadcast_to(-inverse @ m[:, 3], directions.shape)
+        else:
+            pixels = np.stack([column, row, 0.0 * one], axis=-1)
+            origins = (pixels - m[:, 3]) @ inverse.T
+            directions = np.broadcast_to(inverse[:, 2], origins.shape)
+        return np.asarray(origins, dtype=float), np.asarray(directions, dtype=float)
+
+    def deproject(self, depth: ArrayLike) -> Array:
+        """(height, width, 3) world points (m) of a (height, width) depth picture (m); NaN for no depth."""
+        d = np.asarray(depth, dtype=float)
+        if d.shape != (self.height, self.width):
+            raise ValueError(f"depth must have shape {(self.height, self.width)}, got {d.shape}")
+        origins, directions = self.rays()
+        d = np.where(np.isfinite(d), d, np.nan)
+        return origins + d[..., None] * directions
+
+    def depth_to_buffer(self, depth: ArrayLike) -> NDArray[np.float32]:
+        """Non-linear OpenGL depth buffer, 0 (near) to 1 (far and misses), of depths in metres."""
+        from roboyard.rendering.kernels.depth import to_buffer  # numba, on first use only
+
+        z = np.asarray(depth)
+        if z.dtype != np.float32:
+            z = z.astype(float)
+        p = self.projection
+        out = np.empty(z.shape, dtype=np.float32)
+        flat = np.ascontiguousarray(z).reshape(-1)
+        to_buffer(flat, p[2, 2], p[2, 3], p[3, 2], p[3, 3], out.reshape(-1))
+        return out
+
+
+def _nearly(row: Array, wanted: tuple[float, float, float, float]) -> bool:
+    return all(abs(a - b) <= 1e-5 for a, b in zip(row.tolist(), wanted, strict=True))

@@ -1,0 +1,67 @@
+"""View and projection matrices, as OpenGL has them: +x right, +y up, looking along -z."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roboyard import transforms
+
+Array = NDArray[np.float64]
+
+
+def perspective(fovy: float, aspect: float, near: float, far: float) -> Array:
+    """(4, 4) OpenGL projection: vertical opening angle (rad), width / height, and depths (m)."""
+    check_range(near, far)
+    if not 0.0 < fovy < math.pi or not aspect > 0.0:
+        raise ValueError(f"fovy must lie between 0 and pi (rad) and aspect above 0, got {fovy} and {aspect}")
+    scale = 1.0 / math.tan(0.5 * fovy)
+    out = np.zeros((4, 4))
+    out[0, 0] = scale / aspect
+    out[1, 1] = scale
+    out[2, 2], out[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    out[3, 2] = -1.0
+    return out
+
+
+def look_at_view(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+    """(4, 4) world to camera: stands at `eye`, looks at `target`, `up` points upward in the picture."""
+    e, t = np.asarray(eye, dtype=float), np.asarray(target, dtype=float)
+    forward = t - e
+    length = np.linalg.norm(forward)
+    if e.shape != (3,) or t.shape != (3,) or not length > 1e-12:
+        raise ValueError(f"eye and target must be two different (3,) points, got {eye} and {target}")
+    forward = forward / length
+    for reference in (np.asarray(up, dtype=float), np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])):
+        right = np.cross(forward, reference)
+        size = np.linalg.norm(right)
+        if size > 1e-6 * max(float(np.linalg.norm(reference)), 1e-300):
+            break
+    right = right / size
+    turn = np.stack([right, np.cross(right, forward), -forward])
+    out = np.eye(4)
+    out[:3, :3] = turn
+    out[:3, 3] = -turn @ e
+    return out
+
+
+def orbit_view(target: ArrayLike, distance: float, yaw: float, pitch: float, roll: float = 0.0) -> Array:
+    """(4, 4) world to camera on an orbit; see `Camera.from_yaw_pitch`."""
+    if not distance > 0:
+        raise ValueError(f"distance must be positive, got {distance}")
+    q_yaw = transforms.quaternion_from_axis_angle((0, 0, 1), yaw)
+    q_pitch = transforms.quaternion_from_axis_angle((1, 0, 0), pitch)
+    q_roll = transforms.quaternion_from_axis_angle((0, 1, 0), roll)
+    turn = transforms.matrix_from_quaternion(transforms.multiply(transforms.multiply(q_yaw, q_pitch), q_roll))
+    pose = np.eye(4)
+    pose[:3, :3] = turn @ np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+    pose[:3, 3] = np.asarray(target, dtype=float) - distance * turn[:, 1]
+    return transforms.inverse_pose(pose)
+
+
+def check_range(near: float, far: float) -> None:
+    """Raises ValueError unless both depths (m) are positive and in order."""
+    if not 0.0 < near < far:
+        raise ValueError(f"depths must satisfy 0 < near < far, got near {near} and far {far}")

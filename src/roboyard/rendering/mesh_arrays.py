@@ -1,0 +1,90 @@
+"""One mesh as the renderer wants it, prepared once however many shapes use it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.rendering.smoothing import closed_faces, creased_normals, face_normals, join_corners
+from roboyard.shapes.mesh import TriangleMesh
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class MeshArrays:
+    """Faces come in four runs: opaque closed, opaque open, see-through closed, see-through open."""
+
+    vertices: NDArray[np.float32]
+    """(n, 3) joined places; m"""
+    faces: NDArray[np.int32]
+    """(m, 3)"""
+    normals: NDArray[np.float32]
+    """(m, 3, 3) of each corner, on the face's front side."""
+    uv: NDArray[np.float32] | None
+    """(m, 3, 2)"""
+    colors: NDArray[np.uint8] | None
+    """(m, 4)"""
+    runs: tuple[int, int, int, int, int]
+    """Bounds of the four runs of faces."""
+    bounds: NDArray[np.float64]
+    """(2, 3)"""
+
+
+_prepared: WeakKeyDictionary[TriangleMesh, MeshArrays] = WeakKeyDictionary()
+
+
+def mesh_arrays(mesh: TriangleMesh) -> MeshArrays:
+    """The renderer's view of `mesh`, remembered as long as the mesh lives."""
+    arrays = _prepared.get(mesh)
+    if arrays is None:
+        arrays = _prepared[mesh] = _prepare(mesh)
+    return arrays
+
+
+def _prepare(mesh: TriangleMesh) -> MeshArrays:
+    finite: NDArray[np.bool_] = np.asarray(np.isfinite(mesh.vertices).all(axis=1))
+    places, joined = join_corners(np.where(finite[:, None], mesh.vertices, 0.0), mesh.faces)
+    whole = (
+        finite[mesh.faces].all(axis=1)
+        & (joined[:, 0] != joined[:, 1])
+        & (joined[:, 1] != joined[:, 2])
+        & (joined[:, 2] != joined[:, 0])
+    )
+    index = np.flatnonzero(whole)
+    faces = joined[index]
+    closed = closed_faces(places, faces)
+    clear = np.zeros(len(index), dtype=bool)
+    if mesh.colors is not None:
+        clear = mesh.colors[index, 3] < 255
+    order = np.lexsort((~closed, clear))
+    run = 2 * clear + ~closed
+    counts = np.bincount(run, minlength=4)
+    index, faces = index[order], faces[order]
+    bounds = np.stack([places.min(axis=0), places.max(axis=0)]) if len(places) else np.zeros((2, 3))
+    return MeshArrays(
+        vertices=np.ascontiguousarray(places, dtype=np.float32),
+        faces=np.ascontiguousarray(faces, dtype=np.int32),
+        normals=_corner_normals(mesh, index, places, faces),
+        uv=None if mesh.uv is None else np.ascontiguousarray(mesh.uv[mesh.faces[index]], dtype=np.float32),
+        colors=None if mesh.colors is None else np.ascontiguousarray(mesh.colors[index]),
+        runs=(0, *(int(n) for n in np.cumsum(counts))),  # pyright: ignore[reportArgumentType]
+        bounds=bounds,
+    )
+
+
+def _corner_normals(
+    mesh: TriangleMesh, index: NDArray, places: NDArray, faces: NDArray
+) -> NDArray[np.float32]:
+    """The file's normals where they make sense, on the front side of their face; else derived ones."""
+    if mesh.normals is None:
+        return creased_normals(places, faces)
+    given = mesh.normals[mesh.faces[index]]
+    length = np.linalg.norm(given, axis=2, keepdims=True)
+    usable = np.isfinite(length).all() and bool((length > 1e-6).all())
+    if not usable:
+        return creased_normals(places, faces)
+    given = given / length
+    front = np.einsum("ijk,ik->ij", given, face_normals(places, faces))
+    return np.ascontiguousarray(np.where(front[..., None] < 0.0, -given, given), dtype=np.float32)

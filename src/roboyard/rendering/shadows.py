@@ -1,0 +1,154 @@
+"""The sun's own picture of the scene: how far its light gets, over the part of the world that is in view."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.rendering.buffers import buffer
+from roboyard.rendering.kernels import raster
+from roboyard.rendering.kernels import shadow as kernels
+from roboyard.rendering.scene_arrays import SceneArrays
+
+Array = NDArray[np.float64]
+
+MARGIN = 4
+"""Texels around the part of the map that is used, for the filter's reach."""
+TEXEL = 1.4
+"""Side of a texel over that of a pixel."""
+SLAB = 0.1
+"""Thickness over width below which a shape may count as a floor."""
+SIZES = (128, 192, 256, 384, 512, 768, 1024, 1536, 2048)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class ShadowMap:
+    """Nearness to the sun of what it meets first, texel by texel."""
+
+    nearness: NDArray[np.float32]
+    tiles: NDArray[np.float32]
+    """The nearest of each square of texels, so that most points in the light are known at once."""
+    size: int
+    """Texels along each side; 0: nothing throws a shadow into view."""
+    matrix: Array
+    """(3, 4) from the world to column, row and depth (m)."""
+    texel: float
+    """Longer side of a texel; m"""
+    shaded: NDArray[np.int64]
+    """(4,) first and last column and row of the picture where a shadow may fall."""
+
+
+_EMPTY = np.zeros(1, dtype=np.float32)
+NO_SHADOW = ShadowMap(
+    nearness=_EMPTY,
+    tiles=_EMPTY,
+    size=0,
+    matrix=np.zeros((3, 4)),
+    texel=0.0,
+    shaded=np.array([0, -1, 0, -1]),
+)
+
+
+def cast(
+    arrays: SceneArrays, to_world: Array, sun: Array, seen: NDArray, nearness: NDArray,
+    width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: tuple[NDArray, NDArray],
+) -> ShadowMap:  # fmt: skip
+    """Shadow map for what `seen` and `nearness` show; `sun` is the unit vector towards the sun."""
+    if not len(arrays.casters):
+        return NO_SHADOW
+    matrix = np.zeros((3, 4))
+    matrix[:, :3] = _axes(*sun.tolist())
+    draws = arrays.casters
+    casters = np.unique(draws[:, 0])
+    grounds = _grounds(arrays, casters, to_world, sun)
+    if grounds:
+        casters = casters[~np.isin(casters, grounds)]
+        if not len(casters):
+            return NO_SHADOW
+        draws = draws[~np.isin(draws[:, 0], grounds)]
+    low, high = _bounds_of_boxes(matrix, to_world[casters], arrays.boxes[casters])
+    stride = 2 if width * height > 40000 else 1
+    visible, count, total, shaded = kernels.lit_bounds(
+        seen, nearness, width, height, stride, perspective, *rays, matrix, low[:2], high[:2]
+    )
+    if not count:
+        return NO_SHADOW
+    low[:2], high[:2] = visible
+    extent = np.array([_steady(side) for side in high[:2] - low[:2]])
+    # texels a little larger than the pixels that show them: the filter smooths over three
+    origins, directions = rays
+    pixel = np.linalg.norm(origins[1] + total / count * directions[1])
+    size = _map_size(float(extent.max() / (TEXEL * pixel)))
+    texels = extent / (size - 2 * MARGIN - 1)
+    # whole texels of a fixed grid, so that edges do not crawl when the fit moves a little
+    middle = np.floor(0.5 * (low[:2] + high[:2]) / texels)
+    matrix[:2] /= texels[:, None]
+    matrix[:2, 3] = 0.5 * size - middle
+    matrix[2, 3] = -0.5 * (low[2] + high[2])
+    screens = matrix[None, :, :3] @ to_world
+    screens[:, :, 3] += matrix[:, 3]
+    depth = buffer("shadow", (size * size,), np.float32)
+    depth.fill(-np.inf)
+    raster.draw_meshes(
+        draws, screens, arrays.boxes, arrays.vertices, arrays.faces, False, -np.inf, np.inf,
+        raster.DEPTH_ONLY, _EMPTY, depth, np.zeros(1, dtype=np.int64), size, size, *scratch,
+    )  # fmt: skip
+    tiles = buffer("tiles", ((size // kernels.TILE) ** 2,), np.float32)
+    kernels.nearest_of_tiles(depth, size, tiles)
+    return ShadowMap(
+        nearness=depth, tiles=tiles, size=size, matrix=matrix, texel=float(texels.max()), shaded=shaded
+    )
+
+
+def _axes(x: float, y: float, z: float) -> tuple[tuple[float, float, float], ...]:
+    """Right, up and away from the sun, of a picture that looks along its light; (x, y, z) points to it."""
+    right = (y, -x, 0.0) if abs(z) < 0.99 else (-z, 0.0, x)
+    length = math.hypot(*right)
+    a, b, c = right[0] / length, right[1] / length, right[2] / length
+    return (a, b, c), (y * c - z * b, z * a - x * c, x * b - y * a), (-x, -y, -z)
+
+
+def _grounds(arrays: SceneArrays, casters: NDArray, to_world: Array, sun: Array) -> list[int]:
+    """Slabs that everything else stands on, seen from the sun: they catch shadows and throw none.
+
+    Left in, a floor would stretch the map over all of itself.
+    """
+    if len(arrays.planes):
+        return []
+    sides = np.linalg.norm(to_world[casters, :, :3], axis=1)
+    extent = (arrays.boxes[casters, 1] - arrays.boxes[casters, 0]) * sides
+    in_order = np.sort(extent, axis=1)
+    middle = np.einsum("nij,nj->ni", to_world[casters, :, :3], arrays.boxes[casters].mean(axis=1))
+    middle += to_world[casters, :, 3]
+    found = []
+    for k in np.flatnonzero(in_order[:, 0] < SLAB * in_order[:, 1]):
+        axis = int(np.argmin(extent[k]))
+        normal = to_world[casters[k], :, axis] / np.linalg.norm(to_world[casters[k], :, axis])
+        above = (middle - middle[k]) @ (normal if normal @ sun > 0 else -normal)
+        above[k] = np.inf
+        if (above > 0.5 * extent[k, axis]).all():
+            found.append(int(casters[k]))
+    return found
+
+
+def _bounds_of_boxes(matrix: Array, to_world: Array, boxes: Array) -> tuple[Array, Array]:
+    """Lower and upper corner, in the light's axes, around all boxes."""
+    axes = matrix[:, :3] @ to_world
+    middle = boxes.mean(axis=1)
+    half = 0.5 * (boxes[:, 1] - boxes[:, 0])
+    centre = np.einsum("nij,nj->ni", axes[:, :, :3], middle) + axes[:, :, 3]
+    reach = np.einsum("nij,nj->ni", np.abs(axes[:, :, :3]), half)
+    return (centre - reach).min(axis=0), (centre + reach).max(axis=0)
+
+
+def _steady(extent: float) -> float:
+    """`extent` rounded up to a quarter of a power of two."""
+    return 2.0 ** (math.ceil(4.0 * math.log2(max(extent, 1e-3))) / 4.0)
+
+
+def _map_size(wanted: float) -> int:
+    """Texels along a side: at least `wanted`, in steps, so that the grid seldom changes between frames."""
+    return next((size for size in SIZES if size - 2 * MARGIN > wanted), SIZES[-1])

@@ -1,0 +1,119 @@
+"""Shading normals, closed parts and joined corners of a triangle mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from roboyard.rendering.compile_notice import announce
+
+CREASE_COSINE = 0.76
+"""Faces that meet at more than about 40 degrees keep a sharp edge."""
+
+
+def join_corners(vertices: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
+    """Merge vertices at (nearly) the same place; returns the places and the faces over them."""
+    if not len(vertices):
+        return vertices, faces
+    extent = float(np.ptp(vertices, axis=0).max())
+    grid = np.round(vertices / max(extent * 1e-6, 1e-12)).astype(np.int64)
+    order = np.lexsort(grid.T)
+    sorted_grid = grid[order]
+    fresh = np.ones(len(order), dtype=bool)
+    fresh[1:] = (sorted_grid[1:] != sorted_grid[:-1]).any(axis=1)
+    number = np.empty(len(order), dtype=np.int32)
+    number[order] = np.cumsum(fresh) - 1
+    # the earliest vertex of each place stands for it
+    keep = np.full(int(fresh.sum()), len(order), dtype=np.int64)
+    np.minimum.at(keep, number, np.arange(len(order)))
+    return vertices[keep], number[faces]
+
+
+def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
+    """Faces of parts that are closed and face outward, so that their backs can never be seen from outside."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(vertices)
+    if not len(faces):
+        return np.zeros(0, dtype=bool)
+    start = faces.ravel().astype(np.int64)
+    stop = np.roll(faces, -1, axis=1).ravel().astype(np.int64)
+    graph = coo_matrix((np.ones(len(start), dtype=np.int8), (start, stop)), shape=(n, n))
+    count, part = connected_components(graph, directed=False)
+    if count == 1 and not _may_be_paired(start, stop, n):
+        return np.zeros(len(faces), dtype=bool)
+    part_of_face = part[faces[:, 0]]
+    # every directed edge once, and its opposite once
+    forward, counts = np.unique(start * n + stop, return_counts=True)
+    back = stop * n + start
+    paired = forward[np.minimum(np.searchsorted(forward, back), len(forward) - 1)] == back
+    once = counts[np.searchsorted(forward, start * n + stop)] == 1
+    open_part = np.zeros(count, dtype=bool)
+    open_part[np.repeat(part_of_face, 3)[~(paired & once)]] = True
+    centre = vertices.mean(axis=0)
+    a, b, c = (vertices[faces[:, k]] - centre for k in range(3))
+    volume = np.bincount(part_of_face, weights=np.einsum("ij,ij->i", a, np.cross(b, c)), minlength=count)
+    return ~open_part[part_of_face] & (volume[part_of_face] > 0)
+
+
+def _may_be_paired(start: NDArray, stop: NDArray, count: int) -> bool:
+    """False where surely not every directed edge has its opposite: terrain is told apart without sorting.
+
+    Edges and their opposites cancel in a sum of numbers that change sign with the edge's direction.
+    """
+    one, two = np.random.default_rng(0).integers(0, 2**63, (2, count), dtype=np.uint64)
+    return int((one[start] * two[stop] - one[stop] * two[start]).sum(dtype=np.uint64)) == 0
+
+
+def face_normals(vertices: NDArray, faces: NDArray) -> NDArray[np.float64]:
+    """(m, 3) unit normals, counter-clockwise side; zero for a face without area."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+
+
+def creased_normals(vertices: NDArray, faces: NDArray, cosine: float = CREASE_COSINE) -> NDArray[np.float32]:
+    """(m, 3, 3) normals of the corners: the mean over faces around the vertex, weighted by their angle there,
+    of those that turn from this face by less than the crease angle (its cosine is given).
+    """
+    normals = face_normals(vertices, faces)
+    corners = vertices[faces]
+    edge = np.roll(corners, -1, axis=1) - corners
+    length = np.linalg.norm(edge, axis=2, keepdims=True)
+    edge = np.divide(edge, length, out=np.zeros_like(edge), where=length > 0)
+    angle = np.arccos(np.clip(np.einsum("ijk,ijk->ij", edge, -np.roll(edge, 1, axis=1)), -1.0, 1.0))
+    flat = faces.ravel()
+    order = np.argsort(flat, kind="stable").astype(np.int64)
+    start = np.searchsorted(flat[order], np.arange(len(vertices) + 1)).astype(np.int64)
+    announce(_average)
+    out = np.empty((len(faces), 3, 3), dtype=np.float32)
+    _average(normals, angle, order, start, cosine, out)
+    return out
+
+
+@njit(cache=True)
+def _average(normals, angle, order, start, cosine, out):
+    for vertex in range(len(start) - 1):
+        for i in range(start[vertex], start[vertex + 1]):
+            face, corner = order[i] // 3, order[i] % 3
+            x, y, z = 0.0, 0.0, 0.0
+            for j in range(start[vertex], start[vertex + 1]):
+                other = order[j] // 3
+                n0, n1, n2 = normals[other, 0], normals[other, 1], normals[other, 2]
+                if (
+                    normals[face, 0] * n0 + normals[face, 1] * n1 + normals[face, 2] * n2 >= cosine
+                    or other == face
+                ):
+                    weight = angle[other, order[j] % 3]
+                    x += weight * n0
+                    y += weight * n1
+                    z += weight * n2
+            length = np.sqrt(x * x + y * y + z * z)
+            if length < 1e-12:
+                x, y, z, length = normals[face, 0], normals[face, 1], normals[face, 2], 1.0
+            out[face, corner, 0] = x / length
+            out[face, corner, 1] = y / length
+            out[face, corner, 2] = z / length

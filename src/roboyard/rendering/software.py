@@ -1,0 +1,239 @@
+"""The renderer that needs no graphics library: triangles, shadows and lines in compiled loops."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.rendering import shadows
+from roboyard.rendering.buffers import buffer
+from roboyard.rendering.camera import Camera
+from roboyard.rendering.compile_notice import announce
+from roboyard.rendering.image import Image
+from roboyard.rendering.kernels import lines as line_kernels
+from roboyard.rendering.kernels import raster, shade
+from roboyard.rendering.kernels.textures import sample_textures
+from roboyard.rendering.light import Light
+from roboyard.rendering.scene import DebugLines, RenderScene, lines_as_arrays
+from roboyard.rendering.scene_arrays import SceneArrays, scene_arrays
+
+Array = NDArray[np.float64]
+
+MOST_LAYERS = 6
+"""See-through surfaces one behind the other that count; what lies deeper is nearly hidden anyway."""
+
+
+class _Frame:
+    """One picture in the making."""
+
+    def __init__(self, arrays: SceneArrays, to_world: Array, camera: Camera) -> None:
+        self.arrays = arrays
+        self.camera = camera
+        self.to_world = to_world
+        self.width, self.height = camera.width, camera.height
+        self.perspective = camera.is_perspective
+        near, far = camera.near, camera.far
+        self.near, self.far = near, far
+        self.q_far = (1.0 / far if math.isfinite(far) else 0.0) if self.perspective else -far
+        self.q_near = 1.0 / near if self.perspective else -near
+        pixels = camera.pixel_matrix
+        self.pixels = pixels
+        self.screens = pixels[None, :, :3] @ to_world
+        self.screens[:, :, 3] += pixels[:, 3]
+        inverse = np.linalg.inv(pixels[:, :3])
+        self.origins, self.directions = np.zeros((3, 3)), np.zeros((3, 3))
+        self.origins[0] = -inverse @ pixels[:, 3]
+        if self.perspective:
+            self.directions[:] = inverse[:, 2], inverse[:, 0], inverse[:, 1]
+        else:
+            self.directions[0] = inverse[:, 2]
+            self.origins[1:] = inverse[:, 0], inverse[:, 1]
+        most = max(arrays.most_vertices, 1)
+        self.scratch = buffer("screen", (most, 3), np.float32), buffer("cell", (most,), np.int64)
+        self.nothing = np.zeros(1, dtype=np.float32)
+
+    def visibility(self, name: str) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+        """Nearest opaque surfaces: code and nearness of each pixel."""
+        count = self.width * self.height
+        seen = buffer(name + "-seen", (count,), np.int64)
+        nearness = buffer(name + "-nearness", (count,), np.float32)
+        seen.fill(-1)
+        nearness.fill(self.q_far)
+        self._draw(self.arrays.opaque, self.arrays.planes, raster.RECORD, self.nothing, nearness, seen)
+        return seen, nearness
+
+    def next_layer(
+        self, limit: NDArray[np.float32], behind: NDArray[np.float32], name: str
+    ) -> tuple[NDArray[np.int64], NDArray[np.float32], int]:
+        """Nearest see-through surfaces beyond `limit` and before `behind`, and how many pixels they won."""
+        seen = buffer(f"{name}-seen", limit.shape, np.int64)
+        nearness = buffer(f"{name}-nearness", limit.shape, np.float32)
+        seen.fill(-1)
+        nearness[:] = behind
+        won = self._draw(self.arrays.clear, self.arrays.clear_planes, raster.PEEL, limit, nearness, seen)
+        return seen, nearness, won
+
+    def _draw(
+        self,
+        draws: NDArray,
+        planes: NDArray,
+        mode: int,
+        limit: NDArray,
+        nearness: NDArray,
+        seen: NDArray,
+    ) -> int:
+        won = 0
+        if len(draws):
+            won += raster.draw_meshes(
+                draws, self.screens, self.arrays.boxes, self.arrays.vertices, self.arrays.faces,
+                self.perspective, self.near, self.far, mode, limit, nearness, seen,
+                self.width, self.height, *self.scratch,
+            )  # fmt: skip
+        for instance in planes:
+            slopes = self._plane_slopes(int(instance))
+            if slopes is not None:
+                code = (int(instance) << 32) | raster.PLANE
+                won += raster.draw_plane(
+                    *slopes, self.q_near, code, mode, limit, nearness, seen, self.width, self.height
+                )
+        return won
+
+    def _plane_slopes(self, instance: int) -> tuple[float, float, float] | None:
+        """Nearness of an endless plane: its change per column and per row, and its value at pixel (0, 0)."""
+        place = self.to_world[instance]
+        normal = np.cross(place[:, 0], place[:, 1])
+        normal = normal / np.linalg.norm(normal)
+        along = self.directions @ normal
+        offset = self.origins @ normal
+        height = offset[0] - normal @ place[:, 3]
+        if self.perspective:
+            if abs(height) < 1e-9:
+                return None
+            q = -along / height
+        else:
+            if abs(along[0]) < 1e-12:
+                return None
+            q = np.array([height, offset[1], offset[2]]) / along[0]
+        return float(q[1]), float(q[2]), float(q[0])
+
+
+def draw(
+    scene: RenderScene,
+    positions: Array,
+    rotations: Array,
+    camera: Camera,
+    *,
+    shadow: bool,
+    light: Light,
+    lines: DebugLines | None,
+    backdrop: Array,
+    fade: tuple[float, float] | None,
+    samples: int,
+) -> Image:
+    """Picture of `scene`; arguments as checked by `roboyard.rendering.render`."""
+    announce(raster.draw_meshes, sample_textures, shade.shade)
+    arrays = scene_arrays(scene)
+    turn = rotations[arrays.frame]
+    to_world = np.empty((len(arrays.frame), 3, 4))
+    to_world[:, :, :3] = turn @ arrays.shape
+    to_world[:, :, 3] = np.einsum("nij,nj->ni", turn, arrays.position) + positions[arrays.frame]
+    to_local = np.ascontiguousarray(arrays.shape_inverse @ np.swapaxes(turn, 1, 2))
+    frame = _Frame(arrays, to_world, camera)
+    if samples == 1:
+        seen, nearness, surface = *frame.visibility("opaque"), None
+        rgba, surface = _color(frame, to_local, seen, nearness, shadow, light, lines, 1.0, backdrop, fade)
+    else:
+        fine = _Frame(arrays, to_world, camera.resized(2 * camera.width, 2 * camera.height))
+        seen, nearness = fine.visibility("opaque")
+        rgba, _ = _color(fine, to_local, seen, nearness, shadow, light, lines, 2.0, backdrop, fade)
+        four = rgba.reshape(camera.height, 2, camera.width, 2, 4).astype(np.uint16)
+        even = four[:, 0, :, 0] + four[:, 0, :, 1] + four[:, 1, :, 0] + four[:, 1, :, 1]
+        rgba = ((even + 2) >> 2).astype(np.uint8)
+        surface = _front(frame, *frame.visibility("opaque"))
+    depth = np.empty(frame.width * frame.height, dtype=np.float32)
+    segmentation = np.empty((frame.width * frame.height, 2), dtype=np.int32)
+    shade.describe(*surface, arrays.links, frame.perspective, depth, segmentation)
+    size = (camera.height, camera.width)
+    return Image(
+        rgba=rgba.reshape(*size, 4),
+        depth=depth.reshape(size),
+        segmentation=segmentation.reshape(*size, 2),
+        camera=camera,
+    )
+
+
+def _front(
+    frame: _Frame, seen: NDArray[np.int64], nearness: NDArray[np.float32]
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Nearest surfaces, see-through ones included."""
+    if not len(frame.arrays.clear) and not len(frame.arrays.clear_planes):
+        return seen, nearness
+    limit = np.full(nearness.shape, np.inf, dtype=np.float32)
+    over, over_nearness, won = frame.next_layer(limit, nearness, "front")
+    return (np.where(over < 0, seen, over), over_nearness) if won else (seen, nearness)
+
+
+def _color(
+    frame: _Frame,
+    to_local: Array,
+    seen: NDArray[np.int64],
+    nearness: NDArray[np.float32],
+    shadow: bool,
+    light: Light,
+    lines: DebugLines | None,
+    line_scale: float,
+    backdrop: Array,
+    fade: tuple[float, float] | None,
+) -> tuple[NDArray[np.uint8], tuple[NDArray[np.int64], NDArray[np.float32]]]:
+    """(pixels, 4) colours, and the nearest surfaces."""
+    arrays, width, height = frame.arrays, frame.width, frame.height
+    surface = _front(frame, seen, nearness)
+    sun = np.asarray(light.direction, dtype=float)
+    sun = sun / np.linalg.norm(sun)
+    cast = shadows.NO_SHADOW
+    if shadow and light.diffuse > 0.0:
+        cast = shadows.cast(
+            arrays, frame.to_world, sun, *surface, width, height, frame.perspective,
+            (frame.origins, frame.directions), frame.scratch,
+        )  # fmt: skip
+    lamp = np.array([*sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak])
+    rgba = np.empty((width * height, 4), dtype=np.uint8)
+    layered = surface[0] is not seen
+    front = np.zeros((width * height if layered else 1, 4), dtype=np.float32)
+
+    textured = bool((arrays.links[:, 2] >= 0).any())
+    words = buffer("paint", (width * height if textured else 1,), np.uint32)
+
+    def paint(codes: NDArray[np.int64], near: NDArray[np.float32], final: bool) -> None:
+        if textured:
+            sample_textures(
+                codes, near, width, height, frame.perspective, frame.origins, frame.directions,
+                frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,
+                arrays.texels, arrays.texture_table, words,
+            )  # fmt: skip
+        shade.shade(
+            codes, near, width, height, frame.perspective, frame.origins, frame.directions,
+            frame.to_world, to_local, arrays.looks, arrays.links, arrays.faces, arrays.vertices,
+            arrays.normals, arrays.colors, words, lamp,
+            cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel, cast.shaded,
+            backdrop, np.array(fade or (np.inf, np.inf)), front, layered, final, rgba,
+        )  # fmt: skip
+
+    if layered:
+        limit = np.full(nearness.shape, np.inf, dtype=np.float32)
+        for k in range(MOST_LAYERS):
+            layer, near, won = frame.next_layer(limit, nearness, f"layer{k % 2}")
+            if not won:
+                break
+            paint(layer, near, False)
+            # pixels with no such layer are done: nothing lies before their opaque surface any more
+            limit = near
+    paint(seen, nearness, True)
+    if lines is not None and len(lines.start):
+        line_kernels.draw_lines(
+            *lines_as_arrays(lines, line_scale), frame.pixels, frame.perspective, frame.near,
+            width, height, nearness, rgba,
+        )  # fmt: skip
+    return rgba, surface

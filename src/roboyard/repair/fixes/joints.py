@@ -1,0 +1,56 @@
+"""Axes and limits."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+
+from roboyard.audit.registry import Fault
+from roboyard.audit.urdf_elements import DraftJoint
+from roboyard.repair.registry import Bench, Changes, change, mend, shown, text
+
+
+@mend("axis-missing")
+def default_axis(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Write the axis that URDF takes by default."""
+    for fault in faults:
+        joint = fault.at
+        assert isinstance(joint, DraftJoint)
+        axis = joint.element.find("axis")
+        if axis is None:
+            axis = ET.SubElement(joint.element, "axis")
+        axis.set("xyz", "1 0 0")
+        yield change(fault, "no <axis>", shown(axis))
+
+
+@mend("axis-not-unit")
+def unit_axis(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Scale the axis to length 1."""
+    for fault in faults:
+        joint = fault.at
+        assert isinstance(joint, DraftJoint)
+        axis = joint.element.find("axis")
+        assert axis is not None
+        assert joint.axis is not None
+        length = math.hypot(*joint.axis)
+        before = shown(axis)
+        axis.set("xyz", text([value / length for value in joint.axis]))
+        yield change(fault, before, shown(axis))
+
+
+@mend("continuous-with-limits")
+def unlimited(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Remove the range that a continuous joint does not obey; effort and velocity stay."""
+    for fault in faults:
+        joint = fault.at
+        assert isinstance(joint, DraftJoint)
+        assert joint.limit is not None
+        before = shown(joint.limit)
+        for key in ("lower", "upper"):
+            joint.limit.attrib.pop(key, None)
+        if not joint.limit.attrib and not len(joint.limit):
+            joint.element.remove(joint.limit)
+            yield change(fault, before, "removed")
+        else:
+            yield change(fault, before, shown(joint.limit))

@@ -1,0 +1,40 @@
+"""Scales of meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from roboyard.audit.checks.mesh_sizes import is_plainly_in_millimetres, unit_slip
+from roboyard.audit.registry import Fault
+from roboyard.audit.urdf_elements import DraftLink, DraftShape
+from roboyard.description.urdf.xml import line_of
+from roboyard.repair.registry import Bench, Change, Changes, change, mend, rounded, shown, text
+
+
+@mend("mesh-scale-single")
+def three_factors(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Write the one factor three times."""
+    for fault in faults:
+        shape = fault.at
+        assert isinstance(shape, DraftShape)
+        assert shape.mesh is not None
+        before = shown(shape.mesh.element)
+        shape.mesh.element.set("scale", text(shape.mesh.scale))
+        yield change(fault, before, shown(shape.mesh.element))
+
+
+@mend("mesh-units-differ")
+def in_metres(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Divide the scale of meshes that are plainly in millimetres by 1000."""
+    for fault in faults:
+        link = fault.at
+        assert isinstance(link, DraftLink)
+        for big, small in ((link.collisions, link.visuals), (link.visuals, link.collisions)):
+            if unit_slip(big, small) is None or not is_plainly_in_millimetres(big, small):
+                continue
+            for shape in big:
+                assert shape.mesh is not None
+                before = shown(shape.mesh.element)
+                shape.mesh.element.set("scale", rounded([factor / 1000.0 for factor in shape.mesh.scale]))
+                after = shown(shape.mesh.element)
+                yield Change(element=shape.who, line=line_of(shape.mesh.element), before=before, after=after)

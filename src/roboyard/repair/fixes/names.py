@@ -1,0 +1,68 @@
+"""Names of links and joints, and everything that refers to them."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping, Sequence
+
+from roboyard.audit.registry import Fault
+from roboyard.audit.renames import planned_renames
+from roboyard.audit.urdf_elements import DraftJoint, DraftLink
+from roboyard.repair.registry import Bench, Changes, change, mend
+
+
+def link_references(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
+    """Every (element, attribute) that holds a link's name."""
+    for link in root.iterfind("link"):
+        yield link, "name"
+    for joint in root.iterfind("joint"):
+        for tag in ("parent", "child"):
+            for element in joint.iterfind(tag):
+                yield element, "link"
+    for gazebo in root.iterfind("gazebo"):
+        yield gazebo, "reference"
+    for sensor in root.iterfind("sensor"):
+        for element in sensor.iterfind("parent"):
+            yield element, "link"
+
+
+def joint_references(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
+    """Every (element, attribute) that holds a joint's name."""
+    for joint in root.iterfind("joint"):
+        yield joint, "name"
+        for element in joint.iterfind("mimic"):
+            yield element, "joint"
+    for tag in ("transmission", "ros2_control"):
+        for holder in root.iterfind(tag):
+            for element in holder.iterfind("joint"):
+                yield element, "name"
+    for gazebo in root.iterfind("gazebo"):
+        yield gazebo, "reference"
+
+
+def rename(references: Iterator[tuple[ET.Element, str]], renames: Mapping[str, str]) -> None:
+    """Put the new names in place of the old ones."""
+    for element, attribute in list(references):
+        new = renames.get(element.get(attribute) or "")
+        if new is not None:
+            element.set(attribute, new)
+
+
+@mend("link-name-odd")
+def plain_link_names(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Rename links to identifiers."""
+    bench.link_renames.update(planned_renames(bench.draft).links)
+    rename(link_references(bench.draft.root), bench.link_renames)
+    for fault in faults:
+        assert isinstance(fault.at, DraftLink)
+        yield change(fault, fault.at.name, bench.link_renames[fault.at.name])
+
+
+@mend("joint-name-odd")
+def plain_joint_names(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Rename joints to identifiers."""
+    bench.joint_renames.update(planned_renames(bench.draft).joints)
+    rename(joint_references(bench.draft.root), bench.joint_renames)
+    for fault in faults:
+        assert isinstance(fault.at, DraftJoint)
+        yield change(fault, fault.at.name, bench.joint_renames[fault.at.name])

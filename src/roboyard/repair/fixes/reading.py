@@ -1,0 +1,92 @@
+"""What the reader had to put right to read the file."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+
+from roboyard.audit.checks.xml import NUMBERS, read_elements
+from roboyard.audit.registry import Fault
+from roboyard.audit.urdf_elements import DraftJoint, DraftShape
+from roboyard.description.urdf.numbers import read_number, read_vector
+from roboyard.description.urdf.problems import Problems
+from roboyard.description.urdf.read_context import UNIT_TOLERANCE, unit_quaternion
+from roboyard.description.urdf.xml import line_of
+from roboyard.repair.registry import Bench, Change, Changes, change, mend, shown, text
+
+
+@mend("xml-tolerated")
+def plain_xml(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Nothing to change in the tree: writing it gives well-formed UTF-8."""
+    for fault in faults:
+        yield change(fault, fault.message.partition(": ")[2], "well-formed XML in UTF-8")
+
+
+@mend("robot-name-missing")
+def robot_name(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Call the robot as the file is called, which is what the reader does."""
+    for fault in faults:
+        bench.draft.root.set("name", bench.draft.file.stem)
+        yield change(fault, "<robot>", shown(bench.draft.root))
+
+
+@mend("joint-type-spelling")
+def joint_type(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Write the type in lower case."""
+    for fault in faults:
+        joint = fault.at
+        assert isinstance(joint, DraftJoint)
+        before = shown(joint.element)
+        joint.element.set("type", joint.type)
+        yield change(fault, before, shown(joint.element))
+
+
+@mend("geometry-missing")
+def empty_shape(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Remove visuals and collisions that hold no shape; the reader ignores them."""
+    for fault in faults:
+        shape = fault.at
+        assert isinstance(shape, DraftShape)
+        for link in bench.draft.root.iterfind("link"):
+            if shape.element in list(link):
+                link.remove(shape.element)
+        yield change(fault, shown(shape.element), "removed")
+
+
+@mend("number-sloppy")
+def plain_numbers(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Write numbers as the reader understood them; leave out attributes that are blank."""
+    for element, owner in read_elements(bench.draft):
+        for key in list(element.attrib):
+            size = NUMBERS.get((element.tag, key))
+            if size is None:
+                continue
+            size = _numbers_meant(element, key, size)
+            problems = Problems(bench.draft.file)
+            if size == 1:
+                number = read_number(element, key, owner.who, problems)
+                values = None if number is None else (number,)
+            else:
+                values = read_vector(element, key, size, owner.who, problems)
+            if key == "quat_xyzw" and values is not None and _is_long(values):
+                values = unit_quaternion(values)
+            elif not problems.notes or problems.errors:
+                continue
+            before = shown(element)
+            if values is None:
+                del element.attrib[key]
+            else:
+                element.set(key, text(values))
+            yield Change(element=owner.who, line=line_of(element), before=before, after=shown(element))
+
+
+def _is_long(quaternion: Sequence[float]) -> bool:
+    """True for a quaternion that the reader scales to unit length, and says so."""
+    return unit_quaternion(quaternion) is not None and abs(math.hypot(*quaternion) - 1.0) > UNIT_TOLERANCE
+
+
+def _numbers_meant(element: ET.Element, key: str, size: int) -> int:
+    """Fewer where that has a meaning of its own: one factor of scale, a colour without alpha."""
+    count = len((element.get(key) or "").split())
+    return count if (key, count) in (("scale", 1), ("rgba", 3)) else size

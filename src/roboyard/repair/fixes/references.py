@@ -1,0 +1,49 @@
+"""References to meshes. The files themselves are staged in any case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from roboyard.audit.registry import Fault
+from roboyard.audit.urdf_elements import DraftShape
+from roboyard.description.urdf.xml import line_of
+from roboyard.repair.registry import Bench, Change, Changes, mend
+
+
+def _restaged(bench: Bench, uris: set[str]) -> Changes:
+    """Point the references at the staged files."""
+    told: set[str] = set()
+    for shape, mesh in bench.draft.mesh_shapes:
+        if mesh.uri in uris and mesh.found.path is not None and id(mesh.element) not in bench.moved:
+            new = bench.stage.mesh(mesh.found.path)
+            mesh.element.set("filename", new)
+            bench.moved.add(id(mesh.element))
+            if new != mesh.uri and mesh.uri not in told:
+                told.add(mesh.uri)
+                line = line_of(mesh.element)
+                yield Change(element=shape.who, line=line, before=mesh.uri, after=new)
+
+
+def _uris(faults: Sequence[Fault]) -> set[str]:
+    shapes = [fault.at for fault in faults]
+    return {shape.mesh.uri for shape in shapes if isinstance(shape, DraftShape) and shape.mesh is not None}
+
+
+@mend("mesh-found-nearby")
+def as_on_disk(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Name the file that was found."""
+    yield from _restaged(bench, _uris(faults))
+
+
+@mend("mesh-file-name")
+def plain_file_name(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Stage the mesh under a plain name."""
+    yield from _restaged(bench, _uris(faults))
+
+
+@mend("mesh-reference")
+def relative_reference(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    """Name the staged meshes by relative paths."""
+    if faults:
+        uris = {mesh.uri for _, mesh in bench.draft.mesh_shapes}
+        yield from _restaged(bench, {uri for uri in uris if "://" in uri or uri.strip().startswith("/")})

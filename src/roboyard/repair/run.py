@@ -1,0 +1,241 @@
+"""Mend what can be mended, and write the result into a folder of its own."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import tempfile
+import xml.etree.ElementTree as ET
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from roboyard.audit.findings import Audit, Finding
+from roboyard.audit.parse_elements import read_draft
+from roboyard.audit.registry import CHECKS
+from roboyard.audit.run import audit, judge, open_draft, quietly
+from roboyard.audit.urdf_elements import Draft
+from roboyard.description.files.copy_files import Stage, plain_name
+from roboyard.errors import ConfigError, DescriptionError, unknown_name
+from roboyard.repair import fixes as fixes
+from roboyard.repair.registry import MENDS, Bench
+
+LOG_NAME, RENAMES_NAME, DIFF_NAME = "repair_log.json", "renames.json", "repair.diff"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Mend:
+    """One thing that was put right."""
+
+    code: str
+    element: str
+    """As in `joint "elbow"`, by its old name."""
+    line: int | None
+    """In the original file."""
+    before: str
+    after: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Repair:
+    """What a repair did."""
+
+    urdf: Path
+    """The repaired file."""
+    mends: tuple[Mend, ...]
+    """In the order in which they were done."""
+    renames: Mapping[str, Mapping[str, str]]
+    """`links` and `joints`: old name to new name."""
+    staged: Mapping[str, str]
+    """Source file to its copy, relative to the repaired file."""
+    diff: str
+    """Unified diff of the description, both sides in the same plain layout."""
+    before: Audit
+    after: Audit
+
+    @property
+    def left(self) -> tuple[Finding, ...]:
+        """What is still wrong."""
+        return self.after.findings
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {
+            "urdf": str(self.urdf),
+            "mends": [mend.to_json() for mend in self.mends],
+            "renames": {kind: dict(names) for kind, names in self.renames.items()},
+            "staged": dict(self.staged),
+            "left": [finding.to_json() for finding in self.left],
+            "verdict": self.after.verdict,
+            "usable": self.after.is_usable,
+        }
+
+
+@quietly
+def repair(
+    path: Path | str,
+    out: Path | str,
+    *,
+    only: Collection[str] = (),
+    keep: Collection[str] = (),
+    packages: Mapping[str, Path] | None = None,
+    search_paths: Sequence[Path] = (),
+) -> Repair:
+    """Mend what can be mended without guessing, and write a clean robot into the folder `out`.
+
+    Writes `<name>.urdf`, its meshes and images beside it (`meshes/`, `textures/`) named by relative paths,
+    `renames.json`, `repair_log.json` (each mend with before and after) and `repair.diff`. Forward kinematics
+    stays as it is, the order of links and joints too; comments are not kept. Mends are done in the order of
+    `MENDS`; repairing the result changes nothing. What needs a guess is left, and reported.
+
+    Args:
+        path: the URDF.
+        out: folder to write; files of an earlier repair in it are replaced, others stay.
+        only: codes to mend; all by default.
+        keep: codes to leave as they are.
+        packages: ROS package name to folder.
+        search_paths: more folders in which to look for packages and files.
+
+    Raises:
+        DescriptionError: the file cannot be read at all.
+        ConfigError: a code has no mend, or `out` is the robot's own folder.
+    """
+    source, folder = Path(path), Path(out)
+    codes = _chosen(only, keep)
+    draft, blocked = open_draft(source, packages=packages, search_paths=search_paths)
+    before = judge(draft, blocked=blocked)
+    if blocked:
+        first = before.findings[0]
+        raise DescriptionError(f"{first.message}; {first.remedy}", file=source, line=first.line)
+    _refuse_own_folder(source, folder)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as partial:
+        work = Path(partial)
+        name = plain_name(source.with_suffix(".urdf").name)
+        original = _text(draft.root)
+        bench = Bench(
+            draft=draft,
+            stage=Stage(folder=work, plain="mesh-file-name" in codes, reserved=_missing_names(draft)),
+            keep=frozenset(MENDS) - codes,
+        )
+        done = _mend_all(bench, codes)
+        _stage_rest(bench)
+        text = _text(bench.draft.root)
+        diff = _diff(original, text, source.name, name)
+        renames = {"links": bench.link_renames, "joints": bench.joint_renames}
+        staged = {str(file): copy for file, copy in bench.stage.staged.items()}
+        (work / name).write_text(text, encoding="utf-8")
+        after = audit(work / name)
+        result = Repair(
+            urdf=folder / name,
+            mends=tuple(done),
+            renames=renames,
+            staged=staged,
+            diff=diff,
+            before=before,
+            after=_moved(after, folder / name),
+        )
+        (work / RENAMES_NAME).write_text(_json(renames), encoding="utf-8")
+        (work / LOG_NAME).write_text(_json(result.to_json()), encoding="utf-8")
+        (work / DIFF_NAME).write_text(diff, encoding="utf-8")
+        _publish(work, folder)
+    return result
+
+
+def _chosen(only: Collection[str], keep: Collection[str]) -> frozenset[str]:
+    for code in (*only, *keep):
+        if code not in CHECKS:
+            raise ConfigError(unknown_name("code", code, MENDS))
+        if code not in MENDS:
+            raise ConfigError(f"{code} is not mended by repair; it mends {', '.join(MENDS)}")
+    return frozenset(only or MENDS) - frozenset(keep)
+
+
+def _refuse_own_folder(source: Path, folder: Path) -> None:
+    own, target = source.resolve().parent, folder.resolve()
+    if target == own or own.is_relative_to(target):
+        raise ConfigError(f"{folder} holds the robot itself; give another folder, so that the original stays")
+    if folder.exists() and not folder.is_dir():
+        raise ConfigError(f"{folder} is a file; give a folder")
+
+
+def _mend_all(bench: Bench, codes: frozenset[str]) -> list[Mend]:
+    done: list[Mend] = []
+    for code, function in MENDS.items():
+        if code not in codes:
+            continue
+        check = CHECKS[code]
+        faults = [fault for fault in check.run(bench.draft) if check.finding(fault).mendable]
+        if not faults:
+            continue
+        for made in function(bench, faults):
+            done.append(
+                Mend(code=code, element=made.element, line=made.line, before=made.before, after=made.after)
+            )
+        bench.draft = _again(bench.draft)
+    return done
+
+
+def _missing_names(draft: Draft) -> frozenset[str]:
+    """Names of the files that the description names and that are not there."""
+    missing = [mesh.uri for _, mesh in draft.mesh_shapes if mesh.found.path is None]
+    for material in draft.materials:
+        texture = material.element.find("texture")
+        if texture is not None and (material.texture is None or material.texture.path is None):
+            missing.append(texture.get("filename") or "")
+    return frozenset(unquote(uri).replace("\\", "/").rpartition("/")[2].strip().casefold() for uri in missing)
+
+
+def _again(draft: Draft) -> Draft:
+    """The draft of the tree as it is now; mesh files are not read again."""
+    resolver = draft.resolver
+    return read_draft(draft.file, draft.root, (), resolver, known_meshes=draft.meshes)
+
+
+def _stage_rest(bench: Bench) -> None:
+    """Stage the meshes and images that no mend has moved: relative references must hold in the new folder."""
+    for _, mesh in bench.draft.mesh_shapes:
+        kept = "mesh-reference" in bench.keep and ("://" in mesh.uri or mesh.uri.strip().startswith("/"))
+        if mesh.found.path is not None and id(mesh.element) not in bench.moved and not kept:
+            mesh.element.set("filename", bench.stage.mesh(mesh.found.path))
+    for material in bench.draft.materials:
+        texture = material.element.find("texture")
+        if texture is not None and material.texture is not None and material.texture.path is not None:
+            texture.set("filename", bench.stage.image(material.texture.path))
+
+
+def _text(root: ET.Element) -> str:
+    """The description in a plain layout: two blanks a level, one element a line."""
+    ET.indent(root)
+    return f'<?xml version="1.0" encoding="utf-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
+
+
+def _diff(before: str, after: str, old: str, new: str) -> str:
+    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), old, new, lineterm="", n=2)
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _json(data: Any) -> str:
+    return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
+
+
+def _moved(done: Audit, file: Path) -> Audit:
+    return Audit(file=file, robot=done.robot, findings=done.findings, facts=done.facts)
+
+
+def _publish(work: Path, folder: Path) -> None:
+    """Move the finished files into place, each at once."""
+    for file in sorted(work.rglob("*")):
+        target = folder / file.relative_to(work)
+        if file.is_dir():
+            target.mkdir(parents=True, exist_ok=True)
+        else:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(file, target)  # noqa: PTH105

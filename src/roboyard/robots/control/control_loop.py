@@ -1,0 +1,228 @@
+"""Runs the controllers of one robot: goals to drive targets at the control rate, efforts at every time
+step.
+
+Called by the world before each time step. Positions and velocities go to the drives once per control step
+and are held between; efforts are worked out anew at every time step. Joints that no group claims are held
+at the reset posture if they have a range; those that turn for ever (casters) and the virtual base joints
+stay free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from roboyard.kinematics import forward_kinematics
+from roboyard.robots.control.controller import EYE4, GroupLimits, GroupState
+from roboyard.robots.control.gains import (
+    GRIPPER_FREQUENCY,
+    NATURAL_FREQUENCY,
+    SATURATED_SPEED,
+    firmness,
+    position_damping,
+    position_gain,
+    velocity_gain,
+)
+from roboyard.robots.control.setup import Group
+from roboyard.robots.definition.schema import VIRTUAL_JOINTS
+from roboyard.robots.joint_arrays import JointArrays
+from roboyard.robots.stability.support_polygon import Footing
+from roboyard.transforms import Array
+
+POSITION, VELOCITY, EFFORT, FREE = range(4)
+OFFSET_TIME = 0.5
+"""s"""
+CREEP = 0.01
+"""rad/s or m/s: below this speed drives leave dry friction alone, so that it holds joints at rest."""
+KINDS = {"position": POSITION, "velocity": VELOCITY, "effort": EFFORT}
+
+
+class ControlLoop:
+    """The groups of one robot at work."""
+
+    def __init__(
+        self,
+        joints: JointArrays,
+        limits: GroupLimits,
+        groups: Mapping[str, Group],
+        *,
+        rest: Array,
+        steps_per_control: int,
+        footing: Footing | None = None,
+    ) -> None:
+        """Start with no goals.
+
+        Args:
+            joints: of the whole robot.
+            limits: of the same.
+            groups: with their controllers.
+            rest: (n,) where unclaimed joints are held.
+            steps_per_control: time steps for each control step.
+            footing: of a robot that may tip over.
+        """
+        self.joints = joints
+        self.limits = limits
+        self.groups = dict(groups)
+        self.steps_per_control = steps_per_control
+        self._footing = footing
+        count = len(joints.names)
+        self._countdown = 0
+        self._stale = True
+        self._kinds = np.full(count, FREE)
+        self._slides = slides = np.array([joint.type == "prismatic" for joint in joints.joints], dtype=bool)
+        self._firm = firmness(limits.effort, slides)
+        self._given_kp, self._given_kd = np.full(count, np.nan), np.full(count, np.nan)
+        self._damping_frequency = np.full(count, NATURAL_FREQUENCY)
+        for group in self.groups.values():
+            settings = group.controller.settings
+            if group.kind == "gripper":
+                self._damping_frequency[group.places] = GRIPPER_FREQUENCY
+            if settings.isaac_kp is not None:
+                self._given_kp[group.places] = settings.isaac_kp
+            if settings.isaac_kd is not None:
+                self._given_kd[group.places] = settings.isaac_kd
+        self._position = rest.copy()
+        self._velocity, self._effort = np.zeros(count), np.zeros(count)
+        self._led = np.zeros(count)
+        """Speeds at which drives make up for friction and damping."""
+        self._compensated = np.ones(count)
+        self._offset = np.zeros(count)
+        """Slow part of how far joints are from where they are led."""
+        self._claim()
+        self._effort_groups = [g for g in self.groups.values() if g.controller.control_type == "effort"]
+        self._other_groups = [g for g in self.groups.values() if g.controller.control_type != "effort"]
+
+    def _claim(self) -> None:
+        claimed: set[int] = set()
+        for group in self.groups.values():
+            claimed |= {int(i) for i in group.places}
+            self._kinds[group.places] = KINDS[group.controller.control_type]
+            asked = group.controller.settings.use_gravity_compensation
+            wanted = True if asked is None else asked
+            if group.controller.control_type == "effort":
+                wanted = False  # the controller adds it itself
+            self._compensated[group.places] = float(wanted)
+        for i, joint in enumerate(self.joints.joints):
+            if i not in claimed:
+                held = joint.limits is not None and joint.name not in VIRTUAL_JOINTS
+                self._kinds[i] = POSITION if held else FREE
+                self._compensated[i] = float(held)
+
+    @property
+    def dt(self) -> float:
+        """S between control steps."""
+        return self.steps_per_control * self.joints.world.timestep
+
+    def before_step(self) -> None:
+        """What the world calls before each time step."""
+        self._wake()
+        due = self._countdown <= 0
+        if due:
+            self._countdown = self.steps_per_control
+            self._control()
+        elif self._effort_groups:
+            self._apply_efforts(self.joints.q, self.joints.v)
+        self._countdown -= 1
+
+    def make_due(self) -> None:
+        """Work at the next time step, and count control steps from there."""
+        self._countdown = 0
+
+    def invalidate(self) -> None:
+        """Joints jumped: forget goals, look at everything anew."""
+        for group in self.groups.values():
+            group.controller.reset()
+        self._countdown = 0
+        self._stale = True
+
+    def _wake(self) -> None:
+        if self.joints.bind() or self._stale:
+            self._countdown = 0
+            self.joints.refresh()
+            if self._stale:
+                self._position[:] = np.where(self._kinds == FREE, self._position, self.joints.q)
+                self._offset[:] = 0.0
+            self._stale = False
+
+    def state_of(self, group: Group, q: Array | None = None, v: Array | None = None) -> GroupState:
+        """What a group's controller sees now."""
+        if q is None or v is None:
+            self._wake()
+            q, v = self.joints.q, self.joints.v
+        controller = group.controller
+        dt = self.joints.world.timestep if controller.control_type == "effort" else self.dt
+        state = GroupState(q=q[group.places], v=v[group.places], dt=dt, mount=self._mount(group, q))
+        state.inertia = self.joints.inertia[group.places]
+        if self._footing is not None and controller.keeps_balance:
+            state.balance = partial(self._footing.balance, group.places)
+        if controller.control_type == "effort":
+            if controller.needs_mass_matrix:
+                state.mass_matrix = self.joints.mass_matrix(group.places)
+            if controller.settings.use_gravity_compensation is not False:
+                state.bias = self.joints.bias[group.places]
+        return state
+
+    def _mount(self, group: Group, q: Array) -> Array:
+        """Pose of what a group hangs from. Joints below it count as they are led, not as they tremble: an
+        arm that answers every deflection of the torso rocks it.
+        """
+        if group.mount is None or group.mount_places is None:
+            return EYE4
+        places = group.mount_places
+        here = q[places]
+        if group.kind != "base":
+            led = self._kinds[places] == POSITION
+            here = np.where(led, self._position[places] + self._offset[places], here)
+        return forward_kinematics(group.mount, here)
+
+    def _control(self) -> None:
+        q, v = self.joints.q, self.joints.v
+        kinds = self._kinds
+        self._offset += min(1.0, self.dt / OFFSET_TIME) * (q - self._position - self._offset)
+        if self._footing is not None:
+            self._footing.forget()
+        for group in self._other_groups:
+            control = group.controller.step(self.state_of(group, q, v))
+            kind = KINDS[control.kind]
+            kinds[group.places] = kind
+            if kind == POSITION:
+                self._position[group.places] = control.value
+                self._velocity[group.places] = self._led[group.places] = 0.0
+            else:
+                self._velocity[group.places] = control.value
+                self._led[group.places] = control.value if control.led is None else control.led
+        self._effort = self.joints.bias * self._compensated
+        self._effort += self.joints.damping * self._led + self.joints.friction * np.tanh(self._led / CREEP)
+        for group in self._effort_groups:
+            self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
+        self._write_gains()
+        driven = self.joints.driven
+        self.joints.drives.write(self._position[driven], self._velocity[driven], self._effort[driven])
+
+    def _apply_efforts(self, q: Array, v: Array) -> None:
+        for group in self._effort_groups:
+            self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
+        self.joints.drives.write_effort(self._effort[self.joints.driven], np.arange(len(self.joints.driven)))
+
+    def _resistance(self) -> Array:
+        """(n,) N m s/rad or N s/m: the joints' damping, and their friction as if it grew up to a tenth of the
+        full speed.
+        """
+        return self.joints.damping + self.joints.friction / (SATURATED_SPEED * self.limits.velocity)
+
+    def _write_gains(self) -> None:
+        inertia = self.joints.inertia
+        kp = position_gain(inertia, self._firm, self._slides)
+        kp = np.where(np.isnan(self._given_kp), kp, self._given_kp)
+        is_position = self._kinds == POSITION
+        kd = np.where(
+            is_position,
+            position_damping(inertia, kp, self._damping_frequency),
+            velocity_gain(inertia, self.limits.effort, self.limits.velocity, self._resistance()),
+        )
+        kd = np.where(np.isnan(self._given_kd), kd, self._given_kd)
+        kd[self._kinds >= EFFORT] = 0.0
+        driven = self.joints.driven
+        self.joints.drives.write_gains(np.where(is_position, kp, 0.0)[driven], kd[driven])

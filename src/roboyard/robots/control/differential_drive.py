@@ -1,0 +1,132 @@
+"""DifferentialDriveController: forward speed and turning rate by two wheels.
+
+ω_left = (v - ω L/2) / r, ω_right = (v + ω L/2) / r with wheel radius r and axle length L. A command of one
+means v_max = w_max r, or ω_max = 2 v_max / L. Where both together ask more of a wheel than it can, both
+wheels slow down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends
+it). Both speeds change together along the straight line from what they are to what they are to be, by
+`max_acceleration` at most, so that a robot that starts keeps to its curve. A robot that would tip over speeds
+up and brakes more gently, and drives curves slower (see `roboyard.robots.stability.zmp`).
+Wheels reach their speeds under load and hold their place at rest, see `velocity_tracking`.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from roboyard.errors import ConfigError
+from roboyard.robots.control.controller import (
+    Control,
+    Controller,
+    ControllerSettings,
+    GroupLimits,
+    GroupState,
+    MotorType,
+)
+from roboyard.robots.control.twist_ramp import next_twist
+from roboyard.robots.control.velocity_tracking import VelocityTracking
+from roboyard.transforms import Array
+
+Positive = Annotated[float, Field(gt=0)]
+
+
+class DifferentialDriveSettings(ControllerSettings):
+    wheel_radius: float = Field(default=0.0, ge=0)
+    """m; from the definition by default."""
+    wheel_axle_length: float = Field(default=0.0, ge=0)
+    """m, between the wheels; from the definition by default."""
+    max_acceleration: tuple[Positive, Positive] | None = (1.5, 6.0)
+    """m/s² and rad/s²: how fast commanded speeds are approached; None: at once."""
+    hold_position: bool = True
+    """Stay in place, against any push, once at rest with all commands zero."""
+
+
+class DifferentialDriveController(Controller):
+    Settings: ClassVar[type[ControllerSettings]] = DifferentialDriveSettings
+    settings: DifferentialDriveSettings
+
+    def __init__(self, limits: GroupLimits, settings: DifferentialDriveSettings) -> None:
+        if limits.size != 2:
+            raise ConfigError(
+                f"a differential drive has 2 joints (left wheel, right wheel); got {limits.size}"
+            )
+        if not (settings.wheel_radius > 0 and settings.wheel_axle_length > 0):
+            raise ConfigError("a differential drive needs wheel_radius and wheel_axle_length; give both in m")
+        if limits.velocity[0] != limits.velocity[1]:
+            raise ConfigError(
+                f"both wheels need the same velocity limit; they have {limits.velocity[0]} and "
+                f"{limits.velocity[1]}"
+            )
+        super().__init__(limits, settings)
+        self._tracking = VelocityTracking(limits.velocity, hold_position=settings.hold_position)
+        self._twist_now = np.zeros(2)
+        self.keeps_balance = settings.max_acceleration is not None  # type: ignore[misc]
+
+    @property
+    def command_dim(self) -> int:
+        return 2
+
+    @property
+    def control_type(self) -> MotorType:
+        return "velocity"
+
+    def _default_output_limits(self) -> tuple[Array, Array]:
+        fastest = self.limits.velocity[0] * self.settings.wheel_radius
+        bound = np.array([fastest, 2.0 * fastest / self.settings.wheel_axle_length])
+        return -bound, bound
+
+    def _goal(self, command: Array, state: GroupState) -> Array:
+        """(2,) forward speed and turning rate that both wheels can keep up with."""
+        excess = np.abs(self.wheel_speeds(command)).max() / self.limits.velocity[0]
+        return command / excess if excess > 1.0 else command
+
+    def _noop_goal(self, state: GroupState) -> Array:
+        return np.zeros(2)
+
+    def _control(self, state: GroupState) -> Control:
+        self._approach(self.goal, state)
+        return self._tracking.control(self.wheel_speeds(self._twist_now), state)
+
+    def _approach(self, twist: Array, state: GroupState) -> None:
+        """As near to a twist as the acceleration and the robot's balance allow."""
+        led = next_twist(
+            _planar(self._twist_now), _planar(twist), state, partial(self._reachable, dt=state.dt)
+        )
+        self._twist_now = led[[0, 2]]
+
+    def _reachable(self, change: Array, dt: float) -> Array:
+        """As much of a change as the acceleration allows, along the straight line to it."""
+        if self.settings.max_acceleration is None:
+            return change
+        share = (np.abs(change[[0, 2]]) / self.settings.max_acceleration).max() / dt
+        return change / share if share > 1.0 else change
+
+    def reset(self) -> None:
+        super().reset()
+        self._tracking.reset()
+        self._twist_now = np.zeros(2)
+
+    def wheel_speeds(self, twist: Array) -> Array:
+        """(2,) rad/s of the left and the right wheel at a forward speed (m/s) and a turning rate (rad/s)."""
+        v, turn = twist
+        half = turn * self.settings.wheel_axle_length / 2
+        return np.array([v - half, v + half]) / self.settings.wheel_radius
+
+    def _noop(self, state: GroupState) -> Array:
+        return np.zeros(2)
+
+    def odometry(self, wheel_velocities: Array) -> tuple[float, float]:
+        """Forward speed (m/s) and turning rate (rad/s) of wheels that do not slip: the inverse of the
+        formula.
+        """
+        left, right = wheel_velocities
+        r, length = self.settings.wheel_radius, self.settings.wheel_axle_length
+        return float(left + right) / 2 * r, float(right - left) * r / length
+
+
+def _planar(twist: Array) -> Array:
+    """(3,) forwards, sideways, turn."""
+    return np.array([twist[0], 0.0, twist[1]])

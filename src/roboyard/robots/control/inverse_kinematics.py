@@ -1,0 +1,209 @@
+"""InverseKinematicsController: the tip follows a goal pose by joint positions.
+
+At every step the reference r of the joints moves by the d that minimises
+
+    |J(r) d - g e|² + λ² |d|²   within the joint limits and |d| ≤ v dt
+
+with v growing by min(v_max / 0.2 s, 0.4 E / M) up to v_max, g = 15 dt / s (at most 1), and e the error of
+the goal against the tip's pose at r; on the way, joints free of the task go to the reset posture (rate 1/s,
+in the null space of J). Once r is at the goal it stays. Drives follow u = r. Source: damped least squares,
+Wampler 1986; Nakamura and Hanafusa 1986; see `roboyard.kinematics.differential_step`.
+
+OmniGibson takes one undamped pseudo-inverse step from the *measured* joints, u = clip(q + J⁺ e): it jumps
+near singular postures, sags under load, ignores velocity limits, and has no null space. Here the reference
+does not sag, and where steps stall against joint limits short of a goal that can be reached, joints take a
+way round to another posture found by `roboyard.kinematics.solve_ik` (`way_round`).
+
+Where a robot may tip over, drives follow r as its footing bears (`keep_balance`, see
+`roboyard.robots.control.rate_limiter`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from roboyard.kinematics import ChainArrays, differential_step, forward_kinematics, solve_ik
+from roboyard.robots.control.controller import (
+    Control,
+    ControllerSettings,
+    GroupLimits,
+    GroupState,
+    MotorType,
+    acceleration,
+    idle,
+)
+from roboyard.robots.control.rate_limiter import Approach
+from roboyard.robots.control.rotations import vector_of_matrix
+from roboyard.robots.control.task import TaskController, TaskSettings
+from roboyard.transforms import Array
+
+APPROACH_RATE = 15.0
+"""1/s: share of the error that is closed in time"""
+DAMPING = 0.03
+"""λ, m or rad per rad."""
+REST_RATE = 1.0
+"""1/s"""
+CHECK_EVERY = 10
+"""Steps between looks at whether the reference still comes nearer."""
+THERE_POSITION, THERE_ORIENTATION = 1e-5, 1e-4
+"""m and rad: the reference is at the goal."""
+NEAR_POSITION, NEAR_ORIENTATION = 1e-3, 5e-3
+"""m and rad: an error below these is no stall."""
+
+
+class InverseKinematicsSettings(TaskSettings):
+    damping: float = Field(default=DAMPING, ge=0)
+    """λ; larger is calmer near singular postures and slower."""
+    smoothing_filter_size: int | None = Field(default=None, ge=1)
+    """Targets are averaged over this many steps."""
+    way_round: bool = True
+    """Look for another posture when steps stall short of the goal."""
+    keep_balance: bool = True
+    """Stop short of tipping over, for robots that stand on the floor by their wheels."""
+    use_impedances: bool = False
+    """Follow by effort, τ = M (pos_kp (r - q) - kd q̇) + b, instead of stiff drives."""
+    pos_kp: float = Field(default=50.0, ge=0)
+    """1/s²"""
+    pos_damping_ratio: float = Field(default=1.0, ge=0)
+
+    @model_validator(mode="after")
+    def _gains_fit(self) -> InverseKinematicsSettings:
+        if not self.use_impedances:
+            idle(self, ("pos_kp", "pos_damping_ratio"), "without use_impedances")
+        return self
+
+
+class InverseKinematicsController(TaskController):
+    Settings: ClassVar[type[ControllerSettings]] = InverseKinematicsSettings
+    settings: InverseKinematicsSettings  # pyright: ignore[reportIncompatibleVariableOverride]
+
+    def __init__(
+        self, limits: GroupLimits, settings: InverseKinematicsSettings, *, chain: ChainArrays, rest: Array
+    ) -> None:
+        super().__init__(limits, settings, chain=chain, rest=rest)
+        self.needs_mass_matrix = settings.use_impedances  # type: ignore[misc]
+        self.keeps_balance = settings.keep_balance  # type: ignore[misc]
+        self._approach = Approach(limits)
+        self._kd = 2.0 * np.sqrt(settings.pos_kp) * settings.pos_damping_ratio
+        self._weight = 0.0 if self.is_orientation_free else 1.0
+        self.reset()
+
+    def reset(self) -> None:
+        super().reset()
+        self._reference: Array | None = None
+        self._detour: Array | None = None
+        self._count = 0
+        self._last_error = np.inf
+        self._no_way = False
+        self._history: list[Array] = []
+        self._reached: Array | None = None
+        self._speed = np.zeros(self.limits.size)
+        self._approach.reset()
+
+    @property
+    def control_type(self) -> MotorType:
+        return "effort" if self.settings.use_impedances else "position"
+
+    @property
+    def reference(self) -> Array | None:
+        """(n,) where the joints have been led so far; None before the first step."""
+        return self._reference
+
+    def _goal(self, command: Array, state: GroupState) -> Array:
+        before, goal = self.goal, super()._goal(command, state)
+        if before is None or not np.array_equal(before, goal):
+            self._detour, self._count, self._last_error, self._no_way = None, 0, np.inf, False
+        return goal
+
+    def _control(self, state: GroupState) -> Control:
+        if self._reference is None:
+            self._reference = np.clip(state.q, self.limits.lower, self.limits.upper)
+        target = self.target(state)
+        before, dt = self._reference, state.dt
+        reach = (
+            np.minimum(self.limits.velocity, self._speed + acceleration(self.limits, state.inertia) * dt) * dt
+        )
+        if self._detour is not None:
+            self._follow_detour(reach)
+        elif self._reached is None or np.abs(target - self._reached).max() > THERE_POSITION:
+            self._step_towards(target, reach, state.dt)
+        self._speed = np.abs(self._reference - before) / dt
+        target_q = self._smoothed(self._reference)
+        if state.balance is not None:
+            target_q = self._approach.follow(target_q, state)
+        if not self.settings.use_impedances:
+            return Control(kind="position", value=target_q)
+        assert state.mass_matrix is not None
+        effort = state.mass_matrix @ (self.settings.pos_kp * (target_q - state.q) - self._kd * state.v)
+        return Control(kind="effort", value=effort if state.bias is None else effort + state.bias)
+
+    def _step_towards(self, target: Array, reach: Array, dt: float) -> None:
+        assert self._reference is not None
+        position, turn = self.error(target)
+        if position < THERE_POSITION and turn < THERE_ORIENTATION:
+            self._reached = target
+            return
+        self._reached = None
+        self._reference = differential_step(
+            self.chain,
+            self._reference,
+            target,
+            gain=min(1.0, APPROACH_RATE * dt),
+            damping=self.settings.damping,
+            max_step=reach,
+            rest=self.rest,
+            rest_gain=REST_RATE * dt,
+            orientation_weights=self._weight,
+        )
+        self._count += 1
+        if self.settings.way_round and self._count % CHECK_EVERY == 0:
+            self._look_around(target, position, turn)
+
+    def _follow_detour(self, reach: Array) -> None:
+        """All joints together towards the other posture, none faster than it may."""
+        assert self._detour is not None and self._reference is not None
+        way = self._detour - self._reference
+        slowest = np.abs(way / reach).max()
+        if slowest <= 1.0:
+            self._reference, self._detour = self._detour, None
+        else:
+            self._reference = self._reference + way / slowest
+
+    def _look_around(self, target: Array, position: float, turn: float) -> None:
+        error, near = position + turn, position < NEAR_POSITION and turn < NEAR_ORIENTATION
+        stalled = error > 0.9 * self._last_error and not near
+        self._last_error = error
+        if not stalled or self._no_way:
+            return
+        answer = solve_ik(
+            self.chain, target, self._reference, rest=self.rest, orientation_weights=0.5 * self._weight
+        )
+        if answer.converged:
+            self._detour = answer.q
+            self._last_error = np.inf
+        else:
+            self._no_way = True
+
+    def error(self, target: Array) -> tuple[float, float]:
+        """Distance (m) and angle (rad) of the reference's tip from a target in the chain's frame; an
+        orientation that is free counts as reached.
+        """
+        assert self._reference is not None
+        here = forward_kinematics(self.chain, self._reference)
+        gap = target[:3, 3] - here[:3, 3]
+        position = math.sqrt(float(gap @ gap))
+        if self.is_orientation_free:
+            return position, 0.0
+        x, y, z = vector_of_matrix(target[:3, :3] @ here[:3, :3].T)
+        return position, math.sqrt(x * x + y * y + z * z)
+
+    def _smoothed(self, target: Array) -> Array:
+        size = self.settings.smoothing_filter_size
+        if not size or size == 1:
+            return target
+        self._history = [*self._history[-(size - 1) :], target]
+        return np.mean(self._history, axis=0)

@@ -1,0 +1,104 @@
+"""Commands are clipped to input limits and scaled to output limits.
+
+c ← clip(c, in_lo, in_hi), then (c - (in_hi + in_lo)/2) · (out_hi - out_lo)/(in_hi - in_lo) + (out_hi +
+out_lo)/2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import BeforeValidator
+
+from roboyard.errors import ConfigError
+from roboyard.transforms import Array
+
+
+def _limit_setting(value: Any) -> Any:
+    """None, "default", or (low, high) with numbers or lists of numbers."""
+    if value is None or (isinstance(value, str) and value == "default"):
+        return value
+    wrong = ValueError('must be "default", null, or [low, high] of numbers or lists of numbers')
+    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 2:
+        raise wrong
+    try:
+        low, high = (np.asarray(side, dtype=float) for side in value)
+    except (TypeError, ValueError):
+        raise wrong from None
+    if low.ndim > 1 or high.ndim > 1 or not (np.isfinite(low).all() and np.isfinite(high).all()):
+        raise wrong
+    return low, high
+
+
+LimitSetting = Annotated[Any, BeforeValidator(_limit_setting)]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Scaling:
+    """From commands to what they mean."""
+
+    low: Array | None
+    """(n,) smallest command; None: commands are not clipped"""
+    high: Array | None
+    middle: Array | float
+    factor: Array | float
+    offset: Array | float
+
+    @classmethod
+    def from_settings(
+        cls,
+        input_limits: Any,
+        output_limits: Any,
+        size: int,
+        default_output: tuple[ArrayLike, ArrayLike] | None,
+    ) -> Scaling:
+        """Of a controller's settings; `default_output` is what "default" stands for."""
+        if isinstance(output_limits, str):
+            output_limits = default_output
+        if isinstance(input_limits, str):
+            input_limits = (-1.0, 1.0)
+        if input_limits is None:
+            return cls(low=None, high=None, middle=0.0, factor=1.0, offset=0.0)
+        low, high = _spread(input_limits, size, "command_input_limits")
+        if output_limits is None:
+            return cls(low=low, high=high, middle=0.0, factor=1.0, offset=0.0)
+        if not (high > low).all():
+            raise ConfigError("command_input_limits: each low must lie below its high")
+        out_low, out_high = _spread(output_limits, size, "command_output_limits")
+        bounded = np.isfinite(out_low) & np.isfinite(out_high)
+        # joints that turn without end have nothing to scale to: their commands count as they are
+        out_low, out_high = np.where(bounded, out_low, low), np.where(bounded, out_high, high)
+        return cls(
+            low=low,
+            high=high,
+            middle=(high + low) / 2,
+            factor=np.abs(out_high - out_low) / (high - low),
+            offset=(out_high + out_low) / 2,
+        )
+
+    def apply(self, command: Array) -> Array:
+        """(n,) what a command means."""
+        if self.low is None or self.high is None:
+            return command
+        return (
+            np.minimum(np.maximum(command, self.low), self.high) - self.middle
+        ) * self.factor + self.offset
+
+    def invert(self, value: Array) -> Array:
+        """(n,) the command that means this; not clipped."""
+        if self.low is None:
+            return value
+        factor = np.where(np.asarray(self.factor) == 0.0, 1.0, self.factor)
+        return (value - self.offset) / factor + self.middle
+
+
+def _spread(limits: Any, size: int, what: str) -> tuple[Array, Array]:
+    try:
+        low, high = (np.array(np.broadcast_to(np.asarray(side, dtype=float), (size,))) for side in limits)
+    except ValueError:
+        shapes = [np.shape(side) for side in limits]
+        raise ConfigError(f"{what}: shapes {shapes} do not fit a command of {size} numbers") from None
+    return low, high

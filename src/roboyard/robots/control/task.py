@@ -1,0 +1,182 @@
+"""What inverse kinematics and operational space control share: commands to a tip become a goal pose.
+
+Commands are in the robot's base frame. Absolute poses are kept there; goals of the other modes are kept in
+the frame that the joints hang from, so that an arm rides along when the torso moves. Commands by mode
+(positions m, rotations as rotation vectors, rad):
+
+    absolute_pose            6   the pose itself; needs both command limits null
+    pose_absolute_ori        6   change of position, orientation itself
+    pose_delta_ori           6   change of position, change of orientation about base axes: R* = R(Δ) R
+    position_fixed_ori       3   change of position; the orientation stays what it was at the first command
+    position_compliant_ori   3   change of position; the orientation is free
+
+A change counts from where the tip is measured, axis by axis: along an axis whose change is zero, and for
+the orientation when its change is zero, the goal stays. So a tip under load keeps its height while it is
+led sideways, and does not drift at all under zero commands (OmniGibson re-targets the whole measured pose
+at each command). With `goal_update_mode: target` changes count from the goal instead, and add up exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import model_validator
+
+from roboyard.errors import ConfigError, RoboyardError
+from roboyard.kinematics import ChainArrays, forward_kinematics
+from roboyard.robots.control.controller import (
+    EYE4,
+    Controller,
+    ControllerSettings,
+    GroupLimits,
+    GroupState,
+)
+from roboyard.robots.control.rotations import inverse, matrix_of_vector, vector_of_matrix
+from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix
+
+Mode = Literal[
+    "absolute_pose", "pose_absolute_ori", "pose_delta_ori", "position_fixed_ori", "position_compliant_ori"
+]
+PoseLimiter = Callable[[Array, Array], tuple[ArrayLike, ArrayLike]]
+
+POSITION_STEP = 0.2
+"""m that a command of one means, where no output limits are given."""
+ROTATION_STEP = 0.5
+"""rad"""
+
+
+class TaskSettings(ControllerSettings):
+    mode: Mode = "pose_delta_ori"
+    goal_update_mode: Literal["measured", "target"] = "measured"
+    """What changes count from."""
+    workspace_pose_limiter: PoseLimiter | None = None
+    """(position, quaternion) to the ones that are allowed, in the base frame."""
+    reset_joint_pos: tuple[float, ...] | None = None
+    """(n,) posture that the joints go to where the task leaves them free; the robot's reset pose by
+    default.
+    """
+
+    @model_validator(mode="after")
+    def _limits_fit(self) -> TaskSettings:
+        if self.mode == "absolute_pose" and not (
+            self.command_input_limits is None and self.command_output_limits is None
+        ):
+            raise ValueError(
+                "mode 'absolute_pose' needs command_input_limits and command_output_limits null"
+                " (and action_normalize false)"
+            )
+        return self
+
+
+class TaskController(Controller):
+    """Keeps a goal pose for the tip of a chain of joints."""
+
+    settings: TaskSettings
+    needs_mount: ClassVar[bool] = True
+
+    def __init__(
+        self, limits: GroupLimits, settings: TaskSettings, *, chain: ChainArrays, rest: Array
+    ) -> None:
+        """Take the joints' chain.
+
+        Args:
+            limits: of the group's joints.
+            settings: of this controller.
+            chain: n joints from the frame that the group hangs from to the tip; in the group's order, or with
+                the same names in another one.
+            rest: (n,) posture for the null space, in the chain's order.
+        """
+        if chain.size != limits.size:
+            raise ConfigError(f"the chain has {chain.size} joints, the group {limits.size}")
+        super().__init__(limits, settings)
+        self.chain = chain
+        self.rest = rest if settings.reset_joint_pos is None else np.array(settings.reset_joint_pos)
+        if self.rest.shape != (chain.size,):
+            raise ConfigError(f"reset_joint_pos: has {len(self.rest)} values for {chain.size} joints")
+        self._fixed: Array | None = None
+        self._goal_mount: Array = EYE4
+
+    @property
+    def command_dim(self) -> int:
+        return 3 if self.settings.mode.startswith("position") else 6
+
+    @property
+    def is_orientation_free(self) -> bool:
+        return self.settings.mode == "position_compliant_ori"
+
+    def reset(self) -> None:
+        super().reset()
+        self._fixed = None
+
+    def target(self, state: GroupState) -> Array:
+        """(4, 4) goal in the frame that the joints hang from."""
+        mount = state.mount if self.settings.mode == "absolute_pose" else self._goal_mount
+        return inverse(mount) @ self.goal
+
+    def tip(self, state: GroupState) -> Array:
+        """(4, 4) measured pose of the tip in the base frame."""
+        return state.mount @ forward_kinematics(self.chain, state.q)
+
+    def _default_output_limits(self) -> tuple[ArrayLike, ArrayLike]:
+        if self.settings.mode == "pose_absolute_ori":
+            bound = np.array([1.0] * 3 + [np.pi] * 3)
+        else:
+            bound = np.array([POSITION_STEP] * 3 + [ROTATION_STEP] * 3)[: self.command_dim]
+        return -bound, bound
+
+    def _goal(self, command: Array, state: GroupState) -> Array:
+        mode = self.settings.mode
+        measured = self.tip(state)
+        held = measured if self.goal is None else state.mount @ self.target(state)
+        self._goal_mount = state.mount
+        origin = held if self.settings.goal_update_mode == "target" else measured
+        goal = np.eye(4)
+        if mode == "absolute_pose":
+            goal[:3, 3] = command[:3]
+        else:
+            change = command[:3]
+            goal[:3, 3] = np.where(change == 0.0, held[:3, 3], origin[:3, 3] + change)
+        goal[:3, :3] = self._orientation(command, held, origin, measured)
+        return self._limited(goal)
+
+    def _orientation(self, command: Array, held: Array, origin: Array, measured: Array) -> Array:
+        match self.settings.mode:
+            case "absolute_pose" | "pose_absolute_ori":
+                return matrix_of_vector(command[3:])
+            case "pose_delta_ori":
+                if not command[3:].any():
+                    return held[:3, :3]
+                return matrix_of_vector(command[3:]) @ origin[:3, :3]
+            case "position_fixed_ori":
+                if self._fixed is None:
+                    self._fixed = measured[:3, :3].copy()
+                return self._fixed
+            case _:
+                return measured[:3, :3]
+
+    def _limited(self, goal: Array) -> Array:
+        limiter = self.settings.workspace_pose_limiter
+        if limiter is None:
+            return goal
+        position, quaternion = limiter(goal[:3, 3].copy(), quaternion_from_matrix(goal[:3, :3]))
+        goal[:3, 3] = position
+        goal[:3, :3] = matrix_from_quaternion(quaternion)
+        if not np.isfinite(goal).all():
+            raise RoboyardError("workspace_pose_limiter gave a pose that is not finite")
+        return goal
+
+    def _noop_goal(self, state: GroupState) -> Array:
+        self._goal_mount = state.mount
+        return self.tip(state)
+
+    def _noop(self, state: GroupState) -> Array:
+        command = np.zeros(self.command_dim)
+        kept = self.tip(state) if self.goal is None else state.mount @ self.target(state)
+        if self.settings.mode == "absolute_pose":
+            command[:3] = kept[:3, 3]
+        if self.settings.mode in ("absolute_pose", "pose_absolute_ori"):
+            command[3:] = vector_of_matrix(kept[:3, :3])
+        return command

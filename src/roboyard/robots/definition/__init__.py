@@ -1,0 +1,1 @@
+"""The robot definition file: schema, checks, postures and joint groups."""

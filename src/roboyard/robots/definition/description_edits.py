@@ -1,0 +1,74 @@
+"""What a definition asks of the robot's description before it goes into a world."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from roboyard.description.model import Collision, Link, Mesh, Pose, RobotDescription, Sphere
+from roboyard.kinematics.description_poses import forward_kinematics
+from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.robots.stability.ground_clearance import cut, scraping
+from roboyard.robots.stability.wheels import Wheel, driven_wheels, mesh_points, rolling
+
+
+def edited(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:
+    """The description with collisions removed, wheels that roll and markers hidden."""
+    silent = set(definition.disabled_collision_link_names or ())
+    hidden: set[str] = set()
+    if definition.visual_only_eef_links and definition.manipulation is not None:
+        hidden = set(definition.manipulation.eef_link_names.values())
+    wheels: Collection[str] = ()
+    block = definition.holonomic_base
+    if block is not None and block.force_sphere_wheel_approximation and definition.locomotion is not None:
+        wheels = definition.locomotion.floor_touching_base_link_names
+    links = tuple(_edited(link, silent, hidden, wheels) for link in description.links)
+    driven = driven_wheels(definition, description)
+    if driven:
+        links = _rolling(links, definition, description, driven)
+    return replace(description, links=links)
+
+
+def _rolling(
+    links: tuple[Link, ...],
+    definition: RobotDefinition,
+    description: RobotDescription,
+    driven: Mapping[str, Wheel],
+) -> tuple[Link, ...]:
+    """Driven wheels that roll, and nothing beside them that scrapes."""
+    radius = definition.two_wheel.wheel_radius if definition.two_wheel is not None else 0.0
+    heights = scraping(definition, description, driven.values())
+    poses = forward_kinematics(description)
+    return tuple(
+        rolling(link, driven[link.name], radius)
+        if link.name in driven
+        else cut(link, poses[link.name], heights[link.name])
+        if link.name in heights
+        else link
+        for link in links
+    )
+
+
+def _edited(link: Link, silent: Collection[str], hidden: Collection[str], wheels: Collection[str]) -> Link:
+    if link.name in hidden:
+        return replace(link, visuals=(), collisions=())
+    if link.name in silent:
+        return replace(link, collisions=())
+    if link.name in wheels:
+        return replace(link, collisions=tuple(bounding_sphere(shape) for shape in link.collisions))
+    return link
+
+
+def bounding_sphere(collision: Collision) -> Collision:
+    """A mesh as the ball around the middle of its box; other shapes as they are."""
+    geometry = collision.geometry
+    if not isinstance(geometry, Mesh):
+        return collision
+    points = mesh_points(geometry)
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    radius = float(np.linalg.norm(points - centre, axis=1).max())
+    at = collision.origin.matrix() @ np.append(centre, 1.0)
+    position = (float(at[0]), float(at[1]), float(at[2]))
+    return replace(collision, geometry=Sphere(radius=radius), origin=Pose(position=position))

@@ -1,0 +1,54 @@
+"""Groups of joints that one controller drives together, from a definition's blocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from roboyard.robots.definition.schema import RobotDefinition
+
+ORDER_OF_BLOCKS = ("base", "trunk", "camera")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class GroupPlan:
+    """One group before it has a controller."""
+
+    name: str
+    joints: tuple[str, ...]
+    tip: str | None = None
+    """Link that inverse kinematics moves; None where there is none."""
+    arm: str | None = None
+    """Arm that the group belongs to."""
+
+    @property
+    def kind(self) -> str:
+        """base, trunk, camera, arm or gripper"""
+        return self.name.split("_", 1)[0] if self.arm is not None else self.name
+
+
+def plan_groups(definition: RobotDefinition, child_of: dict[str, str]) -> dict[str, GroupPlan]:
+    """Every group by name, in action order; grippers without fingers are left out.
+
+    Args:
+        definition: of the robot.
+        child_of: joint name to the link that it moves.
+    """
+    found: dict[str, GroupPlan] = {}
+    if definition.locomotion is not None:
+        found["base"] = GroupPlan(name="base", joints=definition.locomotion.base_joint_names)
+    if definition.articulated_trunk is not None:
+        joints = definition.articulated_trunk.trunk_joint_names
+        found["trunk"] = GroupPlan(name="trunk", joints=joints, tip=child_of[joints[-1]])
+    if definition.active_camera is not None:
+        found["camera"] = GroupPlan(name="camera", joints=definition.active_camera.camera_joint_names)
+    block = definition.manipulation
+    for arm in definition.arm_names:
+        assert block is not None
+        name = f"arm_{arm}"
+        found[name] = GroupPlan(
+            name=name, joints=block.arm_joint_names[arm], tip=block.eef_link_names[arm], arm=arm
+        )
+        if block.finger_joint_names.get(arm):
+            name = f"gripper_{arm}"
+            found[name] = GroupPlan(name=name, joints=block.finger_joint_names[arm], arm=arm)
+    return {name: found[name] for name in definition.raw_controller_order if name in found}

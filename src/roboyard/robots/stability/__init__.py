@@ -1,0 +1,1 @@
+"""Support, tipping and ground clearance of robots that stand on a floor."""

@@ -1,0 +1,156 @@
+"""A base that rolls does not scrape: collision shapes that reach the floor beside the wheels are cut.
+
+Vendors wrap a base in a box with a margin that ends on the floor, and the box carries the robot instead of
+its wheels. A definition says which links touch the floor. Where the robot stands on those (its centre of mass
+lies above the polygon of their points), collision shapes of other links that stand rigidly on the root end at
+what is seen of the link, or `CLEARANCE` above the floor where that reaches down too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from roboyard.description.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Geometry,
+    Link,
+    Mesh,
+    RobotDescription,
+    Sphere,
+    Visual,
+)
+from roboyard.kinematics.description_poses import forward_kinematics
+from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.robots.stability.wheels import Wheel, mesh_points
+from roboyard.shapes import primitives
+from roboyard.shapes.convex.hulls import convex_hull
+from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.transforms import Array
+
+REACH = 2e-3
+"""m: shapes that end lower above the floor scrape."""
+CLEARANCE = 5e-3
+"""m: height above the floor where they are cut at least."""
+CORNERS = 60
+"""Most corners of a hull that is cut."""
+
+
+def scraping(
+    definition: RobotDefinition, description: RobotDescription, wheels: Collection[Wheel]
+) -> dict[str, float]:
+    """Links whose collision shapes are to be cut, with the height for each; m, in the root link's frame."""
+    if definition.two_wheel is None or definition.locomotion is None or not wheels:
+        return {}
+    poses = forward_kinematics(description)
+    feet = [(poses[w.link] @ np.append(np.asarray(w.joint.axis) * w.centre, 1.0))[:3] for w in wheels]
+    floor = min(foot[2] for foot in feet) - definition.two_wheel.wheel_radius
+    driven = {wheel.link for wheel in wheels}
+    others = [name for name in definition.locomotion.floor_touching_base_link_names if name not in driven]
+    for name in others:
+        shapes = description.link_by_name[name].collisions
+        feet += [points[points[:, 2].argmin()] for points in _placed(shapes, poses[name])]
+    if not _stands(np.array(feet)[:, :2], _centre_of_mass(description, poses)[:2]):
+        return {}
+    found = {}
+    for name in _rigid(description):
+        link = description.link_by_name[name]
+        if name in driven or name in others or _lowest(link.collisions, poses[name]) >= floor + REACH:
+            continue
+        seen = _lowest(link.visuals, poses[name])
+        found[name] = seen if floor + CLEARANCE <= seen < np.inf else floor + CLEARANCE
+    return found
+
+
+def _stands(feet: Array, centre: Array) -> bool:
+    """Whether a point lies inside the polygon around (n, 2) others."""
+    try:
+        sides = ConvexHull(feet).equations
+    except (QhullError, ValueError):
+        return False
+    return bool((sides @ np.append(centre, 1.0) <= 0.0).all())
+
+
+def _centre_of_mass(description: RobotDescription, poses: Mapping[str, Array]) -> Array:
+    """(3,) m in the root link's frame; links without inertial count for nothing."""
+    total, weighted = 0.0, np.zeros(3)
+    for link in description.links:
+        if link.inertial is not None:
+            here = poses[link.name] @ np.append(link.inertial.origin.position, 1.0)
+            total, weighted = total + link.inertial.mass, weighted + link.inertial.mass * here[:3]
+    return weighted / total if total > 0 else np.full(3, np.nan)
+
+
+def cut(link: Link, T_root_link: Array, height: float) -> Link:
+    """The link with the hulls of its collision shapes ending at a height (m) of the root link's frame."""
+    kept = []
+    for shape in link.collisions:
+        pose = T_root_link @ shape.origin.matrix()
+        points = _points(shape.geometry)
+        if points is None or (points @ pose[2, :3] + pose[2, 3]).min() >= height:
+            kept.append(shape)
+            continue
+        above = _part_above(points, pose[2, :3], height - pose[2, 3])
+        if len(above):
+            hull = convex_hull(above, None).mesh
+            mesh = TriangleMesh(vertices=read_only(hull.vertices, np.float64), faces=hull.faces)
+            kept.append(replace(shape, geometry=Mesh(uri="", path=None, data=mesh)))
+    return replace(link, collisions=tuple(kept))
+
+
+def _part_above(points: Array, up: Array, level: float) -> Array:
+    """(m, 3) corners of the part of a hull where `up` · x is at least `level`."""
+    corners = convex_hull(points, CORNERS).mesh.vertices
+    height = corners @ up - level
+    high, low = corners[height > 0], corners[height <= 0]
+    if not len(high):
+        return high
+    share = height[height > 0][:, None] / (height[height > 0][:, None] - height[height <= 0][None, :])
+    crossings = high[:, None] + share[:, :, None] * (low[None, :] - high[:, None])
+    return np.concatenate([high, crossings.reshape(-1, 3)])
+
+
+def _rigid(description: RobotDescription) -> list[str]:
+    """Links that stand rigidly on the root link, itself first."""
+    found = [description.root.name]
+    for name in found:
+        found += [joint.child for joint in description.child_joints[name] if joint.type == "fixed"]
+    return found
+
+
+def _lowest(shapes: Sequence[Collision | Visual], T_root_link: Array) -> float:
+    """m; inf where there is no shape."""
+    return min((float(points[:, 2].min()) for points in _placed(shapes, T_root_link)), default=np.inf)
+
+
+def _placed(shapes: Sequence[Collision | Visual], T_root_link: Array) -> list[Array]:
+    """(n, 3) points of each shape in the root link's frame; m."""
+    placed = []
+    for shape in shapes:
+        points, pose = _points(shape.geometry), T_root_link @ shape.origin.matrix()
+        if points is not None:
+            placed.append(points @ pose[:3, :3].T + pose[:3, 3])
+    return placed
+
+
+def _points(geometry: Geometry) -> Array | None:
+    """(n, 3) m that span a shape; None for one without end."""
+    match geometry:
+        case Box(size=size):
+            return primitives.box(size[0] / 2, size[1] / 2, size[2] / 2).vertices
+        case Sphere(radius=radius):
+            return primitives.sphere(radius).vertices
+        case Cylinder(radius=radius, length=length):
+            return primitives.cylinder(radius, length).vertices
+        case Capsule(radius=radius, length=length):
+            return primitives.capsule(radius, length).vertices
+        case Mesh():
+            return mesh_points(geometry)
+        case _:
+            return None

@@ -1,0 +1,207 @@
+"""Compiled sums of balance: where a robot stands and how it may move. Imported with the first control step.
+
+The formulas are in `roboyard.robots.stability.zmp` and `roboyard.robots.control.rate_limiter`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from roboyard.robots.stability.zmp import TINY
+
+kernel = njit(cache=True, nogil=True, error_model="numpy")
+
+
+@kernel
+def lowest_points(geoms, is_ball, contype, conaffinity, aabb, xpos, xmat, out):
+    """The lowest points of shapes, world frame, into `out` (8 per shape, 3); returns how many.
+
+    geoms (g,), is_ball (g,): those that roll or are round touch below their middle; else corners of the box
+    around a shape count that lie in its lower quarter or so. aabb (ngeom, 6): centre and half sizes.
+    """
+    count = 0
+    for k in range(len(geoms)):
+        i = geoms[k]
+        if not contype[i] and not conaffinity[i]:
+            continue
+        if is_ball[k]:
+            out[count, 0], out[count, 1] = xpos[i, 0], xpos[i, 1]
+            out[count, 2] = xpos[i, 2] - max(aabb[i, 3], aabb[i, 4], aabb[i, 5])
+            count += 1
+            continue
+        first, lowest = count, np.inf
+        for corner in range(8):
+            x = aabb[i, 0] + (aabb[i, 3] if corner & 1 else -aabb[i, 3])
+            y = aabb[i, 1] + (aabb[i, 4] if corner & 2 else -aabb[i, 4])
+            z = aabb[i, 2] + (aabb[i, 5] if corner & 4 else -aabb[i, 5])
+            for a in range(3):
+                m = xmat[i]
+                out[count, a] = xpos[i, a] + m[3 * a] * x + m[3 * a + 1] * y + m[3 * a + 2] * z
+            lowest = min(lowest, out[count, 2])
+            count += 1
+        limit = lowest + 0.5 * min(aabb[i, 3], aabb[i, 4], aabb[i, 5])
+        end, count = count, first
+        for j in range(first, end):
+            if out[j, 2] <= limit:
+                for a in range(3):
+                    out[count, a] = out[j, a]
+                count += 1
+    return count
+
+
+@kernel
+def hull_edges(points, count, normals, bounds, middle):
+    """Convex hull of the first `count` points in the plane (Andrew's monotone chain).
+
+    Writes (e, 2) outward normals, (e,) m of each edge along its normal and (2,) the mean of the corners;
+    returns e, or 0 where the hull has no area. Points are put in order.
+    """
+    for i in range(1, count):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        j = i - 1
+        while j >= 0 and (points[j, 0] > x or (points[j, 0] == x and points[j, 1] > y)):
+            for a in range(3):
+                points[j + 1, a] = points[j, a]
+            j -= 1
+        points[j + 1, 0], points[j + 1, 1], points[j + 1, 2] = x, y, z
+    chain = np.empty(2 * count + 2, dtype=np.int64)
+    size = 0
+    for side in range(2):
+        start = size
+        for k in range(count):
+            i = k if side == 0 else count - 1 - k
+            while size - start > 1:
+                a, b = chain[size - 2], chain[size - 1]
+                cross = (points[b, 0] - points[a, 0]) * (points[i, 1] - points[a, 1])
+                cross -= (points[b, 1] - points[a, 1]) * (points[i, 0] - points[a, 0])
+                if cross > 0.0:
+                    break
+                size -= 1
+            if (
+                size == start
+                or points[chain[size - 1], 0] != points[i, 0]
+                or (points[chain[size - 1], 1] != points[i, 1])
+            ):
+                chain[size] = i
+                size += 1
+        size -= 1  # the last of one side is the first of the other
+    if size < 3:
+        return 0
+    area, longest = 0.0, 0.0
+    middle[0] = middle[1] = 0.0
+    for k in range(size):
+        a, b = chain[k], chain[(k + 1) % size]
+        x, y = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+        length = math.sqrt(x * x + y * y)
+        normals[k, 0], normals[k, 1] = y / length, -x / length
+        bounds[k] = normals[k, 0] * points[a, 0] + normals[k, 1] * points[a, 1]
+        area += 0.5 * (points[a, 0] * y - points[a, 1] * x)
+        longest = max(longest, length)
+        middle[0] += points[a, 0] / size
+        middle[1] += points[a, 1] / size
+    return size if area >= 1e-9 + 1e-3 * longest * longest else 0
+
+
+@kernel
+def tipping(shift, spin, dofs, com, mass, height, weight, normals, lean, sway):
+    """(e, k) how far joints move the centre of mass outwards, and their accelerations the floor's answer.
+
+    shift, spin (3, nv): Jacobian of the centre of mass and of the angular momentum about it.
+    """
+    for k in range(len(dofs)):
+        dof = dofs[k]
+        x, y = shift[0, dof], shift[1, dof]
+        about_x, about_y = spin[0, dof] - mass * height * y, spin[1, dof] + mass * height * x
+        for e in range(len(normals)):
+            lean[e, k] = normals[e, 0] * x + normals[e, 1] * y
+            sway[e, k] = (normals[e, 1] * about_x - normals[e, 0] * about_y) / weight
+
+
+@kernel
+def first_moment(bodies, body_mass, inertia, place, turn, floor, x, y, out):
+    """(2,) kg m², world axes: sum of mass times height above the floor times way from (x, y), into `out`."""
+    out[0] = out[1] = 0.0
+    for k in range(len(bodies)):
+        b = bodies[k]
+        high = body_mass[b] * (place[b, 2] - floor)
+        m, own = turn[b], inertia[b]
+        out[0] += high * (place[b, 0] - x)
+        out[1] += high * (place[b, 1] - y)
+        for j in range(3):
+            out[0] -= m[j] * own[j] * m[6 + j]
+            out[1] -= m[3 + j] * own[j] * m[6 + j]
+
+
+@kernel
+def share(room, push):
+    """The largest share of pushes (e,) that stays within the room on every side; 0 to 1."""
+    found = 1.0
+    for e in range(len(room)):
+        if push[e] > TINY:
+            found = min(found, room[e] / push[e])
+    return min(max(found, 0.0), 1.0)
+
+
+@kernel
+def together(sway, slack, acceleration):
+    """Share of (k,) accelerations that joints may take at once, 1 for any alone; see `Balance.together`."""
+    found = 1.0
+    for e in range(len(slack)):
+        total = parts = 0.0
+        for k in range(len(acceleration)):
+            part = sway[e, k] * acceleration[k]
+            total += part
+            parts += abs(part)
+        found = min(found, slack[e] / max(0.5 * (abs(total) + parts), slack[e]))
+    return found
+
+
+@kernel
+def temper(rise, fastest, speed, way, q, reference, lean, sway, room, slack, swing, allowed):
+    """What of (k,) accelerations `rise` and speeds `fastest` the footing bears, in place.
+
+    way (k,): from the reference to its goal. allowed (k,): whether a joint may go on that way.
+    """
+    calm = math.sqrt(share(slack, swing))
+    count, edges = len(rise), len(slack)
+    wanted = np.empty(count)
+    for k in range(count):
+        if calm < 1.0:
+            fastest[k] = min(fastest[k], abs(speed[k]) * calm)
+        for e in range(edges):
+            rise[k] = min(rise[k], slack[e] / max(abs(sway[e, k]), TINY))
+        towards = speed[k] if way[k] == 0.0 else way[k]
+        wanted[k] = rise[k] * np.sign(towards)
+    part = together(sway, slack, wanted)
+    for k in range(count):
+        rise[k] *= part
+        wanted[k] = reference[k] - q[k] + speed[k] * abs(speed[k]) / (2.0 * rise[k])
+        allowed[k] = True
+    for e in range(edges):
+        left = room[e]
+        for k in range(count):
+            left -= lean[e, k] * wanted[k]
+        if left < 0.0:
+            for k in range(count):
+                if lean[e, k] * np.sign(way[k]) > TINY:
+                    allowed[k] = False
+
+
+@kernel
+def advance(reference, speed, goal, way, allowed, rise, fastest, dt):
+    """Lead a reference one step of `dt` towards its goal, and its speed with it; both in place."""
+    for k in range(len(reference)):
+        gap = way[k] if allowed[k] else 0.0
+        braking = math.sqrt(2.0 * rise[k] * abs(gap))
+        wanted = np.sign(gap) * min(min(fastest[k], braking), abs(gap) / dt)
+        change = rise[k] * dt
+        speed[k] = min(max(wanted, speed[k] - change), speed[k] + change)
+        move = speed[k] * dt
+        if np.sign(move) == np.sign(gap) and abs(move) >= abs(gap):
+            reference[k] = goal[k] if gap != 0.0 else reference[k]
+            speed[k] = 0.0
+        else:
+            reference[k] += move

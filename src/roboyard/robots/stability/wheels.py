@@ -1,0 +1,156 @@
+"""The two driven wheels of a robot: where they touch the floor, by their shapes and by the definition.
+
+A definition says how large the wheels are and how far apart they roll; shapes say so only roughly (a hull
+with a margin, a hub that reaches inwards). So each wheel rolls as a flat ellipsoid of the definition's
+radius, whose middle lies where the definition's axle length puts it, but never outside the wheel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from roboyard.description.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Joint,
+    Link,
+    Mesh,
+    Pose,
+    RobotDescription,
+    Sphere,
+    Vector3,
+    Visual,
+)
+from roboyard.kinematics.description_poses import forward_kinematics
+from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.shapes.load import load_mesh
+from roboyard.transforms import Array
+
+NARROWEST = 0.1
+"""Half width of a rolling wheel, at least; of its radius."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Wheel:
+    """One driven wheel; lengths in m, places along its axle from the link's origin."""
+
+    link: str
+    joint: Joint
+    low: float
+    """Where its shapes begin along the axle."""
+    high: float
+    """Where they end."""
+    centre: float
+    """Middle of the part that rolls."""
+    side: float
+    """Where `centre` lies along the common axle, in the root link's frame at zero."""
+    radius: float
+    """Of its shapes: the largest distance from the axle."""
+
+    @property
+    def half_width(self) -> float:
+        """Of the ellipsoid that rolls; m."""
+        return max(min(self.high - self.centre, self.centre - self.low), NARROWEST * self.radius)
+
+
+def driven_wheels(definition: RobotDefinition, description: RobotDescription) -> dict[str, Wheel]:
+    """Link to wheel, left and right; none where the robot does not drive on two, or they have no shape."""
+    if definition.two_wheel is None or definition.locomotion is None:
+        return {}
+    joints = [description.joint_by_name[name] for name in definition.locomotion.base_joint_names]
+    links = [description.link_by_name[joint.child] for joint in joints]
+    if not all(link.collisions for link in links):
+        return {}
+    poses = forward_kinematics(description)
+    axes = [poses[j.child][:3, :3] @ np.asarray(j.axis) for j in joints]
+    signs = [1.0, float(np.sign(axes[0] @ axes[1]) or 1.0)]
+    starts = [float(poses[j.child][:3, 3] @ axes[0]) for j in joints]
+    spans = [extent_along(link, joint.axis) for link, joint in zip(links, joints, strict=True)]
+    centres = [(low + high) / 2 for low, high in spans]
+    sides = [start + sign * c for start, sign, c in zip(starts, signs, centres, strict=True)]
+    middle, apart = sum(sides) / 2, float(np.sign(sides[0] - sides[1]))
+    if apart:
+        half = apart * definition.two_wheel.wheel_axle_length / 2
+        wanted = [(middle + half - starts[0]) * signs[0], (middle - half - starts[1]) * signs[1]]
+        centres = [float(np.clip(c, *span)) for c, span in zip(wanted, spans, strict=True)]
+        sides = [start + sign * c for start, sign, c in zip(starts, signs, centres, strict=True)]
+    return {
+        joint.child: Wheel(
+            link=joint.child,
+            joint=joint,
+            low=span[0],
+            high=span[1],
+            centre=centre,
+            side=side,
+            radius=_radius(link.collisions, joint.axis),
+        )
+        for joint, link, span, centre, side in zip(joints, links, spans, centres, sides, strict=True)
+    }
+
+
+def rolling(link: Link, wheel: Wheel, radius: float) -> Link:
+    """A driven wheel as one ball of this radius (m), z along the axle.
+
+    `Link.flatten_balls` then makes it as narrow as the wheel.
+    """
+    x, y, z = wheel.joint.axis
+    middle = np.asarray(wheel.joint.axis) * wheel.centre
+    position = (float(middle[0]), float(middle[1]), float(middle[2]))
+    half = np.array([-y, x, 0.0, 1.0 + z]) if z > -1 + 1e-9 else np.array([1.0, 0.0, 0.0, 0.0])
+    quaternion = half / np.linalg.norm(half)
+    origin = Pose(position=position, quaternion=tuple(float(v) for v in quaternion))  # type: ignore[arg-type]
+    first = link.collisions[0]
+    return replace(link, collisions=(replace(first, geometry=Sphere(radius=radius), origin=origin),))
+
+
+def extent_along(link: Link, axis: Vector3) -> tuple[float, float]:
+    """Where the shapes of a link begin and end along a unit axis of its frame; m."""
+    sides = [_extent(shape, np.asarray(axis)) for shape in (*link.collisions, *link.visuals)]
+    return min(low for low, _ in sides), max(high for _, high in sides)
+
+
+def _extent(shape: Collision | Visual, axis: Array) -> tuple[float, float]:
+    pose, geometry = shape.origin.matrix(), shape.geometry
+    local = pose[:3, :3].T @ axis
+    centre = float(pose[:3, 3] @ axis)
+    match geometry:
+        case Box(size=size):
+            reach = float(np.abs(local) @ np.asarray(size)) / 2
+        case Sphere(radius=radius):
+            reach = radius
+        case Cylinder(radius=radius, length=length):
+            reach = abs(float(local[2])) * length / 2 + radius * float(np.hypot(local[0], local[1]))
+        case Capsule(radius=radius, length=length):
+            reach = abs(float(local[2])) * length / 2 + radius
+        case Mesh():
+            along = mesh_points(geometry) @ local
+            return centre + float(along.min()), centre + float(along.max())
+        case _:
+            reach = 0.0
+    return centre - reach, centre + reach
+
+
+def _radius(shapes: Iterable[Collision], axis: Vector3) -> float:
+    """How far shapes reach square to an axis through the link's origin, along two diameters; m."""
+    x, y, z = axis
+    first = np.cross(axis, (1.0, 0.0, 0.0) if abs(x) < 0.9 else (0.0, 1.0, 0.0))
+    first = first / np.linalg.norm(first)
+    second = np.cross((x, y, z), first)
+    return max(abs(end) for shape in shapes for side in (first, second) for end in _extent(shape, side))
+
+
+def mesh_points(geometry: Mesh) -> Array:
+    """(n, 3) scaled vertices of a mesh, in the shape's frame; m. One point at the origin where there is no
+    file.
+    """
+    mesh = geometry.data
+    if mesh is None:
+        if geometry.path is None:
+            return np.zeros((1, 3))
+        mesh = load_mesh(geometry.path)
+    return np.asarray(mesh.vertices, dtype=float) * np.asarray(geometry.scale)

@@ -1,0 +1,1 @@
+"""Convex hulls and convex decompositions of meshes."""

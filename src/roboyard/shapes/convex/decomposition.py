@@ -1,0 +1,298 @@
+"""Collision shapes from any mesh: one convex hull where that is close, else a few.
+
+The hull comes first; a voxel grid says how much of it is air. Only where that is too much is the mesh taken
+apart, by CoACD in a child process or, where CoACD is absent, fails, runs over time or hugs the mesh clearly
+less closely, by Roboyard's own splitter. Results are cached under the hash of mesh and settings.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from roboyard.errors import ConfigError, unknown_name
+from roboyard.shapes.cache import content_key, load_arrays, store_arrays
+from roboyard.shapes.convex import coacd_process
+from roboyard.shapes.convex.box_splitter import split_convex
+from roboyard.shapes.convex.hulls import Hull, HullFit, convex_hull, measure_hulls
+from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.shapes.voxels.grid import VoxelGrid, voxelize
+
+Method = Literal["coacd", "split", "convex"]
+METHODS = ("coacd", "split", "convex")
+VERSION = 2
+"""Raised when the same mesh and settings give other hulls than before."""
+TIGHT_EXCESS = 0.10
+"""Excess of a single hull below which it is kept."""
+TIGHT_RATIO = 0.90
+"""Solid volume / hull volume above which a single hull is kept."""
+WORTH_PARTS = 0.9
+"""Excess of the parts / excess of the single hull above which the parts are not worth having."""
+CLEARLY = (0.8, 0.1)
+"""Own parts replace CoACD's where their excess is below this share of CoACD's, and lower by at least this."""
+TIME_LIMIT = 10.0
+"""Seconds that CoACD may take for a mesh: what is not done by then seldom ends, and hugs no closer."""
+SHELL_SHARE = 0.5
+"""Share of voxels too thin to have an inside above which a mesh counts as an open shell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How meshes are taken apart; fields as the arguments of `decompose`.
+
+    Raises:
+        ConfigError: an unknown method, or a limit below what a hull needs.
+    """
+
+    method: Method | None = "coacd"
+    hull_count: int = 8
+    max_vertices: int = 60
+    time_limit: float = TIME_LIMIT
+    use_cache: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if self.method is not None and self.method not in METHODS:
+            raise ConfigError(unknown_name("decomposition method", self.method, METHODS))
+        if self.hull_count < 1:
+            raise ConfigError(f"hull_count {self.hull_count}: give at least 1")
+        if self.max_vertices < 4:
+            raise ConfigError(f"max_vertices {self.max_vertices}: a hull has at least 4")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Begun:
+    """A mesh whose hull and own parts are made, for which CoACD is still to be asked."""
+
+    mesh: TriangleMesh
+    key: str
+    """Of the cache."""
+    grid: VoxelGrid
+    single: tuple[Hull, HullFit]
+    own: tuple[list[Hull], HullFit]
+    """What the splitter made."""
+    notes: tuple[str, ...]
+    seconds: float
+    """Spent so far."""
+
+    @property
+    def air(self) -> float:
+        """What CoACD might gain: volume of the own parts outside the solid; m³."""
+        return self.own[1].excess * self.grid.volume
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Decomposition:
+    """Convex parts of one mesh and how well they stand for it. Volumes are shares of the solid's."""
+
+    hulls: tuple[TriangleMesh, ...]
+    """Closed, convex, wound outwards; m, in the mesh's frame."""
+    excess: float
+    """Volume of the hulls' union outside the solid."""
+    missing: float
+    """Volume of the solid outside every hull."""
+    deepest_mm: float
+    """Farthest that the union reaches out of the solid."""
+    method_used: str
+    """"hull" (one hull), "coacd", "split" (Roboyard's own) or "none"."""
+    seconds: float
+    """Time it took; 0 from the cache."""
+    notes: tuple[str, ...] = ()
+    """What was unusual, and what was done instead of what was asked."""
+    cached: bool = False
+
+
+def decompose(
+    mesh: TriangleMesh,
+    method: Method | None = "coacd",
+    *,
+    hull_count: int = 8,
+    max_vertices: int = 60,
+    time_limit: float = TIME_LIMIT,
+    use_cache: bool = True,
+    stop: Callable[[], bool] = lambda: False,
+    deadline: float = math.inf,
+) -> Decomposition:
+    """Convex collision shapes of one mesh; never fails on a mesh with a finite vertex.
+
+    Args:
+        mesh: any triangles, open or closed; m.
+        method: "coacd" (falls back to "split", with a note), "split" (Roboyard's own), "convex" (one hull),
+            or None for no shapes at all.
+        hull_count: most hulls.
+        max_vertices: most vertices of a hull.
+        time_limit: seconds that CoACD may take.
+        use_cache: keep results on disk and take them from there.
+        stop: asked now and then; True ends the work early, with what the splitter has by then.
+        deadline: `time.monotonic()` at which CoACD has to be done, whatever the time limit says.
+
+    Raises:
+        ConfigError: an unknown method, or a limit below what a hull needs.
+        MeshError: the mesh has no finite vertex.
+    """
+    settings = Settings(method, hull_count, max_vertices, time_limit, use_cache)
+    begun = begin(mesh, settings, stop)
+    return begun if isinstance(begun, Decomposition) else finish(begun, settings, stop, deadline)
+
+
+def begin(
+    mesh: TriangleMesh, settings: Settings, stop: Callable[[], bool] = lambda: False
+) -> Decomposition | Begun:
+    """All that needs no CoACD; the result where that is all there is to do, or where it is known already.
+
+    Raises:
+        MeshError: the mesh has no finite vertex.
+    """
+    method, vertices = settings.method, settings.max_vertices
+    if method is None:
+        return Decomposition(
+            hulls=(), excess=0.0, missing=1.0, deepest_mm=0.0, method_used="none", seconds=0.0
+        )
+    key = content_key(
+        mesh.vertices, mesh.faces, method, settings.hull_count, vertices, settings.time_limit, VERSION
+    )
+    if settings.use_cache and (known := _from_cache(key)) is not None:
+        return known
+    started = time.perf_counter()
+    grid = voxelize(mesh, fill_cavities=True)
+    single = convex_hull(mesh, vertices)
+    fit = measure_hulls([single.mesh], grid)
+    notes = [*grid.notes, *single.notes]
+    tight = fit.excess < TIGHT_EXCESS or grid.volume > TIGHT_RATIO * single.volume
+    parts: list[Hull] = [single]
+    parts_fit, asks_coacd, lasting = fit, False, True
+    if method != "convex" and settings.hull_count > 1 and not tight:
+        parts = split_convex(mesh, grid, settings.hull_count, vertices, stop=stop)
+        parts_fit = measure_hulls([hull.mesh for hull in parts], grid)
+        asks_coacd, lasting = _asks_coacd(method, grid, notes)
+    begun = Begun(
+        mesh=mesh,
+        key=key,
+        grid=grid,
+        single=(single, fit),
+        own=(parts, parts_fit),
+        notes=tuple(notes),
+        seconds=time.perf_counter() - started,
+    )
+    return begun if asks_coacd else _kept(begun, settings, parts, parts_fit, "split", notes, stop, lasting)
+
+
+def _asks_coacd(method: str, grid: VoxelGrid, notes: list[str]) -> tuple[bool, bool]:
+    """Whether CoACD is to be asked, and whether the answer lasts (without coacd installed it does not)."""
+    if method != "coacd":
+        return False, True
+    if grid.thin.sum() > SHELL_SHARE * grid.solid.sum():
+        notes.append("open shell: split without coacd, which has no inside to work on")
+        return False, True
+    if not coacd_process.is_installed():
+        notes.append('split without coacd, which is not installed: pip install "roboyard[convex]"')
+        return False, False
+    return True, True
+
+
+def finish(
+    begun: Begun, settings: Settings, stop: Callable[[], bool] = lambda: False, deadline: float = math.inf
+) -> Decomposition:
+    """Ask CoACD, and take its parts or Roboyard's own; `deadline` as of `decompose`."""
+    since = time.perf_counter()
+    notes = list(begun.notes)
+    (parts, fit), used = begun.own, "split"
+    try:
+        allowed = min(settings.time_limit, deadline - time.monotonic())
+        clouds = coacd_process.run_coacd(begun.mesh, settings.hull_count, allowed, stop)
+    except coacd_process.CoacdFailedError as error:
+        notes.append(f"split without coacd: {error}")
+    else:
+        theirs = [convex_hull(cloud, settings.max_vertices) for cloud in clouds]
+        their_fit = measure_hulls([hull.mesh for hull in theirs], begun.grid)
+        if fit.excess < min(CLEARLY[0] * their_fit.excess, their_fit.excess - CLEARLY[1]):
+            notes.append(f"own parts kept: excess {fit.excess:.2f}, coacd's {their_fit.excess:.2f}")
+        else:
+            parts, fit, used = theirs, their_fit, "coacd"
+    begun = replace(begun, seconds=begun.seconds + time.perf_counter() - since)
+    return _kept(begun, settings, parts, fit, used, notes, stop, True)
+
+
+def _kept(
+    begun: Begun,
+    settings: Settings,
+    parts: list[Hull],
+    fit: HullFit,
+    used: str,
+    notes: list[str],
+    stop: Callable[[], bool],
+    lasting: bool,
+) -> Decomposition:
+    """The parts, or the single hull where they hug the mesh no closer; kept on disk where it lasts."""
+    single, single_fit = begun.single
+    if len(parts) == 1 or fit.excess > WORTH_PARTS * single_fit.excess:
+        if parts != [single]:
+            notes.append("parts hug the mesh no closer: one hull kept")
+        parts, fit, used = [single], single_fit, "hull"
+    made = replace(_result(parts, fit, used, notes), seconds=begun.seconds)
+    if settings.use_cache and lasting and not stop():
+        store_arrays("hulls", begun.key, _to_arrays(made))
+    return made
+
+
+def _result(hulls: Sequence[Hull], fit: HullFit, used: str, notes: Sequence[str]) -> Decomposition:
+    lost = max(hull.lost for hull in hulls)
+    said = [*notes, *(note for hull in hulls for note in hull.notes)]
+    if lost > 0.05:
+        said.append(f"vertex limit gave up {lost:.0%} of a hull's volume")
+    return Decomposition(
+        hulls=tuple(hull.mesh for hull in hulls),
+        excess=fit.excess,
+        missing=fit.missing,
+        deepest_mm=fit.deepest_mm,
+        method_used=used,
+        seconds=0.0,
+        notes=tuple(dict.fromkeys(said)),
+    )
+
+
+def _to_arrays(made: Decomposition) -> dict[str, np.ndarray]:
+    about = {
+        "excess": made.excess,
+        "missing": made.missing,
+        "deepest_mm": made.deepest_mm,
+        "method_used": made.method_used,
+        "notes": made.notes,
+    }
+    arrays: dict[str, np.ndarray] = {"about": np.array(json.dumps(about))}
+    for index, hull in enumerate(made.hulls):
+        arrays[f"vertices{index}"], arrays[f"faces{index}"] = hull.vertices, hull.faces
+    return arrays
+
+
+def _from_cache(key: str) -> Decomposition | None:
+    arrays = load_arrays("hulls", key)
+    if arrays is None:
+        return None
+    try:
+        about = json.loads(str(arrays["about"]))
+        hulls = tuple(
+            TriangleMesh(
+                vertices=read_only(arrays[f"vertices{index}"], np.float64),
+                faces=read_only(arrays[f"faces{index}"], np.int32),
+            )
+            for index in range((len(arrays) - 1) // 2)
+        )
+        return Decomposition(
+            hulls=hulls,
+            excess=float(about["excess"]),
+            missing=float(about["missing"]),
+            deepest_mm=float(about["deepest_mm"]),
+            method_used=str(about["method_used"]),
+            seconds=0.0,
+            notes=tuple(about["notes"]),
+            cached=True,
+        )
+    except (KeyError, ValueError, TypeError):
+        return None

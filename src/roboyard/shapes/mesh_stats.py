@@ -1,0 +1,207 @@
+"""What an audit asks of a mesh file: size, closedness, volume, hull. Kept by content, so asked only once.
+
+The facts of a file live in the user's cache folder under the SHA-256 of its bytes; a folder that cannot be
+written just means computing them again.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import io
+import os
+import zipfile
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.errors import MeshError
+from roboyard.shapes import inertia
+from roboyard.shapes.cache import cache_folder
+from roboyard.shapes.inertia import MassProperties, convex_hull, is_closed, volume_integrals
+from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.readers.references import names_in
+
+Array = NDArray[np.float64]
+
+_VERSION = 3
+"""Part of the cache key: raise it when the facts of a file change meaning."""
+_MAX_HULL_POINTS = 400
+_MOST_IN_MEMORY = 2000
+_in_memory: dict[tuple[str, int, int], MeshFacts] = {}
+"""By path, time and size of the file: one import asks for the same facts several times."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshFacts:
+    """Of one mesh file, in its own units, before any scale."""
+
+    content: str
+    """SHA-256 of the file."""
+    triangles: int
+    vertices: int
+    is_finite: bool
+    """False where some vertex is NaN or infinite; the numbers below are then zero."""
+    is_closed: bool
+    """Every edge has one neighbour running the other way."""
+    bounds: Array
+    """(2, 3) lower and upper corner."""
+    volume: float
+    """Inside the surface where it is closed, else of the hull; 0 where it is flat."""
+    hull_volume: float
+    """0 where it is flat."""
+    hull: Array
+    """(k, 3) points whose hull is (nearly) that of the mesh; at most 400."""
+    center: Array
+    """(3,) centre of mass at uniform density."""
+    inertia: Array
+    """(3, 3) about the centre, at density 1."""
+    solid: str
+    """What the mass properties were taken of (see `roboyard.shapes.inertia`)."""
+    mass: float
+    """At density 1."""
+    names: tuple[str, ...] = ()
+    """Of material libraries, images and buffers, as the file names them."""
+
+    @property
+    def is_flat(self) -> bool:
+        """True where the vertices span no volume."""
+        return self.hull_volume <= 0.0
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """At density 1, in the file's units."""
+        solid = self.solid
+        assert solid in ("closed mesh", "convex hull", "bounding box")
+        return MassProperties(mass=self.mass, center=self.center, inertia=self.inertia, solid=solid)
+
+    def scaled_properties(self, scale: tuple[float, ...]) -> MassProperties:
+        """At density 1, with the mesh scaled along its axes."""
+        factors = np.abs(np.asarray(scale, dtype=float))
+        own = self.mass_properties
+        # ∫ x xᵀ dm from the tensor, scaled component by component
+        second = 0.5 * np.trace(own.inertia) * np.eye(3) - own.inertia
+        signed = np.asarray(scale, dtype=float)
+        second = second * np.outer(signed, signed) * float(np.prod(factors))
+        inertia = np.trace(second) * np.eye(3) - second
+        mass = own.mass * float(np.prod(factors))
+        return MassProperties(mass=mass, center=own.center * signed, inertia=inertia, solid=own.solid)
+
+
+def mesh_facts(path: Path) -> MeshFacts:
+    """Facts of a mesh file, from the cache where it has been seen before.
+
+    Raises:
+        MeshError: the file cannot be read as a mesh or is empty.
+    """
+    from roboyard.shapes.load import MAX_FILE_BYTES, MESH_SUFFIXES, load_mesh
+
+    if path.suffix.lower() not in MESH_SUFFIXES or not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
+        return facts_of(load_mesh(path))  # raises, and says why
+    state = path.stat()
+    key = (str(path.absolute()), state.st_mtime_ns, state.st_size)
+    if key in _in_memory:
+        return _in_memory[key]
+    content = _digest(path)
+    kept = cache_folder() / "mesh-facts" / f"{content}-{path.suffix.lower().lstrip('.')}-{_VERSION}.npz"
+    facts = _recall(kept, content)
+    if facts is None:
+        facts = dataclasses.replace(facts_of(load_mesh(path), content), names=tuple(names_in(path)))
+        _remember(kept, facts)
+    if len(_in_memory) >= _MOST_IN_MEMORY:
+        _in_memory.clear()
+    _in_memory[key] = facts
+    return facts
+
+
+def facts_of(triangles: TriangleMesh, content: str = "") -> MeshFacts:
+    """Facts of a mesh in memory."""
+    vertices, faces = np.asarray(triangles.vertices), np.asarray(triangles.faces)
+    vertices = vertices[np.unique(faces)] if len(faces) and len(faces) * 3 < len(vertices) else vertices
+    if vertices.shape[0] == 0 or not np.isfinite(vertices).all() or np.abs(vertices).max() > 1e100:
+        zeros = np.zeros(3)
+        return MeshFacts(
+            content=content, triangles=len(faces), vertices=len(vertices), is_finite=False, is_closed=False,
+            bounds=np.zeros((2, 3)), volume=0.0, hull_volume=0.0, hull=np.zeros((0, 3)),
+            center=zeros, inertia=np.zeros((3, 3)), solid="bounding box", mass=0.0,
+        )  # fmt: skip
+    points, corners = np.asarray(triangles.vertices), faces
+    closed = is_closed(points, corners)
+    hull = convex_hull(points)
+    hull_volume = 0.0 if hull is None else volume_integrals(*hull)[0]
+    volume = volume_integrals(points, corners)[0] if closed else hull_volume
+    own = inertia.inside_of(points, corners, density=1.0) if closed else None
+    if own is None:
+        own = inertia.hull_or_box(hull, points, density=1.0)
+    return MeshFacts(
+        content=content,
+        triangles=len(faces),
+        vertices=len(points),
+        is_finite=True,
+        is_closed=closed,
+        bounds=np.stack([points.min(axis=0), points.max(axis=0)]),
+        volume=volume,
+        hull_volume=hull_volume,
+        hull=_thinned(points if hull is None else hull[0]),
+        center=own.center,
+        inertia=own.inertia,
+        solid=own.solid,
+        mass=own.mass,
+    )
+
+
+def _thinned(points: Array) -> Array:
+    """At most 400 of the points: those that reach furthest in directions spread over the sphere."""
+    if len(points) <= _MAX_HULL_POINTS:
+        return points
+    k = np.arange(_MAX_HULL_POINTS) + 0.5
+    polar, azimuth = np.arccos(1.0 - 2.0 * k / _MAX_HULL_POINTS), np.pi * (1.0 + 5.0**0.5) * k
+    directions = np.stack(
+        [np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)], axis=-1
+    )
+    return points[np.unique(np.argmax(points @ directions.T, axis=0))]
+
+
+# ----------------------------------------------------------------------------------------------- the cache
+
+
+def _digest(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise MeshError(f"cannot be read: {error.strerror or error}", file=path) from None
+
+
+_SCALARS = ("triangles", "vertices", "is_finite", "is_closed", "volume", "hull_volume", "solid", "mass")
+_ARRAYS = ("bounds", "hull", "center", "inertia")
+
+
+def _recall(file: Path, content: str) -> MeshFacts | None:
+    try:
+        data = file.read_bytes()
+        with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+            kept = {name: stored[name].item() for name in _SCALARS}
+            kept |= {name: stored[name] for name in _ARRAYS}
+            kept["names"] = tuple(str(name) for name in stored["names"])
+        return MeshFacts(content=content, **kept)
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError):
+        return None
+
+
+def _remember(file: Path, facts: MeshFacts) -> None:
+    stored = {name: np.asarray(getattr(facts, name)) for name in (*_SCALARS, *_ARRAYS)}
+    stored["names"] = np.asarray(facts.names, dtype=np.str_)
+    partial = file.with_name(f"{file.name}.{os.getpid()}")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with partial.open("wb") as stream:
+            np.savez(stream, **stored)  # pyright: ignore[reportArgumentType]
+        partial.replace(file)
+    except OSError:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)

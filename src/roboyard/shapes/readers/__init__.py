@@ -1,0 +1,1 @@
+"""Mesh files as triangles: OBJ, STL, COLLADA, glTF and PLY."""

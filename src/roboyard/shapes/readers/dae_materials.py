@@ -1,0 +1,96 @@
+"""Read COLLADA materials: the diffuse colour or image of each."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.shapes.readers.external_files import load_image
+from roboyard.shapes.readers.read_mtl import Finish
+
+_SHADERS = ("phong", "lambert", "blinn", "constant")
+
+
+class Surfaces:
+    """The finishes of one document's materials, each read once."""
+
+    def __init__(self, root: ET.Element, ids: Mapping[str | None, ET.Element], file: Path) -> None:
+        self.root, self.ids, self.file = root, ids, file
+        self._finishes: dict[int, Finish] = {}
+        self._images: dict[str, NDArray[np.uint8] | None] = {}
+
+    def finish(self, material: ET.Element | None) -> Finish:
+        """How a `<material>` looks; nothing known of None."""
+        if material is None:
+            return Finish()
+        if id(material) not in self._finishes:
+            self._finishes[id(material)] = self._read(material)
+        return self._finishes[id(material)]
+
+    def _read(self, material: ET.Element) -> Finish:
+        instance = material.find("instance_effect")
+        effect = None if instance is None else self._find(instance.get("url"))
+        if effect is None:
+            return Finish()
+        shader = next(
+            (found for tag in _SHADERS if (found := next(effect.iter(tag), None)) is not None), None
+        )
+        if shader is None:
+            return Finish()
+        texture = shader.find("diffuse/texture")
+        if texture is not None:
+            name = self._image_file(effect, texture.get("texture"))
+            if name is not None:
+                if name not in self._images:
+                    self._images[name] = load_image(self.file, name)
+                if self._images[name] is not None:
+                    return Finish(texture=self._images[name])
+        diffuse, emission = _rgba(shader.find("diffuse/color")), _rgba(shader.find("emission/color"))
+        if diffuse is None or (not diffuse[:3].any() and shader.tag == "constant"):
+            diffuse = emission
+        return Finish(color=diffuse)
+
+    def _find(self, reference: str | None) -> ET.Element | None:
+        return self.ids.get((reference or "").removeprefix("#"))
+
+    def _image_file(self, effect: ET.Element, name: str | None) -> str | None:
+        """File name of the image that a texture names through its sampler and surface, or directly."""
+        parameters = {param.get("sid"): param for param in effect.iter("newparam")}
+        for _ in range(3):
+            param = parameters.get(name)
+            if param is None:
+                break
+            source = param.find("sampler2D/source")
+            if source is None:
+                source = param.find("surface/init_from")
+            if source is None:
+                source = param.find("sampler2D/instance_image")
+                name = None if source is None else (source.get("url") or "").removeprefix("#")
+            else:
+                name = (source.text or "").strip()
+        image = self.ids.get(name)
+        if image is None or image.tag != "image":
+            return None
+        origin = image.find("init_from")
+        if origin is None:
+            return None
+        text = origin.text or ""
+        ref = origin.find("ref")
+        return (ref.text or "" if ref is not None else text).strip() or None
+
+
+def _rgba(element: ET.Element | None) -> NDArray[np.uint8] | None:
+    """(4,) opaque colour; exporters disagree about transparency too much for it to mean anything."""
+    if element is None:
+        return None
+    try:
+        values = np.array((element.text or "").split(), dtype=np.float64)
+    except ValueError:
+        return None
+    if len(values) < 3 or not np.isfinite(values[:3]).all():
+        return None
+    return np.rint(255 * np.clip([*values[:3], 1.0], 0.0, 1.0)).astype(np.uint8)

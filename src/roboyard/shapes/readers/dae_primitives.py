@@ -1,0 +1,166 @@
+"""Read a COLLADA `<geometry>`: triangles, polygon lists, polygons, strips and fans."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.shapes.readers.parts import Floats, Indices
+
+_KINDS = ("triangles", "polylist", "polygons", "tristrips", "trifans")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Primitive:
+    """Triangles of one material symbol."""
+
+    positions: Floats
+    """(n, 3)"""
+    corners: Indices
+    """(m, 3)"""
+    normals: tuple[Floats, Indices] | None
+    uv: tuple[Floats, Indices] | None
+    colors: NDArray[np.uint8] | None
+    """(m, 4) mean of each face's vertex colours"""
+    material: str | None
+
+
+def read_geometry(geometry: ET.Element, ids: Mapping[str | None, ET.Element]) -> list[Primitive]:
+    """The primitives of one geometry that have triangles; lines and splines are skipped."""
+    mesh = geometry.find("mesh")
+    if mesh is None:
+        return []
+    sources: dict[int, Floats] = {}
+    found = (_read_primitive(element, ids, sources) for element in mesh if element.tag in _KINDS)
+    return [primitive for primitive in found if primitive is not None]
+
+
+def _read_primitive(
+    element: ET.Element, ids: Mapping[str | None, ET.Element], sources: dict[int, Floats]
+) -> Primitive | None:
+    inputs, stride = _inputs(element, ids)
+    corners = _corners(element, stride)
+    if not len(corners):
+        return None
+    if "POSITION" not in inputs:
+        raise ValueError(f"<{element.tag}> has no positions")
+
+    def values(semantic: str) -> tuple[Floats, Indices] | None:
+        if semantic not in inputs:
+            return None
+        source, offset = inputs[semantic]
+        if id(source) not in sources:
+            sources[id(source)] = _floats(source, ids)
+        return sources[id(source)], corners[:, :, offset]
+
+    position = values("POSITION")
+    assert position is not None
+    normals, uv, tint = values("NORMAL"), values("TEXCOORD"), values("COLOR")
+    return Primitive(
+        positions=_columns(position[0], 3),
+        corners=position[1],
+        normals=None if normals is None else (_columns(normals[0], 3), normals[1]),
+        uv=None if uv is None else (_columns(uv[0], 2), uv[1]),
+        colors=None if tint is None else _face_colors(*tint),
+        material=element.get("material"),
+    )
+
+
+def _inputs(
+    element: ET.Element, ids: Mapping[str | None, ET.Element]
+) -> tuple[dict[str, tuple[ET.Element, int]], int]:
+    """Semantic to its source and its offset in the index list, and the numbers of indices for a corner."""
+    found: dict[str, tuple[ET.Element, int]] = {}
+    stride = 1
+    for entry in element.findall("input"):
+        offset = int(entry.get("offset", "0"))
+        if not 0 <= offset < 64:
+            raise ValueError(f"<{element.tag}> has an input at offset {offset}")
+        stride = max(stride, offset + 1)
+        source = ids.get((entry.get("source") or "").removeprefix("#"))
+        semantic = entry.get("semantic", "")
+        if source is None:
+            continue
+        if semantic == "VERTEX":
+            for nested in source.findall("input"):
+                other = ids.get((nested.get("source") or "").removeprefix("#"))
+                if other is not None:
+                    found.setdefault(nested.get("semantic", ""), (other, offset))
+        else:
+            found.setdefault(semantic, (source, offset))
+    return found, stride
+
+
+def _corners(element: ET.Element, stride: int) -> Indices:
+    """(m, 3, stride) indices of the triangles' corners."""
+    lists = [np.array((p.text or "").split(), dtype=np.int64) for p in element.iter("p")]
+    lists = [numbers[: len(numbers) // stride * stride].reshape(-1, stride) for numbers in lists]
+    empty = np.empty((0, 3, stride), dtype=np.int64)
+    if not lists:
+        return empty
+    if element.tag == "triangles":
+        every = np.concatenate(lists)
+        return every[: len(every) // 3 * 3].reshape(-1, 3, stride)
+    if element.tag == "polylist":
+        counts = element.find("vcount")
+        sizes = np.array((counts.text or "").split() if counts is not None else [], dtype=np.int64)
+        every = np.concatenate(lists)
+        if (sizes < 0).any() or sizes.sum() > len(every):
+            raise ValueError("<polylist> counts more corners than it lists")
+        return every[_fans(sizes)]
+    if element.tag == "tristrips":
+        return np.concatenate([empty, *(_strip(numbers) for numbers in lists)])
+    sizes = np.array([len(numbers) for numbers in lists], dtype=np.int64)  # polygons and fans
+    return np.concatenate(lists)[_fans(sizes)]
+
+
+def _fans(sizes: Indices) -> Indices:
+    """(m, 3) positions of triangle corners in a list of polygons of these sizes, each cut as a fan."""
+    starts = np.cumsum(sizes) - sizes
+    cut = np.maximum(sizes - 2, 0)
+    first = np.repeat(starts, cut)
+    step = np.arange(cut.sum()) - np.repeat(np.cumsum(cut) - cut, cut)
+    return np.stack([first, first + step + 1, first + step + 2], axis=1)
+
+
+def _strip(numbers: Indices) -> Indices:
+    """Triangles of a strip, every second one turned."""
+    count = max(len(numbers) - 2, 0)
+    index = np.arange(count)[:, None] + np.arange(3)
+    index[1::2] = index[1::2, ::-1]
+    return numbers[index]
+
+
+def _floats(source: ET.Element, ids: Mapping[str | None, ET.Element]) -> Floats:
+    """(n, stride) table of a `<source>`."""
+    accessor = source.find("technique_common/accessor")
+    array = None if accessor is None else ids.get((accessor.get("source") or "").removeprefix("#"))
+    if array is None:
+        array = source.find("float_array")
+    if array is None:
+        raise ValueError("a <source> has no numbers")
+    numbers = np.array((array.text or "").split(), dtype=np.float64)
+    stride = int(accessor.get("stride", "1")) if accessor is not None else 3
+    offset = int(accessor.get("offset", "0")) if accessor is not None else 0
+    if not 1 <= stride <= 64 or offset < 0:
+        raise ValueError("a <source> has an unusable stride or offset")
+    numbers = numbers[offset:]
+    return numbers[: len(numbers) // stride * stride].reshape(-1, stride)
+
+
+def _columns(table: Floats, count: int) -> Floats:
+    if table.shape[1] < count:
+        raise ValueError(f"a <source> gives {table.shape[1]} numbers an item where {count} are needed")
+    return table[:, :count]
+
+
+def _face_colors(values: Floats, index: Indices) -> NDArray[np.uint8]:
+    table = _columns(values, 3)
+    if index.size and (index.min() < 0 or index.max() >= len(table)):
+        raise ValueError(f"a face names colour {int(index.max()) + 1}, but there are {len(table)}")
+    rgb = np.rint(255 * table[index].mean(axis=1)).clip(0, 255)
+    return np.column_stack([rgb, np.full(len(rgb), 255)]).astype(np.uint8)

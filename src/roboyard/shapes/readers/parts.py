@@ -1,0 +1,209 @@
+"""What mesh readers produce, and how it becomes one `TriangleMesh`."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.shapes.mesh import TriangleMesh, read_only, shared
+from roboyard.shapes.readers.texture_atlas import pack_textures
+
+_log = logging.getLogger("roboyard.shapes")
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
+class Part:
+    """Triangles of one material."""
+
+    vertices: Floats
+    """(n, 3)"""
+    faces: Indices
+    """(m, 3)"""
+    normals: Floats | None = None
+    """(n, 3), of any length"""
+    uv: Floats | None = None
+    """(n, 2)"""
+    color: NDArray[np.uint8] | None = None
+    """(4,) or (m, 4) RGBA"""
+    texture: NDArray[np.uint8] | None = None
+    """(h, w, 4); the same array object for parts that share it"""
+
+
+def part_from_corners(
+    positions: Floats,
+    corners: Indices,
+    *,
+    normals: tuple[Floats, Indices] | None = None,
+    uv: tuple[Floats, Indices] | None = None,
+    color: NDArray[np.uint8] | None = None,
+    texture: NDArray[np.uint8] | None = None,
+) -> Part:
+    """A part whose corners index positions, normals and texture coordinates separately, as OBJ and DAE do.
+
+    Args:
+        positions: (n, 3).
+        corners: (m, 3) into `positions`.
+        normals: (k, 3) values and (m, 3) indices.
+        uv: (k, 2) values and (m, 3) indices.
+        color: (4,) or (m, 4).
+
+    Normals and texture coordinates that the file does not have are done without.
+
+    Raises:
+        ValueError: an index lies outside `positions`.
+    """
+    check_indices("vertex", corners, len(positions))
+    normals, uv = _if_there("normal", normals), _if_there("texture coordinate", uv)
+    index = [corners.ravel(), *(pair[1].ravel() for pair in (normals, uv) if pair is not None)]
+    key = index[0].astype(np.int64)
+    for more in index[1:]:
+        _, key = np.unique(key, return_inverse=True)
+        key = key.astype(np.int64) * (int(more.max(initial=0)) + 1) + more
+    _, first, faces = np.unique(key, return_index=True, return_inverse=True)
+    return Part(
+        vertices=positions[index[0][first]],
+        faces=faces.reshape(-1, 3),
+        normals=None if normals is None else normals[0][normals[1].ravel()[first]],
+        uv=None if uv is None else uv[0][uv[1].ravel()[first]],
+        color=color,
+        texture=texture,
+    )
+
+
+def _if_there(kind: str, pair: tuple[Floats, Indices] | None) -> tuple[Floats, Indices] | None:
+    if pair is not None:
+        try:
+            check_indices(kind, pair[1], len(pair[0]))
+        except ValueError as problem:
+            _log.info("%s; doing without", problem)
+            return None
+    return pair
+
+
+def check_indices(kind: str, indices: Indices, count: int) -> None:
+    """Raise ValueError unless all indices are within 0 and `count` - 1."""
+    if indices.size and (indices.min() < 0 or indices.max() >= count):
+        wrong = int(indices.max()) if indices.max() >= count else int(indices.min())
+        raise ValueError(f"a face names {kind} {wrong + 1}, but there are {count}")
+
+
+def combine(parts: Sequence[Part]) -> TriangleMesh | None:
+    """One mesh of all parts, without vertices that no face uses; None where there is no face at all."""
+    parts = [_used(part) for part in parts if len(part.faces)]
+    if not parts:
+        return None
+    texture = None
+    if any(part.texture is not None and part.uv is not None for part in parts):
+        parts, texture = _with_one_texture(parts)
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])[:-1]
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=True)]
+    normals = None
+    if any(part.normals is not None for part in parts):
+        normals = read_only(np.concatenate([_unit_normals(part) for part in parts]), np.float64)
+    uv = None
+    if texture is not None:
+        uv = read_only(np.concatenate([part.uv for part in parts if part.uv is not None]), np.float64)
+    return TriangleMesh(
+        vertices=read_only(np.concatenate([part.vertices for part in parts]), np.float64),
+        faces=read_only(np.concatenate(faces), np.int32),
+        normals=normals,
+        uv=uv,
+        colors=_colors(parts),
+        texture=None if texture is None else shared(texture, np.uint8),
+    )
+
+
+def face_normals(vertices: Floats, faces: Indices) -> Floats:
+    """(m, 3) normals, as long as twice the area of each face."""
+    corners = vertices[faces]
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def _used(part: Part) -> Part:
+    """The part without vertices that no face uses."""
+    check_indices("vertex", part.faces, len(part.vertices))
+    used = np.zeros(len(part.vertices), dtype=bool)
+    used[part.faces.ravel()] = True
+    if used.all():
+        return part
+    renumbered = np.cumsum(used) - 1
+    return replace(
+        part,
+        vertices=part.vertices[used],
+        faces=renumbered[part.faces],
+        normals=None if part.normals is None else part.normals[used],
+        uv=None if part.uv is None else part.uv[used],
+    )
+
+
+def _unit_normals(part: Part) -> Floats:
+    """The part's normals at unit length; those missing or of no direction are derived from the faces."""
+    given = np.zeros_like(part.vertices) if part.normals is None else part.normals
+    length = np.linalg.norm(given, axis=1)
+    good = np.isfinite(length) & (length > 1e-12)
+    if not good.all():
+        derived = np.zeros_like(part.vertices)
+        flat = face_normals(part.vertices, part.faces)
+        for corner in range(3):
+            np.add.at(derived, part.faces[:, corner], flat)
+        given = np.where(good[:, None], given, derived)
+        length = np.linalg.norm(given, axis=1)
+    direction = given / np.where(length > 0, length, 1.0)[:, None]
+    direction[length <= 0] = (0.0, 0.0, 1.0)
+    return direction
+
+
+def _colors(parts: Sequence[Part]) -> NDArray[np.uint8] | None:
+    if all(part.color is None for part in parts):
+        return None
+    white = np.full(4, 255, dtype=np.uint8)
+    rows = [
+        np.broadcast_to(white if part.color is None else part.color, (len(part.faces), 4)) for part in parts
+    ]
+    return read_only(np.concatenate(rows), np.uint8)
+
+
+def _with_one_texture(parts: Sequence[Part]) -> tuple[list[Part], NDArray[np.uint8]]:
+    """Parts whose texture coordinates all refer to one image, and that image."""
+    images: list[NDArray[np.uint8]] = []
+    for part in parts:
+        if part.texture is not None and part.uv is not None and not any(part.texture is im for im in images):
+            images.append(part.texture)
+    if len(images) == 1 and all(part.texture is not None and part.uv is not None for part in parts):
+        return list(parts), images[0]
+    atlas, places = pack_textures(images)
+    out: list[Part] = []
+    for part in parts:
+        number = next((i for i, im in enumerate(images) if im is part.texture), None)
+        if number is None or part.uv is None:
+            blank = np.broadcast_to(places.blank, (len(part.vertices), 2))
+            out.append(replace(part, uv=blank))
+            continue
+        part = _unwrapped(part)
+        assert part.uv is not None
+        out.append(replace(part, uv=places.map(number, part.uv)))
+    return out, atlas
+
+
+def _unwrapped(part: Part) -> Part:
+    """The part with each face's texture coordinates shifted by whole images to begin within the first."""
+    assert part.uv is not None
+    if part.uv.min() >= -1e-6 and part.uv.max() <= 1 + 1e-6:
+        return part
+    corners = part.faces.ravel()
+    uv = part.uv[corners].reshape(-1, 3, 2)
+    uv = uv - np.floor(uv.min(axis=1, keepdims=True))
+    return replace(
+        part,
+        vertices=part.vertices[corners],
+        normals=None if part.normals is None else part.normals[corners],
+        faces=np.arange(len(corners)).reshape(-1, 3),
+        uv=uv.reshape(-1, 2),
+    )

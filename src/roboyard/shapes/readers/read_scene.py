@@ -1,0 +1,135 @@
+"""Read glTF, GLB and PLY through trimesh, as the file has them (glTF's y stays y)."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import logging
+import re
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.shapes.readers.external_files import find_companion, pixels
+from roboyard.shapes.readers.parts import Part
+
+MAX_ITEMS = 100_000_000
+
+
+def read_scene(data: bytes, file: Path) -> list[Part]:
+    """One part for each object of the scene, placed where its node puts it."""
+    import trimesh
+
+    kind = file.suffix.lower().lstrip(".")
+    if kind == "ply":
+        _check_ply(data)
+    else:
+        _check_gltf(data)
+    resolver = cast(Any, _Resolver(file))
+    with _quiet():
+        scene = trimesh.load_scene(
+            io.BytesIO(data), file_type=kind, resolver=resolver, process=False, maintain_order=True
+        )
+    parts: list[Part] = []
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph[node]
+        geometry = scene.geometry[name]
+        if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):
+            parts.append(_part(geometry, np.asarray(transform)))
+    return parts
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """No warnings from the reader: what matters is raised."""
+    log = logging.getLogger("trimesh")
+    level = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log.setLevel(level)
+
+
+class _Resolver:
+    """Gives trimesh the files that a scene names, from the mesh's own folders alone."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+
+    def get(self, name: str) -> bytes:
+        found = find_companion(self.file, name)
+        if found is None:
+            raise FileNotFoundError(f"{name} was not found in the mesh's folders")
+        return found.read_bytes()
+
+    __getitem__ = get
+
+    def keys(self) -> list[str]:
+        return []
+
+
+def _part(geometry: Any, transform: NDArray[np.float64]) -> Part:
+    vertices = np.asarray(geometry.vertices) @ transform[:3, :3].T + transform[:3, 3]
+    faces = np.asarray(geometry.faces, dtype=np.int64)
+    if np.linalg.det(transform[:3, :3]) < 0:
+        faces = faces[:, ::-1]
+    normals: NDArray[np.float64] | None = None
+    if "vertex_normals" in geometry._cache.cache:  # read from the file, not derived
+        inverse = np.linalg.pinv(transform[:3, :3]).astype(np.float64)
+        normals = np.asarray(geometry.vertex_normals, dtype=np.float64) @ inverse
+    color, uv, texture = _appearance(geometry)
+    return Part(vertices=vertices, faces=faces, normals=normals, color=color, uv=uv, texture=texture)
+
+
+def _appearance(
+    geometry: Any,
+) -> tuple[NDArray[np.uint8] | None, NDArray[np.float64] | None, NDArray[np.uint8] | None]:
+    visual = geometry.visual
+    if visual.kind in ("vertex", "face"):
+        return np.asarray(visual.face_colors, dtype=np.uint8), None, None
+    if visual.kind != "texture":
+        return None, None, None
+    material = visual.material
+    factor = getattr(material, "baseColorFactor", None)
+    color = None if factor is None else np.asarray(factor, dtype=np.uint8)
+    image = getattr(material, "baseColorTexture", None)
+    if image is None:
+        image = getattr(material, "image", None)
+    if image is None or visual.uv is None:
+        return (color if factor is not None else np.asarray(material.main_color, np.uint8)), None, None
+    return color, np.asarray(visual.uv, dtype=np.float64), pixels(image)
+
+
+def _check_ply(data: bytes) -> None:
+    """Refuse a header that counts more than the file can hold."""
+    head = data[: data.find(b"end_header")] if b"end_header" in data[:65536] else b""
+    if not data.startswith(b"ply") or not head:
+        raise ValueError("no PLY header")
+    for name, count in re.findall(rb"element\s+(\S+)\s+(\d+)", head):
+        if int(count) > len(data):
+            raise ValueError(
+                f"its header counts {int(count)} of {name.decode('ascii', 'replace')}, beyond its size"
+            )
+
+
+def _check_gltf(data: bytes) -> None:
+    """Refuse a scene whose accessors claim more than memory holds."""
+    text = data
+    if data.startswith(b"glTF"):
+        length = int.from_bytes(data[12:16], "little")
+        text = data[20 : 20 + length]
+    tree = json.loads(text)
+    if not isinstance(tree, dict):
+        raise ValueError("no glTF scene")
+    counts = [int(accessor.get("count", 0)) for accessor in tree.get("accessors", [])]
+    lengths = [int(buffer.get("byteLength", 0)) for buffer in tree.get("buffers", [])]
+    if min(counts, default=0) < 0 or sum(counts) > MAX_ITEMS or max(lengths, default=0) > 1 << 30:
+        raise ValueError("it claims more data than a mesh holds")

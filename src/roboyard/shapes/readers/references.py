@@ -1,0 +1,70 @@
+"""Which other files a mesh file names: material libraries, images, buffers."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from roboyard.shapes.readers.external_files import find_companion
+
+_MTLLIB = re.compile(rb"^([ \t]*mtllib[ \t]+)([^\r\n]+)", re.M)
+_MAP = re.compile(
+    rb"^([ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+"
+    rb"(?:-(?:blendu|blendv|cc|clamp|imfchan|texres|type|bm|boost)[ \t]+\S+[ \t]+"
+    rb"|-mm[ \t]+\S+[ \t]+\S+[ \t]+|-[ost](?:[ \t]+[-+.\deE]+){1,3}[ \t]+)*)([^\r\n]+)",
+    re.M | re.I,
+)
+_INIT_FROM = re.compile(rb"(<init_from>\s*(?:<ref>\s*)?)([^<]+?)(?=\s*<)")
+_MAX_TEXT = 256 << 20
+
+NAME_PATTERNS = {".obj": _MTLLIB, ".mtl": _MAP, ".dae": _INIT_FROM}
+"""Suffix to a pattern whose first group is what stands before a file's name and whose second is the name."""
+
+
+def named_files(mesh: Path, part: Path | None = None) -> Iterator[tuple[str, Path]]:
+    """Name as written to file, of everything that `part` of a mesh (the mesh itself by default) needs.
+
+    A part of a mesh names its files from the mesh's folder (as the loader reads them). What an OBJ's material
+    libraries name is included, so that one folder holds it all.
+    """
+    file = mesh if part is None else part
+    for name in names_in(file):
+        found = find_companion(mesh, name)
+        if found is None or found == file:
+            continue
+        yield name, found
+        if found.suffix.lower() == ".mtl" and part is None:
+            yield from named_files(mesh, found)
+
+
+def names_in(file: Path) -> Iterator[str]:
+    """Names of files, as written, in a mesh file or a material library."""
+    suffix = file.suffix.lower()
+    pattern = NAME_PATTERNS.get(suffix)
+    if file.stat().st_size > _MAX_TEXT:
+        return
+    if pattern is not None:
+        for match in pattern.finditer(file.read_bytes()):
+            name = match[2].decode("utf-8", "replace").strip()
+            if suffix != ".dae" or "." in name:  # in a DAE, init_from may also name an image by its id
+                yield name
+    elif suffix == ".gltf":
+        try:
+            scene = json.loads(file.read_text(encoding="utf-8", errors="replace"))
+            entries = [*scene.get("buffers", ()), *scene.get("images", ())]
+            uris = [entry.get("uri") for entry in entries]
+        except (ValueError, AttributeError, TypeError, RecursionError):
+            return
+        yield from (uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:"))
+
+
+def missing_files(mesh: Path, names: Iterable[str]) -> list[str]:
+    """Those of the `names_in` a mesh, and in its material libraries, that are not in its folders."""
+    named = list(names)
+    for name in tuple(named):
+        found = find_companion(mesh, name)
+        if found is not None and found.suffix.lower() == ".mtl":
+            named += names_in(found)
+    return [name for name in dict.fromkeys(named) if find_companion(mesh, name) is None]

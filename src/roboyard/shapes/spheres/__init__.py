@@ -1,0 +1,1 @@
+"""Collision spheres fitted to meshes."""

@@ -1,0 +1,1 @@
+"""Meshes as filled voxel grids with distances."""

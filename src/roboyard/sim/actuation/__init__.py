@@ -1,0 +1,1 @@
+"""Joint drives: PID actuators and motors as velocity constraints."""

@@ -1,0 +1,163 @@
+"""Drives: each joint of one degree of freedom has a pid actuator whose gains this file sets.
+
+The force is kp (target - q) + kd (target velocity - v) + feedforward, clamped to the joint's effort limit
+(MuJoCo's pid actuator). Where no gains are given they follow from the joint's inertia M at the zero pose:
+
+    kp = min(max(M ω², E / e), M ω_s²),  kd = 2 kp / ω_m,  ω, ω_s, ω_m = 2π · 10, 30, 8 Hz
+
+with E the effort limit and e = 0.15 rad or 0.02 m, so that a joint which moves little (a wrist, a finger, a
+knee) uses its effort at a small error. With them comes the inertia of a motor, kp / ω_m² - M: half of what a
+shoulder moves, several times what a wrist does (0.1 kg m² in common robots, much as their makers say). So
+every joint is critically damped at ω_m, which means the same at every time step, since MuJoCo integrates kd
+implicitly. Without it joints chatter on what they touch: contacts are solved for the bare M, while the
+implicit step moves M + kd Δt, up to three times as much.
+
+Gains of the user's come without motor inertia (`Joint.armature` gives it); so do velocity and effort drives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.errors import RoboyardError
+from roboyard.sim.build.joints import NO_EFFORT_LIMIT
+
+if TYPE_CHECKING:
+    from roboyard.sim.actuation.drive_arrays import DriveVector
+    from roboyard.sim.joint import Joint
+    from roboyard.sim.world import World
+
+NATURAL_FREQUENCY = 2 * np.pi * 10.0
+"""rad/s"""
+STIFFEST_FREQUENCY = 2 * np.pi * 30.0
+"""rad/s: below 1 over the usual time step."""
+MOTOR_FREQUENCY = 2 * np.pi * 8.0
+"""rad/s: of every joint, with the motor that the usual gains bring along."""
+FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.15, 0.02
+"""rad and m: error at which a light joint uses its whole effort."""
+VELOCITY_GAIN_FREQUENCY = 2 * np.pi * 40.0
+"""rad/s: kd = M times this for velocity drives."""
+
+
+class Drives:
+    """The drives of one world; users reach them through `Joint.drive_position` and its siblings."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+
+    def position(
+        self,
+        joint: Joint,
+        target: float,
+        velocity: float,
+        stiffness: float | None,
+        damping: float | None,
+        max_effort: float | None,
+    ) -> None:
+        inertia = self._inertia(joint)
+        kp = self._usual_stiffness(joint, inertia) if stiffness is None else stiffness
+        chosen = stiffness is not None or damping is not None
+        motor = 0.0 if chosen else kp / MOTOR_FREQUENCY**2 - inertia
+        kd = 2 * np.sqrt(kp * (inertia + motor)) if damping is None else damping
+        self._write(joint, kp, kd, (target, velocity, 0.0), max_effort, motor)
+
+    def velocity(self, joint: Joint, target: float, damping: float | None, max_effort: float | None) -> None:
+        kd = self._inertia(joint) * VELOCITY_GAIN_FREQUENCY if damping is None else damping
+        self._write(joint, 0.0, kd, (0.0, target, 0.0), max_effort)
+
+    def effort(self, joint: Joint, effort: float) -> None:
+        self._write(joint, 0.0, 0.0, (0.0, 0.0, effort), None)
+
+    def release(self, joint: Joint) -> None:
+        self._write(joint, 0.0, 0.0, (0.0, 0.0, 0.0), None)
+
+    def applied(self, joint: Joint) -> float:
+        """N m or N that the drive applied in the last step."""
+        actuator = self._actuator(joint)
+        self._world.ensure_compiled()
+        return float(self._world.live_data.actuator_force[actuator.id])
+
+    def set_effort_limit(self, joint: Joint, effort: float) -> None:
+        """Replace the effort limit that came from the file; N m or N."""
+        actuator = self._actuator(joint)
+        actuator.forcerange = [-effort, effort]
+        if not self._world.is_stale:
+            self._world.live_model.actuator_forcerange[actuator.id] = (-effort, effort)
+
+    def effort_limit(self, joint: Joint) -> float:
+        """N m or N; infinite where the file gives none."""
+        bound = float(self._actuator(joint).forcerange[1])
+        return np.inf if bound >= NO_EFFORT_LIMIT else bound
+
+    def vector(self, joints: Sequence[Joint]) -> DriveVector:
+        """The drives of several joints, written to as arrays."""
+        from roboyard.sim.actuation.drive_arrays import DriveVector
+
+        return DriveVector(self._world, joints)
+
+    # ------------------------------------------------------------------------------------------------------
+
+    def _actuator(self, joint: Joint):
+        actuator = joint._built.actuator
+        if actuator is None:
+            reason = "mimics another joint" if joint.is_scalar else f"is {joint.type}"
+            raise RoboyardError(f"joint {joint.name!r} of {joint.body.name!r} {reason} and has no drive")
+        return actuator
+
+    def _inertia(self, joint: Joint) -> float:
+        self._actuator(joint)
+        self._world.ensure_compiled()
+        dof = joint.body.dof_addresses[joint.index]
+        return float(self._world.live_model.dof_M0[dof]) - joint._built.motor_inertia
+
+    def _usual_stiffness(self, joint: Joint, inertia: float) -> float:
+        effort = self.effort_limit(joint)
+        error = FULL_EFFORT_SLIDE if joint.type == "prismatic" else FULL_EFFORT_TURN
+        firm = effort / error if np.isfinite(effort) else 0.0
+        return min(max(inertia * NATURAL_FREQUENCY**2, firm), inertia * STIFFEST_FREQUENCY**2)
+
+    def _write(
+        self,
+        joint: Joint,
+        kp: float,
+        kd: float,
+        inputs: tuple[float, float, float],
+        max_effort: float | None,
+        motor_inertia: float = 0.0,
+    ) -> None:
+        actuator = self._actuator(joint)
+        for name, value in (("stiffness", kp), ("damping", kd)):
+            if not (np.isfinite(value) and value >= 0):
+                raise RoboyardError(f"joint {joint.name!r}: {name} must be at least 0; got {value}")
+        if not np.isfinite(inputs).all():
+            raise RoboyardError(f"joint {joint.name!r}: drive target {inputs} is not finite")
+        world = self._world
+        world.ensure_compiled()
+        if max_effort is not None:
+            self.set_effort_limit(joint, abs(max_effort))
+        if motor_inertia != joint._built.motor_inertia:
+            self._set_motor_inertia(joint, motor_inertia)
+        bias = actuator.biasprm
+        bias[1], bias[2] = -kp, -kd
+        actuator.biasprm = bias
+        model, data, row = world.live_model, world.live_data, actuator.id
+        model.actuator_biasprm[row, 1] = -kp
+        model.actuator_biasprm[row, 2] = -kd
+        start = model.actuator_ctrladr[row]
+        data.ctrl[start : start + 3] = inputs
+
+    def _set_motor_inertia(self, joint: Joint, value: float) -> None:
+        """Replace what the drive gives the joint, in the spec and in what MuJoCo derived from it."""
+        built, world = joint._built, self._world
+        change, total = value - built.motor_inertia, joint.armature + value
+        built.joint_elements[0].armature = total
+        built.motor_inertia = value
+        model, dof = world.live_model, joint.body.dof_addresses[joint.index]
+        model.dof_armature[dof] = total
+        model.dof_M0[dof] += change
+        free = model.dof_invweight0[dof]  # diagonal of the inverse; a rank-one update (Sherman and Morrison)
+        model.dof_invweight0[dof] = free / (1.0 + change * free)
+        world.mark_moved()

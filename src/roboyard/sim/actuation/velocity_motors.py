@@ -1,0 +1,281 @@
+"""Motors as constraints on the velocity after a step, with a bound on their force.
+
+A motor asks for v' = kp (q* - q) / dt + v + kd (v* - v) and gets it, together with all contacts and limits,
+as long as the force it takes stays within its bound. In MuJoCo such a row is a joint's dry friction with a
+reference velocity; the reference is written between the two halves of a step.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.errors import RoboyardError
+from roboyard.sim.joint import VELOCITY_SIZE
+from roboyard.sim.stepping.kernels_lazy import kernels
+from roboyard.transforms import Array, to_wxyz
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.joint import Joint
+    from roboyard.sim.world import World
+
+MODE, KP, VELOCITY, KD, LARGEST = range(5)
+IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+_PACK = struct.Struct("5d").pack_into
+MOTORED = ("revolute", "continuous", "prismatic", "spherical")
+
+
+class Motors:
+    """The motors of one world: at most one a joint, in place of the joint's dry friction while it acts."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._by_body: dict[int, BodyMotors] = {}
+        self._motors = np.zeros((0, 5))
+        self._targets = np.zeros((0, 4))
+        self._bounds = np.zeros((0, 2))
+        self._joints: Any = ()
+        """What the kernel of a step reads of joints."""
+        self._bound_timestep = 0.0
+        self._gathered = False
+
+    @property
+    def is_active(self) -> bool:
+        return bool(self._by_body)
+
+    def set(
+        self,
+        joint: Joint,
+        *,
+        position: ArrayLike | None = None,
+        velocity: Any = 0.0,
+        kp: Any = 0.1,
+        kd: Any = 1.0,
+        max_force: Any = 0.0,
+        max_impulse: Any = 0.0,
+        max_velocity: float = 0.0,
+        by_angles: bool = False,
+    ) -> None:
+        """Give a joint a motor, or another target.
+
+        Args:
+            position: target; rad or m, (4,) x, y, z, w for a spherical joint; None for a velocity motor.
+            velocity: target; rad/s or m/s, (3,) for a spherical joint.
+            kp: share of the position error closed in a step.
+            kd: share of the velocity error closed in a step.
+            max_force: N m or N.
+            max_impulse: N m s or N s in a step, in addition.
+            max_velocity: rad/s or m/s; 0 for none.
+            by_angles: of a spherical joint: close the error's roll, pitch and yaw each for itself, not along
+                the shortest turn.
+        """
+        own = self.of(joint.body)
+        start = joint.body.dof_offsets[joint.index]
+        if joint.is_scalar:
+            mode = 1.0 if position is None else 2.0
+            target: Any = 0.0 if position is None else position
+            own.set(start, mode, target, velocity, kp, kd, max_force, max_impulse, max_velocity)
+            return
+        motors, targets, bounds = own.motors, own.targets, own.bounds
+        rows = slice(start, start + self._size(joint))
+        motors[rows, MODE] = 1.0 if position is None else 3.0 if by_angles else 2.0
+        motors[rows, KP], motors[rows, KD] = kp, kd
+        motors[rows, VELOCITY], motors[rows, LARGEST] = velocity, max_velocity
+        bounds[rows, 0], bounds[rows, 1] = max_force, max_impulse
+        if position is not None:
+            targets[start] = to_wxyz(position)
+        if not np.isfinite(motors[rows]).all() or not np.isfinite(targets[rows]).all():
+            raise RoboyardError(f"joint {joint.name!r}: a motor's target and gains are finite")
+        self.bounds_changed(joint.body, rows)
+
+    def clear(self, joint: Joint) -> None:
+        """Take a joint's motor away."""
+        own = self.of(joint.body)
+        start = joint.body.dof_offsets[joint.index]
+        rows = slice(start, start + self._size(joint))
+        own.motors[rows] = 0.0
+        own.bounds[rows] = 0.0
+        self.bounds_changed(joint.body, rows)
+
+    def applied(self, joint: Joint) -> Array:
+        """(n,) N m or N the motor applied in the last step, one number for each degree of freedom."""
+        world = self._world
+        data = world.live_data
+        dofs = joint.dof_slice
+        out = np.zeros(dofs.stop - dofs.start)
+        for row in range(data.ne, data.ne + data.nf):
+            dof = data.efc_id[row] - dofs.start
+            if data.efc_type[row] == 1 and 0 <= dof < len(out):
+                out[dof] = data.efc_force[row]
+        return out
+
+    def forces(self) -> Array:
+        """(nv,) N m or N of all motors in the last step."""
+        data = self._world.live_data
+        out = np.zeros(self._world.live_model.nv)
+        if data.nf:
+            kernels().motor_forces(data.efc_type, data.efc_id, data.efc_force, data.ne, data.nf, out)
+        return out
+
+    # -------------------------------------------------------------------------------------------- in a step
+
+    def prepare(self, model: Any, timestep: float) -> None:
+        """Before the first half: force bounds into MuJoCo's dry friction."""
+        if not self._gathered:
+            self._gather(model)
+        if timestep != self._bound_timestep:
+            driven = self._motors[:, MODE] > 0
+            model.dof_frictionloss[driven] = self._bounds[driven] @ (1.0, 1.0 / timestep)
+            self._bound_timestep = timestep
+
+    def apply(self, data: Any, timestep: float) -> None:
+        """Between the halves: wanted accelerations into the motors' rows."""
+        count = data.nf
+        if count == 0:
+            return
+        motors, targets, dof_joint, types, qpos_places, dof_places, qpos, qvel = self._joints
+        kernels().drive_motors(
+            motors,
+            targets,
+            dof_joint,
+            types,
+            qpos_places,
+            dof_places,
+            qpos,
+            qvel,
+            data.efc_type,
+            data.efc_id,
+            data.ne,
+            count,
+            timestep,
+            data.efc_aref,
+        )
+
+    # ----------------------------------------------------------------------------------------- book-keeping
+
+    def invalidate(self) -> None:
+        """MuJoCo's arrays are new."""
+        self._gathered = False
+
+    def forget(self, body_id: int) -> None:
+        own = self._by_body.pop(body_id, None)
+        if own is not None:  # its rows may be there for a while yet
+            own.motors[:] = own.bounds[:] = 0.0
+
+    def _size(self, joint: Joint) -> int:
+        if joint.type not in MOTORED:
+            raise RoboyardError(f"joint {joint.name!r} is {joint.type} and cannot have a motor")
+        return VELOCITY_SIZE[joint.type]
+
+    def of(self, body: Body) -> BodyMotors:
+        """The motors of one body."""
+        found = self._by_body.get(body.id)
+        if found is None:
+            found = self._by_body[body.id] = BodyMotors(self, body)
+            self._gathered = self._gathered and not self._world.is_stale
+            if self._gathered:
+                self._place(self._world.live_model, body, found)
+                self._bound_timestep = 0.0
+            self._world.stepping.refresh()
+        return found
+
+    def bounds_changed(self, body: Body, rows: slice) -> None:
+        """Force bounds of some of a body's rows were written: tell MuJoCo."""
+        world = self._world
+        if self._gathered and not world.is_stale:
+            first = body.first_dof
+            here = slice(first + rows.start, first + rows.stop)
+            model = world.live_model
+            model.dof_frictionloss[here] = self._bounds[here] @ (1.0, 1.0 / model.opt.timestep)
+
+    def _gather(self, model: Any) -> None:
+        """Lay all bodies' rows out as MuJoCo's dofs are; bodies keep views, so that they write in place."""
+        nv = model.nv
+        self._motors, self._targets = np.zeros((nv, 5)), np.zeros((nv, 4))
+        self._bounds = np.zeros((nv, 2))
+        for body_id, own in self._by_body.items():
+            self._place(model, self._world.body_by_id[body_id], own)
+        data = self._world.live_data
+        self._joints = (
+            *(self._motors, self._targets, model.dof_jntid, model.jnt_type, model.jnt_qposadr),
+            *(model.jnt_dofadr, data.qpos, data.qvel),
+        )
+        self._bound_timestep = 0.0
+        self._gathered = True
+
+    def _place(self, model: Any, body: Body, own: BodyMotors) -> None:
+        here = slice(body.first_dof, body.first_dof + len(own.motors))
+        own.move_to(self._motors[here], self._targets[here], self._bounds[here])
+        model.dof_solimp[here] = IMPEDANCE
+
+
+class BodyMotors:
+    """The motors of one body, by dof among its joints' dofs; scripts set every one in every step."""
+
+    __slots__ = ("_all", "_body", "_buffer", "_goals", "bounds", "motors", "targets")
+
+    def __init__(self, every: Motors, body: Body) -> None:
+        count = body.joint_dofs
+        self._all, self._body = every, body
+        self.move_to(np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))
+
+    def move_to(self, motors: Array, targets: Array, bounds: Array) -> None:
+        """Keep the rows in these arrays from now on (views of the world's)."""
+        if hasattr(self, "motors"):
+            motors[:], targets[:], bounds[:] = self.motors, self.targets, self.bounds
+        self.motors, self.targets, self.bounds = motors, targets, bounds
+        self._buffer = motors.reshape(-1).data if motors.size else memoryview(bytearray())
+        self._goals = (
+            targets.reshape(-1).data.cast("B").cast("d") if targets.size else memoryview(b"").cast("d")
+        )
+
+    def set(
+        self,
+        row: int,
+        mode: float,
+        target: float,
+        velocity: float,
+        kp: float,
+        kd: float,
+        max_force: float,
+        max_impulse: float,
+        max_velocity: float,
+    ) -> None:
+        """Give the joint of one dof at `row` a motor: mode 1 velocity, 2 position; see `Motors.set`."""
+        self.aim(row, mode, target, velocity, kp, kd, max_velocity)
+        self.bound(row, max_impulse, max_force)
+
+    def aim(
+        self,
+        row: int,
+        mode: float,
+        target: float,
+        velocity: float,
+        kp: float,
+        kd: float,
+        max_velocity: float,
+    ) -> None:
+        """`set` without a word on how much force the motor may use."""
+        total = target + velocity + kp + kd + max_velocity
+        if total - total != 0.0:  # inf and nan alike
+            raise RoboyardError(f"body {self._body.name!r}: a motor's target and gains are finite")
+        _PACK(self._buffer, row * 40, mode, kp, velocity, kd, max_velocity)
+        if mode == 2.0:
+            self._goals[4 * row] = target
+
+    def bound(self, row: int, max_impulse: float, max_force: float = 0.0) -> None:
+        """How much the motor at `row` may use: N m s or N s in a step, and N m or N in addition."""
+        bounds = self.bounds
+        if bounds[row, 0] != max_force or bounds[row, 1] != max_impulse:
+            bounds[row] = max_force, max_impulse
+            self._all.bounds_changed(self._body, slice(row, row + 1))
+
+    def set_bounds(self, rows: np.ndarray, max_impulse: Array) -> None:
+        """Bound several motors by what they may do in a step; N m s or N s."""
+        self.bounds[rows, 0] = 0.0
+        self.bounds[rows, 1] = max_impulse
+        self._all.bounds_changed(self._body, slice(int(rows.min()), int(rows.max()) + 1))

@@ -1,0 +1,1 @@
+"""Render shapes and textures of the bodies in a world."""

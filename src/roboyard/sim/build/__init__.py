@@ -1,0 +1,1 @@
+"""A robot description becomes MuJoCo bodies, joints, geoms and meshes."""

@@ -1,0 +1,240 @@
+"""Shapes of a description as MuJoCo geoms: visuals in group 2 without contact, collisions in group 3."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.description.model import (
+    RGBA,
+    Box,
+    Capsule,
+    Collision,
+    Contact,
+    Cylinder,
+    Geometry,
+    Heightfield,
+    Mesh,
+    Plane,
+    Pose,
+    Sphere,
+    Visual,
+)
+from roboyard.sim.build.solver_options import CONTACT_SOLIMP, CONTACT_SOLREF
+from roboyard.transforms import multiply, normalized, rotate, to_wxyz
+
+if TYPE_CHECKING:
+    import mujoco
+
+    from roboyard.shapes.mesh import TriangleMesh
+    from roboyard.sim.build.mesh_assets import MeshAssets
+    from roboyard.sim.build.records import BuildOptions, BuiltLink
+
+VISUAL_GROUP = 2
+COLLISION_GROUP = 3
+SMALLEST = 1e-6
+"""m: a size below this is no shape."""
+SMALLEST_MESH = 1e-4
+"""m: MuJoCo refuses hulls whose volume is next to nothing."""
+HALF_SPACE = 100.0
+"""m: half size of the box that stands in for a plane on a moving body."""
+UNPAINTED: RGBA = (0.7, 0.7, 0.7, 1.0)
+TERRAIN_BASE = 1.0
+"""m of solid ground under the lowest point of a heightfield."""
+
+
+def add_collision(
+    record: BuiltLink,
+    spec: mujoco.MjSpec,
+    assets: MeshAssets,
+    collision: Collision,
+    options: BuildOptions,
+    notes: list[str],
+) -> None:
+    """Add one collision shape to a link's body; a shape without size is left out with a note."""
+    static = options.fixed_base and record.parent == -1
+    arguments = geom_arguments(
+        record, spec, assets, collision.geometry, collision.origin, options.scale, static=static, hull=True
+    )
+    if arguments is None:
+        notes.append(f'link "{record.name}": collision shape has no size or no mesh; left out')
+        return
+    contact = record.link.contact if record.link is not None else None
+    record.geoms.append(
+        record.element.add_geom(
+            group=COLLISION_GROUP,
+            contype=options.contype,
+            conaffinity=options.conaffinity,
+            condim=_contact_dimension(contact),
+            friction=_friction(contact),
+            solref=CONTACT_SOLREF,
+            solimp=CONTACT_SOLIMP,
+            mass=0.0,
+            **arguments,
+        )
+    )
+
+
+def add_visual(
+    record: BuiltLink,
+    spec: mujoco.MjSpec,
+    assets: MeshAssets,
+    visual: Visual,
+    options: BuildOptions,
+    notes: list[str],
+) -> None:
+    """Add one visual shape to a link's body; it touches nothing and weighs nothing."""
+    static = options.fixed_base and record.parent == -1
+    arguments = geom_arguments(
+        record, spec, assets, visual.geometry, visual.origin, options.scale, static=static, hull=False
+    )
+    if arguments is None:
+        return
+    record.visuals.append(
+        record.element.add_geom(
+            group=VISUAL_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=paint(visual), **arguments
+        )
+    )
+
+
+def paint(visual: Visual) -> RGBA:
+    """Colour of a visual shape's geom."""
+    return visual.material.rgba if visual.material and visual.material.rgba else UNPAINTED
+
+
+def geom_arguments(
+    record: BuiltLink,
+    spec: mujoco.MjSpec,
+    assets: MeshAssets,
+    geometry: Geometry,
+    origin: Pose,
+    scale: float,
+    *,
+    static: bool,
+    hull: bool,
+) -> dict[str, Any] | None:
+    """Type, size and pose of a geom; None for a shape of no size."""
+    import mujoco
+
+    kinds = mujoco.mjtGeom
+    position = np.asarray(origin.position, dtype=float) * scale
+    quaternion = np.asarray(origin.quaternion, dtype=float)
+    size = np.zeros(3)
+    extra: dict[str, Any] = {}
+    match geometry:
+        case Box() | Sphere() | Cylinder() | Capsule():
+            kind, size, used = plain_size(geometry, scale)
+        case Plane():
+            quaternion = multiply(quaternion, turn_z_to(np.asarray(geometry.normal, dtype=float)))
+            if static:
+                kind, size = kinds.mjGEOM_PLANE, np.array([0.0, 0.0, 1.0])
+            else:
+                kind, size = kinds.mjGEOM_BOX, np.full(3, HALF_SPACE)
+                position = position - rotate(quaternion, np.array([0.0, 0.0, HALF_SPACE]))
+            used = np.ones(1)
+        case Mesh():
+            mesh = load_scaled(geometry, scale)
+            if mesh is None or len(mesh.faces) == 0:
+                return None
+            if hull and np.ptp(mesh.vertices, axis=0).max() < SMALLEST_MESH:
+                return None
+            kind, used = kinds.mjGEOM_MESH, np.ones(1)
+            extra["meshname"] = assets.add(mesh, hull=hull)
+            record.meshes.append(extra["meshname"])
+        case Heightfield():
+            kind, used = kinds.mjGEOM_HFIELD, np.ones(1)
+            extra["hfieldname"], lowest = add_heightfield_asset(record, spec, geometry, scale)
+            position = position + rotate(quaternion, np.array([0.0, 0.0, lowest]))
+    if not (used > SMALLEST).all():
+        return None
+    return {"type": kind, "size": size, "pos": position, "quat": to_wxyz(quaternion), **extra}
+
+
+def plain_size(
+    geometry: Box | Sphere | Cylinder | Capsule, scale: float
+) -> tuple[Any, np.ndarray, np.ndarray]:
+    """MuJoCo's type of a shape that its sizes say all of, its three sizes, and those that must not vanish."""
+    import mujoco
+
+    kinds = mujoco.mjtGeom
+    match geometry:
+        case Box(size=(x, y, z)):
+            size = np.array([x * scale / 2, y * scale / 2, z * scale / 2])
+            return kinds.mjGEOM_BOX, size, size
+        case Sphere(radius=radius):
+            size = np.array([radius * scale, 0.0, 0.0])
+            return kinds.mjGEOM_SPHERE, size, size[:1]
+        case Cylinder(radius=radius, length=length):
+            size = np.array([radius * scale, length * scale / 2, 0.0])
+            return kinds.mjGEOM_CYLINDER, size, size[:2]
+        case Capsule(radius=radius, length=length):
+            kind = kinds.mjGEOM_CAPSULE if length > SMALLEST else kinds.mjGEOM_SPHERE
+            size = np.array([radius * scale, length * scale / 2, 0.0])
+            return kind, size, size[:1]
+
+
+def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
+    """The triangles of a mesh geometry with its own and the body's scale applied; None without a mesh."""
+    from roboyard.shapes.load import load_mesh, scaled
+
+    mesh = geometry.data
+    if mesh is None:
+        if geometry.path is None:
+            return None
+        mesh = load_mesh(geometry.path)
+    factors = tuple(component * scale for component in geometry.scale)
+    return mesh if factors == (1.0, 1.0, 1.0) else scaled(mesh, factors)
+
+
+def add_heightfield_asset(
+    record: BuiltLink, spec: mujoco.MjSpec, terrain: Heightfield, scale: float
+) -> tuple[str, float]:
+    """The spec's heightfield for a terrain, and the height of its lowest point."""
+    nx, ny = terrain.heights.shape
+    name = f"{record.element.name}/terrain{len(record.geoms) + len(record.visuals)}"
+    record.terrains[name] = terrain
+    return name, fill_heightfield(spec.add_hfield(name=name, nrow=ny, ncol=nx), terrain, scale)
+
+
+def fill_heightfield(field: Any, terrain: Heightfield, scale: float) -> float:
+    """Write a terrain's heights into its heightfield in the spec; gives the height of its lowest point."""
+    heights = np.asarray(terrain.heights, dtype=float) * scale
+    nx, ny = heights.shape
+    lowest, highest = float(heights.min()), float(heights.max())
+    rise = max(highest - lowest, SMALLEST)
+    half_x, half_y = (nx - 1) * terrain.cell[0] * scale / 2, (ny - 1) * terrain.cell[1] * scale / 2
+    field.size = [half_x, half_y, rise, TERRAIN_BASE]
+    field.userdata = ((heights - lowest) / rise).T.astype(np.float32).ravel()
+    return lowest
+
+
+def turn_z_to(normal: np.ndarray) -> np.ndarray:
+    """Shortest rotation from +z to a direction."""
+    x, y, z = normal / np.linalg.norm(normal)
+    if z < -1 + 1e-9:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    return normalized([-y, x, 0.0, 1.0 + z])
+
+
+DEFAULT_FRICTION = (1.0, 0.005, 0.0001)
+
+
+def _friction(contact: Contact | None) -> tuple[float, float, float]:
+    if contact is None:
+        return DEFAULT_FRICTION
+    slide, spin, roll = DEFAULT_FRICTION
+    return (
+        slide if contact.lateral_friction is None else contact.lateral_friction,
+        spin if contact.spinning_friction is None else contact.spinning_friction,
+        roll if contact.rolling_friction is None else contact.rolling_friction,
+    )
+
+
+def _contact_dimension(contact: Contact | None) -> int:
+    """3: sliding friction; 4: also spinning; 6: also rolling (only where the file asks for them)."""
+    if contact is None:
+        return 3
+    if contact.rolling_friction:
+        return 6
+    return 4 if contact.spinning_friction else 3

@@ -1,0 +1,141 @@
+"""Joints of a description as MuJoCo joints, with their limits, drives and mimic equalities."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.description.model import Joint, RobotDescription
+from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
+from roboyard.sim.build.solver_options import CONTACT_SOLIMP, CONTACT_SOLREF
+
+if TYPE_CHECKING:
+    import mujoco
+
+LIMIT_INFINITE = 1e6
+"""rad or m: a range beyond this is no limit."""
+LOCKED_HALF_RANGE = 1e-9
+"""rad or m: a joint whose lower limit equals its upper one."""
+PID_ALL_INPUTS = 7
+RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+NO_EFFORT_LIMIT = 1e9
+"""N m or N: force range where the file gives no effort, or zero effort (a common export error)."""
+
+
+def add_joint(
+    record: BuiltLink, spec: mujoco.MjSpec, prefix: str, options: BuildOptions, built: Built
+) -> None:
+    import mujoco
+
+    joint, body = record.joint, record.element
+    assert joint is not None
+    kinds = mujoco.mjtJoint
+    name = f"{prefix}{joint.name}"
+    common: dict[str, Any] = {}
+    if options.joint_damping and joint.damping > 0:
+        common["damping"] = [joint.damping, 0, 0]
+    if options.joint_friction and joint.friction > 0:
+        common["frictionloss"] = joint.friction
+    if joint.type == "fixed":
+        return
+    if joint.type in ("revolute", "continuous", "prismatic"):
+        kind = kinds.mjJNT_SLIDE if joint.type == "prismatic" else kinds.mjJNT_HINGE
+        element = body.add_joint(name=name, type=kind, axis=joint.axis, **common)
+        _set_limits(element, joint, options.scale)
+        element.solref_limit = (1e-3, 1.0) if options.hard else CONTACT_SOLREF
+        element.solimp_limit = RIGID if options.hard else CONTACT_SOLIMP
+        record.joint_elements = (element,)
+        built.dofs += 1
+        if options.drives and joint.mimic is None:
+            record.actuator = _add_drive(spec, name, joint)
+        return
+    if joint.type == "spherical":
+        record.joint_elements = (body.add_joint(name=name, type=kinds.mjJNT_BALL, **common),)
+        built.dofs += 3
+        return
+    if joint.type == "planar":
+        first, second = _plane_axes(np.asarray(joint.axis))
+        record.joint_elements = (
+            body.add_joint(name=f"{name}/x", type=kinds.mjJNT_SLIDE, axis=first, **common),
+            body.add_joint(name=f"{name}/y", type=kinds.mjJNT_SLIDE, axis=second, **common),
+            body.add_joint(name=f"{name}/r", type=kinds.mjJNT_HINGE, axis=joint.axis, **common),
+        )
+        built.dofs += 3
+        return
+    slides = tuple(
+        body.add_joint(name=f"{name}/{letter}", type=kinds.mjJNT_SLIDE, axis=axis, **common)
+        for letter, axis in zip("xyz", np.eye(3), strict=True)
+    )
+    record.joint_elements = (*slides, body.add_joint(name=f"{name}/r", type=kinds.mjJNT_BALL, **common))
+    built.dofs += 6
+
+
+def _set_limits(element: Any, joint: Joint, scale: float) -> None:
+    import mujoco
+
+    limits = joint.position_limits()
+    element.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    if limits is None:
+        return
+    lower, upper = limits
+    if joint.type == "prismatic":
+        lower, upper = lower * scale, upper * scale
+    if max(abs(lower), abs(upper)) > LIMIT_INFINITE:
+        return
+    if upper - lower < 2 * LOCKED_HALF_RANGE:
+        lower, upper = lower - LOCKED_HALF_RANGE, upper + LOCKED_HALF_RANGE
+    element.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+    element.range = [lower, upper]
+
+
+def _plane_axes(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit axes that span the plane of a planar joint; x and y when its normal is z."""
+    if abs(normal[2]) > 1 - 1e-9:
+        return np.array([1.0, 0.0, 0.0]), np.array([0.0, np.sign(normal[2]), 0.0])
+    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = np.cross(helper, normal)
+    first /= np.linalg.norm(first)
+    return first, np.cross(normal, first)
+
+
+def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:
+    """A pid actuator with position, velocity and feedforward inputs, gains zero until someone drives."""
+    import mujoco
+
+    actuator = spec.add_actuator(name=joint_name, target=joint_name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    actuator.set_to_pid(kp=0.0, kv=0.0, ctrlspec=PID_ALL_INPUTS)
+    effort = joint.limit.effort if joint.limit is not None else None
+    actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+    bound = effort if effort is not None and 0 < effort < NO_EFFORT_LIMIT else NO_EFFORT_LIMIT
+    actuator.forcerange = [-bound, bound]
+    return actuator
+
+
+def add_mimics(built: Built, spec: mujoco.MjSpec, description: RobotDescription, prefix: str) -> None:
+    import mujoco
+
+    scalar = {record.joint.name for record in built.links if record.joint and len(record.joint_elements) == 1}
+    for record in built.links:
+        joint = record.joint
+        if joint is None or joint.mimic is None or len(record.joint_elements) != 1:
+            continue
+        mimic = joint.mimic
+        if mimic.joint not in scalar or mimic.joint == joint.name:
+            built.notes.append(
+                f'joint "{joint.name}": mimics "{mimic.joint}", which does not move; left free'
+            )
+            continue
+        equality = spec.add_equality(
+            name=f"{prefix}{joint.name}/mimic",
+            type=mujoco.mjtEq.mjEQ_JOINT,
+            name1=f"{prefix}{joint.name}",
+            name2=f"{prefix}{mimic.joint}",
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        )
+        data = np.zeros(len(equality.data))
+        data[:2] = mimic.offset, mimic.multiplier
+        equality.data = data
+        equality.solref = [0.005, 1.0]
+        equality.solimp = [0.99, 0.999, 0.001, 0.5, 2.0]
+        built.equalities.append(equality)

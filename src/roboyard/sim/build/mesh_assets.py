@@ -1,0 +1,116 @@
+"""Meshes inside a MuJoCo spec: each distinct one once, as long as something uses it."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.shapes.mesh import TriangleMesh
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    import mujoco
+
+_HULLS: dict[bytes, tuple[Array, np.ndarray]] = {}
+_HULLS_LIMIT = 4096
+THICKNESS = 1e-3
+"""m: what a flat collision mesh is given for MuJoCo, which collides solids only."""
+
+
+class MeshAssets:
+    """Counts the users of each mesh in a spec and deletes a mesh with its last user."""
+
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        self._spec = spec
+        self._meshes: dict[str, tuple[Any, int]] = {}
+
+    def has(self, name: str) -> bool:
+        """Whether a mesh is there."""
+        return name in self._meshes
+
+    @property
+    def count(self) -> int:
+        """How many distinct meshes there are."""
+        return len(self._meshes)
+
+    def add(self, mesh: TriangleMesh, *, hull: bool) -> str:
+        """Name of the spec's mesh for these triangles (or for their convex hull); one more user of it."""
+        import mujoco
+
+        vertices, faces = convex_hull(mesh) if hull else (mesh.vertices, mesh.faces)
+        name = ("hull-" if hull else "mesh-") + _digest(vertices, faces).hex()[:24]
+        found = self._meshes.get(name)
+        if found is not None:
+            self._meshes[name] = (found[0], found[1] + 1)
+            return name
+        element = self._spec.add_mesh(name=name)
+        element.uservert = np.ascontiguousarray(vertices, dtype=np.float32).ravel()
+        element.userface = np.ascontiguousarray(faces, dtype=np.int32).ravel()
+        inertia = mujoco.mjtMeshInertia
+        element.inertia = inertia.mjMESH_INERTIA_CONVEX if hull else inertia.mjMESH_INERTIA_SHELL
+        self._meshes[name] = (element, 1)
+        return name
+
+    def retain(self, name: str) -> None:
+        """One more user of a mesh that is there."""
+        element, users = self._meshes[name]
+        self._meshes[name] = (element, users + 1)
+
+    def release(self, name: str) -> None:
+        """One user fewer."""
+        element, users = self._meshes[name]
+        if users > 1:
+            self._meshes[name] = (element, users - 1)
+            return
+        del self._meshes[name]
+        self._spec.delete(element)
+
+
+def convex_hull(mesh: TriangleMesh) -> tuple[Array, np.ndarray]:
+    """Vertices and outward faces of the convex hull, memoised; flat meshes get a thickness of 1 mm."""
+    key = _digest(mesh.vertices, mesh.faces)
+    found = _HULLS.get(key)
+    if found is None:
+        if len(_HULLS) >= _HULLS_LIMIT:
+            _HULLS.clear()
+        found = _HULLS[key] = _hull(mesh.vertices[np.unique(mesh.faces)])
+    return found
+
+
+def _hull(points: Array) -> tuple[Array, np.ndarray]:
+    from scipy.spatial import ConvexHull
+
+    points = _thickened(points.astype(np.float32).astype(float))
+    hull = ConvexHull(points, qhull_options="Qt")
+    order = np.unique(hull.simplices)
+    index = np.full(len(points), -1)
+    index[order] = np.arange(len(order))
+    vertices, faces = points[order], index[hull.simplices]
+    corners = vertices[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return vertices, faces.astype(np.int32)
+
+
+def _thickened(points: Array) -> Array:
+    """The points, with a copy shifted along every direction in which they have no extent."""
+    centre = points.mean(axis=0)
+    _, axes = np.linalg.eigh((points - centre).T @ (points - centre))
+    directions = axes.T
+    extent = np.abs((points - centre) @ axes).max(axis=0)
+    size = max(extent.max(), 1e-6)
+    for k in range(3):
+        if extent[k] < max(1e-5 * size, 1e-9):
+            shift = directions[k] * min(THICKNESS, 0.1 * size) / 2
+            points = np.concatenate([points - shift, points + shift])
+    return points
+
+
+def _digest(vertices: Array, faces: np.ndarray) -> bytes:
+    digest = hashlib.blake2b(digest_size=16)
+    digest.update(np.ascontiguousarray(vertices).data)
+    digest.update(np.ascontiguousarray(faces).data)
+    return digest.digest()

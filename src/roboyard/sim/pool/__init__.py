@@ -1,0 +1,1 @@
+"""Compiled bodies kept ready, so that adding a simple body needs no compile."""

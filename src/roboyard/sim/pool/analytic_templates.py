@@ -1,0 +1,239 @@
+"""Castings: the moulds of bodies of one simple shape, worked out from its sizes instead of compiled.
+
+Bodies that differ in nothing but numbers (sizes, mass, inertia, poses, colours) have the same mould but for a
+few arrays, which are known functions of those numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import dist, hypot, sqrt
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from roboyard.description.mass_properties import MassProperties, mass_properties
+from roboyard.description.model import RGBA, Box, Capsule, Cylinder, Pose, RobotDescription, Sphere
+from roboyard.sim.build.geoms import SMALLEST, paint, plain_size
+from roboyard.sim.build.records import BuildOptions
+from roboyard.sim.pool.templates import Mould
+from roboyard.transforms import Array, matrix_from_quaternion, to_wxyz
+
+NEARLY = 1e-9
+"""m, or of a unit quaternion: what differs by less is either the same or nothing for a casting."""
+SHORTEST = 1e-5
+"""m: what MuJoCo takes for the reach of a body without shapes."""
+_IDENTITY = (0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class Numbers:
+    """What tells bodies of one signature apart."""
+
+    signature: tuple[Any, ...]
+    """Everything else that tells bodies apart."""
+    mass: MassProperties | None
+    size: Array
+    """(3,) MuJoCo's sizes of all geoms, which coincide; m"""
+    pose: Pose
+    """Of all geoms in the link frame."""
+    colors: list[RGBA]
+    """Of the visual geoms."""
+
+
+def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers | None:
+    """The numbers of a body of one link whose shapes, if any, coincide; None where it takes a compile."""
+    if description.joints:
+        return None
+    link, scale = description.links[0], options.scale
+    visuals = link.visuals if options.visual_geoms else ()
+    shapes = (*link.collisions, *visuals)
+    kind, size, pose = None, np.zeros(3), Pose()
+    if shapes:
+        geometry, origin = shapes[0].geometry, shapes[0].origin
+        if not isinstance(geometry, Box | Sphere | Cylinder | Capsule):
+            return None
+        for shape in shapes[1:]:
+            place = shape.origin
+            if shape.geometry != geometry or (place.position, place.quaternion) != (
+                origin.position,
+                origin.quaternion,
+            ):
+                return None
+        kind, size, used = plain_size(geometry, scale)
+        if not used.min() > SMALLEST:
+            return None
+        x, y, z = origin.position
+        pose = Pose(position=(x * scale, y * scale, z * scale), quaternion=origin.quaternion)
+    inertial, mass, centre = link.inertial, None, None
+    if inertial is not None:
+        mass = mass_properties(inertial, scale)
+        if not mass.mass > 0.0 or mass.note:
+            return None
+        centre = Pose(position=_tuple(mass.position), quaternion=_tuple(mass.quaternion))
+    elif not options.fixed_base:
+        return None
+    layout = _layout(Pose(), pose, centre)
+    if layout is None:
+        return None
+    return Numbers(
+        signature=(options, kind, len(link.collisions), len(visuals), link.contact, layout),
+        mass=mass,
+        size=size,
+        pose=pose,
+        colors=[paint(visual) for visual in visuals],
+    )
+
+
+def cast(mould: Mould, numbers: Numbers, description: RobotDescription) -> Mould:
+    """The mould of a body that differs from another's only in numbers."""
+    family, mass = mould.family, numbers.mass
+    position, quaternion = np.array(numbers.pose.position), to_wxyz(numbers.pose.quaternion)
+    body, geoms, blocks, is_free = family.body, family.geoms, {}, not family.options.fixed_base
+    if mass is not None:
+        wxyz = to_wxyz(mass.quaternion)
+        body = body | {"mass": mass.mass, "ipos": mass.position, "iquat": wxyz, "inertia": mass.principal}
+        blocks = _mass_blocks(mass, wxyz, is_free=is_free)
+    reach = None
+    if geoms:
+        own = {"size": numbers.size, "pos": position, "quat": quaternion}
+        geoms = [fields | own for fields in geoms]
+        for fields, color in zip(geoms[family.collisions :], numbers.colors, strict=True):
+            fields["rgba"] = color
+        reach = _add_geom_blocks(blocks, family, numbers, position, quaternion.tolist())
+    if is_free:
+        assert mass is not None
+        length = _length(mass, reach, numbers.pose)
+        blocks["dof_length"] = np.array([1.0, 1.0, 1.0, length, length, length])
+    return Mould(
+        description=description,
+        options=family.options,
+        mass=mass,
+        notes=(),
+        meshes=(),
+        files=(),
+        collisions=family.collisions,
+        body=body,
+        geoms=geoms,
+        blocks=family.blocks | blocks,
+        kinds=family.kinds,
+        counts=family.counts,
+        make=family.make,
+        origin=family,
+        varied=tuple(blocks),
+    )
+
+
+def _layout(*frames: Pose | None) -> tuple[bool | None, ...] | None:
+    """Which of the link's, the geoms' and the inertial frame share an origin or axes; None if it is close.
+
+    MuJoCo leaves out transforms between frames that are the same.
+    """
+    layout: list[bool | None] = []
+    for k, a in enumerate(frames):
+        for b in frames[:k]:
+            if a is None or b is None:
+                layout.append(None)
+                continue
+            for p, q in ((a.position, b.position), (a.quaternion, b.quaternion)):
+                same = p == q
+                if not same and _differ_little(p, q):
+                    return None
+                layout.append(same)
+    return tuple(layout)
+
+
+def _differ_little(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+    """Also of a quaternion and one that is the same rotation with the other sign."""
+    plus = max(abs(p - q) for p, q in zip(a, b, strict=True))
+    return plus < NEARLY or (len(a) == 4 and max(abs(p + q) for p, q in zip(a, b, strict=True)) < NEARLY)
+
+
+def _tuple(values: Array) -> tuple[Any, ...]:
+    return tuple(values.tolist())
+
+
+def _mass_blocks(mass: MassProperties, wxyz: Array, *, is_free: bool) -> dict[str, np.ndarray]:
+    """Arrays that follow from the mass, its place (m) and the principal moments (kg m²)."""
+    m, offset, principal = mass.mass, mass.position, mass.principal
+    blocks = {
+        "body_mass": np.array([m]),
+        "body_subtreemass": np.array([m]),
+        "body_inertia": principal[None],
+    }
+    x, y, z = offset.tolist()
+    is_moved, is_turned = bool(x or y or z), bool(wxyz[0] != 1.0)
+    if is_moved:  # else the family's is the same
+        blocks["body_ipos"] = offset[None]
+    if is_turned:
+        blocks["body_iquat"] = wxyz[None]
+    if not is_free:
+        return blocks
+    moments = principal.tolist()
+    inverse = [1.0 / moment for moment in moments]
+    turning, moving = sum(inverse) / 3.0, 1.0 / m
+    if is_moved or is_turned:
+        # The frame's origin goes with v = v_c + r x w, so to its share of 1/m come the terms of -[r] I^-1 [r]
+        # (written in principal axes, where I is diagonal), and m (r r - r_i r_i) to the moments about it.
+        axes = matrix_from_quaternion(mass.quaternion)
+        square = x * x + y * y + z * z
+        along = (offset @ axes).tolist()
+        moving += sum(k * (square - a * a) for k, a in zip(inverse, along, strict=True)) / 3.0
+        moments = ((axes * axes) @ principal + m * (square - offset * offset)).tolist()
+    blocks["body_invweight0"] = np.array([[1.0 / m, turning]])
+    blocks["dof_M0"] = np.array([m, m, m, *moments])
+    blocks["dof_invweight0"] = np.array([moving, moving, moving, turning, turning, turning])
+    return blocks
+
+
+def _add_geom_blocks(
+    blocks: dict[str, np.ndarray], family: Mould, numbers: Numbers, position: Array, wxyz: list[float]
+) -> float:
+    """Arrays that follow from the geoms' common size and pose; gives the radius around each geom (m)."""
+    count, kinds = len(family.geoms), mujoco.mjtGeom
+    a, b, c = numbers.size.tolist()
+    match family.geoms[0]["type"]:
+        case kinds.mjGEOM_SPHERE:
+            half, reach, b = (a, a, a), a, 0.0
+        case kinds.mjGEOM_CAPSULE:
+            half, reach = (a, a, a + b), a + b
+        case kinds.mjGEOM_CYLINDER:
+            half, reach = (a, a, b), sqrt(a * a + b * b)
+        case _:
+            half, reach = (a, b, c), sqrt(a * a + b * b + c * c)
+    blocks["geom_size"] = np.array([(a, b, c)] * count)
+    if any(numbers.pose.position):  # else the family's is the same
+        blocks["geom_pos"] = np.array([numbers.pose.position] * count)
+    if wxyz[0] != 1.0:
+        blocks["geom_quat"] = np.array([wxyz] * count)
+    blocks["geom_rbound"] = np.array([reach] * count)
+    blocks["geom_aabb"] = np.array([(0.0, 0.0, 0.0, *half)] * count)
+    box = _box(numbers, position, np.array(half))
+    blocks["bvh_aabb"] = np.array([box] * len(family.blocks["bvh_aabb"]))
+    if numbers.colors:
+        blocks["geom_rgba"] = rgba = family.blocks["geom_rgba"].copy()
+        rgba[family.collisions :] = numbers.colors
+    return reach
+
+
+def _length(mass: MassProperties, reach: float | None, pose: Pose) -> float:
+    """How far the body goes when it turns by 1 rad: what MuJoCo weighs rotations with; m."""
+    centre = mass.position.tolist()
+    origin = hypot(*centre)
+    return max(SHORTEST, origin) if reach is None else max(origin, reach + dist(pose.position, centre))
+
+
+def _box(numbers: Numbers, centre: Array, half: Array) -> list[float]:
+    """Centre and half sizes of the geoms' box in the inertial frame; m."""
+    pose, mass, turn = numbers.pose, numbers.mass, None
+    if pose.quaternion != _IDENTITY:
+        turn = matrix_from_quaternion(pose.quaternion)
+    if mass is not None:
+        centre = centre - mass.position
+        if mass.quaternion[3] != 1.0:
+            back = matrix_from_quaternion(mass.quaternion).T
+            centre, turn = back @ centre, back if turn is None else back @ turn
+    if turn is not None:
+        half = np.abs(turn) @ half
+    return [*centre.tolist(), *half.tolist()]

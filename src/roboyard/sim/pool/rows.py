@@ -1,0 +1,266 @@
+"""Rows of MuJoCo's arrays that change hands: a spare becomes a body, a body is parked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from roboyard.sim.build.bodies import build
+from roboyard.sim.build.records import BuildOptions, Built
+from roboyard.sim.pool.templates import Mould, row_starts
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.build.mesh_assets import MeshAssets
+    from roboyard.sim.engine import Engine
+
+MASKS = ("geom_contype", "geom_conaffinity", "body_contype", "body_conaffinity")
+PARKED_FIELDS = (*MASKS, "geom_rgba")
+"""What tells a parked body of one link from one in use."""
+PARKED_JOINTS = ("jnt_limited", "dof_frictionloss")
+"""What tells parked joints, too, from joints in use: they ask nothing of the solver."""
+_NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class Spare:
+    """Rows of one body in MuJoCo's arrays, and its elements in the spec."""
+
+    name: str
+    """While it is nobody's."""
+    mould: Mould
+    """What its elements in the spec say."""
+    element: Any
+    """Of the root link."""
+    free_joint: Any
+    geoms: list[Any]
+    """Of the root link."""
+    built: Built | None = None
+    """All its elements, if it has several links."""
+    owner: int = -1
+    """Id of the body that lives here; -1 while it is parked."""
+    is_pristine: bool = True
+    """Nobody has had it yet."""
+    starts: dict[str, int] = field(default_factory=dict)
+    """First row by kind of array."""
+
+    @property
+    def is_free(self) -> bool:
+        """Whether another body can move in; one of several links is not made what it was at first again."""
+        return self.owner < 0 and (self.is_pristine or self.built is None)
+
+    def rename(self, name: str) -> None:
+        """Give its elements the names that a body has whose own begins so (ending in "/")."""
+        if self.built is None:
+            self.element.name = f"{name}{self.mould.description.root.name}"
+        else:
+            for record in self.built.links:
+                record.element.name = f"{name}{record.name}"
+                for joint in record.joint_elements:
+                    joint.name = name + joint.name.partition("/")[2]
+        if self.free_joint is not None:
+            self.free_joint.name = f"{self.element.name}/free"
+
+
+def add_spare(spec: Any, assets: MeshAssets, mould: Mould, name: str) -> Spare:
+    """Add a spare of a mould's make to a spec."""
+    built = None
+    if mould.description.joints:
+        built = build(spec, assets, mould.description, f"{name}/", _NOWHERE, _UNTURNED, mould.options)
+        root = built.links[0]
+        element, joint, geoms = root.element, built.free_joint, [*root.geoms, *root.visuals]
+    else:
+        of_body, of_geoms = mould.given()
+        element = spec.worldbody.add_body(name=name, **of_body)
+        joint = None if mould.options.fixed_base else element.add_freejoint(name=name, align=0)
+        geoms = [element.add_geom(**fields) for fields in of_geoms]
+        for mesh in mould.meshes:
+            assets.retain(mesh)
+    return Spare(name=name, mould=mould, element=element, free_joint=joint, geoms=geoms, built=built)
+
+
+class SpareRows:
+    """Writes single bodies into a compiled world's arrays."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._arrays: dict[str, np.ndarray] = {}
+        self._mass = self._inertia = 0.0
+        self._dofs = 0
+        self._away: dict[int, tuple[dict[str, int], dict[str, int]]] = {}
+        """First rows and counts of all that is parked, by row of the root."""
+
+    def look(self, spares: list[Spare]) -> None:
+        """After a compile: see where spares lie, and park them."""
+        model = self._engine.live_model
+        self._arrays, self._away = {}, {}
+        for spare in spares:
+            counts = spare.mould.counts
+            spare.starts = row_starts(model, spare.element.id, counts["body"])
+            self._park(spare.starts, counts)
+        self.weigh_anew()
+
+    def weigh_anew(self) -> None:
+        """Masses or inertias were written, or MuJoCo has summed them up itself."""
+        model = self._engine.live_model
+        self._mass, self._inertia = float(model.body_mass.sum()), float(model.dof_M0.sum())
+        self._dofs = int(model.nv)
+        for starts, counts in self._away.values():
+            self._count(starts, counts, -1)
+        if self._away:
+            self._weigh()
+
+    def fill(self, spare: Spare, mould: Mould, options: BuildOptions, position: Array, wxyz: Array) -> None:
+        """Make a parked spare the body of a mould.
+
+        Args:
+            spare: of the mould's make.
+            mould: what it becomes.
+            options: give the masks of the body's geoms.
+            position: (3,) m.
+            wxyz: (4,) unit.
+        """
+        starts, related = spare.starts, spare.is_pristine and spare.mould.family is mould.family
+        if not (related and spare.mould is mould):
+            _write_elements(spare, mould, plainly=related)
+        spare.element.pos, spare.element.quat = position, wxyz
+        if not related:
+            names: Any = mould.blocks
+        elif spare.mould is mould:
+            names = PARKED_FIELDS if spare.built is None else (*PARKED_FIELDS, *PARKED_JOINTS)
+        else:
+            names = (*PARKED_FIELDS, *mould.varied, *spare.mould.varied)
+        blocks, kinds = mould.blocks, mould.kinds
+        for label in names:
+            block, start = blocks[label], starts[kinds[label]]
+            self._array(label)[start : start + len(block)] = block
+        if spare.built is not None and options.contype != mould.options.contype:
+            self._set_masks(spare, options)
+        spare.mould, spare.is_pristine = mould, False
+        row, first, data = starts["body"], starts["qpos"], self._engine.live_data
+        self._array("body_pos")[row] = position
+        self._array("body_quat")[row] = wxyz
+        if first >= 0:
+            self._rest(starts, mould.counts)
+            places = slice(first, first + mould.counts["qpos"])
+            data.qpos[places] = blocks["qpos0"]
+        if spare.free_joint is not None:
+            for values in (self._array("qpos0"), self._array("qpos_spring"), data.qpos):
+                values[first : first + 3] = position
+                values[first + 3 : first + 7] = wxyz
+        self._count(starts, mould.counts, 1)
+        del self._away[row]
+        self._weigh()
+
+    def park(self, spare: Spare) -> None:
+        """Nobody's from now on."""
+        spare.owner = -1
+        spare.rename(f"{spare.name}/")
+        self._put_away(spare.starts, spare.mould.counts)
+
+    def park_body(self, built: Built, name: str) -> None:
+        """A body of one link is gone; its rows stay for now, under another name."""
+        record = built.links[0]
+        record.element.name = name
+        counts = {"body": 1, "geom": len(record.geoms) + len(record.visuals), "dof": 0, "jnt": 0}
+        if built.free_joint is not None:
+            built.free_joint.name = name
+            counts |= {"dof": 6, "jnt": 1}
+        self._put_away(row_starts(self._engine.live_model, record.element.id), counts)
+
+    def _put_away(self, starts: dict[str, int], counts: dict[str, int]) -> None:
+        self._rest(starts, counts)
+        self._park(starts, counts)
+        self._count(starts, counts, -1)
+        self._weigh()
+
+    def _park(self, starts: dict[str, int], counts: dict[str, int]) -> None:
+        """Out of the way: nothing touches it, no ray meets it, nothing draws it."""
+        for name in PARKED_FIELDS:
+            self._array(name)[_rows(name[:4], starts, counts)] = 0
+        if counts["body"] > 1:
+            for name in PARKED_JOINTS:
+                self._array(name)[_rows(name[:3], starts, counts)] = 0
+        self._away[starts["body"]] = starts, counts
+
+    def _rest(self, starts: dict[str, int], counts: dict[str, int]) -> None:
+        """No velocity, nothing that pushes, nothing remembered of the last step."""
+        data, dofs = self._engine.live_data, _rows("dof", starts, counts)
+        for values in (data.qvel, data.qacc, data.qacc_warmstart, data.qfrc_applied):
+            values[dofs] = 0.0
+        data.xfrc_applied[_rows("body", starts, counts)] = 0.0
+
+    def _set_masks(self, spare: Spare, options: BuildOptions) -> None:
+        """Give all that touches anything the masks of a body that has some of its own."""
+        assert spare.built is not None
+        for name in MASKS:
+            block = spare.mould.blocks[name]
+            mask = options.contype if name.endswith("contype") else options.conaffinity
+            rows = _rows(name[:4], spare.starts, spare.mould.counts)
+            self._array(name)[rows] = np.where(block != 0, mask, 0)
+        for geom in (geom for record in spare.built.links for geom in record.geoms):
+            geom.contype, geom.conaffinity = options.contype, options.conaffinity
+
+    def _count(self, starts: dict[str, int], counts: dict[str, int], sign: int) -> None:
+        row, dofs = starts["body"], counts["dof"]
+        masses = self._array("body_mass")
+        self._mass += sign * float(
+            masses[row] if counts["body"] == 1 else masses[row : row + counts["body"]].sum()
+        )
+        if dofs:
+            self._inertia += sign * float(self._array("dof_M0")[_rows("dof", starts, counts)].sum())
+            self._dofs += sign * dofs
+
+    def _weigh(self) -> None:
+        """Parked bodies count neither for the mass of the whole world nor for its mean inertia.
+
+        By the latter MuJoCo measures how far its solvers have come.
+        """
+        self._array("body_subtreemass")[0] = self._mass
+        self._engine.live_model.stat.meaninertia = self._inertia / self._dofs if self._dofs else 1.0
+
+    def _array(self, name: str) -> np.ndarray:
+        found = self._arrays.get(name)
+        if found is None:
+            found = self._arrays[name] = getattr(self._engine.live_model, name)
+        return found
+
+
+def is_apart(body: Body, model: Any) -> bool:
+    """Whether nothing else in the spec holds on to a body."""
+    built = body.built
+    if body.description is None or built.equalities or model.ntendon or model.nsensor or model.npair:
+        return False
+    links = built.links
+    if any(record.terrains or record.actuator is not None for record in links):
+        return False
+    for element in (record.element for record in links):
+        if element.sites or element.cameras or element.lights:
+            return False
+    if len(links) == 1 and links[0].element.bodies:
+        return False
+    if not model.neq:
+        return True
+    of_bodies = model.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY)
+    rows = np.stack([model.eq_obj1id, model.eq_obj2id])
+    return not bool((of_bodies & np.isin(rows, body.mujoco_ids)).any())
+
+
+def _rows(kind: str, starts: dict[str, int], counts: dict[str, int]) -> slice:
+    """A body's rows in one kind of array."""
+    first = starts[kind]
+    return slice(first, first + counts[kind]) if first >= 0 else slice(0, 0)
+
+
+def _write_elements(spare: Spare, mould: Mould, *, plainly: bool) -> None:
+    """Make a body of one link and its geoms in the spec what a mould says; `plainly`: only numbers differ."""
+    pairs = [(spare.element, mould.body, spare.mould.body)]
+    pairs += zip(spare.geoms, mould.geoms, spare.mould.geoms, strict=True)
+    for element, fields, before in pairs:
+        for name, value in fields.items():
+            if not (plainly and value is before[name]):
+                setattr(element, name, value)

@@ -1,0 +1,1 @@
+"""Contacts, distances and rays."""

@@ -1,0 +1,112 @@
+"""Who touches whom: contacts of the last step, as objects or as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.link import Link
+    from roboyard.sim.world import World
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Contact:
+    """One point at which two links touch."""
+
+    link_a: Link
+    link_b: Link
+    position: Array
+    """(3,) midway between the surfaces, in the world; m"""
+    normal: Array
+    """(3,) unit, from link_a to link_b, in the world."""
+    distance: float
+    """m; negative: how far the surfaces overlap."""
+    normal_force: float
+    """N, at least 0: how hard the links push apart."""
+    friction_force: Array
+    """(3,) N that link_a feels along the surface, in the world; link_b feels the opposite."""
+
+    @property
+    def body_a(self) -> Body:
+        return self.link_a.body
+
+    @property
+    def body_b(self) -> Body:
+        return self.link_b.body
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ContactArrays:
+    """All contacts at once, k of them, in MuJoCo's order."""
+
+    owners: np.ndarray
+    """(k, 4) int32: body id and link index of a, then of b"""
+    position: Array
+    """(k, 3) m"""
+    frame: Array
+    """(k, 3, 3) rows: normal from a to b, then two tangents"""
+    distance: Array
+    """(k,) m"""
+    force: Array
+    """(k, 3) N that b feels from a, along the rows of `frame`"""
+
+
+def contact_arrays(world: World) -> ContactArrays:
+    """Contacts of the last step (or of the last `World.detect_contacts`)."""
+    import mujoco
+
+    world.ensure_compiled()
+    model, data = world.live_model, world.live_data
+    k = data.ncon
+    contact = data.contact
+    force = np.zeros((k, 3))
+    wrench = np.zeros(6)
+    if data.nefc:
+        for i in range(k):
+            mujoco.mj_contactForce(model, data, i, wrench)
+            force[i] = wrench[:3]
+    geom = contact.geom.reshape(k, 2)
+    owners = world.geom_owners[geom].reshape(k, 4)
+    return ContactArrays(
+        owners=owners,
+        position=contact.pos.reshape(k, 3).copy(),
+        frame=contact.frame.reshape(k, 3, 3).copy(),
+        distance=contact.dist.copy(),
+        force=force,
+    )
+
+
+def contacts(world: World, body: Body | None = None, other: Body | None = None) -> list[Contact]:
+    """Contacts as objects; `body` comes first (as a) where it takes part, `other` filters its partners."""
+    arrays = contact_arrays(world)
+    found = []
+    for i in range(len(arrays.distance)):
+        body_a, link_a, body_b, link_b = (int(v) for v in arrays.owners[i])
+        normal, sign = arrays.frame[i, 0], 1.0
+        if body is not None:
+            if body.id not in (body_a, body_b):
+                continue
+            if body_a != body.id:
+                body_a, link_a, body_b, link_b, sign = body_b, link_b, body_a, link_a, -1.0
+        if other is not None and other.id not in ((body_b,) if body is not None else (body_a, body_b)):
+            continue
+        bodies = world.body_by_id
+        tangential = arrays.force[i, 1:] @ arrays.frame[i, 1:]
+        found.append(
+            Contact(
+                link_a=bodies[body_a].links[link_a],
+                link_b=bodies[body_b].links[link_b],
+                position=arrays.position[i],
+                normal=sign * normal,
+                distance=float(arrays.distance[i]),
+                normal_force=float(arrays.force[i, 0]),
+                friction_force=-sign * tangential,
+            )
+        )
+    return found

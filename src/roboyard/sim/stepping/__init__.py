@@ -1,0 +1,1 @@
+"""One time step: contacts, constraints, surface effects and external forces."""

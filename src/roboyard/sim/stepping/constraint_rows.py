@@ -1,0 +1,112 @@
+"""Rows of constraints in MuJoCo's arrays, changed between the halves of a step.
+
+A slide is a weld that lets go along one axis: its rows are turned into the axis and across it. A row that
+would need more force than it may take becomes a given force.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from roboyard.transforms import Array
+
+BOUND_ROUNDS = 3
+
+
+def free_axis(model: Any, data: Any, equality: int, site_a: int, site_b: int, axis: Array) -> None:
+    """Between the halves of a step: let a weld's second frame slide along an axis fixed in the first.
+
+    A weld holds three distances along world axes. They become distances along two directions across the
+    axis, measured at the second frame's origin (so that it is carried round when the first body turns), and
+    an empty row for the axis itself.
+
+    Args:
+        equality: index of the weld.
+        site_a: the frame in which the axis is fixed.
+        site_b: the frame that slides.
+        axis: (3,) unit, in the axes of site_a.
+    """
+    rows = np.flatnonzero(data.efc_id[: data.ne] == equality)[:3]
+    if len(rows) < 3:
+        return
+    at = data.site_xpos[site_b].copy()
+    directions = across(data.site_xmat[site_a].reshape(3, 3) @ axis)
+    jacobian = _velocity_of(model, data, site_a, at) - _velocity_of(model, data, site_b, at)
+    distance = data.site_xpos[site_a] - at
+    for row, direction in zip(rows, directions, strict=True):
+        values = direction @ jacobian
+        places, columns = _row(model, data, int(row))
+        data.efc_J[places] = values[columns]
+        stiffness, damping, impedance, _ = data.efc_KBIP[row]
+        position, velocity = direction @ distance, values @ data.qvel
+        data.efc_pos[row], data.efc_vel[row] = position, velocity
+        data.efc_aref[row] = -damping * velocity - stiffness * impedance * position
+
+
+def bound_rows(model: Any, data: Any, bound: Array) -> None:
+    """After the solver: rows beyond their bound become forces of just that size, and the rest is solved
+    again; a few times, for what then goes beyond its own.
+
+    Args:
+        bound: (ne,) N or N m, for each row of an equality.
+    """
+    ne = data.ne
+    bound = bound / row_scale(model, data)
+    given = np.zeros(ne)
+    is_given = np.zeros(ne, dtype=bool)
+    for _ in range(BOUND_ROUNDS):
+        force = data.efc_force[:ne]
+        over = (np.abs(force) > (1.0 + 1e-3) * bound) & ~is_given
+        if not over.any():
+            break
+        given[over] = np.clip(force[over], -bound[over], bound[over])
+        is_given |= over
+        for row in np.flatnonzero(over):
+            _give_force(model, data, int(row), given[row])
+        mujoco.mj_solveM(model, data, data.qacc_smooth[None], data.qfrc_smooth[None])
+        data.qacc_warmstart[:] = data.qacc
+        mujoco.mj_fwdConstraint(model, data)
+    data.efc_force[:ne][is_given] = given[is_given]
+
+
+def row_scale(model: Any, data: Any) -> Array:
+    """(ne,) a unit of each row's force in N or N m: MuJoCo's turning rows of welds are half angles."""
+    rows = data.efc_id[: data.ne]
+    is_weld = model.eq_type[rows] == int(mujoco.mjtEq.mjEQ_WELD)
+    first = np.concatenate(([0], np.flatnonzero(np.diff(rows)) + 1))
+    place = np.arange(len(rows)) - np.repeat(first, np.diff(np.append(first, len(rows))))
+    return np.where(is_weld & (place >= 3), 0.5, 1.0)
+
+
+def _give_force(model: Any, data: Any, row: int, force: float) -> None:
+    """Empty a row and let a force (in its own unit) act instead; `qacc_smooth` is then due anew."""
+    places, columns = _row(model, data, row)
+    data.qfrc_smooth[columns] += data.efc_J[places] * force
+    data.efc_J[places] = 0.0
+    data.efc_aref[row] = 0.0
+
+
+def _row(model: Any, data: Any, row: int) -> tuple[slice, Any]:
+    """Where a row of the Jacobian is stored, and which dofs its numbers belong to."""
+    if mujoco.mj_isSparse(model):
+        start, count = int(data.efc_J_rowadr[row]), int(data.efc_J_rownnz[row])
+        return slice(start, start + count), data.efc_J_colind[start : start + count]
+    return slice(row * model.nv, (row + 1) * model.nv), slice(None)
+
+
+def across(axis: Array) -> Array:
+    """(3, 3) rows: two unit directions across an axis, and zero in the place of the axis itself."""
+    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    first = np.cross(axis, helper)
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(axis, first), np.zeros(3)]).astype(float)
+
+
+def _velocity_of(model: Any, data: Any, site: int, point: Array) -> Array:
+    """(3, nv) Jacobian of a world point moving with the body of a site."""
+    jacobian = np.zeros((3, model.nv))
+    mujoco.mj_jac(model, data, jacobian, None, point, int(model.site_bodyid[site]))
+    return jacobian

@@ -1,0 +1,350 @@
+"""Constraints that no joint of a tree makes: welds, slides, points and gears, each with a force bound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.errors import RoboyardError, StaleHandleError
+from roboyard.sim.stepping.constraint_rows import bound_rows, free_axis, row_scale
+from roboyard.transforms import Array, normalized, to_wxyz
+
+if TYPE_CHECKING:
+    from roboyard.sim.joint import Joint
+    from roboyard.sim.link import Link
+    from roboyard.sim.world import World
+
+Kind = Literal["weld", "slide", "point", "gear"]
+STIFF_SOLREF = (0.005, 1.0)
+STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
+CORRECTION = 0.2
+"""Of a bounded constraint: share of its error closed in a step. It asks for a velocity, so that a bound that
+is too tight to brake in time cannot make it swing."""
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class Constraint:
+    """One constraint of a world. Frames are relative to link frames; without a second link, to the world."""
+
+    id: int
+    kind: Kind
+    link_a: Link
+    link_b: Link | None
+    element: Any
+    site_a: Any = None
+    site_b: Any = None
+    max_force: float = np.inf
+    """N or N m, on each row: three for a point, six for a weld or slide, one for a gear."""
+    gear_ratio: float = 0.0
+    axis: Array | None = None
+    """(3,) unit: of a slide, in the frame of link_a."""
+    tendon: Any = None
+    """Of a gear with a third joint."""
+
+
+class Constraints:
+    """The constraints of one world."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._by_id: dict[int, Constraint] = {}
+        self._next = 1
+        self._bounds: np.ndarray | None = None
+        self._tuned_timestep = 0.0
+
+    def __len__(self) -> int:
+        return len(self._by_id)
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether any constraint has a force bound, or an axis, that steps have to watch."""
+        return any(
+            constraint.kind == "slide" or np.isfinite(constraint.max_force)
+            for constraint in self._by_id.values()
+        )
+
+    def add_weld(
+        self,
+        link_a: Link,
+        link_b: Link | None,
+        *,
+        position_a: ArrayLike = (0, 0, 0),
+        orientation_a: ArrayLike = (0, 0, 0, 1),
+        position_b: ArrayLike = (0, 0, 0),
+        orientation_b: ArrayLike = (0, 0, 0, 1),
+        max_force: float = np.inf,
+    ) -> Constraint:
+        """Hold a frame of one link on a frame of another (or of the world)."""
+        kind = mujoco.mjtEq.mjEQ_WELD
+        return self._between(
+            "weld", kind, link_a, link_b, position_a, orientation_a, position_b, orientation_b, max_force
+        )
+
+    def add_point(
+        self,
+        link_a: Link,
+        link_b: Link | None,
+        *,
+        position_a: ArrayLike = (0, 0, 0),
+        position_b: ArrayLike = (0, 0, 0),
+        max_force: float = np.inf,
+    ) -> Constraint:
+        """Hold a point of one link on a point of another (or of the world); both turn freely."""
+        kind, none = mujoco.mjtEq.mjEQ_CONNECT, (0, 0, 0, 1)
+        return self._between("point", kind, link_a, link_b, position_a, none, position_b, none, max_force)
+
+    def add_slide(
+        self,
+        link_a: Link,
+        link_b: Link | None,
+        axis: ArrayLike,
+        *,
+        position_a: ArrayLike = (0, 0, 0),
+        orientation_a: ArrayLike = (0, 0, 0, 1),
+        position_b: ArrayLike = (0, 0, 0),
+        orientation_b: ArrayLike = (0, 0, 0, 1),
+        max_force: float = np.inf,
+    ) -> Constraint:
+        """Hold a frame of one link on a line through a frame of another, both turned alike.
+
+        Args:
+            axis: (3,) direction of the line, in the frame on link_a.
+        """
+        direction = np.array(axis, dtype=float)
+        length = np.linalg.norm(direction)
+        if direction.shape != (3,) or not length > 0:
+            raise RoboyardError(f"a slide needs an axis of three numbers that are not all zero; got {axis}")
+        made = self._between(
+            "slide",
+            mujoco.mjtEq.mjEQ_WELD,
+            link_a,
+            link_b,
+            position_a,
+            orientation_a,
+            position_b,
+            orientation_b,
+            max_force,
+        )
+        made.axis = direction / length
+        self._world.stepping.refresh()
+        return made
+
+    def add_gear(
+        self,
+        joint_a: Joint,
+        joint_b: Joint,
+        ratio: float,
+        *,
+        against: Joint | None = None,
+        max_force: float = np.inf,
+    ) -> Constraint:
+        """Couple joints of one degree of freedom from here on: v_a + ratio v_b = 0, or v_against."""
+        for joint in (joint_a, joint_b, *(() if against is None else (against,))):
+            if not joint.is_scalar:
+                raise RoboyardError(f"joint {joint.name!r} is {joint.type}; gears couple hinges and slides")
+        name, spec = f"constraint{self._next}", self._world.spec
+        names = [j._built.joint_elements[0].name for j in (joint_a, joint_b, against) if j is not None]
+        tendon = None
+        kind, of, first, second = mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtObj.mjOBJ_JOINT, names[0], names[1]
+        if against is not None:
+            tendon = spec.add_tendon(name=name)
+            for joint_name, coefficient in zip(names, (1.0, ratio, -1.0), strict=True):
+                tendon.wrap_joint(joint_name, coefficient)
+            kind, of, first, second = mujoco.mjtEq.mjEQ_TENDON, mujoco.mjtObj.mjOBJ_TENDON, name, ""
+        element = spec.add_equality(name=name, type=kind, objtype=of, name1=first, name2=second)
+        constraint = Constraint(
+            id=self._next, kind="gear", link_a=joint_a.child, link_b=joint_b.child, element=element
+        )
+        constraint.tendon = tendon
+        self._register(constraint, max_force)
+        offset = joint_a.position + ratio * joint_b.position
+        self.set_gear(constraint, ratio, offset if against is None else offset - against.position)
+        return constraint
+
+    def _between(
+        self,
+        kind: Kind,
+        equality: Any,
+        link_a: Link,
+        link_b: Link | None,
+        position_a: ArrayLike,
+        orientation_a: ArrayLike,
+        position_b: ArrayLike,
+        orientation_b: ArrayLike,
+        max_force: float,
+    ) -> Constraint:
+        world = self._world
+        name = f"constraint{self._next}"
+        parent_b = world.spec.worldbody if link_b is None else link_b._built.element
+        site_a = link_a._built.element.add_site(
+            name=f"{name}/a", pos=position_a, quat=to_wxyz(normalized(orientation_a)), group=5
+        )
+        site_b = parent_b.add_site(
+            name=f"{name}/b", pos=position_b, quat=to_wxyz(normalized(orientation_b)), group=5
+        )
+        element = world.spec.add_equality(
+            name=name,
+            type=equality,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            name1=site_a.name,
+            name2=site_b.name,
+        )
+        if kind != "point":
+            data = np.array(element.data)
+            data[10] = 1.0
+            element.data = data
+        constraint = Constraint(
+            id=self._next,
+            kind=kind,
+            link_a=link_a,
+            link_b=link_b,
+            element=element,
+            site_a=site_a,
+            site_b=site_b,
+        )
+        self._register(constraint, max_force)
+        return constraint
+
+    def _register(self, constraint: Constraint, max_force: float) -> None:
+        constraint.element.solref = STIFF_SOLREF
+        constraint.element.solimp = STIFF_SOLIMP
+        constraint.max_force = max_force
+        self._by_id[constraint.id] = constraint
+        self._next += 1
+        self._world.mark_stale()
+
+    # --------------------------------------------------------------------------------------------- changing
+
+    def get(self, constraint_id: int) -> Constraint:
+        """The constraint of this id.
+
+        Raises:
+            StaleHandleError: it was removed, or never was.
+        """
+        if constraint_id not in self._by_id:
+            raise StaleHandleError(f"there is no constraint {constraint_id}; it may have been removed")
+        return self._by_id[constraint_id]
+
+    @property
+    def all(self) -> tuple[Constraint, ...]:
+        return tuple(self._by_id.values())
+
+    def set_frame(
+        self,
+        constraint: Constraint,
+        side: Literal["a", "b"],
+        position: ArrayLike | None = None,
+        orientation: ArrayLike | None = None,
+    ) -> None:
+        """Move one side's frame; takes effect at the next step without a recompile."""
+        site = constraint.site_a if side == "a" else constraint.site_b
+        if site is None:
+            raise RoboyardError("a gear has no frames")
+        world = self._world
+        if position is not None:
+            site.pos = np.asarray(position, dtype=float)
+        if orientation is not None:
+            site.quat = to_wxyz(normalized(orientation))
+        if not world.is_stale:
+            world.live_model.site_pos[site.id] = site.pos
+            world.live_model.site_quat[site.id] = site.quat
+            world.live_model.site_sameframe[site.id] = 0
+
+    def set_gear(self, constraint: Constraint, ratio: float, offset: float) -> None:
+        """Couple positions as q_a = offset - ratio q_b; with a third joint as q_a = offset - ratio q_b + q_c.
+
+        Raises:
+            RoboyardError: another ratio for a gear of three joints; make a new one instead.
+        """
+        if constraint.tendon is not None and ratio != constraint.gear_ratio and constraint.gear_ratio:
+            raise RoboyardError("the ratio of a gear of three joints cannot change; make a new gear")
+        constraint.gear_ratio = ratio
+        data = np.zeros(len(constraint.element.data))
+        data[:2] = offset, 0.0 if constraint.tendon is not None else -ratio
+        constraint.element.data = data
+        if not self._world.is_stale:
+            self._world.live_model.eq_data[constraint.element.id, :2] = data[:2]
+
+    def set_max_force(self, constraint: Constraint, max_force: float) -> None:
+        """N or N m, on each row."""
+        constraint.max_force = max_force
+        self._bounds = None
+        self._tuned_timestep = 0.0
+        self._world.stepping.refresh()
+
+    def remove(self, constraint: Constraint) -> None:
+        """Let go."""
+        self.get(constraint.id)
+        spec = self._world.spec
+        spec.delete(constraint.element)
+        if constraint.tendon is not None:
+            spec.delete(constraint.tendon)
+        for site in (constraint.site_a, constraint.site_b):
+            if site is not None:
+                spec.delete(site)
+        del self._by_id[constraint.id]
+        self._bounds = None
+        self._world.mark_stale()
+
+    def forget(self, body_id: int) -> None:
+        """A body goes, and its constraints with it."""
+        for constraint in self.all:
+            ends = (constraint.link_a, constraint.link_b)
+            if any(link is not None and link.body.id == body_id for link in ends):
+                self.remove(constraint)
+
+    def invalidate(self) -> None:
+        """MuJoCo's arrays are new."""
+        self._bounds = None
+        self._tuned_timestep = 0.0
+
+    # --------------------------------------------------------------------------------------------- in a step
+
+    def applied(self, constraint: Constraint) -> Array:
+        """(1,), (3,) or (6,) N and N m that the constraint applied in the last step, in world axes."""
+        data = self._world.live_data
+        rows = np.arange(data.ne)
+        mine = data.efc_id[: data.ne] == constraint.element.id
+        if not mine.any():
+            return np.zeros(0)
+        scale = row_scale(self._world.live_model, data)
+        return (np.asarray(data.efc_force)[: data.ne] * scale)[rows[mine]]
+
+    def prepare(self, model: Any) -> None:
+        """Before a step: how hard bounded constraints pull, which depends on the time step."""
+        timestep = model.opt.timestep
+        if timestep == self._tuned_timestep:
+            return
+        self._tuned_timestep = timestep
+        most = STIFF_SOLIMP[1]
+        for constraint in self._by_id.values():
+            if np.isfinite(constraint.max_force):
+                pull = (-CORRECTION * most**2 / timestep**2, -most / timestep)
+                model.eq_solref[constraint.element.id] = pull
+
+    def free_axes(self, model: Any, data: Any) -> None:
+        """Between the halves of a step: let slides slide."""
+        for constraint in self._by_id.values():
+            if constraint.axis is not None:
+                free_axis(
+                    model,
+                    data,
+                    constraint.element.id,
+                    constraint.site_a.id,
+                    constraint.site_b.id,
+                    constraint.axis,
+                )
+
+    def bound_forces(self, model: Any, data: Any) -> None:
+        """After the solver: see that no row goes beyond its bound."""
+        bounds = self._bounds
+        if bounds is None:
+            bounds = self._bounds = np.full(model.neq, np.inf)
+            for constraint in self._by_id.values():
+                bounds[constraint.element.id] = constraint.max_force
+        if data.ne:
+            bound_rows(model, data, bounds[data.efc_id[: data.ne]])

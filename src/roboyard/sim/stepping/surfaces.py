@@ -1,0 +1,172 @@
+"""What MuJoCo does not have of its own: restitution of surfaces and drag on links."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from roboyard.errors import RoboyardError
+from roboyard.sim.stepping.kernels_lazy import kernels
+
+if TYPE_CHECKING:
+    from roboyard.sim.link import Link
+    from roboyard.sim.world import World
+
+
+SLIDING_ITERATIONS = 4
+SLIDING_TOLERANCE = 1e-3
+"""m/s: normal velocity a sliding contact may be off by."""
+
+
+class Surfaces:
+    """Restitution by geom and damping by body, applied between the halves of a step."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._restitution: dict[tuple[int, int], float] = {}
+        self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
+        self._restitution_rows: np.ndarray | None = None
+        self._damping_rows: np.ndarray | None = None
+        self._drag: tuple[Any, ...] = ()
+        """What the kernel of drag reads and writes."""
+        self._friction = self._solution = np.zeros(0)
+        self._base = np.zeros(0)
+        self._acceleration = np.zeros(0)
+        self._sliding: tuple[Any, ...] = ()
+        self._references: tuple[Any, ...] = ()
+        """What the kernel of sliding contacts reads and writes in this step."""
+
+    @property
+    def is_active(self) -> bool:
+        """Whether steps have to pass through here."""
+        return bool(self._restitution or self._damping) or self._world.profile.needs_halves
+
+    def restitution(self, link: Link) -> float:
+        """Coefficient of a link; 0 where none was set."""
+        return self._restitution.get((link.body.id, link.index), 0.0)
+
+    def set_restitution(self, link: Link, value: float) -> None:
+        if not 0.0 <= value <= 1.0:
+            raise RoboyardError(f"link {link.name!r}: restitution is between 0 and 1; got {value}")
+        self._restitution[(link.body.id, link.index)] = value
+        if self._restitution_rows is not None and not self._world.is_stale:
+            self._restitution_rows[[geom.id for geom in link._built.geoms]] = value
+        self._world.stepping.refresh()
+
+    def damping(self, link: Link) -> tuple[float, float, float, float]:
+        """Linear k (1/s), linear q (1/m), angular k (1/s), angular q (-)."""
+        return self._damping.get((link.body.id, link.index), (0.0, 0.0, 0.0, 0.0))
+
+    def set_damping(
+        self,
+        link: Link,
+        linear: float,
+        angular: float,
+        *,
+        linear_quadratic: float = 0.0,
+        angular_quadratic: float = 0.0,
+    ) -> None:
+        """Drag: force -m v (k + q |v|) at the centre of mass, torque -I w (k + q |w|)."""
+        values = (linear, linear_quadratic, angular, angular_quadratic)
+        if not (np.isfinite(values).all() and min(values) >= 0):
+            raise RoboyardError(f"link {link.name!r}: damping is at least 0; got {values}")
+        self._damping[(link.body.id, link.index)] = values
+        if self._damping_rows is not None and not self._world.is_stale:
+            self._damping_rows[link.body.mujoco_ids[link.index]] = values
+        self._world.stepping.refresh()
+
+    def forget(self, body_id: int) -> None:
+        """Drop everything about a body that is being removed."""
+        for link in self._world.body_by_id[body_id].links:
+            key = (body_id, link.index)
+            if key in self._restitution:
+                self.set_restitution(link, 0.0)
+                del self._restitution[key]
+            if key in self._damping:
+                self.set_damping(link, 0.0, 0.0)
+                del self._damping[key]
+
+    def invalidate(self) -> None:
+        """The compiled arrays changed."""
+        self._restitution_rows = self._damping_rows = None
+
+    def apply(self, model: Any, data: Any, timestep: float) -> None:
+        """Between mj_step1 and mj_step2: add drag to xfrc_applied, bounce to the contacts' references."""
+        if self._damping_rows is None or self._restitution_rows is None:
+            self._look_up(model, data)
+        if self._damping:
+            kernels().add_damping(*self._drag)
+        profile, hard = self._world.profile, self._world.hard_contacts
+        if hard and data.ne:
+            kernels().hard_equalities(
+                data.efc_pos, data.efc_vel, data.ne, timestep, profile.erp, data.efc_aref
+            )
+        if profile.hard_contacts and data.nl:
+            kernels().hard_limits(
+                *(data.efc_type, data.efc_pos, data.efc_vel, data.ne + data.nf, data.nl),
+                *(timestep, profile.erp, profile.deep, data.efc_aref),
+            )
+        if data.ncon and (hard or profile.product_friction or self._restitution):
+            self._meet(data, timestep)
+
+    def _meet(self, data: Any, timestep: float) -> None:
+        """Friction and bounce of what touches."""
+        profile = self._world.profile
+        contact = data.contact
+        geom, dim, address, friction = contact.geom, contact.dim, contact.efc_address, contact.friction
+        velocity, reference = data.efc_vel, data.efc_aref
+        if profile.product_friction:
+            kernels().product_friction(
+                self._friction, geom, dim, address, friction, contact.mu, data.efc_R, data.efc_D
+            )
+        if self._world.hard_contacts:
+            rows = data.nefc
+            if len(self._base) < rows:
+                self._base, self._acceleration = np.zeros(2 * rows), np.zeros(2 * rows)
+            kernels().hard_contacts(
+                *(self._restitution_rows, geom, dim, address, contact.dist, friction, velocity),
+                *(timestep, profile.erp, profile.slow, self._base, reference),
+            )
+            self._sliding = dim, address, friction, velocity, self._acceleration[:rows]
+            self._references = self._base, reference
+        elif self._restitution:
+            kernels().add_bounce(
+                *(self._restitution_rows, geom, address, velocity, data.efc_KBIP),
+                *(timestep, profile.slow, reference),
+            )
+
+    def correct_sliding(self, model: Any, data: Any, timestep: float) -> None:
+        """After the solver: correct sliding contacts and solve again until they fit."""
+        if not data.ncon:
+            return
+        # MuJoCo keeps a step's constraint arrays where they are until the next step
+        acceleration, force = self._sliding[-1], data.efc_force
+        for _ in range(SLIDING_ITERATIONS):
+            mujoco.mj_mulJacVec(model, data, acceleration, self._solution)
+            change = kernels().correct_sliding(*self._sliding, force, timestep, *self._references)
+            if change < SLIDING_TOLERANCE:
+                return
+            data.qacc_warmstart[:] = self._solution
+            mujoco.mj_fwdConstraint(model, data)
+
+    def _look_up(self, model: Any, data: Any) -> None:
+        """Find the arrays that last until the next compile."""
+        self._damping_rows, self._restitution_rows = self._gather(model)
+        self._drag = (
+            *(self._damping_rows, model.body_mass, model.body_inertia, model.body_rootid, data.cvel),
+            *(data.xipos, data.ximat, data.subtree_com, data.xfrc_applied),
+        )
+        self._friction, self._solution = model.geom_friction, data.qacc
+
+    def _gather(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
+        damping, restitution = np.zeros((model.nbody, 4)), np.zeros(model.ngeom)
+        bodies = self._world.body_by_id
+        if self._damping:
+            rows = [bodies[body_id].mujoco_ids[index] for body_id, index in self._damping]
+            damping[rows] = list(self._damping.values())
+        for (body_id, index), value in self._restitution.items():
+            for geom in bodies[body_id].built.links[index].geoms:
+                restitution[geom.id] = value
+        return damping, restitution

@@ -1,0 +1,123 @@
+"""One time step: MuJoCo's own where that will do, else in two halves with Roboyard's rules between."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+
+from roboyard.sim.stepping.kernels_lazy import kernels
+
+if TYPE_CHECKING:
+    from roboyard.sim.world import World
+
+log = logging.getLogger("roboyard.sim")
+
+
+class _Alarm(threading.local):
+    """What MuJoCo warned of during the step that this thread is taking."""
+
+    message: str | None = None
+
+
+alarm = _Alarm()
+
+
+def _on_warning(message: str) -> None:
+    if "unstable" in message:
+        alarm.message = message
+    else:
+        log.warning("MuJoCo: %s", message)
+
+
+mujoco.set_mju_user_warning(_on_warning)
+
+
+class Stepping:
+    """Takes the steps of one world; `refresh` is called whenever a rule comes or goes."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self.is_plain = True
+        """MuJoCo's own step will do."""
+        self._surfaces = self._motors = self._bounded = False
+        self._velocity_limits: dict[tuple[int, int], float] = {}
+        self._compiled: tuple[Any, ...] | None = None
+        """MuJoCo's options, velocities, accelerations and, where there is one, the bound on velocities."""
+
+    def refresh(self) -> None:
+        """Look again at what steps have to pass through."""
+        world = self._world
+        self._surfaces = world.surfaces.is_active
+        self._motors = world.motors.is_active
+        self._bounded = world.constraints.is_bounded
+        self.is_plain = not (self._surfaces or self._motors or self._bounded or world.wrenches.pending)
+
+    def invalidate(self) -> None:
+        """MuJoCo's arrays are new."""
+        self._compiled = None
+
+    def forget(self, body_id: int) -> None:
+        self._velocity_limits = {k: v for k, v in self._velocity_limits.items() if k[0] != body_id}
+
+    def set_velocity_limit(self, body_id: int, joint_index: int, largest: float) -> None:
+        """Bound a joint's speed otherwise than the world's profile does; rad/s or m/s."""
+        self._velocity_limits[(body_id, joint_index)] = largest
+        self._compiled = None
+
+    def step(self, model: Any, data: Any) -> None:
+        """One step with every rule."""
+        world = self._world
+        compiled = self._compiled
+        if compiled is None:
+            compiled = self._compiled = self._look_up(model, data)
+        timestep = compiled[0].timestep
+        if self._motors:
+            world.motors.prepare(model, timestep)
+        if self._bounded:
+            world.constraints.prepare(model)
+        mujoco.mj_step1(model, data)
+        if self._surfaces:
+            world.surfaces.apply(model, data, timestep)
+        if self._motors:
+            world.motors.apply(data, timestep)
+        if world.hard_contacts or self._bounded or world.profile.largest_velocity is not None:
+            self._solve(model, data, timestep, compiled)
+        else:
+            mujoco.mj_step2(model, data)
+        if self._surfaces or world.wrenches.pending:
+            world.wrenches.clear()
+
+    def _solve(self, model: Any, data: Any, timestep: float, compiled: tuple[Any, ...]) -> None:
+        """The second half by hand, with the solver repeated where the rules ask for it."""
+        world = self._world
+        if self._bounded:
+            world.constraints.free_axes(model, data)
+        mujoco.mj_fwdActuation(model, data)
+        mujoco.mj_fwdAcceleration(model, data)
+        mujoco.mj_fwdConstraint(model, data)
+        if world.hard_contacts:
+            world.surfaces.correct_sliding(model, data, timestep)
+        if self._bounded:
+            world.constraints.bound_forces(model, data)
+        _, velocity, acceleration, limits = compiled
+        if limits is not None:
+            kernels().bound_velocity(velocity, acceleration, timestep, limits)
+        if world.profile.integrator == "euler":
+            mujoco.mj_Euler(model, data)
+        else:
+            mujoco.mj_implicit(model, data)
+
+    def _look_up(self, model: Any, data: Any) -> tuple[Any, ...]:
+        largest = self._world.profile.largest_velocity
+        limits = None if largest is None else self._gather_limits(model, largest)
+        return model.opt, data.qvel, data.qacc, limits
+
+    def _gather_limits(self, model: Any, usual: float) -> np.ndarray:
+        limits = np.full(model.nv, usual)
+        for (body_id, joint_index), largest in self._velocity_limits.items():
+            limits[self._world.body_by_id[body_id].joints[joint_index].dof_slice] = largest
+        return limits

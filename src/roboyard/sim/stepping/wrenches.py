@@ -1,0 +1,68 @@
+"""Forces from outside: they act during one step and are gone."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.transforms import rotate
+
+if TYPE_CHECKING:
+    from roboyard.sim.joint import Joint
+    from roboyard.sim.link import Link
+    from roboyard.sim.world import World
+
+
+class Wrenches:
+    """What pushes on links and joints during the next step."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._pending = False
+        self.of_last_push: tuple[float, np.ndarray] | None = None
+        """World time after the last step in which something pushed, and (nbody, 6) what pushed."""
+
+    @property
+    def pending(self) -> bool:
+        """Whether anything pushes in the next step."""
+        return self._pending
+
+    @pending.setter
+    def pending(self, value: bool) -> None:
+        self._pending = value
+        self._world.stepping.refresh()
+
+    def add(
+        self, link: Link, force: ArrayLike, torque: ArrayLike, point: ArrayLike | None, local: bool
+    ) -> None:
+        """Add a force (N) and torque (N m) on a link; see `Link.apply_wrench`."""
+        data = self._world.kinematics()
+        row = link.body.mujoco_ids[link.index]
+        f, t = np.asarray(force, dtype=float), np.asarray(torque, dtype=float)
+        at = None if point is None else np.asarray(point, dtype=float)
+        if local:
+            position, quaternion = link.pose
+            f, t = rotate(quaternion, f), rotate(quaternion, t)
+            at = None if at is None else position + rotate(quaternion, at)
+        if at is not None:
+            t = t + np.cross(at - data.xipos[row], f)
+        data.xfrc_applied[row, :3] += f
+        data.xfrc_applied[row, 3:] += t
+        self.pending = True
+
+    def add_joint_effort(self, joint: Joint, effort: float) -> None:
+        """Add a torque (N m) or force (N) on a joint of one degree of freedom, for one step."""
+        self._world.ensure_compiled()
+        self._world.live_data.qfrc_applied[joint.body.dof_addresses[joint.index]] += effort
+        self.pending = True
+
+    def clear(self) -> None:
+        """Forget everything that was added."""
+        if self._pending:
+            self.of_last_push = (self._world.time, self._world.live_data.xfrc_applied.copy())
+        self._world.live_data.xfrc_applied[:] = 0.0
+        self._world.live_data.qfrc_applied[:] = 0.0
+        if self._pending:
+            self.pending = False

@@ -1,0 +1,93 @@
+"""Handles on a robot's hands: drag one, and the arm goes there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix, to_wxyz
+
+if TYPE_CHECKING:
+    from roboyard.viewer.driving.action_source import Pilot
+    from roboyard.viewer.viewer import Viewer
+
+SCALE = 0.22
+"""m: size of a handle"""
+
+
+class Hands:
+    """One handle for each hand that can be given a pose; it rides along with the robot's base.
+
+    A handle stays with its hand until someone drags it; then the hand goes to the handle.
+    """
+
+    def __init__(self, viewer: Viewer, pilot: Pilot) -> None:
+        """Add the handles; call it from the thread that steps the world."""
+        self._pilot = pilot
+        base = viewer.path_of(pilot.robot.base_link)
+        self.handles: dict[str, Any] = {}
+        self._dragged: set[str] = set()
+        for group in pilot.hands:
+            only_places = pilot.robot.controllers[group].command_dim < 6
+            handle = viewer.server.scene.add_transform_controls(
+                f"{base}/handle of {group}",
+                scale=SCALE,
+                line_width=3.0,
+                disable_rotations=only_places,
+                depth_test=False,
+                opacity=0.85,
+            )
+            handle.on_update(self._listener(group, handle))
+            self.handles[group] = handle
+        self.follow()
+
+    def _listener(self, group: str, handle: Any) -> Any:
+        async def on_update(event: Any) -> None:
+            # in the server's event loop, so that the phases come in order; no more than two assignments
+            if event.phase == "end":
+                self._dragged.discard(group)
+            else:
+                self._dragged.add(group)
+            self._pilot.targets[group] = _pose(handle)
+
+        return on_update
+
+    def show(self, visible: bool) -> None:
+        """Show or hide all handles; hidden ones lead nothing."""
+        for handle in self.handles.values():
+            handle.visible = visible
+        if not visible:
+            self.let_go()
+
+    def let_go(self) -> None:
+        """Bring the handles back to where the hands are."""
+        self._dragged.clear()
+        for group in self.handles:
+            self._pilot.targets.pop(group, None)
+        self.follow()
+
+    def follow(self) -> None:
+        """Move handles that lead nothing to their hands; call it from the thread that steps the world."""
+        for group, handle in self.handles.items():
+            if group in self._dragged or group in self._pilot.targets or not handle.visible:
+                continue
+            pose = self._pilot.tip(group)
+            if not np.allclose(_pose(handle), pose, atol=1e-4):
+                handle.position = pose[:3, 3]
+                handle.wxyz = to_wxyz(quaternion_from_matrix(pose[:3, :3]))
+
+    def remove(self) -> None:
+        """Take the handles out of the scene."""
+        for handle in self.handles.values():
+            handle.remove()
+        self.handles.clear()
+
+
+def _pose(handle: Any) -> Array:
+    """(4, 4) pose of a handle in the robot's base frame."""
+    w, x, y, z = (float(v) for v in handle.wxyz)
+    pose = np.eye(4)
+    pose[:3, :3] = matrix_from_quaternion((x, y, z, w))
+    pose[:3, 3] = handle.position
+    return pose

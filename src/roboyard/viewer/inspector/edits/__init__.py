@@ -1,0 +1,1 @@
+"""Edits made in the inspector, and the files they are saved to."""

@@ -1,0 +1,189 @@
+"""What is edited on the page: where sensors and hands sit, planning spheres, pairs that may touch."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from roboyard.errors import ConfigError
+from roboyard.transforms import Array, pose_matrix
+
+if TYPE_CHECKING:
+    from roboyard.viewer.inspector.robot_source import RobotSource
+
+MountKind = Literal["camera_links", "lidar_links", "eef_vis_links"]
+KINDS: Mapping[MountKind, str] = {"camera_links": "camera", "lidar_links": "lidar", "eef_vis_links": "hand"}
+"""Key of the import configuration, and what it is called on the page."""
+Pair = tuple[str, str]
+"""Two links, by alphabet."""
+
+
+@dataclass(kw_only=True, slots=True)
+class Mount:
+    """A camera, a lidar or the frame of a hand."""
+
+    kind: MountKind
+    link: str
+    parent: str | None = None
+    """With it `link` is made, at the offset below the parent; without, the offset counts from `link`."""
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """m"""
+    quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    """x, y, z, w; cameras look along -z with +y up"""
+
+    @property
+    def pose(self) -> Array:
+        """(4, 4) the offset."""
+        return pose_matrix(self.position, self.quaternion)
+
+
+@dataclass(kw_only=True, slots=True)
+class Ball:
+    """A planning sphere in its link's frame; m"""
+
+    center: tuple[float, float, float]
+    radius: float
+
+
+@dataclass(kw_only=True, slots=True)
+class Notes:
+    """Everything that is edited, as it stands."""
+
+    mounts: list[Mount] = field(default_factory=list)
+    balls: dict[str, list[Ball]] = field(default_factory=dict)
+    """Link name to its planning spheres."""
+    planner_pairs: set[Pair] = field(default_factory=set)
+    """Pairs that the planner does not check (`self_collision_ignore`)."""
+    physics_pairs: set[Pair] = field(default_factory=set)
+    """Pairs that do not collide in the simulation (`disabled_collision_pairs`)."""
+    bare_links: tuple[str, ...] = ()
+    """Links that are to have no collision shape; read, not edited."""
+
+    def copy(self) -> Notes:
+        """As it stands now, on its own."""
+        return copy.deepcopy(self)
+
+    def place_of(self, mount: Mount) -> tuple[str, Array]:
+        """A link and the (4, 4) pose of a mount in its frame; mounts may sit on links that mounts make."""
+        name, pose = (mount.link if mount.parent is None else mount.parent), mount.pose
+        makers = {one.link: one for one in self.mounts if one.parent is not None}
+        for _ in range(len(makers)):
+            maker = makers.get(name)
+            if maker is None or maker is mount:
+                break
+            assert maker.parent is not None
+            name, pose = maker.parent, maker.pose @ pose
+        return name, pose
+
+
+def pair(a: str, b: str) -> Pair:
+    """Two links as one pair, whichever comes first."""
+    return (a, b) if a <= b else (b, a)
+
+
+def read_notes(source: RobotSource) -> Notes:
+    """What a robot's files say: its package's, else its import configuration's.
+
+    Raises:
+        ConfigError: a file cannot be used.
+    """
+    notes = Notes()
+    config = _checked(source.config) if source.config is not None else None
+    if config is not None:
+        notes.mounts = [
+            Mount(
+                kind=kind,
+                link=entry.link,
+                parent=entry.parent_link,
+                position=entry.offset.position,
+                quaternion=entry.offset.orientation,
+            )
+            for kind in KINDS
+            for entry in getattr(config, kind)
+        ]
+        notes.balls = {
+            link: [Ball(center=ball.center, radius=ball.radius) for ball in balls]
+            for link, balls in config.curobo.collision_spheres.items()
+        }
+        notes.bare_links = tuple(config.collision.no_collision_links)
+        ignored = config.curobo.self_collision_ignore
+        notes.planner_pairs = {pair(a, b) for a, others in ignored.items() for b in others}
+    elif source.cameras is not None:
+        notes.mounts = _cameras(source.cameras)
+    if source.planner_file is not None:
+        _read_planner(source.planner_file, notes)
+    if source.definition is not None:
+        from roboyard.robots.definition.load import load_definition
+
+        pairs = load_definition(source.definition).disabled_collision_pairs or ()
+        notes.physics_pairs = {pair(a, b) for a, b in pairs}
+    return notes
+
+
+def _checked(file: Path) -> Any:
+    from roboyard.importer.config.load import load_config
+
+    return load_config(file).config
+
+
+def _cameras(mjcf: Path) -> list[Mount]:
+    from roboyard.robots.sensor_frames import camera_frames
+
+    return [
+        Mount(
+            kind="camera_links",
+            link=camera.link,
+            position=_three(camera.position),
+            quaternion=(*(float(v) for v in camera.quaternion),),  # type: ignore[arg-type]
+        )
+        for camera in camera_frames(mjcf)
+    ]
+
+
+def _read_planner(file: Path, notes: Notes) -> None:
+    from roboyard.config.yaml_lines import read_yaml
+    from roboyard.viewer.inspector.edits.planner_spheres import read_spheres
+
+    notes.balls = {
+        link: [Ball(center=_three(c), radius=float(r)) for c, r in zip(some.centers, some.radii, strict=True)]
+        for link, some in read_spheres(file).items()
+    }
+    for table in ignore_tables(read_yaml(file).data):
+        try:
+            notes.planner_pairs = {pair(str(a), str(b)) for a, others in table.items() for b in others or ()}
+        except TypeError as error:
+            raise ConfigError(f"{file.name}: self_collision_ignore: each link has a list of links") from error
+
+
+def _three(values: Any) -> tuple[float, float, float]:
+    x, y, z = (float(v) for v in np.asarray(values, dtype=float))
+    return x, y, z
+
+
+def _planner_blocks(data: Any) -> list[dict[str, Any]]:
+    """Where a planner's file keeps what it knows of the links."""
+    robot = data.get("robot_cfg") if isinstance(data, dict) else None
+    blocks = [robot, robot.get("kinematics")] if isinstance(robot, dict) else []
+    return [block for block in blocks if isinstance(block, dict)]
+
+
+def sphere_tables(data: Any) -> list[dict[str, Any]]:
+    """Each mapping of link name to spheres in a planner's file (cuRobo's layouts, XRDF); to be edited."""
+    found = [block.get("collision_spheres") for block in _planner_blocks(data)]
+    geometry = data.get("geometry") if isinstance(data, dict) else None
+    if isinstance(geometry, dict):
+        found += [shape.get("spheres") for shape in geometry.values() if isinstance(shape, dict)]
+    return [table for table in found if isinstance(table, dict)]
+
+
+def ignore_tables(data: Any) -> list[dict[str, Any]]:
+    """Each mapping of link name to links that are not checked against it; to be edited."""
+    found = [block.get("self_collision_ignore") for block in _planner_blocks(data)]
+    own = data.get("self_collision") if isinstance(data, dict) else None
+    found += [own.get("ignore")] if isinstance(own, dict) else []
+    return [table for table in found if isinstance(table, dict)]

@@ -1,0 +1,222 @@
+"""Edits of the page, into the files that they belong to; whatever else stands in these files stays.
+
+| edit | import configuration | package |
+| --- | --- | --- |
+| sensors, hands | `camera_links`, `lidar_links`, `eef_vis_links` | (made by the import) |
+| planning spheres | `curobo.collision_spheres` | `collision_spheres` of every planner file |
+| pairs of the planner | `curobo.self_collision_ignore` | `self_collision_ignore` of every planner file |
+| pairs of the simulation | | `disabled_collision_pairs` of the definition |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from roboyard.config.yaml_edit import edited_yaml, write_with_backup
+from roboyard.config.yaml_lines import read_yaml
+from roboyard.errors import ConfigError
+from roboyard.viewer.inspector.edits.edit_state import (
+    KINDS,
+    Ball,
+    Mount,
+    Notes,
+    Pair,
+    ignore_tables,
+    pair,
+    sphere_tables,
+)
+
+DIGITS = 6
+"""After the point: micrometres"""
+
+
+def write_config(
+    target: Path, notes: Notes, before: Notes, *, source: Path | None, urdf: Path, name: str
+) -> Path:
+    """Bring an import configuration up to date, or write a new one; its path.
+
+    Args:
+        target: the file to write; what was there is kept as `.bak`.
+        notes: as they are to be.
+        before: as they were read.
+        source: the configuration that they were read from; None where there was none.
+        urdf: the vendor's file, for a new configuration.
+        name: of the robot, for a new configuration.
+
+    Raises:
+        ConfigError: the file cannot be written, or is another's configuration.
+    """
+    if source is None:
+        if target.exists():
+            raise ConfigError(f"{target}: exists already and is not this robot's; name another file")
+        text, data = f"# What the importer is told about {name}.\n", {}
+        data: dict[str, Any] = {"urdf_path": _path_from(urdf, target.parent), "name": name}
+        data |= {"canonical_frame": False, "overwrite": True}
+    else:
+        text = _text(source)
+        data = _data(source)
+        if target.absolute() != source.absolute():
+            if target.exists():
+                raise ConfigError(f"{target}: exists already; name another file")
+            data["urdf_path"] = _path_from(_urdf_of(data, source), target.parent)
+    for kind in KINDS:
+        mounts, old = ([m for m in some.mounts if m.kind == kind] for some in (notes, before))
+        if mounts != old or (source is None and mounts):
+            data[kind] = _mount_entries(mounts, old, data.get(kind) or [])
+    _curobo(data, notes, before)
+    return _write(target, text, data)
+
+
+def _curobo(data: dict[str, Any], notes: Notes, before: Notes) -> None:
+    block = dict(data.get("curobo") or {})
+    if notes.balls != before.balls:
+        table = block.get("collision_spheres") or {}
+        if isinstance(table, list):  # Lula's list of one-key mappings
+            table = {link: balls for item in table for link, balls in item.items()}
+        # a table that is given takes the place of everything that would be worked out
+        block["collision_spheres"] = _ball_table(table, notes, before if table else Notes())
+    if notes.planner_pairs != before.planner_pairs:
+        table = dict(block.get("self_collision_ignore") or {})
+        given = before.planner_pairs if table else set()
+        block["self_collision_ignore"] = _ignore_table(table, notes.planner_pairs, given)
+    if block:
+        data["curobo"] = block
+
+
+def write_planner_files(folder: Path, notes: Notes, before: Notes) -> list[Path]:
+    """Bring every planner file below a package's `curobo` folder up to date; those that changed."""
+    written = []
+    if notes.balls == before.balls and notes.planner_pairs == before.planner_pairs:
+        return written
+    for file in sorted(path for path in folder.rglob("*") if path.suffix in (".yaml", ".yml", ".xrdf")):
+        data = _data(file)
+        for table in sphere_tables(data):
+            new = _ball_table(table, notes, before)
+            table.clear()
+            table.update(new)
+        for table in ignore_tables(data):
+            new = _ignore_table(table, notes.planner_pairs, before.planner_pairs)
+            table.clear()
+            table.update(new)
+        text = _text(file)
+        if edited_yaml(text, data) != text:
+            written.append(_write(file, text, data))
+    return written
+
+
+def write_definition(file: Path, notes: Notes, before: Notes) -> Path | None:
+    """Bring `disabled_collision_pairs` of a definition up to date; its path, None where nothing changed."""
+    if notes.physics_pairs == before.physics_pairs:
+        return None
+    data = _data(file)
+    kept = [
+        list(one) for one in data.get("disabled_collision_pairs") or () if pair(*one) in notes.physics_pairs
+    ]
+    there = {pair(*one) for one in kept}
+    data["disabled_collision_pairs"] = kept + [list(one) for one in sorted(notes.physics_pairs - there)]
+    return _write(file, _text(file), data)
+
+
+# ------------------------------------------------------------------------------------------------- entries
+
+
+def _mount_entries(mounts: list[Mount], old: list[Mount], given: list[Any]) -> list[Any]:
+    """Entries of the configuration; those that are as before stay as they were written."""
+    entries = []
+    for k, mount in enumerate(mounts):
+        if mount in old and len(given) == len(old):
+            entries.append(given[old.index(mount)])
+            continue
+        entry = dict(given[k]) if k < len(given) and given[k].get("link") == mount.link else {}
+        was = old[k] if entry and k < len(old) else Mount(kind=mount.kind, link=mount.link)
+        offset = dict(entry.get("offset") or {})
+        if mount.position != was.position:
+            offset["position"] = _rounded(mount.position)
+        if mount.quaternion != was.quaternion:
+            offset["orientation"] = _rounded(mount.quaternion)
+        entries.append({**entry, "link": mount.link, "parent_link": mount.parent, "offset": offset})
+    return entries
+
+
+def _ball_table(table: Mapping[str, Any], notes: Notes, before: Notes) -> dict[str, Any]:
+    """Link name to spheres: the links whose spheres changed anew, all others as they are."""
+    new = dict(table)
+    for link in {**before.balls, **notes.balls}:
+        balls, old = notes.balls.get(link, []), before.balls.get(link, [])
+        if balls == old:
+            continue
+        if not balls:
+            new.pop(link, None)
+        else:
+            # spheres of no size are the planner's own room for a thing in the hand
+            kept = [one for one in new.get(link) or () if not one.get("radius", 0) > 0]
+            new[link] = [_entry(ball) for ball in balls] + kept
+    return new
+
+
+def _entry(ball: Ball) -> dict[str, Any]:
+    return {"center": _rounded(ball.center), "radius": round(ball.radius, DIGITS)}
+
+
+def _ignore_table(table: Mapping[str, Any], pairs: set[Pair], before: set[Pair]) -> dict[str, Any]:
+    """Link name to links that need no check: pairs that went are taken out, new ones put in."""
+    gone = before - pairs
+    new: dict[str, list[str]] = {link: list(others or ()) for link, others in table.items()}
+    for link, others in tuple(new.items()):
+        kept = [other for other in others if pair(link, other) not in gone]
+        if kept or not others:
+            new[link] = kept
+        else:
+            del new[link]
+    there = {pair(link, other) for link, others in new.items() for other in others}
+    for a, b in sorted(pairs - before - there):
+        first, second = (b, a) if b in new and a not in new else (a, b)
+        new.setdefault(first, []).append(second)
+    return new
+
+
+# --------------------------------------------------------------------------------------------------- files
+
+
+def _write(file: Path, text: str, data: dict[str, Any]) -> Path:
+    try:
+        write_with_backup(file, edited_yaml(text, data))
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be written ({error.strerror})") from error
+    except ConfigError as error:
+        raise ConfigError(f"{file.name}: {error}") from error
+    return file
+
+
+def _data(file: Path) -> dict[str, Any]:
+    read_yaml(file)  # tells what is wrong with line and remedy
+    data = yaml.safe_load(_text(file))
+    if not isinstance(data, dict):
+        raise ConfigError(f"{file.name}: is no mapping of keys to values")
+    return data
+
+
+def _text(file: Path) -> str:
+    return file.read_text(encoding="utf-8")
+
+
+def _urdf_of(data: Mapping[str, Any], config: Path) -> Path:
+    path = Path(str(data.get("urdf_path", ""))).expanduser()
+    return path if path.is_absolute() else config.parent / path
+
+
+def _path_from(file: Path, folder: Path) -> str:
+    """A path as a configuration in `folder` names it: relative where it lies beside or below."""
+    whole = file.absolute()
+    try:
+        return whole.relative_to(folder.absolute()).as_posix()
+    except ValueError:
+        return str(whole)
+
+
+def _rounded(values: Any) -> list[float]:
+    return [round(float(v), DIGITS) for v in values]

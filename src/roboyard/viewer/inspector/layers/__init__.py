@@ -1,0 +1,1 @@
+"""What the inspector draws on top of a robot."""

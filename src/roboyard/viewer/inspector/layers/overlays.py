@@ -1,0 +1,261 @@
+"""What the inspector draws on top of a robot: collision shapes, inertias, frames, axes, contacts, spheres."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.rendering.scene import RenderShape
+from roboyard.transforms import Array, quaternion_from_matrix, to_wxyz
+from roboyard.viewer.inspector.edits.edit_state import Notes
+from roboyard.viewer.inspector.layers.sensor_layer import MountLayer
+from roboyard.viewer.inspector.layers.sphere_layer import BallLayer
+from roboyard.viewer.scene.glb import glb
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.viewer.viewer import Viewer
+
+GREEN = (0.15, 0.85, 0.25, 0.45)
+VIOLET = (150, 70, 200)
+YELLOW = (250, 200, 40)
+BLUE = (40, 110, 230)
+RED = (230, 40, 30)
+ORANGE = (250, 140, 20)
+COM_DENSITY = 8000.0
+"""kg/m³ of the ball that stands for a link's mass."""
+FORCE_LENGTH = 0.2
+"""Of the robot's size: length of the arrow of a force equal to the robot's weight."""
+
+
+class Overlays:
+    """One switch for each kind; nodes are made when a kind is first switched on and move with their links."""
+
+    def __init__(self, viewer: Viewer, body: Body, notes: Notes, on_pick: Callable[[str, int], None]) -> None:
+        """Begin with nothing drawn; `on_pick` is told link and number of a clicked planning sphere."""
+        self._viewer = viewer
+        self._scene = viewer.server.scene
+        self._body = body
+        self._made: dict[str, list[Any]] = {}
+        self._on: set[str] = set()
+        self.size = float(np.clip(np.linalg.norm(np.ptp(body.bounds, axis=0)), 0.1, 5.0))
+        """m: of the robot; what is drawn is scaled by it."""
+        self._makers: dict[str, Callable[[], list[Any]]] = {
+            "collision shapes": self._collisions,
+            "inertia boxes": self._inertias,
+            "centres of mass": self._centres,
+            "frames": self._frames,
+            "joint axes": self._axes,
+            "contacts": self._contacts,
+        }
+        self.balls = BallLayer(viewer, body, notes, on_pick)
+        self.mounts = MountLayer(viewer, body, notes, self.size)
+        self._layers: dict[str, BallLayer | MountLayer] = {
+            "planning spheres": self.balls,
+            "sensors and hands": self.mounts,
+        }
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What can be switched on."""
+        return (*self._makers, *self._layers)
+
+    def nodes(self, kind: str) -> list[Any]:
+        """The scene nodes of a kind; none before it was first on."""
+        if kind in self._layers:
+            nodes = self._layers[kind].nodes
+            return list(nodes.values() if isinstance(nodes, dict) else nodes)
+        return self._made.get(kind, [])
+
+    def switch(self, kind: str, on: bool) -> None:
+        """Show or hide one kind; call it from the thread that steps the world."""
+        if kind in self._layers:
+            self._layers[kind].show(on)
+            return
+        if on and kind not in self._made:
+            with self._viewer.server.atomic():
+                self._made[kind] = self._makers[kind]()
+        (self._on.add if on else self._on.discard)(kind)
+        for node in self.nodes(kind):
+            node.visible = on
+        if on:
+            self.update()
+
+    def is_on(self, kind: str) -> bool:
+        """Whether a kind is shown."""
+        return self._layers[kind].is_on if kind in self._layers else kind in self._on
+
+    def remove(self) -> None:
+        """Take everything out of the scene."""
+        with self._viewer.server.atomic():
+            for layer in self._layers.values():
+                layer.clear()
+            self.mounts.scans.clear()
+            for nodes in self._made.values():
+                for node in nodes:
+                    node.remove()
+        self._made.clear()
+        self._on.clear()
+
+    def update(self) -> None:
+        """Bring what does not move with a link up to date."""
+        if "centres of mass" in self._on:
+            self._made["centres of mass"][-1].position = self._body.center_of_mass
+        if "contacts" in self._on:
+            points, forces = self._made["contacts"]
+            points.points, forces.points = self._contact_geometry()
+
+    # ------------------------------------------------------------------------------------------------ kinds
+
+    def _collisions(self) -> list[Any]:
+        from roboyard.description.model import Material
+        from roboyard.sim.appearance.render_shapes import render_shape
+
+        made = []
+        description = self._body.description
+        by_name = {} if description is None else description.link_by_name
+        for link in self._body.links:
+            source = by_name.get(link.name)
+            for k, collision in enumerate(source.collisions if source is not None else ()):
+                shape = render_shape(
+                    collision.geometry, collision.origin, Material(rgba=GREEN), self._body.scale, (0, 0)
+                )
+                if shape is not None:
+                    node = self._add_shape(f"{self._viewer.path_of(link)}/collision {k + 1}", shape)
+                    self._let_pick(node, (self._body.id, link.index))
+                    made.append(node)
+        return made
+
+    def _let_pick(self, node: Any, owner: tuple[int, int]) -> None:
+        """A click on this node is a click on the link."""
+        click = self._viewer.nodes.on_click
+        if click is not None:
+            node.on_click(lambda _: click(owner))
+
+    def _add_shape(self, name: str, shape: RenderShape) -> Any:
+        return self._scene.add_glb(
+            name,
+            glb(shape),
+            position=np.asarray(shape.position, dtype=float),
+            wxyz=to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float))),
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def _inertias(self) -> list[Any]:
+        model = self._body.world.model
+        made = []
+        for link in self._body.links:
+            if link.mass <= 0:
+                continue
+            row = link.mujoco_id
+            made.append(
+                self._scene.add_box(
+                    f"{self._viewer.path_of(link)}/inertia",
+                    color=VIOLET,
+                    dimensions=tuple(inertia_box(model.body_mass[row], model.body_inertia[row])),
+                    opacity=0.45,
+                    position=model.body_ipos[row],
+                    wxyz=model.body_iquat[row],
+                    cast_shadow=False,
+                    receive_shadow=False,
+                )
+            )
+        return made
+
+    def _centres(self) -> list[Any]:
+        model = self._body.world.model
+        made = []
+        for link in self._body.links:
+            if link.mass > 0:
+                radius = float(np.cbrt(link.mass / COM_DENSITY * 3 / (4 * np.pi)))
+                made.append(
+                    self._ball(
+                        f"{self._viewer.path_of(link)}/centre of mass",
+                        radius,
+                        YELLOW,
+                        model.body_ipos[link.mujoco_id],
+                    )
+                )
+        made.append(self._ball("/inspector/centre of mass", 0.02 * self.size, RED, self._body.center_of_mass))
+        return made
+
+    def _ball(self, name: str, radius: float, color: tuple[int, int, int], position: Array) -> Any:
+        return self._scene.add_icosphere(
+            name,
+            radius=radius,
+            color=color,
+            subdivisions=2,
+            position=position,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def _frames(self) -> list[Any]:
+        length = 0.06 * self.size
+        return [
+            self._scene.add_frame(
+                f"{self._viewer.path_of(link)}/frame", axes_length=length, axes_radius=0.04 * length
+            )
+            for link in self._body.links
+        ]
+
+    def _axes(self) -> list[Any]:
+        half = 0.07 * self.size
+        made = []
+        for joint in self._body.joints:
+            if joint.type not in ("revolute", "continuous", "prismatic"):
+                continue
+            axis = joint.axis / np.linalg.norm(joint.axis)
+            made.append(
+                self._scene.add_arrows(
+                    f"{self._viewer.path_of(joint.child)}/axis",
+                    points=np.array([[-half * axis, half * axis]]),
+                    colors=BLUE if joint.type != "prismatic" else ORANGE,
+                    shaft_radius=0.05 * half,
+                    head_radius=0.15 * half,
+                    head_length=0.4 * half,
+                )
+            )
+        return made
+
+    def _contacts(self) -> list[Any]:
+        points, forces = self._contact_geometry()
+        radius = 0.004 * self.size
+        return [
+            self._scene.add_point_cloud(
+                "/inspector/contacts", points, RED, point_size=2.5 * radius, point_shape="circle"
+            ),
+            self._scene.add_arrows(
+                "/inspector/forces",
+                forces,
+                RED,
+                shaft_radius=radius,
+                head_radius=2.5 * radius,
+                head_length=5 * radius,
+            ),
+        ]
+
+    def _contact_geometry(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(k, 3) points and (k, 2, 3) arrows of the contacts of this robot."""
+        contacts = self._body.world.contacts(self._body)
+        if not contacts:
+            return np.zeros((0, 3), dtype=np.float32), np.zeros((0, 2, 3), dtype=np.float32)
+        points = np.array([contact.position for contact in contacts], dtype=np.float32)
+        weight = max(self._body.mass * 9.81, 1e-9)
+        pushes = np.array([-c.normal * c.normal_force + c.friction_force for c in contacts])
+        ends = points + FORCE_LENGTH * self.size / weight * pushes
+        return points, np.stack([points, ends], axis=1).astype(np.float32)
+
+
+def inertia_box(mass: float, moments: Array) -> Array:
+    """(3,) edges (m) of the uniform box of this mass (kg) and these principal moments (kg m²).
+
+    From I_x = m (y² + z²) / 12 and its siblings; moments that no body has (one above the sum of the others)
+    give an edge of nearly nothing.
+    """
+    squares = 6.0 / mass * (np.sum(moments) - 2.0 * np.asarray(moments))
+    return np.sqrt(np.maximum(squares, 1e-8))

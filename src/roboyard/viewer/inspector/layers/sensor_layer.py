@@ -1,0 +1,166 @@
+"""Cameras as pyramids, lidars as rings, hands as frames: drawn where the notes say, and what they see."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.sensors.camera import FOVX
+from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix, to_wxyz
+from roboyard.viewer.inspector.edits.edit_state import Mount, Notes
+from roboyard.viewer.scene.scans import Scans
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.viewer.viewer import Viewer
+
+ASPECT = 4.0 / 3.0
+FOVY = 2.0 * math.atan(math.tan(FOVX / 2.0) / ASPECT)
+"""rad"""
+TO_OPTICAL = np.diag([1.0, -1.0, -1.0, 1.0])
+"""A camera that looks along -z with +y up, as one that looks along +z with +y down."""
+PLAIN, PICKED = (60, 60, 70), (250, 120, 10)
+RINGS = 48
+"""Points of a ring"""
+NEAREST = 0.05
+"""m: from here on a live scan sees"""
+
+
+class MountLayer:
+    """Nodes of all mounts; made when they are first shown, made again when they change."""
+
+    def __init__(self, viewer: Viewer, body: Body, notes: Notes, size: float) -> None:
+        """Begin with nothing shown; `size` of the robot in m scales what is drawn."""
+        self._viewer, self._body, self._notes = viewer, body, notes
+        self._length = 0.07 * size
+        self.nodes: list[Any] = []
+        self.is_on = False
+        self.picked: Mount | None = None
+        self.scans = Scans(viewer.server)
+
+    def path_of(self, mount: Mount) -> tuple[str, Array] | None:
+        """Node that a mount hangs from and its (4, 4) pose there; None where the robot lacks the link."""
+        name, pose = self._notes.place_of(mount)
+        node = self.node_of(name)
+        return None if node is None else (node, pose)
+
+    def node_of(self, name: str) -> str | None:
+        """Node of a link; None where the robot lacks it."""
+        link = next((link for link in self._body.links if link.name == name), None)
+        return None if link is None else self._viewer.path_of(link)
+
+    def show(self, on: bool) -> None:
+        """Draw them all, or none."""
+        self.is_on = on
+        for node in self.nodes:
+            node.visible = on
+        self.draw()
+
+    def clear(self) -> None:
+        """Take all nodes out of the scene."""
+        for node in self.nodes:
+            node.remove()
+        self.nodes.clear()
+
+    def draw(self) -> None:
+        """Draw what is to be seen anew."""
+        if not self.is_on:
+            return
+        with self._viewer.server.atomic():
+            self.clear()
+            for k, mount in enumerate(self._notes.mounts):
+                place = self.path_of(mount)
+                if place is not None:
+                    self.nodes.append(self._add(f"{place[0]}/mount {k + 1}", mount, place[1]))
+
+    def _add(self, name: str, mount: Mount, pose: Array) -> Any:
+        scene, color = self._viewer.server.scene, PICKED if mount is self.picked else PLAIN
+        if mount.kind == "camera_links":
+            return scene.add_camera_frustum(
+                name,
+                fov=FOVY,
+                aspect=ASPECT,
+                scale=self._length,
+                color=color,
+                thickness=0.02 * self._length,
+                variant="filled",
+                cast_shadow=False,
+                receive_shadow=False,
+                **_at(pose @ TO_OPTICAL),
+            )
+        if mount.kind == "lidar_links":
+            angles = np.linspace(0.0, 2.0 * math.pi, RINGS + 1)
+            ring = (
+                0.6 * self._length * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+            )
+            lines = np.stack([ring[:-1], ring[1:]], axis=1)
+            return scene.add_line_segments(
+                name, points=lines, colors=color, thickness=0.05 * self._length, **_at(pose)
+            )
+        return scene.add_frame(
+            name,
+            axes_length=0.6 * self._length,
+            axes_radius=0.03 * self._length,
+            origin_color=color,
+            **_at(pose),
+        )
+
+    def picture(self, mount: Mount, width: int, height: int, kind: str) -> NDArray[np.uint8] | None:
+        """(height, width, 3) uint8 that a camera sees now; None where the robot lacks its link.
+
+        `kind` is "colour", "depth" or "segmentation".
+        """
+        from roboyard.sensors import CameraSensor
+        from roboyard.viewer.inspector.panels.camera_panel import shown_as
+
+        name, pose = self._notes.place_of(mount)
+        if not any(link.name == name for link in self._body.links):
+            return None
+        sensor = CameraSensor(
+            self._body.link(name),
+            position=pose[:3, 3],
+            orientation=quaternion_from_matrix(pose[:3, :3]),
+            width=width,
+            height=height,
+        )
+        return shown_as(sensor.image(), kind)
+
+    def scan(self, mount: Mount) -> None:
+        """Show where the rays of a lidar end now; nothing where the robot lacks its link.
+
+        The pattern is the one that an import writes, and what the robot itself blocks shows from 5 cm on.
+        """
+        from roboyard.sensors import IMPORTED_PATTERN, Lidar
+
+        name, pose = self._notes.place_of(mount)
+        if not any(link.name == name for link in self._body.links):
+            self.scans.clear()
+            return
+        lidar = Lidar(
+            self._body.link(name),
+            position=pose[:3, 3],
+            orientation=quaternion_from_matrix(pose[:3, :3]),
+            pattern=replace(IMPORTED_PATTERN, min_range=NEAREST),
+            sees_itself=True,
+        )
+        self.scans.show([lidar])
+
+
+def world_pose(body: Body, notes: Notes, mount: Mount) -> Array | None:
+    """(4, 4) pose of a mount in the world now; None where the robot lacks its link."""
+    name, pose = notes.place_of(mount)
+    link = next((link for link in body.links if link.name == name), None)
+    if link is None:
+        return None
+    position, quaternion = link.pose
+    whole = np.eye(4)
+    whole[:3, :3], whole[:3, 3] = matrix_from_quaternion(quaternion), position
+    return whole @ pose
+
+
+def _at(pose: Array) -> dict[str, Array]:
+    return {"position": pose[:3, 3].copy(), "wxyz": to_wxyz(quaternion_from_matrix(pose[:3, :3]))}

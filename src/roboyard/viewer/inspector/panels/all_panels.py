@@ -1,0 +1,172 @@
+"""Everything on the page that belongs to one robot; taken away as a whole when another one comes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.audit import Audit
+from roboyard.sim import World
+from roboyard.sim.body import Body
+from roboyard.viewer.inspector.checks import Subject
+from roboyard.viewer.inspector.edits.edit_state import Notes
+from roboyard.viewer.inspector.layers.gizmo import Gizmo
+from roboyard.viewer.inspector.layers.overlays import Overlays
+from roboyard.viewer.inspector.overlaps import overlaps
+from roboyard.viewer.inspector.panels.camera_panel import CameraPanel
+from roboyard.viewer.inspector.panels.check_panel import CheckPanel
+from roboyard.viewer.inspector.panels.joint_panel import JointPanel
+from roboyard.viewer.inspector.panels.link_panel import LinkPanel, findings_text
+from roboyard.viewer.inspector.panels.pair_panel import PairPanel
+from roboyard.viewer.inspector.panels.save_panel import SavePanel
+from roboyard.viewer.inspector.panels.sensor_panel import MountPanel
+from roboyard.viewer.inspector.panels.sphere_panel import BallPanel
+from roboyard.viewer.inspector.panels.velocity_plot import VelocityPlot
+from roboyard.viewer.inspector.robot_source import RobotSource
+from roboyard.viewer.viewer import Viewer
+
+if TYPE_CHECKING:
+    from roboyard.robots.definition.schema import RobotDefinition
+
+Do = Callable[[Callable[[], None]], None]
+BALLS, MOUNTS = "planning spheres", "sensors and hands"
+HANDLE = 0.12
+"""Of the robot's size: a handle"""
+NEAREST, TIMES = 0.25, 3.0
+"""m, and of a link's size: how near a page goes to look at a link"""
+
+
+class Panels:
+    """The tabs, and what is drawn over the robot."""
+
+    def __init__(
+        self,
+        *,
+        viewer: Viewer,
+        world: World,
+        body: Body,
+        source: RobotSource,
+        audit: Audit,
+        notes: Notes,
+        do: Do,
+        wiggle: Callable[[], None],
+        reload: Callable[[RobotSource, str], None],
+    ) -> None:
+        """Add everything to the page.
+
+        Args:
+            viewer: the page.
+            world: what the robot stands in.
+            body: the robot.
+            source: where it came from.
+            audit: of its file.
+            notes: what can be edited; the panels change it in place.
+            do: has things done in the world's thread.
+            wiggle: begins or ends the wiggling.
+            reload: shows another robot, and says something about it.
+        """
+        self._viewer, self._world, self._body, self._audit = viewer, world, body, audit
+        self._source, self.notes = source, notes
+        self._definition = _definition_of(source)
+        self._do = do
+        self.overlays = Overlays(viewer, body, notes, self._pick_ball)
+        self._gizmo = Gizmo(viewer, do, HANDLE * self.overlays.size)
+        self.switches: dict[str, Any] = {}
+        self._on_switch: dict[str, Callable[[bool], None]] = {}
+        gui = viewer.server.gui
+        self._tabs = gui.add_tab_group()
+        with self._tabs.add_tab("Show"):
+            self._add_switch("visual meshes", True, viewer.show_visuals)
+            for kind in self.overlays.kinds:
+                self._add_switch(kind, False, lambda on, kind=kind: self.overlays.switch(kind, on))
+        with self._tabs.add_tab("Links"):
+            self.links = LinkPanel(gui, body, audit, viewer.highlight)
+        with self._tabs.add_tab(f"Findings ({len(audit.findings)})"):
+            gui.add_markdown(findings_text(audit))
+        with self._tabs.add_tab("Checks"):
+            self.checks = CheckPanel(gui, self.subject, do, self.point)
+        with self._tabs.add_tab("Joints"):
+            self.wiggle_button = gui.add_button("Wiggle every joint")
+            self.joints = JointPanel(gui, body, do)
+        with self._tabs.add_tab("Plot"):
+            self.plot = VelocityPlot(gui, body.joint_names)
+        with self._tabs.add_tab("Camera"):
+            self.camera = CameraPanel(gui, world, do)
+        with self._tabs.add_tab("Sensors"):
+            self.mounts = MountPanel(
+                gui, body, notes, self.overlays.mounts, self._gizmo, do, lambda: self._reveal(MOUNTS)
+            )
+        with self._tabs.add_tab("Spheres"):
+            self.balls = BallPanel(
+                gui, body, notes, self.overlays.balls, self._gizmo, do, lambda: self._reveal(BALLS)
+            )
+        with self._tabs.add_tab("Pairs"):
+            self.pairs = PairPanel(gui, body, notes, do, viewer.highlight, lambda: overlaps(body))
+        with self._tabs.add_tab("Save"):
+            self.save = SavePanel(gui, source, notes, do, reload)
+        self.wiggle_button.on_click(lambda _: do(wiggle))
+
+    def _add_switch(self, label: str, on: bool, switch: Callable[[bool], None]) -> None:
+        box = self.switches[label] = self._viewer.server.gui.add_checkbox(label, on)
+        self._on_switch[label] = switch
+        box.on_update(lambda event: self._do(lambda on=event.target.value: switch(on)))
+
+    def switch(self, label: str, on: bool) -> None:
+        """What ticking a box of the tab Show does."""
+        self._on_switch[label](on)
+
+    def _reveal(self, kind: str) -> None:
+        if not self.overlays.is_on(kind):
+            self.switches[kind].value = True
+            self.overlays.switch(kind, True)
+
+    def _pick_ball(self, link: str, index: int) -> None:
+        self._do(lambda: self.balls.pick(link, index))
+
+    def subject(self) -> Subject:
+        """The robot as it stands now, for the checks."""
+        definition = self._definition
+        wheels: list[str] = []
+        fingers: list[str] = []
+        if definition is not None:
+            wheels = list(
+                definition.locomotion.floor_touching_base_link_names if definition.locomotion else ()
+            )
+            named = definition.manipulation.finger_joint_names if definition.manipulation else {}
+            fingers = [name for names in named.values() for name in names]
+        names = {link.name for link in self._body.links}
+        return Subject(
+            body=self._body,
+            audit=self._audit,
+            notes=self.notes,
+            definition=definition,
+            wheels=[name for name in wheels if name in names],
+            fingers=fingers,
+        )
+
+    def point(self, name: str) -> None:
+        """Pick a link, and let every page look at it."""
+        link = self._body.link(name)
+        self.links.pick(link)
+        bounds = self._world.bounds_of(np.array([link.mujoco_id]))
+        if not np.isfinite(bounds).all() or np.ptp(bounds, axis=0).max() <= 0:
+            bounds = np.array([link.pose[0], link.pose[0]])
+        size = float(np.linalg.norm(np.ptp(bounds, axis=0)))
+        self._viewer.look_at(bounds.mean(axis=0), max(NEAREST, TIMES * size))
+
+    def remove(self) -> None:
+        """Take everything away."""
+        self._gizmo.let_go()
+        self.overlays.remove()
+        self._tabs.remove()
+        self._viewer.highlight(None)
+
+
+def _definition_of(source: RobotSource) -> RobotDefinition | None:
+    if source.definition is None:
+        return None
+    from roboyard.robots.definition.load import load_definition
+
+    return load_definition(source.definition)

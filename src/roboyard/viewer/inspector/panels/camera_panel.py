@@ -1,0 +1,66 @@
+"""What Roboyard's own camera sees from where a page looks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.rendering import Camera, Image
+
+if TYPE_CHECKING:
+    from roboyard.sim import World
+
+WIDTH, HEIGHT = 320, 240
+"""pixels"""
+KINDS = ("colour", "depth", "segmentation")
+
+
+class CameraPanel:
+    """A button that takes a picture with `roboyard.rendering` from the place of the page that pressed it."""
+
+    def __init__(self, gui: Any, world: World, do: Callable[[Callable[[], None]], None]) -> None:
+        self._world = world
+        self.kind = gui.add_dropdown("shows", KINDS, initial_value=KINDS[0])
+        button = gui.add_button("Take a picture from here", hint="rendered by roboyard.rendering")
+        self.picture = gui.add_image(blank(), format="jpeg")
+
+        @button.on_click
+        def _(event: Any) -> None:
+            if event.client is None:
+                return
+            place = event.client.camera
+            camera = camera_of(place.position, place.look_at, place.up_direction, place.fov)
+            do(lambda: self.take(camera))
+
+    def take(self, camera: Camera) -> None:
+        """Show what this camera sees; call it from the thread that steps the world."""
+        self.picture.image = shown_as(self._world.render(camera), str(self.kind.value))
+
+
+def shown_as(image: Image, kind: str) -> NDArray[np.uint8]:
+    """(h, w, 3) of an image; `kind` is one of `KINDS`."""
+    from roboyard.rendering import depth_to_rgb, segmentation_to_rgb
+
+    if kind == "depth":
+        shown = depth_to_rgb(image.depth)
+    elif kind == "segmentation":
+        shown = segmentation_to_rgb(image.segmentation)
+    else:
+        shown = image.rgb
+    return np.ascontiguousarray(shown[..., :3])
+
+
+def blank() -> NDArray[np.uint8]:
+    """A picture of nothing."""
+    return np.full((HEIGHT, WIDTH, 3), 235, dtype=np.uint8)
+
+
+def camera_of(position: Any, look_at: Any, up: Any, fovy: float) -> Camera:
+    """The page's camera as one of `roboyard.rendering`."""
+    return Camera.look_at(
+        position, look_at, up, width=WIDTH, height=HEIGHT, fovy=float(np.clip(fovy, 0.05, math.pi - 0.1))
+    )

@@ -1,0 +1,130 @@
+"""Pairs of links that may touch: in the simulation, and for the planner."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from roboyard.errors import ConfigError
+from roboyard.viewer.inspector.edits.edit_state import Notes, Pair, pair
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.link import Link
+
+NONE = "(none)"
+BETWEEN = " + "
+
+
+class PairPanel:
+    """A list of pairs, two boxes for the picked one, and ways to add more."""
+
+    def __init__(
+        self,
+        gui: Any,
+        body: Body,
+        notes: Notes,
+        do: Callable[[Callable[[], None]], None],
+        highlight: Callable[[Link | None], None],
+        touching: Callable[[], list[tuple[str, str, float]]],
+    ) -> None:
+        """Add the panel's elements.
+
+        Args:
+            gui: of the page.
+            body: the robot.
+            notes: what is edited.
+            do: has things done in the world's thread.
+            highlight: shows a link.
+            touching: pairs that overlap in the present posture, with depths in m.
+        """
+        self._body, self._notes, self._do = body, notes, do
+        self._highlight, self._touching = highlight, touching
+        self.told = gui.add_markdown("")
+        self.choice = gui.add_dropdown("pair", (NONE,), initial_value=NONE)
+        self.physics_box = gui.add_checkbox("may touch in the simulation", False)
+        self.planner_box = gui.add_checkbox("not checked by the planner", False)
+        links = tuple(link.name for link in body.links)
+        with gui.add_folder("Another"):
+            self.first = gui.add_dropdown("link", links)
+            self.second = gui.add_dropdown("and link", links, initial_value=links[-1])
+            self.add_button = gui.add_button("Add the pair")
+            self.touching_button = gui.add_button("Add what overlaps now", hint="in the present posture")
+
+        def told(change: Callable[[], None]) -> Callable[[Any], None]:
+            return lambda event: self._do(change) if event.client_id is not None else None
+
+        self.choice.on_update(told(lambda: self.pick(self._chosen())))
+        self.physics_box.on_update(told(self._ticked))
+        self.planner_box.on_update(told(self._ticked))
+        self.add_button.on_click(
+            lambda _: self._do(lambda: self.add([pair(str(self.first.value), str(self.second.value))]))
+        )
+        self.touching_button.on_click(lambda _: self._do(self.add_touching))
+        self.picked: Pair | None = None
+        self._added: list[Pair] = []
+        self.refresh()
+
+    def _pairs(self) -> list[Pair]:
+        """All that the list shows, those that were just added and ticked off included."""
+        return sorted(self._notes.physics_pairs | self._notes.planner_pairs | set(self._added))
+
+    def _chosen(self) -> Pair | None:
+        return next((one for one in self._pairs() if BETWEEN.join(one) == self.choice.value), None)
+
+    def refresh(self) -> None:
+        """Bring the list up to date."""
+        pairs = self._pairs()
+        self.choice.options = tuple(BETWEEN.join(one) for one in pairs) or (NONE,)
+        if self.picked not in pairs:
+            self.picked = pairs[0] if pairs else None
+        self.told.content = (
+            f"**{len(self._notes.physics_pairs)} pairs may touch in the simulation, "
+            f"{len(self._notes.planner_pairs)} are not checked by the planner.**"
+        )
+        self._show()
+
+    def pick(self, one: Pair | None) -> None:
+        """Edit a pair; its first link is shown."""
+        self.picked = one
+        self._show()
+        link = None if one is None else next((k for k in self._body.links if k.name == one[0]), None)
+        self._highlight(link)
+
+    def _show(self) -> None:
+        one = self.picked
+        self.choice.value = NONE if one is None else BETWEEN.join(one)
+        self.physics_box.value = one in self._notes.physics_pairs
+        self.planner_box.value = one in self._notes.planner_pairs
+
+    def _ticked(self) -> None:
+        if self.picked is None:
+            return
+        self._added.append(self.picked)  # it stays in the list until the page is loaded anew
+        for box, pairs in (
+            (self.physics_box, self._notes.physics_pairs),
+            (self.planner_box, self._notes.planner_pairs),
+        ):
+            (pairs.add if box.value else pairs.discard)(self.picked)
+        self.refresh()
+
+    def add(self, pairs: list[Pair]) -> None:
+        """Let pairs touch, in the simulation and for the planner.
+
+        Raises:
+            ConfigError: a link with itself.
+        """
+        for a, b in pairs:
+            if a == b:
+                raise ConfigError("a pair is two links; choose another second one")
+        self._notes.physics_pairs.update(pairs)
+        self._notes.planner_pairs.update(pairs)
+        if pairs:
+            self.picked = pairs[-1]
+        self.refresh()
+
+    def add_touching(self) -> None:
+        """Let every pair touch that overlaps now."""
+        found = [pair(a, b) for a, b, _ in self._touching()]
+        self.add(found)
+        self.told.content += f" {len(found)} pairs overlap now."

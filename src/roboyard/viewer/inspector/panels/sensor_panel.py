@@ -1,0 +1,217 @@
+"""Sensors and hands: what each camera sees, and where each sits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.errors import ConfigError
+from roboyard.transforms import matrix_from_quaternion, quaternion_from_rpy, rpy_from_matrix
+from roboyard.viewer.inspector.edits.edit_state import KINDS, Mount, MountKind, Notes
+from roboyard.viewer.inspector.layers.gizmo import Gizmo
+from roboyard.viewer.inspector.layers.sensor_layer import MountLayer
+from roboyard.viewer.inspector.panels.camera_panel import HEIGHT, WIDTH, blank
+from roboyard.viewer.inspector.panels.camera_panel import KINDS as PICTURES
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+
+NONE = "(none)"
+PERIOD = 0.2
+"""s between live pictures"""
+
+
+class MountPanel:
+    """Pick a sensor or a hand, see through it, move it, add another."""
+
+    def __init__(
+        self,
+        gui: Any,
+        body: Body,
+        notes: Notes,
+        layer: MountLayer,
+        gizmo: Gizmo,
+        do: Callable[[Callable[[], None]], None],
+        reveal: Callable[[], None],
+    ) -> None:
+        """Add the panel's elements; `reveal` has the layer shown."""
+        self._reveal = reveal
+        self._body, self._notes, self._layer, self._gizmo, self._do = body, notes, layer, gizmo, do
+        self._last_picture = 0.0
+        links = tuple(link.name for link in body.links)
+        self.choice = gui.add_dropdown("sensor or hand", (NONE,), initial_value=NONE)
+        self.live_box = gui.add_checkbox(
+            "live picture", True, hint="what the camera sees, five times a second"
+        )
+        self.scan_box = gui.add_checkbox(
+            "live scan",
+            False,
+            hint="where its rays end, five times a second; pink: on the robot itself",
+        )
+        self.kind = gui.add_dropdown("shows", PICTURES, initial_value=PICTURES[0])
+        self.picture = gui.add_image(blank(), format="jpeg")
+        with gui.add_folder("Offset"):
+            self.handle_box = gui.add_checkbox("handle in the scene", False)
+            self.position = gui.add_vector3("position (m)", (0.0, 0.0, 0.0), step=0.0001)
+            self.turn = gui.add_vector3(
+                "turn (degrees)",
+                (0.0, 0.0, 0.0),
+                step=1.0,
+                hint="about the fixed x, y, z axes, in this order",
+            )
+        with gui.add_folder("Another", expand_by_default=False):
+            self.new_kind = gui.add_dropdown("kind", tuple(KINDS.values()))
+            self.new_parent = gui.add_dropdown("on link", links)
+            self.new_link = gui.add_text(
+                "new link", "", hint="its name; empty: the sensor sits on the link itself"
+            )
+            self.add_button = gui.add_button("Add")
+            self.delete_button = gui.add_button("Delete the picked one")
+        self._listen()
+        self.refresh()
+
+    def _listen(self) -> None:
+        def told(change: Callable[[], None]) -> Callable[[Any], None]:
+            return lambda event: self._do(change) if event.client_id is not None else None
+
+        self.choice.on_update(told(lambda: self.pick(self.named(self.choice.value))))
+        self.position.on_update(told(self._typed))
+        self.turn.on_update(told(self._typed))
+        self.handle_box.on_update(told(self._handle_ticked))
+        self.add_button.on_click(lambda _: self._do(self._add))
+        self.delete_button.on_click(lambda _: self._do(self._delete))
+
+    @property
+    def picked(self) -> Mount | None:
+        """The one that is shown and edited."""
+        return self._layer.picked
+
+    def labels(self) -> list[str]:
+        """One for each mount, all different."""
+        labels: list[str] = []
+        for mount in self._notes.mounts:
+            on = mount.link if mount.parent is None else f"{mount.link}, on {mount.parent}"
+            label = wanted = f"{KINDS[mount.kind]} {on}"
+            while label in labels:
+                label = f"{wanted} ({labels.count(label) + 2})"
+            labels.append(label)
+        return labels
+
+    def named(self, label: str) -> Mount | None:
+        """The mount of a label."""
+        return dict(zip(self.labels(), self._notes.mounts, strict=True)).get(label)
+
+    def refresh(self) -> None:
+        """Bring the list up to date; picks the first where none is picked."""
+        labels = tuple(self.labels()) or (NONE,)
+        if self.choice.options != labels:
+            self.choice.options = labels
+        if self.picked is None and self._notes.mounts:
+            self._layer.picked = self._notes.mounts[0]
+        self.pick(self.picked)
+
+    def pick(self, mount: Mount | None) -> None:
+        """Show and edit another one."""
+        self._layer.picked = mount
+        if mount is None:
+            self.choice.value = self.choice.options[0]
+        else:
+            index = next(k for k, one in enumerate(self._notes.mounts) if one is mount)
+            self.choice.value = self.choice.options[index]
+            self._show_numbers(mount)
+        is_camera = mount is not None and mount.kind == "camera_links"
+        for element in (self.live_box, self.kind, self.picture):
+            element.visible = is_camera
+        self.scan_box.visible = mount is not None and mount.kind == "lidar_links"
+        self._layer.draw()
+        self._show_handle()
+        self._last_picture = 0.0
+
+    def _show_numbers(self, mount: Mount) -> None:
+        self.position.value = tuple(round(v, 6) for v in mount.position)
+        rpy = np.degrees(rpy_from_matrix(matrix_from_quaternion(mount.quaternion)))
+        self.turn.value = tuple(round(float(v), 4) for v in rpy)
+
+    def _typed(self) -> None:
+        mount = self.picked
+        if mount is None or not np.isfinite([*self.position.value, *self.turn.value]).all():
+            return
+        x, y, z = (float(v) for v in self.position.value)
+        mount.position = (x, y, z)
+        quaternion = quaternion_from_rpy(np.radians(self.turn.value))
+        mount.quaternion = tuple(float(v) for v in quaternion)  # type: ignore[assignment]
+        self._moved(mount)
+        self._gizmo.put(*self._anchored(mount)[1:])
+
+    def move(self, mount: Mount, position: Any, quaternion: Any) -> None:
+        """Give a mount another offset; m and x, y, z, w."""
+        mount.position = tuple(float(v) for v in position)  # type: ignore[assignment]
+        mount.quaternion = tuple(float(v) for v in quaternion)  # type: ignore[assignment]
+        if mount is self.picked:
+            self._show_numbers(mount)
+        self._moved(mount)
+
+    def _moved(self, _: Mount) -> None:
+        self._layer.draw()
+        self._last_picture = 0.0
+
+    def _anchored(self, mount: Mount) -> tuple[str, Any, Any]:
+        """Link that the offset counts from, and the offset."""
+        own = mount.link if mount.parent is None else mount.parent
+        return own, mount.position, mount.quaternion
+
+    def _handle_ticked(self) -> None:
+        if self.handle_box.value:
+            self._reveal()
+        self._show_handle()
+
+    def _show_handle(self) -> None:
+        mount = self.picked
+        if mount is None or not self.handle_box.value:
+            self._gizmo.let_go()
+            return
+        name, position, quaternion = self._anchored(mount)
+        path = self._layer.node_of(name)
+        if path is not None:
+            self._gizmo.hold(
+                path, position, quaternion, on_move=lambda p, q, mount=mount: self.move(mount, p, q)
+            )
+
+    def _add(self) -> None:
+        kind: MountKind = next(key for key, word in KINDS.items() if word == self.new_kind.value)
+        name, on = self.new_link.value.strip(), str(self.new_parent.value)
+        taken = {link.name for link in self._body.links} | {mount.link for mount in self._notes.mounts}
+        if name in taken:
+            raise ConfigError(f"there is a link {name!r} already; give the new one another name")
+        mount = Mount(kind=kind, link=name or on, parent=on if name else None)
+        self._notes.mounts.append(mount)
+        self._layer.picked = mount
+        self._reveal()
+        self.refresh()
+
+    def _delete(self) -> None:
+        if self.picked is not None:
+            self._notes.mounts[:] = [one for one in self._notes.mounts if one is not self.picked]
+            self._layer.picked = None
+            self.refresh()
+
+    def update(self, *, watched: bool) -> None:
+        """Take a live picture or scan, when one is due and somebody watches."""
+        mount, now = self.picked, perf_counter()
+        is_lidar = mount is not None and mount.kind == "lidar_links"
+        if not (is_lidar and self.scan_box.value):
+            self._layer.scans.clear()
+        if mount is None or not watched or now - self._last_picture < PERIOD:
+            return
+        if is_lidar and self.scan_box.value:
+            self._last_picture = now
+            self._layer.scan(mount)
+        if mount.kind != "camera_links" or not self.live_box.value:
+            return
+        self._last_picture = now
+        picture = self._layer.picture(mount, WIDTH, HEIGHT, str(self.kind.value))
+        if picture is not None and not np.array_equal(picture, self.picture.image):
+            self.picture.image = picture

@@ -1,0 +1,161 @@
+"""Planning spheres: move, resize, add and delete them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.viewer.inspector.edits.edit_state import Ball, Notes
+from roboyard.viewer.inspector.layers.gizmo import Gizmo
+from roboyard.viewer.inspector.layers.sphere_layer import BallLayer
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+
+NONE = "(none)"
+SMALLEST = 0.001
+"""m"""
+
+
+class BallPanel:
+    """Pick a sphere here or on the robot; type its numbers or drag its handle."""
+
+    def __init__(
+        self,
+        gui: Any,
+        body: Body,
+        notes: Notes,
+        layer: BallLayer,
+        gizmo: Gizmo,
+        do: Callable[[Callable[[], None]], None],
+        reveal: Callable[[], None],
+    ) -> None:
+        """Add the panel's elements; `reveal` has the layer shown."""
+        self._reveal = reveal
+        self._body, self._notes, self._layer, self._gizmo, self._do = body, notes, layer, gizmo, do
+        links = tuple(link.name for link in body.links)
+        self.told = gui.add_markdown("")
+        first = next((name for name in links if notes.balls.get(name)), links[0])
+        self.link_choice = gui.add_dropdown("link", links, initial_value=first)
+        self.ball_choice = gui.add_dropdown("sphere", (NONE,), initial_value=NONE)
+        self.center = gui.add_vector3("centre (m)", (0.0, 0.0, 0.0), step=0.001)
+        self.radius = gui.add_number("radius (m)", 0.05, min=SMALLEST, step=0.001)
+        self.handle_box = gui.add_checkbox("handle in the scene", True)
+        self.add_button = gui.add_button("Add a sphere", hint="to this link; like the picked one, beside it")
+        self.delete_button = gui.add_button("Delete the picked one")
+
+        def told(change: Callable[[], None]) -> Callable[[Any], None]:
+            return lambda event: self._do(change) if event.client_id is not None else None
+
+        self.link_choice.on_update(told(lambda: self.pick(self.link, 0 if self._balls() else None)))
+        self.ball_choice.on_update(told(self._chosen))
+        self.center.on_update(told(self._typed))
+        self.radius.on_update(told(self._typed))
+        self.handle_box.on_update(told(self._show_handle))
+        self.add_button.on_click(lambda _: self._do(self.add))
+        self.delete_button.on_click(lambda _: self._do(self.delete))
+        self._index: int | None = None
+        self._count()
+
+    @property
+    def link(self) -> str:
+        """The link whose spheres are listed."""
+        return str(self.link_choice.value)
+
+    def _balls(self) -> list[Ball]:
+        return self._notes.balls.get(self.link, [])
+
+    @property
+    def picked(self) -> Ball | None:
+        """The sphere that is edited."""
+        balls = self._balls()
+        return balls[self._index] if self._index is not None and self._index < len(balls) else None
+
+    def pick(self, link: str, index: int | None) -> None:
+        """Edit a sphere of a link; None: show the link without one."""
+        if link not in self.link_choice.options:
+            return
+        before = self.link
+        if index is not None:
+            self._reveal()
+        self.link_choice.value = link
+        self._index = index
+        self._layer.picked = ball = self.picked
+        balls = self._balls()
+        self.ball_choice.options = tuple(str(k + 1) for k in range(len(balls))) or (NONE,)
+        self.ball_choice.value = self.ball_choice.options[index or 0]
+        if ball is not None:
+            self.center.value, self.radius.value = ball.center, ball.radius
+        for name in {before, link}:
+            self._layer.draw(name)
+        self._show_handle()
+        self._count()
+
+    def _chosen(self) -> None:
+        value = str(self.ball_choice.value)
+        self.pick(self.link, int(value) - 1 if value.isdecimal() else None)
+
+    def _typed(self) -> None:
+        ball = self.picked
+        numbers = [*self.center.value, self.radius.value]
+        if ball is None or not np.isfinite(numbers).all():
+            return
+        x, y, z, radius = (float(v) for v in numbers)
+        ball.center, ball.radius = (x, y, z), max(radius, SMALLEST)
+        self._layer.draw(self.link)
+        self._gizmo.put(ball.center)
+
+    def move(self, ball: Ball, position: Any) -> None:
+        """Put a sphere elsewhere in its link's frame; m."""
+        x, y, z = (round(float(v), 6) for v in position)
+        ball.center = (x, y, z)
+        if ball is self.picked:
+            self.center.value = ball.center
+        self._layer.draw(self.link)
+
+    def add(self) -> None:
+        """One more on this link: beside the picked one, else where the link's shape is."""
+        near = self.picked
+        if near is not None:
+            center = (near.center[0], near.center[1], near.center[2] + near.radius)
+            new = Ball(center=center, radius=near.radius)
+        else:
+            new = Ball(center=self._middle(), radius=max(float(self.radius.value), SMALLEST))
+        balls = self._notes.balls.setdefault(self.link, [])
+        balls.append(new)
+        self.pick(self.link, len(balls) - 1)
+
+    def _middle(self) -> tuple[float, float, float]:
+        """The centre of mass of the link, which lies in or near it; its origin where it has no mass."""
+        link = self._body.link(self.link)
+        place = self._body.world.model.body_ipos[link.mujoco_id] if link.mass > 0 else np.zeros(3)
+        x, y, z = (round(float(v), 6) for v in place)
+        return x, y, z
+
+    def delete(self) -> None:
+        """The picked sphere goes."""
+        ball = self.picked
+        if ball is None:
+            return
+        balls = [one for one in self._balls() if one is not ball]
+        if balls:
+            self._notes.balls[self.link] = balls
+        else:
+            del self._notes.balls[self.link]
+        self.pick(self.link, min(self._index or 0, len(balls) - 1) if balls else None)
+
+    def _show_handle(self) -> None:
+        ball = self.picked
+        if ball is None or not (self.handle_box.value and self._layer.is_on):
+            self._gizmo.let_go()
+            return
+        path = self._layer.path_of(self.link)
+        self._gizmo.hold(path, ball.center, turns=False, on_move=lambda p, _, ball=ball: self.move(ball, p))
+
+    def _count(self) -> None:
+        count = sum(map(len, self._notes.balls.values()))
+        self.told.content = (
+            f"**{count} spheres on {len(self._notes.balls)} links.** Pick one here or on the robot."
+        )

@@ -1,0 +1,1 @@
+"""The web page of a viewer: server, camera, keys, pointer and requests."""

@@ -1,0 +1,109 @@
+"""Light, haze and the first camera of a page, as near to `roboyard.rendering` as a browser gets."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.rendering.light import Light
+from roboyard.transforms import Array, quaternion_from_axis_angle, to_wxyz
+
+if TYPE_CHECKING:
+    from roboyard.sim import World
+
+FOVY = math.radians(45.0)
+"""Vertical opening angle of a fresh page."""
+VIEW_FROM = (1.0, -0.75, 0.5)
+"""Direction from what is looked at towards a fresh page's camera: robots face +x."""
+SUN_GAIN, SKY_GAIN = 1.25, 0.6
+"""Shares of the light of `roboyard.rendering`, which adds up display colours."""
+LEAST_EXTENT, MOST_EXTENT = 0.2, 12.0
+"""m: a fresh page shows at least and at most this much."""
+
+
+HAZE = (20.0, 60.0)
+"""m: where it begins, and where nothing else is seen"""
+
+
+class PageLight:
+    """The light of a server's pages, and what is behind everything."""
+
+    def __init__(self, server: Any, sun: Any) -> None:
+        self._server, self._sun = server, sun
+
+    def set_shadows(self, shadows: bool) -> None:
+        """Whether bodies cast shadows."""
+        self._sun.cast_shadow = shadows
+
+    def set_direction(self, direction: Sequence[float]) -> None:
+        """Let the sun stand in this direction, as seen from the scene."""
+        self._sun.wxyz = _turn_y_to(direction)
+
+    def set_background(self, rgb: Sequence[float]) -> None:
+        """What is seen where nothing is, and in the distance; 0 to 1."""
+        color = np.round(255.0 * np.clip(rgb, 0.0, 1.0)).astype(np.uint8)
+        r, g, b = color.tolist()
+        self._server.scene.set_background_image(np.full((2, 2, 3), color, dtype=np.uint8), format="png")
+        self._server.scene.configure_fog(*HAZE, color=(r, g, b))
+
+
+def set_light(server: Any) -> PageLight:
+    """One sun with shadows and a sky, and haze in the distance."""
+    light = Light()
+    scene = server.scene
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map(None)
+    # three.js shows albedo · intensity / π, in linear light, where a white side needs more shade to be seen
+    sun = SUN_GAIN * math.pi * light.diffuse * (1.0 - light.sky)
+    above = SKY_GAIN * math.pi * (light.ambient + light.diffuse * light.sky)
+    below = light.ambient / (light.ambient + light.diffuse * light.sky)
+    handle = scene.add_light_directional(
+        "/lights/sun", intensity=sun, cast_shadow=True, wxyz=_turn_y_to(light.direction), position=(0, 0, 0)
+    )
+    ground = round(255 * below)
+    scene.add_light_hemisphere(
+        "/lights/sky",
+        intensity=above,
+        ground_color=(ground, ground, ground),
+        wxyz=_turn_y_to((0.0, 0.0, 1.0)),
+    )
+    scene.configure_fog(*HAZE, color=(255, 255, 255))
+    return PageLight(server, handle)
+
+
+def aim_camera(server: Any, world: World) -> None:
+    """Let a fresh page look at the bodies that are no endless floor."""
+    camera = server.initial_camera
+    camera.fov = FOVY
+    camera.position, camera.look_at = viewpoint(world)
+
+
+def viewpoint(world: World) -> tuple[Array, Array]:
+    """(3,) eye and (3,) target, m, from where everything but endless floors is in the picture."""
+    lower, upper = extent(world)
+    centre = 0.5 * (lower + upper)
+    radius = 0.5 * float(np.clip(np.linalg.norm(upper - lower), LEAST_EXTENT, MOST_EXTENT))
+    direction = np.array(VIEW_FROM) / np.linalg.norm(VIEW_FROM)
+    return centre + direction * 0.9 * radius / math.sin(0.5 * FOVY), centre
+
+
+def extent(world: World) -> Array:
+    """(2, 3) box around all bodies that have a size; m."""
+    boxes = [body.bounds for body in world.bodies]
+    boxes = [box for box in boxes if np.isfinite(box).all() and np.ptp(box, axis=0).max() > 0]
+    if not boxes:
+        return np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 1.0]])
+    return np.stack([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
+
+
+def _turn_y_to(direction: Sequence[float]) -> Array:
+    """Quaternion (w, x, y, z) that turns +y, from where three.js lets its lights shine, to a direction."""
+    target = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    axis = np.cross((0.0, 1.0, 0.0), target)
+    sine = float(np.linalg.norm(axis))
+    if sine < 1e-9:
+        return to_wxyz(quaternion_from_axis_angle((1.0, 0.0, 0.0), 0.0 if target[1] > 0 else math.pi))
+    return to_wxyz(quaternion_from_axis_angle(axis / sine, math.atan2(sine, float(target[1]))))

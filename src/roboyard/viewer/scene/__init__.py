@@ -1,0 +1,1 @@
+"""The world on a page: nodes, drawings, texts and scans."""

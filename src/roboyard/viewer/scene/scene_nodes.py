@@ -1,0 +1,226 @@
+"""The page's scene: one frame for each link, with the link's shapes hanging from it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roboyard.rendering.scene import RenderShape
+from roboyard.transforms import quaternion_from_matrix, to_wxyz
+from roboyard.viewer.scene.drags import Drag, drag_of
+from roboyard.viewer.scene.glb import glb, triangles
+from roboyard.viewer.scene.snapshot import Links
+
+log = logging.getLogger("roboyard.viewer")
+
+STILL = 1e-6
+"""m, and the same of a quaternion: less than this is no movement worth sending."""
+
+SHEET = 1e-4
+"""m: what is thinner casts no shadow."""
+GROUND, FLATNESS = 5.0, 0.05
+"""m, and thickness over width: what is wider and flatter (terrain) casts none either, to stay clean."""
+
+HIGHLIGHT = (1.0, 0.45, 0.05, 1.0)
+"""rgba of a link that was picked."""
+
+Look = tuple[Any, ...]
+
+
+class SceneNodes:
+    """Keeps the nodes of a viser scene in step with the shapes and poses it is given."""
+
+    def __init__(self, scene: Any) -> None:
+        self._scene = scene
+        self._frames: dict[str, Any] = {}
+        self._shapes: dict[Look, tuple[Any, RenderShape]] = {}
+        self._shown: Sequence[RenderShape] | None = None
+        self._links: Links | None = None
+        self._rows = np.zeros(0, dtype=np.intp)
+        self._positions = np.zeros((0, 3))
+        self._quaternions = np.zeros((0, 4))
+        self._count = 0
+        self.on_click: Callable[[tuple[int, int]], None] | None = None
+        """Called with body id and link index when someone clicks a shape; set it before `show`."""
+        self._on_drag: Callable[[Drag], None] | None = None
+        self._visible = True
+        self._wireframe = False
+        self._tinted: tuple[int, int] | None = None
+
+    def show(self, shapes: Sequence[RenderShape], links: Links) -> None:
+        """Make the nodes those of these links and shapes; what stays is not sent again."""
+        if shapes is self._shown and links is self._links:
+            return
+        self._show_links(links)
+        wanted: dict[Look, RenderShape] = {}
+        for shape in shapes:
+            if shape.owner in links.paths:
+                drawn = _tinted(shape) if shape.owner == self._tinted else shape
+                wanted[_look(links.paths[shape.owner], drawn)] = drawn
+        for look in [look for look in self._shapes if look not in wanted]:
+            handle, _ = self._shapes.pop(look)
+            if look[0] in self._frames:
+                handle.remove()
+        for look, shape in wanted.items():
+            if look not in self._shapes:
+                handle = self._add(look[0], shape)
+                if handle is not None:
+                    self._shapes[look] = handle, shape
+        self._shown = shapes
+
+    def _show_links(self, links: Links) -> None:
+        if links is self._links:
+            return
+        for path in [path for path in self._frames if path not in links.rows]:
+            for look in [look for look in self._shapes if look[0] == path]:
+                self._shapes.pop(look)[0].remove()
+            self._frames.pop(path).remove()
+        for path in links.rows:
+            if path not in self._frames:
+                self._frames[path] = self._scene.add_frame(path, show_axes=False)
+        self._drop_empty_bodies(links)
+        self._links = links
+        paths = list(self._frames)
+        self._rows = np.array([links.rows[path] for path in paths], dtype=np.intp)
+        self._positions = np.array([self._frames[path].position for path in paths]).reshape(-1, 3)
+        self._quaternions = np.array([self._frames[path].wxyz for path in paths]).reshape(-1, 4)
+
+    def _drop_empty_bodies(self, links: Links) -> None:
+        kept = {path.split("/")[1] for path in links.rows}
+        bodies = {path.split("/")[1] for path in (self._links.rows if self._links is not None else ())}
+        for body in bodies - kept:
+            self._scene.remove_by_name(f"/{body}")
+
+    def _add(self, path: str, shape: RenderShape) -> Any:
+        try:
+            if self._wireframe and not shape.infinite:
+                color = tuple(round(255 * value) for value in shape.rgba[:3])
+                data: tuple[Any, ...] = triangles(shape)
+                add = partial(self._scene.add_mesh_simple, color=color, wireframe=True)
+            else:
+                data = (glb(shape),)
+                add = self._scene.add_glb
+        except (ValueError, OSError) as error:
+            log.warning("a shape of %s cannot be shown: %s", path, error)
+            return None
+        self._count += 1
+        handle = add(
+            f"{path}/visual {self._count}",
+            *data,
+            position=tuple(float(v) for v in shape.position),
+            wxyz=tuple(to_wxyz(quaternion_from_matrix(np.asarray(shape.rotation, dtype=float)))),
+            cast_shadow=not _is_ground(shape),
+            visible=self._visible or shape.infinite,
+        )
+        if self.on_click is not None:
+            click, owner = self.on_click, shape.owner
+            handle.on_click(lambda _: click(owner))
+        self._listen(handle, shape)
+        return handle
+
+    def set_wireframe(self, wireframe: bool) -> None:
+        """Draw the edges of triangles alone, but for floors."""
+        if wireframe != self._wireframe:
+            self._wireframe = wireframe
+            self._redraw()
+
+    def set_drag(self, on_drag: Callable[[Drag], None] | None) -> None:
+        """Call this, in the thread of the server's event loop, while the left button drags a shape that can
+        move; None: dragging turns the camera, as elsewhere.
+        """
+        if on_drag is self._on_drag:
+            return
+        self._on_drag = on_drag
+        for handle, shape in self._shapes.values():
+            handle.remove_drag_callback()
+            self._listen(handle, shape)
+
+    def _listen(self, handle: Any, shape: RenderShape) -> None:
+        on_drag = self._on_drag
+        if on_drag is None or self._links is None or shape.owner in self._links.fixed:
+            return
+
+        async def told(event: Any) -> None:
+            # a coroutine runs in the event loop, in order
+            on_drag(drag_of(event, shape.owner))
+
+        handle.on_drag(told)
+
+    def _redraw(self) -> None:
+        """Make all shapes anew."""
+        for handle, _ in self._shapes.values():
+            handle.remove()
+        self._shapes.clear()
+        shapes, self._shown = self._shown, None
+        if shapes is not None and self._links is not None:
+            self.show(shapes, self._links)
+
+    def set_visible(self, visible: bool) -> None:
+        """Show or hide all shapes that are no floor."""
+        self._visible = visible
+        for handle, shape in self._shapes.values():
+            handle.visible = visible or shape.infinite
+
+    def tint(self, owner: tuple[int, int] | None) -> None:
+        """Draw the shapes of this link (body id, link index) in the highlight's colour; None: of no link."""
+        if owner == self._tinted:
+            return
+        self._tinted = owner
+        shapes, self._shown = self._shown, None
+        if shapes is not None and self._links is not None:
+            self.show(shapes, self._links)
+
+    def move(self, positions: NDArray, quaternions: NDArray) -> int:
+        """Send the poses of links that moved; returns how many did.
+
+        Args:
+            positions: (nbody, 3) m, rows as in MuJoCo.
+            quaternions: (nbody, 4) w, x, y, z.
+        """
+        if not len(self._rows):
+            return 0
+        places, turns = positions[self._rows], quaternions[self._rows]
+        shifted = np.abs(places - self._positions).max(axis=1) > STILL
+        turned = np.abs(turns - self._quaternions).max(axis=1) > STILL
+        frames = list(self._frames.values())
+        for k in np.flatnonzero(shifted):
+            frames[k].position = places[k]
+        for k in np.flatnonzero(turned):
+            frames[k].wxyz = turns[k]
+        self._positions[shifted], self._quaternions[turned] = places[shifted], turns[turned]
+        return int((shifted | turned).sum())
+
+
+def _is_ground(shape: RenderShape) -> bool:
+    """A floor, terrain or another flat piece: in its own shadow it would be all spots."""
+    if shape.infinite:
+        return True
+    thin, wide, _ = sorted(np.ptp(shape.mesh.vertices, axis=0) * np.abs(shape.scale))
+    return bool(thin < SHEET or (wide > GROUND and thin < FLATNESS * wide))
+
+
+def _tinted(shape: RenderShape) -> RenderShape:
+    return replace(shape, rgba=HIGHLIGHT, use_mesh_colors=False, texture=None, checker=None)
+
+
+def _look(path: str, shape: RenderShape) -> Look:
+    """What tells one drawn shape from another; the node's path comes first."""
+    return (
+        path,
+        id(shape.mesh),
+        shape.scale,
+        tuple(shape.rgba),
+        shape.use_mesh_colors,
+        shape.checker,
+        id(shape.texture),
+        shape.specular,
+        shape.infinite,
+        np.asarray(shape.position, dtype=float).tobytes(),
+        np.asarray(shape.rotation, dtype=float).tobytes(),
+    )

@@ -1,0 +1,63 @@
+"""Trees that are broken in every way are still walked to the end."""
+
+import numpy as np
+
+from roboyard.audit.link_tree import Tree
+from roboyard.audit.renames import identifier
+
+
+def tree(*edges: str, fixed: str = "") -> Tree:
+    """From words such as "ab": a carries b."""
+    names = dict.fromkeys("".join(edges))
+    return Tree.of(list(names), [(e[0], e[1], np.eye(4), e in fixed.split()) for e in edges])
+
+
+def test_a_sound_tree() -> None:
+    found = tree("ab", "bc", "ad")
+    assert found.roots == ("a",)
+    assert found.is_sound
+    assert found.loops == ()
+
+
+def test_rings_are_found_whole_and_once() -> None:
+    assert [set(ring) for ring in tree("ab", "bc", "ca").loops] == [{"a", "b", "c"}]
+    assert tree("aa").loops == (("a",),)
+    assert [set(ring) for ring in tree("ab", "cd", "dc").loops] == [{"c", "d"}]
+    assert not tree("ab", "cd", "dc").is_sound
+
+
+def test_two_ways_to_one_link_are_no_ring() -> None:
+    found = tree("ab", "ac", "bd", "cd")
+    assert found.loops == ()
+    assert not found.is_sound
+
+
+def test_many_rings_end() -> None:
+    count = 3000
+    edges = [(f"l{k}", f"l{k + 1}", np.eye(4), False) for k in range(count)]
+    edges += [(f"l{k + 1}", f"l{k}", np.eye(4), False) for k in range(count)]
+    found = Tree.of([f"l{k}" for k in range(count + 1)], edges)
+    assert len(found.loops) == 10
+    assert found.roots == ()
+    assert found.frames == {}
+
+
+def test_fixed_joints_make_one_body() -> None:
+    found = tree("ab", "bc", "cd", fixed="bc")
+    assert [set(body) for body in found.bodies] == [{"a"}, {"b", "c"}, {"d"}]
+    assert {frozenset(pair) for pair in found.body_pairs} == {frozenset({0, 1}), frozenset({1, 2})}
+
+
+def test_edges_to_unknown_links_are_left_out() -> None:
+    found = Tree.of(["a"], [("a", "ghost", np.eye(4), True)])
+    assert found.edges == ()
+    assert found.bodies == (("a",),)
+
+
+def test_identifiers() -> None:
+    assert identifier("left (arm) link") == "left__arm__link"
+    assert identifier("gélenk-1") == "gelenk_1"
+    assert identifier("0") == "_0"
+    assert identifier("基座") == "u57fa_u5ea7"
+    assert identifier("  ") == "unnamed"
+    assert identifier("(") == "unnamed"

@@ -1,0 +1,125 @@
+"""The definition skeleton, read as plain YAML."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from roboyard.description import Joint, Link, RobotDescription
+from roboyard.description.robot_model import EndEffector, ImportedRobot, PlanningData
+from roboyard.export import definition
+
+
+def arm(side: str, count: int) -> tuple[list[str], list[Joint]]:
+    links = [f"{side}_link{k}" for k in range(1, count + 1)]
+    joints = [
+        Joint(name=f"{side}_joint{k}", type="revolute", parent=parent, child=child)
+        for k, (parent, child) in enumerate(zip(["torso", *links], links, strict=False), start=1)
+    ]
+    joints.append(Joint(name=f"{side}_tip", type="fixed", parent=links[-1], child=f"{side}_eef_link"))
+    joints.append(Joint(name=f"{side}_grip", type="prismatic", parent=links[-1], child=f"{side}_finger"))
+    return [*links, f"{side}_eef_link", f"{side}_finger"], joints
+
+
+@pytest.fixture
+def robot() -> ImportedRobot:
+    left, right = arm("left", 2), arm("right", 2)
+    wheel = Joint(name="wheel_joint", type="continuous", parent="base", child="wheel")
+    links = ["base", "torso", *left[0], *right[0], "wheel"]
+    lift = Joint(name="lift", type="prismatic", parent="base", child="torso")
+    effectors = tuple(
+        EndEffector(link=f"{s}_eef_link", gripper_links=(f"{s}_finger",), gripper_joints=(f"{s}_grip",))
+        for s in ("right", "left")
+    )
+    return ImportedRobot(
+        name="dual",
+        description=RobotDescription(
+            name="dual",
+            links=tuple(Link(name=name) for name in links),
+            joints=(lift, *left[1], *right[1], wheel),
+        ),
+        base_link="base",
+        wheel_links=("wheel",),
+        filtered_pairs=(("torso", "left_link2"),),
+        planning=PlanningData(
+            spheres={},
+            end_effectors=effectors,
+            ignore={},
+            retract={"lift": 0.3, "left_joint1": 0.1, "right_joint1": 0.2},
+            lock_joints={"left_grip": 0.05, "right_grip": 0.05},
+        ),
+    )
+
+
+def load(robot: ImportedRobot, folder: Path) -> dict[str, Any]:
+    definition.write(robot, folder / "dual.yaml")
+    return yaml.safe_load((folder / "dual.yaml").read_text())
+
+
+def test_groups(robot: ImportedRobot, tmp_path: Path) -> None:
+    data = load(robot, tmp_path)
+    order = ["base", "trunk", "arm_left", "gripper_left", "arm_right", "gripper_right"]
+    assert data["raw_controller_order"] == order
+    assert list(data["default_controllers"]) == order
+    assert data["default_controllers"]["arm_left"] == "InverseKinematicsController"
+
+
+def test_arms_begin_where_their_chains_part(robot: ImportedRobot, tmp_path: Path) -> None:
+    data = load(robot, tmp_path)
+    assert data["articulated_trunk"] == {"trunk_link_names": ["torso"], "trunk_joint_names": ["lift"]}
+    arms = data["manipulation"]
+    assert (arms["n_arms"], arms["arm_names"]) == (2, ["left", "right"])
+    assert arms["arm_joint_names"]["right"] == ["right_joint1", "right_joint2"]
+    assert arms["arm_link_names"]["left"] == ["left_link1", "left_link2"]
+    assert arms["eef_link_names"] == {"left": "left_eef_link", "right": "right_eef_link"}
+    assert arms["finger_link_names"]["left"] == ["left_finger"]
+    assert arms["finger_joint_names"]["left"] == ["left_grip"]
+
+
+def test_rest_posture_is_breadth_first_and_named(robot: ImportedRobot, tmp_path: Path) -> None:
+    data = load(robot, tmp_path)
+    assert data["default_joint_pos"] == [0.3, 0.0, 0.1, 0.2, 0.0, 0.0, 0.05, 0.05]
+    text = (tmp_path / "dual.yaml").read_text()
+    assert "- 0.3   # lift\n" in text
+    assert "- 0.2   # right_joint1\n" in text
+
+
+def test_base(robot: ImportedRobot, tmp_path: Path) -> None:
+    data = load(robot, tmp_path)
+    assert data["base_footprint_link_name"] == "base"
+    assert data["locomotion"] == {
+        "base_joint_names": ["wheel_joint"],
+        "floor_touching_base_link_names": ["wheel"],
+    }
+    assert data["disabled_collision_pairs"] == [["torso", "left_link2"]]
+    assert "holonomic_base" not in data
+
+
+def test_holonomic_base(robot: ImportedRobot, tmp_path: Path) -> None:
+    glides = replace(robot, holonomic=True, approximations={"wheel": "boundingSphere"})
+    data = load(glides, tmp_path)
+    assert data["holonomic_base"] == {"force_sphere_wheel_approximation": True}
+    assert data["locomotion"]["base_joint_names"] == [
+        f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz")
+    ]
+    assert data["default_controllers"]["base"] == "HolonomicBaseJointController"
+
+
+def test_a_short_chain_without_gripper_is_no_arm(robot: ImportedRobot, tmp_path: Path) -> None:
+    assert robot.planning is not None
+    leg = replace(robot.planning, end_effectors=(EndEffector(link="left_eef_link"),))
+    data = load(replace(robot, planning=leg, wheel_links=()), tmp_path)
+    assert data["raw_controller_order"] == []
+    assert "manipulation" not in data
+
+
+def test_one_arm_has_the_default_name(robot: ImportedRobot, tmp_path: Path) -> None:
+    assert robot.planning is not None
+    one = replace(robot.planning, end_effectors=robot.planning.end_effectors[:1])
+    data = load(replace(robot, planning=one), tmp_path)
+    assert data["manipulation"]["arm_names"] == ["0"]
+    assert data["manipulation"]["arm_joint_names"] == {"0": ["lift", "right_joint1", "right_joint2"]}

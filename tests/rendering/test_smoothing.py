@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard.rendering.smoothing import (
+    CREASE_COSINE,
+    closed_faces,
+    creased_normals,
+    face_normals,
+    join_corners,
+)
+from roboyard.rendering.textures import halved, lets_light_through, pack
+from roboyard.shapes import primitives
+
+
+def joined(mesh):
+    return join_corners(mesh.vertices, mesh.faces)
+
+
+def test_joining_merges_equal_places_only():
+    box = primitives.box()
+    vertices, faces = joined(box)
+    assert len(vertices) == 8
+    assert np.array_equal(vertices[faces], box.vertices[box.faces])
+
+
+@pytest.mark.parametrize(
+    "mesh", [primitives.box(), primitives.sphere(), primitives.cylinder(), primitives.capsule()]
+)
+def test_solids_are_closed_and_face_outward(mesh):
+    vertices, faces = joined(mesh)
+    assert closed_faces(vertices, faces).all()
+    assert not closed_faces(vertices, faces[:, ::-1]).any()  # inside out
+    assert not closed_faces(vertices, faces[1:]).any()  # a hole
+
+
+def test_closedness_is_judged_part_by_part():
+    a, b = joined(primitives.box()), joined(primitives.plane())
+    vertices = np.concatenate([a[0], b[0] + 5.0])
+    faces = np.concatenate([a[1], b[1] + len(a[0])])
+    assert closed_faces(vertices, faces).tolist() == [True] * 12 + [False] * 2
+
+
+def test_derived_normals_match_a_plain_loop():
+    rng = np.random.default_rng(1)
+    vertices, faces = joined(primitives.sphere(1.0, 10))
+    vertices = vertices + rng.normal(0, 0.08, vertices.shape)
+    normals = face_normals(vertices, faces)
+    got = creased_normals(vertices, faces)
+    for face in range(len(faces)):
+        for corner in range(3):
+            total = np.zeros(3)
+            for other in range(len(faces)):
+                for k in range(3):
+                    if (
+                        faces[other, k] != faces[face, corner]
+                        or normals[face] @ normals[other] < CREASE_COSINE
+                    ):
+                        continue
+                    p, a, b = (vertices[faces[other, (k + j) % 3]] for j in range(3))
+                    cosine = (a - p) @ (b - p) / np.linalg.norm(a - p) / np.linalg.norm(b - p)
+                    total += np.arccos(cosine) * normals[other]
+            assert got[face, corner] == pytest.approx(total / np.linalg.norm(total), abs=1e-5)
+
+
+def test_a_box_keeps_flat_sides():
+    vertices, faces = joined(primitives.box())
+    assert np.allclose(creased_normals(vertices, faces), face_normals(vertices, faces)[:, None])
+
+
+def test_halving_takes_means_and_keeps_odd_rims():
+    image = np.zeros((3, 2, 4), dtype=np.uint8)
+    image[:, :, 0] = [[10, 20], [30, 40], [50, 70]]
+    assert halved(image)[:, :, 0].tolist() == [[25]]
+    flat, table = pack([image])
+    assert table[0, 0].tolist() == [0, 2, 3]
+    assert table[0, 1].tolist() == [6, 1, 1]
+    assert (table[0, 2:] == table[0, 1]).all()
+    assert len(flat) == 7
+
+
+def test_only_texels_in_use_count_for_seeing_through():
+    image = np.full((8, 8, 4), 255, dtype=np.uint8)
+    image[:4, :, 3] = 0  # the upper half
+    below = np.array([[[0.1, 0.1], [0.9, 0.1], [0.5, 0.4]]])
+    assert not lets_light_through(image, below)
+    assert lets_light_through(image, below + np.array([0.0, 0.5]))

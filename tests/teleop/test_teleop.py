@@ -1,0 +1,284 @@
+"""Every key of the table: what it writes into the action, and that the robot then moves so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard.recording import Stage, set_up
+from roboyard.teleop.key_bindings import Teleop
+from roboyard.teleop.raw_keys import decode
+from roboyard.transforms import matrix_from_quaternion
+
+
+@pytest.fixture(scope="module")
+def r1() -> Stage:
+    stage = set_up({"scene": "empty", "robot": "r1"})
+    stage.scene.world.step(60)
+    return stage
+
+
+@pytest.fixture(scope="module")
+def rover() -> Stage:
+    stage = set_up({"scene": "empty", "robot": "rover"})
+    stage.scene.world.step(60)
+    return stage
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def _changed(teleop: Teleop, key: str) -> dict[int, float]:
+    """Entries of the next action that differ from doing nothing."""
+    still = teleop.action()
+    assert teleop.press(key)
+    action = teleop.action()
+    assert np.array_equal(teleop.action(), still), "a tap lasts one step"
+    return {int(k): float(action[k]) for k in np.flatnonzero(action != still)}
+
+
+@pytest.mark.parametrize(
+    ("key", "component", "value"),
+    [
+        ("up", 0, 0.1), ("down", 0, -0.1), ("left", 1, 0.1), ("right", 1, -0.1),
+        ("p", 2, 0.1), (";", 2, -0.1), ("n", 3, 0.1), ("b", 3, -0.1),
+        ("o", 4, 0.1), ("u", 4, -0.1), ("v", 5, 0.1), ("c", 5, -0.1),
+    ],
+)  # fmt: skip
+def test_hand_keys_write_one_component_of_the_selected_hand(
+    r1: Stage, key: str, component: int, value: float
+) -> None:
+    teleop = Teleop(r1.robot)
+    parts = r1.robot.controller_action_idx
+    assert _changed(teleop, key) == {parts["arm_left"].start + component: value}
+    teleop.press("4")
+    assert _changed(teleop, key) == {parts["arm_right"].start + component: value}
+    teleop.press("3")
+    assert _changed(teleop, key) == {parts["arm_left"].start + component: value}
+
+
+def test_osc_hands_take_larger_steps_and_short_commands_have_no_turning(r1: Stage) -> None:
+    robot = r1.robot
+    try:
+        robot.reload_controllers(
+            {
+                "arm_left": "OperationalSpaceController",
+                "arm_right": {"name": "InverseKinematicsController", "mode": "position_fixed_ori"},
+            }
+        )
+        teleop, parts = Teleop(robot), robot.controller_action_idx
+        assert _changed(teleop, "up") == {parts["arm_left"].start: 0.25}
+        teleop.press("4")
+        assert _changed(teleop, "up") == {parts["arm_right"].start: 0.1}
+        assert not teleop.press("n")
+    finally:
+        robot.reload_controllers()
+
+
+def test_joints_are_selected_in_a_ring_and_moved(r1: Stage) -> None:
+    teleop, parts = Teleop(r1.robot), r1.robot.controller_action_idx
+    names = [name for name, _, _ in teleop.joints]
+    assert names[:3] == [f"base_footprint_{a}_joint" for a in ("x", "y", "rz")]
+    assert names[3:] == list(r1.robot.groups["trunk"].joints)
+    assert _changed(teleop, "]") == {parts["base"].start: 0.1}
+    teleop.press("2")
+    assert _changed(teleop, "[") == {parts["base"].start + 1: -0.1}
+    teleop.press("1")
+    teleop.press("1")
+    assert teleop.status().startswith("joint torso_joint4")
+    assert _changed(teleop, "]") == {parts["trunk"].start + 3: 0.1}
+
+
+def test_prismatic_joints_take_careful_steps(r1: Stage) -> None:
+    """Only delta position controllers of sliding joints are slowed to a fifth."""
+    robot = r1.robot
+    fingers = {"name": "JointController", "motor_type": "position", "command_output_limits": None}
+    assert {robot.body.joint(name).type for name in robot.groups["gripper_left"].joints} == {"prismatic"}
+    try:
+        robot.reload_controllers(
+            {
+                "gripper_left": {**fingers, "use_delta_commands": True},
+                "gripper_right": {**fingers, "use_delta_commands": False},
+            }
+        )
+        steps = {name: step for name, _, step in Teleop(robot).joints}
+        assert {steps[name] for name in robot.groups["gripper_left"].joints} == {0.1 * 0.2}
+        assert {steps[name] for name in robot.groups["gripper_right"].joints} == {0.1}
+        assert steps["torso_joint1"] == 0.1
+    finally:
+        robot.reload_controllers()
+
+
+def test_grippers_start_open_keep_their_command_and_ignore_repeats(r1: Stage) -> None:
+    clock = Clock()
+    teleop, parts = Teleop(r1.robot, clock), r1.robot.controller_action_idx
+    left, right = parts["gripper_left"].start, parts["gripper_right"].start
+    assert teleop.action()[[left, right]].tolist() == [1.0, 1.0]
+    clock.now = 10.0
+    teleop.press("t")
+    for _ in range(5):
+        clock.now += 0.05
+        teleop.press("t")
+    assert teleop.action()[[left, right]].tolist() == [-1.0, 1.0]
+    assert teleop.action()[left] == -1.0
+    clock.now += 1.0
+    teleop.press("6")
+    teleop.press("t")
+    assert teleop.action()[[left, right]].tolist() == [-1.0, -1.0]
+    assert "gripper_right closed" in teleop.status()
+    teleop.reset()
+    assert teleop.action()[[left, right]].tolist() == [1.0, 1.0]
+
+
+def test_keys_that_mean_nothing_do_nothing(r1: Stage) -> None:
+    teleop = Teleop(r1.robot)
+    for key in ("x", "q", "\n", "i", "j"):
+        assert not teleop.press(key)
+    assert np.count_nonzero(teleop.action()) == 2
+
+
+@pytest.mark.parametrize(
+    ("key", "axis", "sign"),
+    [("up", 0, 1), ("down", 0, -1), ("left", 1, 1), ("right", 1, -1), ("p", 2, 1), (";", 2, -1)],
+)
+def test_a_held_key_moves_the_hand_that_way(r1: Stage, key: str, axis: int, sign: int) -> None:
+    robot, world = r1.robot, r1.scene.world
+    robot.reset()
+    teleop = Teleop(robot)
+    for _ in range(20):
+        robot.apply_action(teleop.action())
+        world.step(robot.steps_per_control)
+    before = np.array(robot.get_relative_eef_pose("left")[0])
+    for _ in range(30):
+        teleop.press(key)
+        robot.apply_action(teleop.action())
+        world.step(robot.steps_per_control)
+    moved = np.array(robot.get_relative_eef_pose("left")[0]) - before
+    assert sign * moved[axis] > 0.02, moved
+
+
+@pytest.mark.parametrize(
+    ("key", "axis", "sign"), [("n", 0, 1), ("b", 0, -1), ("o", 1, 1), ("u", 1, -1), ("v", 2, 1), ("c", 2, -1)]
+)
+def test_a_held_key_turns_the_hand_that_way(r1: Stage, key: str, axis: int, sign: int) -> None:
+    robot, world = r1.robot, r1.scene.world
+    robot.reset()
+    teleop = Teleop(robot)
+    for _ in range(20):
+        robot.apply_action(teleop.action())
+        world.step(robot.steps_per_control)
+    before = matrix_from_quaternion(robot.get_relative_eef_pose("left")[1])
+    for _ in range(20):
+        teleop.press(key)
+        robot.apply_action(teleop.action())
+        world.step(robot.steps_per_control)
+    turned = matrix_from_quaternion(robot.get_relative_eef_pose("left")[1]) @ before.T
+    about = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
+    assert sign * about[axis] > 0.1, about
+    assert np.abs(about).argmax() == axis
+
+
+def test_selected_joints_and_grippers_move(r1: Stage) -> None:
+    robot, world = r1.robot, r1.scene.world
+    robot.reset()
+    teleop = Teleop(robot, Clock())
+
+    def hold(*keys: str, steps: int = 20) -> np.ndarray:
+        was = robot.get_joint_positions()
+        for _ in range(steps):
+            for key in keys:
+                teleop.press(key)
+            robot.apply_action(teleop.action())
+            world.step(robot.steps_per_control)
+        return robot.get_joint_positions() - was
+
+    hold()
+    teleop.press("2")
+    place = robot.joint_names.index("base_footprint_y_joint")
+    assert "base_footprint_y_joint" in teleop.status()
+    assert hold("]")[place] > 0.03
+    hold()
+    assert hold("[")[place] < -0.03
+    fingers = robot.control_idx["gripper_right"]
+    teleop.press("5")
+    teleop.press("t")
+    assert (hold()[fingers] < -0.04).all()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [f"torso_joint{k}" for k in range(1, 5)] + [f"left_arm_joint{k}" for k in range(1, 7)],
+)
+def test_a_held_key_moves_its_joint_and_no_other(r1: Stage, name: str) -> None:
+    robot, world = r1.robot, r1.scene.world
+    hands = {"arm_left": "JointController"} if name.startswith("left") else {}
+    try:
+        robot.reload_controllers(hands)
+        for key, sign in (("]", 1.0), ("[", -1.0)):
+            robot.reset()
+            teleop = Teleop(robot, Clock())
+            while f"joint {name}," not in teleop.status():
+                teleop.press("2")
+            was = robot.get_joint_positions()
+            place = robot.joint_names.index(name)
+            for k in range(45):
+                if k < 30:
+                    teleop.press(key)
+                robot.apply_action(teleop.action())
+                world.step(robot.steps_per_control)
+                moved = robot.get_joint_positions() - was
+                others = np.delete(moved, [0, 1, 5, place])
+                assert np.abs(others).max() < 0.03, (key, robot.joint_names)
+            assert min(sign * moved[place], 0.078) > 0.077, (key, moved[place])
+    finally:
+        robot.reload_controllers()
+
+
+def test_wheels_drive_on_and_turn(rover: Stage) -> None:
+    robot, world = rover.robot, rover.scene.world
+    teleop = Teleop(robot)
+    if not teleop.wheels:
+        robot.reload_controllers({"base": "DifferentialDriveController"})
+        teleop = Teleop(robot)
+    start = robot.controller_action_idx["base"].start
+    for key, place, value in (("i", 0, 0.4), ("k", 0, -0.4), ("j", 1, 0.2), ("l", 1, -0.2)):
+        assert _changed(teleop, key) == {start + place: value}
+
+    def go(key: str) -> tuple[float, float]:
+        for _ in range(20):  # to a halt first
+            robot.apply_action(teleop.action())
+            world.step(robot.steps_per_control)
+        was = np.array(robot.get_position_orientation()[0])
+        x, y, z, w = robot.get_position_orientation()[1]
+        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        for _ in range(30):
+            teleop.press(key)
+            robot.apply_action(teleop.action())
+            world.step(robot.steps_per_control)
+        step = np.array(robot.get_position_orientation()[0]) - was
+        x, y, z, w = robot.get_position_orientation()[1]
+        turned = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) - yaw
+        return float(step[0] * np.cos(yaw) + step[1] * np.sin(yaw)), float(turned)
+
+    assert go("i")[0] > 0.05
+    assert go("k")[0] < -0.05
+    assert go("j")[1] > 0.02
+    assert go("l")[1] < -0.02
+
+
+def test_terminal_bytes_become_keys() -> None:
+    assert decode(b"a\x1b[A\x1bOB\x1b[C\x1b[D]", final=False) == (
+        ["a", "up", "down", "right", "left", "]"],
+        b"",
+    )
+    assert decode(b"P;", final=False) == (["p", ";"], b"")
+    assert decode(b"\x1b", final=False) == ([], b"\x1b")
+    assert decode(b"\x1b", final=True) == (["escape"], b"")
+    assert decode(b"\x1b[", final=False) == ([], b"\x1b[")
+    assert decode(b"\x1b[1;5", final=False) == ([], b"\x1b[1;5")
+    assert decode(b"\x1b[3~x", final=False) == (["x"], b""), "keys without a meaning are swallowed whole"
+    assert decode(b"\x1b[1;5Ax", final=False) == (["up", "x"], b"")
