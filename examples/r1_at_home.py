@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from way_points import Actor, Base, Hand, Target, about_z, pointing
 
-from roboyard.recording import Film, Stage, set_up
+from roboyard.recording import SceneSetup, VideoWriter, set_up
 from roboyard.rendering import STUDIO, Camera, save_png
 from roboyard.transforms import Array
 
@@ -119,7 +119,7 @@ class Told:
     """rad that the door is open"""
 
 
-def play(stage: Stage, watch: Callable[[str], None] | None = None) -> Told:
+def play(stage: SceneSetup, watch: Callable[[str], None] | None = None) -> Told:
     """The whole script; `watch` is called after every control step, with the name of the part."""
     part = "kitchen"
     actor = Actor(stage, lambda: watch(part) if watch is not None else None)
@@ -176,7 +176,7 @@ def view(part: str, width: int, height: int) -> Camera:
 def main(output: Path | None = None) -> None:
     stage = set_up({"scene": "home", "robot": "r1"})
     world = stage.scene.world
-    film = Film(output, fps=8) if output is not None and output.suffix != ".png" else None
+    film = VideoWriter(output, fps=8) if output is not None and output.suffix != ".png" else None
     due = world.time
 
     def watch(part: str) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from roboyard.recording import Stage
+from roboyard.recording import SceneSetup
 from roboyard.transforms import Array, matrix_from_quaternion
 
 SPEED, LARGEST = 0.6, 1.5
@@ -46,7 +46,7 @@ def pointing(along: Array, across: Array) -> Array:
 class Actor:
     """Leads a robot through a script."""
 
-    def __init__(self, stage: Stage, watch: Callable[[], None] | None = None) -> None:
+    def __init__(self, stage: SceneSetup, watch: Callable[[], None] | None = None) -> None:
         """`watch` is called after every control step."""
         assert stage.robot is not None
         self.robot, self.world = stage.robot, stage.scene.world

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from roboyard.audit.findings import Audit, Facts, Finding, Severity
 from roboyard.audit.registry import CHECKS
-from roboyard.repair import MENDS
+from roboyard.repair import FIXES
 
 _TITLES = {
     "file": "The file",
@@ -32,7 +32,7 @@ _TITLES = {
 _HEAD = """\
 # What an audit finds
 
-`roboyard audit ROBOT.urdf` reports findings; `roboyard.audit.audit(path)` gives the same as an
+`roboyard audit ROBOT.urdf` reports findings; `roboyard.audit.audit_urdf(path)` gives the same as an
 `Audit`. Each
 has a code from the tables below, a severity, the element with its line, what is wrong, and the remedy.
 
@@ -73,7 +73,7 @@ def _tables() -> Iterator[str]:
         yield "|---|---|---|---|---|---|"
         for check in CHECKS.values():
             if check.topic == topic:
-                mend = "yes" if check.mendable else ""
+                mend = "yes" if check.fixable else ""
                 cells = (
                     f"`{check.code}`",
                     check.severity.label,
@@ -89,13 +89,13 @@ def _tables() -> Iterator[str]:
 def _mends() -> Iterator[str]:
     yield "## What a repair does, in order\n"
     yield "`--only CODE` and `--keep CODE` choose; files are staged beside the new URDF in any case.\n"
-    for number, (code, function) in enumerate(MENDS.items(), 1):
+    for number, (code, function) in enumerate(FIXES.items(), 1):
         yield f"{number}. `{code}`: {(function.__doc__ or '').strip().splitlines()[0]}"
     yield ""
 
 
 def _json() -> Iterator[str]:
-    finding = Finding(code="", severity=Severity.UNTIDY, element="", message="", remedy="")
+    finding = Finding(code="", severity=Severity.INFO, element="", message="", remedy="")
     audit = Audit(file=Path("robot.urdf"), robot="", findings=(), facts=Facts())
     yield "## `--json`\n"
     yield "One object. These keys stay; more may come.\n"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import roboyard
-from roboyard.audit import audit
+from roboyard.audit import audit_urdf
 from roboyard.description import load_urdf
-from roboyard.repair import repair
+from roboyard.repair import repair_urdf
 
 FOLDER = Path(roboyard.__file__).parent / "assets"
 ROBOTS = sorted(FOLDER.rglob("*.urdf"))
@@ -20,11 +20,11 @@ def name_of(file: Path) -> str:
 
 @pytest.mark.parametrize("file", ROBOTS, ids=name_of)
 def test_every_bundled_robot_is_usable(file: Path) -> None:
-    assert audit(file).is_usable
+    assert audit_urdf(file).is_usable
 
 
 def test_the_vendor_robot_has_its_vendor_faults() -> None:
-    result = audit(next(file for file in ROBOTS if file.parent.name == "urdf" and "r1" in file.name))
+    result = audit_urdf(next(file for file in ROBOTS if file.parent.name == "urdf" and "r1" in file.name))
     assert {"inertial-missing", "limit-effort-zero", "mesh-reference", "mesh-file-name"} <= set(result.codes)
 
 
@@ -32,7 +32,7 @@ def test_the_vendor_robot_has_its_vendor_faults() -> None:
 def test_repaired_bundled_robots_are_read_strictly_and_settle(file: Path, tmp_path: Path) -> None:
     from roboyard.sim import World
 
-    result = repair(file, tmp_path / "out")
+    result = repair_urdf(file, tmp_path / "out")
     robot = load_urdf(result.urdf, strict=True)
     assert "inertial-missing" not in result.after.codes
     world = World()

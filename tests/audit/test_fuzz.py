@@ -13,11 +13,11 @@ from audit_cases import CASES, CUBE, arm, stl, two_joints
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from roboyard.audit import BLOCKS, audit
+from roboyard.audit import ERROR, audit_urdf
 from roboyard.audit.checks.xml import ATTRIBUTES, CHILDREN
 from roboyard.description import load_urdf
 from roboyard.errors import RoboyardError
-from roboyard.repair import repair
+from roboyard.repair import repair_urdf
 
 EXAMPLES = int(os.environ.get("ROBOYARD_FUZZ_EXAMPLES", "300"))
 FUZZ = settings(
@@ -128,20 +128,20 @@ def survives(data: bytes) -> None:
         (home / "part.stl").write_bytes(stl(0.1 * CUBE))
         file = home / "arm.urdf"
         file.write_bytes(data)
-        result = audit(file)
+        result = audit_urdf(file)
         assert isinstance(result.to_json(), dict)
         assert list(result.findings) == sorted(result.findings, key=lambda f: f.severity)
-        if not any(finding.severity == BLOCKS for finding in result.findings):
+        if not any(finding.severity == ERROR for finding in result.findings):
             read_quietly(file)
         try:
-            first = repair(file, Path(folder) / "one")
+            first = repair_urdf(file, Path(folder) / "one")
         except RoboyardError:
             assert not result.is_usable
             return
         assert first.after.is_usable or not result.is_usable
         if first.after.is_usable:
             read_quietly(first.urdf)
-        second = repair(first.urdf, Path(folder) / "two")
+        second = repair_urdf(first.urdf, Path(folder) / "two")
         assert second.mends == ()
         assert first.urdf.read_bytes() == second.urdf.read_bytes()
         assert sorted(path.name for path in home.iterdir()) == ["arm.urdf", "part.stl"]

@@ -11,18 +11,18 @@ import pytest
 from audit_cases import CUBE, INERTIAL, arm, both, link, many_links, mesh, stl, write_case
 
 import roboyard
-from roboyard.audit import audit
-from roboyard.repair import repair
+from roboyard.audit import audit_urdf
+from roboyard.repair import repair_urdf
 
 SECRET = "the-text-of-a-file-elsewhere"
 CHILD = """
 import json, resource, sys
-from roboyard.audit import audit
-from roboyard.repair import repair
+from roboyard.audit import audit_urdf
+from roboyard.repair import repair_urdf
 from roboyard.errors import RoboyardError
-result = audit(sys.argv[1])
+result = audit_urdf(sys.argv[1])
 try:
-    repair(sys.argv[1], sys.argv[2])
+    repair_urdf(sys.argv[1], sys.argv[2])
 except RoboyardError:
     pass
 used = resource.getrusage(resource.RUSAGE_SELF)
@@ -148,8 +148,8 @@ def test_a_link_out_of_the_folders_is_not_followed(tmp_path: Path) -> None:
         return arm(tip=INERTIAL + both(mesh("meshes/part.stl")))
 
     file = write_case(write, tmp_path)
-    assert audit(file).codes == ("mesh-outside",)
-    repair(file, tmp_path / "out")
+    assert audit_urdf(file).codes == ("mesh-outside",)
+    repair_urdf(file, tmp_path / "out")
     assert not (tmp_path / "out" / "meshes").exists()
 
 
@@ -162,7 +162,7 @@ def test_a_material_library_out_of_the_folders_is_not_staged(tmp_path: Path) -> 
         return arm(tip=INERTIAL + both(mesh("part.obj", "0.1 0.1 0.1")))
 
     file = write_case(write, tmp_path)
-    repair(file, tmp_path / "out")
+    repair_urdf(file, tmp_path / "out")
     staged = [path.name for path in (tmp_path / "out").rglob("*") if path.is_file()]
     assert "secret.mtl" not in staged
     assert "part.obj" in staged
@@ -176,10 +176,10 @@ def test_loops_of_links_end(tmp_path: Path) -> None:
         far = "meshes/" * 60 + "a.stl"
         return arm(tip=INERTIAL + both(mesh(far)))
 
-    assert "mesh-missing" in audit(write_case(write, tmp_path)).codes
+    assert "mesh-missing" in audit_urdf(write_case(write, tmp_path)).codes
     loop = tmp_path / "loop.urdf"
     loop.symlink_to(loop)
-    assert audit(loop).codes == ("file-unreadable",)
+    assert audit_urdf(loop).codes == ("file-unreadable",)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
@@ -207,7 +207,7 @@ def test_a_pipe_beside_the_robot_is_not_waited_for(name: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "utf-16-be"])
 def test_other_encodings_are_read(encoding: str, tmp_path: Path) -> None:
-    assert audit(write_case(arm().encode(encoding), tmp_path)).codes == ()
+    assert audit_urdf(write_case(arm().encode(encoding), tmp_path)).codes == ()
 
 
 def test_nothing_is_left_where_a_repair_is_refused(tmp_path: Path) -> None:

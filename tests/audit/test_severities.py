@@ -4,13 +4,13 @@ from pathlib import Path
 
 from audit_cases import BOX, INERTIAL, arm, both, collision, inertial, joint, link, robot, visual, write_case
 
-from roboyard.audit import MISBEHAVES, UNTIDY, Finding, audit
+from roboyard.audit import INFO, WARNING, Finding, audit_urdf
 
 
 def only(text: str, code: str, folder: Path) -> Finding:
     place = folder / f"case{len(list(folder.iterdir()))}"
     place.mkdir()
-    found = audit(write_case(text, place)).of(code)
+    found = audit_urdf(write_case(text, place)).of(code)
     assert len(found) == 1
     return found[0]
 
@@ -29,7 +29,7 @@ def test_no_slide_is_told_to_become_continuous(tmp_path: Path) -> None:
 def test_many_materials_are_one_untidy_finding(tmp_path: Path) -> None:
     colours = "".join(f'<material name="m{k}"><color rgba="{k} 0 0 1"/></material>' for k in (0, 1, 0.5))
     finding = only(arm(tip=INERTIAL + visual(more=colours)), "element-repeated", tmp_path)
-    assert finding.severity == UNTIDY
+    assert finding.severity == INFO
     assert "holds 3 <material>" in finding.message
 
 
@@ -37,35 +37,35 @@ def test_a_misspelt_attribute_is_named_with_what_it_looks_like(tmp_path: Path) -
     finding = only(
         arm(limit='<limit lowr="-1" upper="1" effort="1" velocity="1"/>'), "attribute-unread", tmp_path
     )
-    assert finding.severity == MISBEHAVES
+    assert finding.severity == WARNING
     assert "write lower" in finding.remedy
     more = arm(limit='<limit lower="-1" upper="1" effort="1" velocity="1" k_velocity="3"/>')
-    assert only(more, "attribute-unread", tmp_path).severity == UNTIDY
+    assert only(more, "attribute-unread", tmp_path).severity == INFO
 
 
 def test_an_axis_under_a_misspelt_name_is_not_replaced_by_the_default(tmp_path: Path) -> None:
     finding = only(arm(axis='<axis xzy="0 0 1"/>'), "axis-missing", tmp_path)
-    assert not finding.mendable
-    assert finding.severity == MISBEHAVES
-    assert only(arm(axis='<axis frame="tip"/>'), "axis-missing", tmp_path).mendable
+    assert not finding.fixable
+    assert finding.severity == WARNING
+    assert only(arm(axis='<axis frame="tip"/>'), "axis-missing", tmp_path).fixable
     fixed = robot(link("base"), link("tip"), joint(kind="fixed", more='<axis xzy="0 0 1"/>'))
-    assert only(fixed, "attribute-unread", tmp_path).severity == UNTIDY
+    assert only(fixed, "attribute-unread", tmp_path).severity == INFO
 
 
 def test_repair_is_not_promised_where_there_is_nothing_to_compute_from(tmp_path: Path) -> None:
     for code, tensor in (("inertia-zero", (0,) * 6), ("inertia-not-positive", (1, 0, 0, 1, 0, -1))):
         finding = only(arm(tip=inertial(tensor=tensor)), code, tmp_path)
-        assert not finding.mendable
+        assert not finding.fixable
         assert "repair" not in finding.remedy
-        assert only(arm(tip=inertial(tensor=tensor) + both()), code, tmp_path).mendable
+        assert only(arm(tip=inertial(tensor=tensor) + both()), code, tmp_path).fixable
 
 
 def test_a_point_mass_fixed_to_a_body_is_harmless(tmp_path: Path) -> None:
     dot = link("dot", inertial(mass="0.001", tensor=(0,) * 6))
     fixed = robot(link("base"), link("tip"), dot, joint(), joint("k", "tip", "dot", "fixed"))
-    assert only(fixed, "inertia-zero", tmp_path).severity == UNTIDY
+    assert only(fixed, "inertia-zero", tmp_path).severity == INFO
     moving = robot(link("base"), link("tip"), dot, joint(), joint("k", "tip", "dot"))
-    assert only(moving, "inertia-zero", tmp_path).severity == MISBEHAVES
+    assert only(moving, "inertia-zero", tmp_path).severity == WARNING
 
 
 def test_a_safety_volume_around_a_link_weighs_nothing(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from audit_cases import CUBE, INERTIAL, arm, both, mesh, stl, write_case
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-from roboyard.audit.run import open_draft
+from roboyard.audit.run import open_elements
 from roboyard.audit.solids import hulls_meet, link_solid, shape_points
 
 
@@ -53,7 +53,7 @@ def tip_of(folder: Path, shapes: str):
     (folder / "arm" / "part.stl").write_bytes(stl(CUBE))
     file = folder / "arm" / "arm.urdf"
     file.write_text(arm(tip=INERTIAL + shapes))
-    draft, _ = open_draft(file)
+    draft, _ = open_elements(file)
     return draft.link_by_name["tip"]
 
 
@@ -89,7 +89,7 @@ def test_points_span_the_shape(geometry: str, tmp_path: Path) -> None:
 
 
 def test_a_draft_of_a_case_is_complete(tmp_path: Path) -> None:
-    draft, blocked = open_draft(write_case(arm(), tmp_path))
+    draft, blocked = open_elements(write_case(arm(), tmp_path))
     assert not blocked
     assert [link.name for link in draft.links] == ["base", "tip"]
     assert draft.reach == pytest.approx(0.2)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from audit_cases import CUBE, INERTIAL, arm, both, mesh, stl, write_case
 
-from roboyard.audit import audit
+from roboyard.audit import audit_urdf
 from roboyard.sim import World
 
 
@@ -15,7 +15,7 @@ def test_a_robot_with_a_mesh_of_nothing_loads(tmp_path: Path) -> None:
         return arm(tip=INERTIAL + both(mesh("part.stl", "1e-6 1e-6 1e-6")))
 
     file = write_case(write, tmp_path)
-    assert "mesh-tiny" in audit(file).codes
+    assert "mesh-tiny" in audit_urdf(file).codes
     world = World()
     body = world.add_urdf(file, (0, 0, 1))
     world.step(10)

@@ -10,7 +10,7 @@ import pytest
 from roboyard.demo.plan import make_plan
 from roboyard.demo.sweep import Sweep, first_sweep, full_range
 from roboyard.description import Joint, Limit, RobotDescription, load_urdf
-from roboyard.morphology.point_model import Figure, extreme_points
+from roboyard.morphology.point_model import PointModel, extreme_points
 from roboyard.morphology.support_mode import decide
 
 
@@ -67,7 +67,7 @@ def test_extreme_points_of_a_cube_of_points_are_its_corners() -> None:
 
 
 def test_centre_of_mass_and_inertia(arm: RobotDescription) -> None:
-    figure = Figure(arm)
+    figure = PointModel(arm)
     posture = {"shoulder": 0.0, "elbow": np.pi / 2, "grip": 0.0}
     centre = figure.centre_of_mass(figure.poses(posture))
     # foot 2 kg at z 0.05, upper 1 kg at z 0.3, lower 1 kg at x 0.2, z 0.5, finger 0.1 kg at x 0.45, z 0.5
@@ -79,16 +79,16 @@ def test_centre_of_mass_and_inertia(arm: RobotDescription) -> None:
 
 
 def test_home_is_zero_or_the_middle_of_the_range(arm: RobotDescription) -> None:
-    assert Figure(arm).home == {"shoulder": 0.0, "elbow": 1.0, "grip": 0.0}
+    assert PointModel(arm).home == {"shoulder": 0.0, "elbow": 1.0, "grip": 0.0}
 
 
 def test_followers_are_at_home_too(cart: RobotDescription) -> None:
-    posture = Figure(cart).posture_with_followers()
+    posture = PointModel(cart).posture_with_followers()
     assert posture["wave"] == pytest.approx(0.1)
 
 
 def test_a_cart_stands_on_its_wheels(cart: RobotDescription) -> None:
-    stance = decide(Figure(cart))
+    stance = decide(PointModel(cart))
     assert stance.kind == "standing"
     assert set(stance.feet) == {"wheel_fl", "wheel_fr", "wheel_bl", "wheel_br"}
     assert stance.lowest == pytest.approx(-0.15, abs=1e-3)
@@ -99,15 +99,15 @@ def test_a_cart_stands_on_its_wheels(cart: RobotDescription) -> None:
 
 
 def test_a_walker_is_held_and_an_arm_mounted(walker: RobotDescription, arm: RobotDescription) -> None:
-    assert decide(Figure(walker)).kind == "held"
-    stance = decide(Figure(arm))
+    assert decide(PointModel(walker)).kind == "held"
+    stance = decide(PointModel(arm))
     assert stance.kind == "mounted"
-    assert make_plan(Figure(walker)).stand >= 0.05
+    assert make_plan(PointModel(walker)).stand >= 0.05
 
 
 def test_a_robot_whose_base_weighs_nothing_is_mounted(cart: RobotDescription) -> None:
     links = tuple(replace(link, inertial=None) if link.name == "base" else link for link in cart.links)
-    stance = decide(Figure(replace(cart, links=links)))
+    stance = decide(PointModel(replace(cart, links=links)))
     assert (stance.kind, stance.reason) == ("mounted", "its base weighs nothing in its file")
 
 
@@ -126,7 +126,7 @@ def test_an_arm_whose_hand_hangs_lower_than_its_base_is_mounted() -> None:
             ("elbow", "right", "0.4 -0.1 -0.2"),
         )
     )
-    stance = decide(Figure(load_urdf(f'<robot name="arm">{links}{joints}</robot>')))
+    stance = decide(PointModel(load_urdf(f'<robot name="arm">{links}{joints}</robot>')))
     assert stance.kind == "mounted"
     assert "reaches the floor" in stance.reason
 
@@ -136,11 +136,11 @@ def test_a_root_called_world_is_the_world() -> None:
       <link name="box"><visual><geometry><box size="1 1 1"/></geometry></visual></link>
       <joint name="j" type="fixed"><parent link="world"/><child link="box"/></joint>
     </robot>"""
-    assert decide(Figure(load_urdf(text))).kind == "mounted"
+    assert decide(PointModel(load_urdf(text))).kind == "mounted"
 
 
 def test_a_standing_robot_keeps_its_balance_at_every_moment(cart: RobotDescription) -> None:
-    figure = Figure(cart)
+    figure = PointModel(cart)
     plan = make_plan(figure)
     lean = plan.sweeps["lean"]
     assert "more would tip it over" in lean.reasons
@@ -154,7 +154,7 @@ def test_a_standing_robot_keeps_its_balance_at_every_moment(cart: RobotDescripti
 
 
 def test_a_mounted_robot_clears_the_floor_through_its_whole_range(arm: RobotDescription) -> None:
-    figure = Figure(arm)
+    figure = PointModel(arm)
     plan = make_plan(figure)
     assert all(s.share == 1.0 for s in plan.sweeps.values())
     base = -plan.stance.lowest + plan.stand
@@ -164,7 +164,7 @@ def test_a_mounted_robot_clears_the_floor_through_its_whole_range(arm: RobotDesc
 
 
 def test_every_joint_is_moved_or_explained(cart: RobotDescription) -> None:
-    plan = make_plan(Figure(cart))
+    plan = make_plan(PointModel(cart))
     moving = {joint.name for joint in cart.joints if joint.is_moving}
     assert set(plan.sweeps) | set(plan.still) == moving
     assert plan.still == {"wave": 'follows "lean"'}

@@ -10,12 +10,12 @@ import pytest
 from PIL import Image
 
 from roboyard.demo import DemoResult, run_demo
-from roboyard.demo.demo_world import Stage
-from roboyard.demo.motion_sequence import Teller
+from roboyard.demo.demo_world import DemoWorld
+from roboyard.demo.motion_sequence import MotionRecorder
 from roboyard.demo.plan import make_plan
 from roboyard.description import RobotDescription
 from roboyard.errors import DescriptionError
-from roboyard.morphology.point_model import Figure
+from roboyard.morphology.point_model import PointModel
 
 FILES = {"robot.gif", "front.png", "side.png", "top.png", "three_quarter.png", "joints.png", "summary.json"}
 
@@ -106,9 +106,9 @@ def test_an_unusable_robot_leaves_no_folder(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["bad.urdf"]
 
 
-def tell(description: RobotDescription) -> Teller:
-    figure = Figure(description)
-    teller = Teller(Stage(figure, make_plan(figure)), lambda act, share: None, short=True)
+def tell(description: RobotDescription) -> MotionRecorder:
+    figure = PointModel(description)
+    teller = MotionRecorder(DemoWorld(figure, make_plan(figure)), lambda act, share: None, short=True)
     teller.tell()
     teller.move()
     return teller

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from roboyard.demo.demo_world import Stage
+from roboyard.demo.demo_world import DemoWorld
 from roboyard.demo.plan import make_plan
 from roboyard.description import load_urdf
-from roboyard.morphology.point_model import Figure
+from roboyard.morphology.point_model import PointModel
 
 
 def hand() -> str:
@@ -47,8 +47,8 @@ def hand() -> str:
 
 
 def test_strong_light_fingers_with_followers_do_not_chatter() -> None:
-    figure = Figure(load_urdf(hand()))
-    stage = Stage(figure, make_plan(figure))
+    figure = PointModel(load_urdf(hand()))
+    stage = DemoWorld(figure, make_plan(figure))
     stage.world.step(720)
     fastest = 0.0
     for _ in range(60):

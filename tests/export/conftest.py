@@ -30,9 +30,9 @@ from roboyard.description import (
 from roboyard.description.robot_model import (
     CollisionSphere,
     EndEffector,
-    ImportedRobot,
     Metadata,
     PlanningData,
+    RobotModel,
     Sensor,
 )
 from roboyard.shapes import primitives
@@ -166,7 +166,7 @@ def everything() -> RobotDescription:
 
 
 @pytest.fixture
-def robot() -> ImportedRobot:
+def robot() -> RobotModel:
     """`everything` with sensors, drives and planning data."""
     planning = PlanningData(
         spheres={
@@ -186,7 +186,7 @@ def robot() -> ImportedRobot:
         lock_joints={"grip": 0.04, "grip_follower": 0.07},
         retract={"0": 0.25, "1": -0.1, "slide": 0.1, "spin": 0.0, "grip": 0.02, "grip_follower": 0.04},
     )
-    return ImportedRobot(
+    return RobotModel(
         name="everything",
         description=everything(),
         base_link="base",
@@ -203,13 +203,13 @@ def robot() -> ImportedRobot:
 
 
 @pytest.fixture(scope="session")
-def bundled() -> Callable[[str], ImportedRobot]:
+def bundled() -> Callable[[str], RobotModel]:
     """A bundled robot as it is, every joint with a range driven to positions."""
 
-    def load(name: str) -> ImportedRobot:
+    def load(name: str) -> RobotModel:
         description = load_urdf(asset_path(name))
         drives = {j.name: "position" for j in description.joints if j.position_limits() and j.mimic is None}
-        return ImportedRobot(
+        return RobotModel(
             name=name,
             description=description,
             base_link=description.root.name,

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from roboyard.description import Joint, Link, RobotDescription
-from roboyard.description.robot_model import EndEffector, ImportedRobot, PlanningData
+from roboyard.description.robot_model import EndEffector, PlanningData, RobotModel
 from roboyard.export import definition
 
 
@@ -26,7 +26,7 @@ def arm(side: str, count: int) -> tuple[list[str], list[Joint]]:
 
 
 @pytest.fixture
-def robot() -> ImportedRobot:
+def robot() -> RobotModel:
     left, right = arm("left", 2), arm("right", 2)
     wheel = Joint(name="wheel_joint", type="continuous", parent="base", child="wheel")
     links = ["base", "torso", *left[0], *right[0], "wheel"]
@@ -35,7 +35,7 @@ def robot() -> ImportedRobot:
         EndEffector(link=f"{s}_eef_link", gripper_links=(f"{s}_finger",), gripper_joints=(f"{s}_grip",))
         for s in ("right", "left")
     )
-    return ImportedRobot(
+    return RobotModel(
         name="dual",
         description=RobotDescription(
             name="dual",
@@ -55,12 +55,12 @@ def robot() -> ImportedRobot:
     )
 
 
-def load(robot: ImportedRobot, folder: Path) -> dict[str, Any]:
+def load(robot: RobotModel, folder: Path) -> dict[str, Any]:
     definition.write(robot, folder / "dual.yaml")
     return yaml.safe_load((folder / "dual.yaml").read_text())
 
 
-def test_groups(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_groups(robot: RobotModel, tmp_path: Path) -> None:
     data = load(robot, tmp_path)
     order = ["base", "trunk", "arm_left", "gripper_left", "arm_right", "gripper_right"]
     assert data["raw_controller_order"] == order
@@ -68,7 +68,7 @@ def test_groups(robot: ImportedRobot, tmp_path: Path) -> None:
     assert data["default_controllers"]["arm_left"] == "InverseKinematicsController"
 
 
-def test_arms_begin_where_their_chains_part(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_arms_begin_where_their_chains_part(robot: RobotModel, tmp_path: Path) -> None:
     data = load(robot, tmp_path)
     assert data["articulated_trunk"] == {"trunk_link_names": ["torso"], "trunk_joint_names": ["lift"]}
     arms = data["manipulation"]
@@ -80,7 +80,7 @@ def test_arms_begin_where_their_chains_part(robot: ImportedRobot, tmp_path: Path
     assert arms["finger_joint_names"]["left"] == ["left_grip"]
 
 
-def test_rest_posture_is_breadth_first_and_named(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_rest_posture_is_breadth_first_and_named(robot: RobotModel, tmp_path: Path) -> None:
     data = load(robot, tmp_path)
     assert data["default_joint_pos"] == [0.3, 0.0, 0.1, 0.2, 0.0, 0.0, 0.05, 0.05]
     text = (tmp_path / "dual.yaml").read_text()
@@ -88,7 +88,7 @@ def test_rest_posture_is_breadth_first_and_named(robot: ImportedRobot, tmp_path:
     assert "- 0.2   # right_joint1\n" in text
 
 
-def test_base(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_base(robot: RobotModel, tmp_path: Path) -> None:
     data = load(robot, tmp_path)
     assert data["base_footprint_link_name"] == "base"
     assert data["locomotion"] == {
@@ -99,7 +99,7 @@ def test_base(robot: ImportedRobot, tmp_path: Path) -> None:
     assert "holonomic_base" not in data
 
 
-def test_holonomic_base(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_holonomic_base(robot: RobotModel, tmp_path: Path) -> None:
     glides = replace(robot, holonomic=True, approximations={"wheel": "boundingSphere"})
     data = load(glides, tmp_path)
     assert data["holonomic_base"] == {"force_sphere_wheel_approximation": True}
@@ -109,7 +109,7 @@ def test_holonomic_base(robot: ImportedRobot, tmp_path: Path) -> None:
     assert data["default_controllers"]["base"] == "HolonomicBaseJointController"
 
 
-def test_a_short_chain_without_gripper_is_no_arm(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_short_chain_without_gripper_is_no_arm(robot: RobotModel, tmp_path: Path) -> None:
     assert robot.planning is not None
     leg = replace(robot.planning, end_effectors=(EndEffector(link="left_eef_link"),))
     data = load(replace(robot, planning=leg, wheel_links=()), tmp_path)
@@ -117,7 +117,7 @@ def test_a_short_chain_without_gripper_is_no_arm(robot: ImportedRobot, tmp_path:
     assert "manipulation" not in data
 
 
-def test_one_arm_has_the_default_name(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_one_arm_has_the_default_name(robot: RobotModel, tmp_path: Path) -> None:
     assert robot.planning is not None
     one = replace(robot.planning, end_effectors=robot.planning.end_effectors[:1])
     data = load(replace(robot, planning=one), tmp_path)

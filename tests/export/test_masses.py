@@ -7,19 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.export.masses import link_masses, massless_parts, trace_mass
 from roboyard.export.mjcf.joints import moved_inertia
 from roboyard.transforms import matrix_from_quaternion
 
 
-def test_a_link_without_inertial_has_no_mass(robot: ImportedRobot) -> None:
+def test_a_link_without_inertial_has_no_mass(robot: RobotModel) -> None:
     masses = link_masses(robot.description)
     assert masses["tool"] is None
     assert masses["base"] is not None and masses["base"].mass == 10.0
 
 
-def test_principal_moments_give_the_tensor_back(robot: ImportedRobot) -> None:
+def test_principal_moments_give_the_tensor_back(robot: RobotModel) -> None:
     mass = link_masses(robot.description)["arm.1"]
     inertial = robot.description.link_by_name["arm.1"].inertial
     assert mass is not None and inertial is not None
@@ -29,17 +29,17 @@ def test_principal_moments_give_the_tensor_back(robot: ImportedRobot) -> None:
     assert np.allclose(axes @ np.diag(mass.principal) @ axes.T, expected, atol=1e-12)
 
 
-def test_only_parts_that_move_need_mass(robot: ImportedRobot) -> None:
+def test_only_parts_that_move_need_mass(robot: RobotModel) -> None:
     # tool is fixed to a link that weighs; weightless hangs alone on a ball joint
     assert massless_parts(robot.description, fixed_base=True) == ("weightless",)
 
 
-def test_a_trace_is_a_millionth_of_the_robot(robot: ImportedRobot) -> None:
+def test_a_trace_is_a_millionth_of_the_robot(robot: RobotModel) -> None:
     total = sum(link.inertial.mass for link in robot.description.links if link.inertial)
     assert trace_mass(robot.description).mass == pytest.approx(total * 1e-6)
 
 
-def test_moved_inertia_is_the_diagonal_of_the_mass_matrix(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_moved_inertia_is_the_diagonal_of_the_mass_matrix(robot: RobotModel, tmp_path: Path) -> None:
     import mujoco
 
     from roboyard.export import mjcf

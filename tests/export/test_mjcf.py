@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from roboyard.description import Collision, Cylinder, Limit, Link, Mesh, Visual
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.export import mjcf
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.shapes import primitives
@@ -20,17 +20,17 @@ from roboyard.transforms import matrix_from_quaternion
 
 
 @pytest.fixture
-def model(robot: ImportedRobot, tmp_path: Path) -> mujoco.MjModel:
+def model(robot: RobotModel, tmp_path: Path) -> mujoco.MjModel:
     mjcf.write(robot, tmp_path / "robot.xml")
     return mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
 
 
-def load(robot: ImportedRobot, folder: Path, **options: bool) -> mujoco.MjModel:
+def load(robot: RobotModel, folder: Path, **options: bool) -> mujoco.MjModel:
     mjcf.write(robot, folder / "robot.xml", **options)
     return mujoco.MjModel.from_xml_path(str(folder / "robot.xml"))
 
 
-def changed(robot: ImportedRobot, joint: str, **fields: object) -> ImportedRobot:
+def changed(robot: RobotModel, joint: str, **fields: object) -> RobotModel:
     """The robot with fields of one joint replaced."""
     joints = tuple(
         replace(j, **fields) if j.name == joint else j  # type: ignore[arg-type]
@@ -39,7 +39,7 @@ def changed(robot: ImportedRobot, joint: str, **fields: object) -> ImportedRobot
     return replace(robot, description=replace(robot.description, joints=joints))
 
 
-def test_names_are_kept(robot: ImportedRobot, model: mujoco.MjModel) -> None:
+def test_names_are_kept(robot: RobotModel, model: mujoco.MjModel) -> None:
     bodies = {model.body(i).name for i in range(1, model.nbody)}
     assert bodies == {link.name for link in robot.description.links}
     joints = {model.joint(i).name for i in range(model.njnt)}
@@ -47,7 +47,7 @@ def test_names_are_kept(robot: ImportedRobot, model: mujoco.MjModel) -> None:
     assert joints == expected
 
 
-def test_masses_and_tensors_are_exact(robot: ImportedRobot, model: mujoco.MjModel) -> None:
+def test_masses_and_tensors_are_exact(robot: RobotModel, model: mujoco.MjModel) -> None:
     for link in robot.description.links:
         if link.inertial is None:
             continue
@@ -61,7 +61,7 @@ def test_masses_and_tensors_are_exact(robot: ImportedRobot, model: mujoco.MjMode
         assert np.allclose(axes @ np.diag(body.inertia) @ axes.T, tensor, atol=1e-12)
 
 
-def test_links_stand_where_the_description_says(robot: ImportedRobot, model: mujoco.MjModel) -> None:
+def test_links_stand_where_the_description_says(robot: RobotModel, model: mujoco.MjModel) -> None:
     data = mujoco.MjData(model)
     given = {"0": 0.4, "1": -0.3, "slide": 0.2, "spin": 2.0, "grip": 0.03, "grip_follower": 0.02}
     for name, value in given.items():
@@ -83,13 +83,13 @@ def test_limits(model: mujoco.MjModel) -> None:
     assert model.joint("0").frictionloss[0] == 0.1
 
 
-def test_a_joint_locked_by_its_limits_loads(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_joint_locked_by_its_limits_loads(robot: RobotModel, tmp_path: Path) -> None:
     model = load(changed(robot, "0", limit=Limit(lower=0.3, upper=0.3)), tmp_path)
     lower, upper = model.joint("0").range
     assert lower < 0.3 < upper and upper - lower < 1e-8
 
 
-def test_an_enormous_limit_is_none(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_an_enormous_limit_is_none(robot: RobotModel, tmp_path: Path) -> None:
     model = load(changed(robot, "0", limit=Limit(lower=-1e16, upper=1e16)), tmp_path)
     assert model.jnt_limited[model.joint("0").id] == 0
 
@@ -151,7 +151,7 @@ def test_a_mesh_of_two_colours_becomes_two_geoms(model: mujoco.MjModel) -> None:
     assert sorted(faces) == [2, 10]
 
 
-def test_collision_meshes_become_hulls_once(robot: ImportedRobot, model: mujoco.MjModel) -> None:
+def test_collision_meshes_become_hulls_once(robot: RobotModel, model: mujoco.MjModel) -> None:
     arm, puck = (
         np.flatnonzero((model.geom_bodyid == model.body(name).id) & (model.geom_group == 3))[0]
         for name in ("arm.1", "puck")
@@ -173,7 +173,7 @@ def test_mesh_geoms_stand_where_they_should(model: mujoco.MjModel) -> None:
     assert np.allclose(np.abs(local), [0.1, 0.05, 0.05], atol=1e-6)
 
 
-def test_a_wheel_becomes_its_bounding_sphere(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_wheel_becomes_its_bounding_sphere(robot: RobotModel, tmp_path: Path) -> None:
     model = load(replace(robot, approximations={"puck": "boundingSphere"}), tmp_path)
     geom = np.flatnonzero((model.geom_bodyid == model.body("puck").id) & (model.geom_group == 3))[0]
     assert model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_SPHERE
@@ -191,7 +191,7 @@ def test_joined_and_overlapping_links_do_not_push(model: mujoco.MjModel) -> None
     assert frozenset(("arm.1", "arm 1")) not in excluded
 
 
-def test_sensors(model: mujoco.MjModel, robot: ImportedRobot) -> None:
+def test_sensors(model: mujoco.MjModel, robot: RobotModel) -> None:
     data = mujoco.MjData(model)
     data.joint("0").qpos[0] = 0.7
     mujoco.mj_forward(model, data)
@@ -207,7 +207,7 @@ def test_sensors(model: mujoco.MjModel, robot: ImportedRobot) -> None:
     )
 
 
-def test_the_rest_posture_is_a_keyframe(robot: ImportedRobot, model: mujoco.MjModel) -> None:
+def test_the_rest_posture_is_a_keyframe(robot: RobotModel, model: mujoco.MjModel) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("home").id)
     assert data.joint("0").qpos[0] == 0.25
@@ -218,7 +218,7 @@ def test_the_rest_posture_is_a_keyframe(robot: ImportedRobot, model: mujoco.MjMo
     assert data.actuator("0").ctrl[0] == 0.25
 
 
-def test_floating_falls_and_fixed_stays(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_floating_falls_and_fixed_stays(robot: RobotModel, tmp_path: Path) -> None:
     for floating in (False, True):
         model = load(robot, tmp_path / str(floating), floating=floating)
         data = mujoco.MjData(model)
@@ -228,9 +228,7 @@ def test_floating_falls_and_fixed_stays(robot: ImportedRobot, tmp_path: Path) ->
         assert drop == pytest.approx(0.5 * 9.81 * 0.2**2 if floating else 0.0, rel=0.05)
 
 
-def test_robots_on_wheels_float_unless_virtual_joints_carry_them(
-    robot: ImportedRobot, tmp_path: Path
-) -> None:
+def test_robots_on_wheels_float_unless_virtual_joints_carry_them(robot: RobotModel, tmp_path: Path) -> None:
     wheeled = replace(robot, wheel_links=("puck",))
     for case, (given, floats) in {
         "bare": (robot, False),
@@ -241,7 +239,7 @@ def test_robots_on_wheels_float_unless_virtual_joints_carry_them(
         assert (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any() == floats
 
 
-def test_a_link_called_world_gets_another_name(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_link_called_world_gets_another_name(robot: RobotModel, tmp_path: Path) -> None:
     links = tuple(replace(li, name="world") if li.name == "base" else li for li in robot.description.links)
     joints = tuple(replace(j, parent="world") if j.parent == "base" else j for j in robot.description.joints)
     description = replace(robot.description, links=links, joints=joints)
@@ -249,7 +247,7 @@ def test_a_link_called_world_gets_another_name(robot: ImportedRobot, tmp_path: P
     assert model.body("world_link").mass[0] == 10.0
 
 
-def test_flat_and_tiny_meshes(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_flat_and_tiny_meshes(robot: RobotModel, tmp_path: Path) -> None:
     sheet = Mesh(uri="", path=None, data=primitives.plane(0.1, 0.2))
     flat = Link(name="flat", visuals=(Visual(geometry=sheet),), collisions=(Collision(geometry=sheet),))
     nothing = Visual(geometry=Cylinder(radius=0.0, length=0.1))
@@ -269,7 +267,7 @@ def test_flat_and_tiny_meshes(robot: ImportedRobot, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["r1", "husky", "arm7", "r2d2", "rover", "cartpole"])
 def test_bundled_robots_load_from_another_folder_and_rest(
-    bundled: Callable[[str], ImportedRobot], tmp_path: Path, name: str
+    bundled: Callable[[str], RobotModel], tmp_path: Path, name: str
 ) -> None:
     robot = bundled(name)
     mjcf.write(robot, tmp_path / "here" / f"{name}.xml")

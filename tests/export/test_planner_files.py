@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from roboyard.description import Joint, Link, RobotDescription
-from roboyard.description.robot_model import EndEffector, ImportedRobot, PlanningData
+from roboyard.description.robot_model import EndEffector, PlanningData, RobotModel
 from roboyard.export import curobo, xrdf
 
 ORDER = ["0", "1", "slide", "spin", "grip", "grip_follower"]
@@ -23,7 +23,7 @@ def load(path: Path) -> Any:
 
 
 @pytest.fixture
-def flat(robot: ImportedRobot, tmp_path: Path) -> dict[str, Any]:
+def flat(robot: RobotModel, tmp_path: Path) -> dict[str, Any]:
     curobo.write(robot, tmp_path)
     return load(tmp_path / "everything_description_curobo_default.yaml")["robot_cfg"]
 
@@ -56,7 +56,7 @@ def dual_arm() -> RobotDescription:
 
 
 @pytest.fixture
-def dual() -> ImportedRobot:
+def dual() -> RobotModel:
     effectors = tuple(
         EndEffector(link=f"{s}_eef", gripper_links=(f"{s}_finger",), gripper_joints=(f"{s}_grip",))
         for s in ("right", "left")
@@ -70,7 +70,7 @@ def dual() -> ImportedRobot:
         retract={"left_1": 0.1, "left_2": 0.2, "right_1": 0.3, "right_2": 0.4, "torso_joint": 0.5},
         torso_joints=("torso_joint",),
     )
-    return ImportedRobot(
+    return RobotModel(
         name="dual", description=dual_arm(), base_link="base", holonomic=True, planning=planning
     )
 
@@ -88,13 +88,13 @@ def test_every_vector_has_the_order_of_the_names(flat: dict[str, Any]) -> None:
     assert flat["null_space_weight"] == flat["cspace_distance_weight"] == [1] * 6
 
 
-def test_each_number_of_the_rest_posture_says_whose_it_is(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_each_number_of_the_rest_posture_says_whose_it_is(robot: RobotModel, tmp_path: Path) -> None:
     curobo.write(robot, tmp_path)
     text = (tmp_path / "everything_description_curobo_default.yaml").read_text()
     assert "- -0.1  # 1\n" in text
 
 
-def test_sibling_joints_stand_together(dual: ImportedRobot, tmp_path: Path) -> None:
+def test_sibling_joints_stand_together(dual: RobotModel, tmp_path: Path) -> None:
     curobo.write(dual, tmp_path)
     flat = load(tmp_path / "dual_description_curobo_default.yaml")["robot_cfg"]
     base = [f"base_footprint_{axis}_joint" for axis in ("x", "y", "z", "rx", "ry", "rz")]
@@ -133,7 +133,7 @@ def test_grippers_may_touch_what_they_hold(flat: dict[str, Any]) -> None:
     }
 
 
-def test_nested_layout_says_the_same(robot: ImportedRobot, flat: dict[str, Any], tmp_path: Path) -> None:
+def test_nested_layout_says_the_same(robot: RobotModel, flat: dict[str, Any], tmp_path: Path) -> None:
     nested = load(tmp_path / "nested" / "everything_description_curobo_default.yaml")
     kinematics = nested["robot_cfg"]["kinematics"]
     cspace = kinematics.pop("cspace")
@@ -152,7 +152,7 @@ def test_nested_layout_says_the_same(robot: ImportedRobot, flat: dict[str, Any],
             assert value == flat[key]
 
 
-def test_current_layout(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_current_layout(robot: RobotModel, tmp_path: Path) -> None:
     curobo.write(robot, tmp_path / "curobo")
     kinematics = load(tmp_path / "curobo" / "everything.yml")["robot_cfg"]["kinematics"]
     assert kinematics["format_version"] == 2.0
@@ -166,7 +166,7 @@ def test_current_layout(robot: ImportedRobot, tmp_path: Path) -> None:
     assert not {"ee_link", "link_names", "usd_flip_joints", "retract_config"} & set(kinematics)
 
 
-def test_variants_of_a_holonomic_robot_lock_more_and_more(dual: ImportedRobot, tmp_path: Path) -> None:
+def test_variants_of_a_holonomic_robot_lock_more_and_more(dual: RobotModel, tmp_path: Path) -> None:
     written = curobo.write(dual, tmp_path)
     assert len(written.files) == 9
     planned = {}
@@ -188,7 +188,7 @@ def test_variants_of_a_holonomic_robot_lock_more_and_more(dual: ImportedRobot, t
     assert arm["lock_joints"]["torso_joint"] == 0.5, "locked where it rests"
 
 
-def test_joints_a_planner_cannot_take_are_noted(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_joints_a_planner_cannot_take_are_noted(robot: RobotModel, tmp_path: Path) -> None:
     notes = curobo.write(robot, tmp_path).notes
     assert [any(f'"{name}"' in note for note in notes) for name in ("flat", "ball", "0")] == [
         True,
@@ -197,14 +197,14 @@ def test_joints_a_planner_cannot_take_are_noted(robot: ImportedRobot, tmp_path: 
     ]
 
 
-def test_without_planning_data_nothing_is_written(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_without_planning_data_nothing_is_written(robot: RobotModel, tmp_path: Path) -> None:
     bare = replace(robot, planning=None)
     assert curobo.write(bare, tmp_path / "curobo").files == ()
     assert xrdf.write(bare, tmp_path / "a.xrdf").files == ()
     assert not list(tmp_path.iterdir())
 
 
-def test_xrdf(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_xrdf(robot: RobotModel, tmp_path: Path) -> None:
     xrdf.write(robot, tmp_path / "everything.xrdf")
     data = load(tmp_path / "everything.xrdf")
     assert (data["format"], data["format_version"]) == ("xrdf", 1.0)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from roboyard.description import Heightfield, Mesh, Visual, load_urdf
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.errors import DescriptionError
 from roboyard.export import urdf
 from roboyard.shapes.load import load_mesh
@@ -19,7 +19,7 @@ from roboyard.shapes.load import load_mesh
 
 @pytest.mark.parametrize("name", ["r1", "husky", "arm7"])
 def test_everything_it_names_lies_beside_it(
-    bundled: Callable[[str], ImportedRobot], tmp_path: Path, name: str
+    bundled: Callable[[str], RobotModel], tmp_path: Path, name: str
 ) -> None:
     robot = bundled(name)
     written = urdf.write(robot, tmp_path / "urdf")
@@ -34,7 +34,7 @@ def test_everything_it_names_lies_beside_it(
 
 
 def test_the_robot_is_the_same_but_for_file_names(
-    bundled: Callable[[str], ImportedRobot], tmp_path: Path
+    bundled: Callable[[str], RobotModel], tmp_path: Path
 ) -> None:
     robot = bundled("r1")
     urdf.write(robot, tmp_path)
@@ -57,7 +57,7 @@ def test_the_robot_is_the_same_but_for_file_names(
         assert replace(old, source=new.source) == new
 
 
-def test_textures_come_along(bundled: Callable[[str], ImportedRobot], tmp_path: Path) -> None:
+def test_textures_come_along(bundled: Callable[[str], RobotModel], tmp_path: Path) -> None:
     robot = bundled("r1")
     urdf.write(robot, tmp_path)
     read = load_urdf(tmp_path / "r1.urdf")
@@ -72,13 +72,13 @@ def test_textures_come_along(bundled: Callable[[str], ImportedRobot], tmp_path: 
     assert textured
 
 
-def test_a_mesh_used_twice_is_copied_once(bundled: Callable[[str], ImportedRobot], tmp_path: Path) -> None:
+def test_a_mesh_used_twice_is_copied_once(bundled: Callable[[str], RobotModel], tmp_path: Path) -> None:
     written = urdf.write(bundled("husky"), tmp_path)
     assert len(list((tmp_path / "meshes").rglob("tyre*"))) == 1
     assert len(set(written.files)) == len(written.files)
 
 
-def test_meshes_made_in_memory_become_files(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_meshes_made_in_memory_become_files(robot: RobotModel, tmp_path: Path) -> None:
     written = urdf.write(robot, tmp_path)
     assert ["colours" in note for note in written.notes] == [True]
     read = load_urdf(tmp_path / "everything.urdf")
@@ -89,7 +89,7 @@ def test_meshes_made_in_memory_become_files(robot: ImportedRobot, tmp_path: Path
     assert len(list((tmp_path / "meshes").iterdir())) == 1
 
 
-def test_files_that_lie_in_the_folder_stay(bundled: Callable[[str], ImportedRobot], tmp_path: Path) -> None:
+def test_files_that_lie_in_the_folder_stay(bundled: Callable[[str], RobotModel], tmp_path: Path) -> None:
     robot = bundled("arm7")
     urdf.write(robot, tmp_path)
     before = sorted(p.name for p in (tmp_path / "meshes").iterdir())
@@ -98,7 +98,7 @@ def test_files_that_lie_in_the_folder_stay(bundled: Callable[[str], ImportedRobo
     assert sorted(p.name for p in (tmp_path / "meshes").iterdir()) == before
 
 
-def test_a_lost_mesh_is_noted(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_lost_mesh_is_noted(robot: RobotModel, tmp_path: Path) -> None:
     lost = Visual(geometry=Mesh(uri="package://gone/a.stl", path=None))
     base = replace(robot.description.links[0], visuals=(lost,))
     description = replace(robot.description, links=(base, *robot.description.links[1:]))
@@ -106,7 +106,7 @@ def test_a_lost_mesh_is_noted(robot: ImportedRobot, tmp_path: Path) -> None:
     assert any("package://gone/a.stl" in note for note in written.notes)
 
 
-def test_a_heightfield_is_refused(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_heightfield_is_refused(robot: RobotModel, tmp_path: Path) -> None:
     terrain = Visual(geometry=Heightfield(heights=np.zeros((2, 2)), cell=(1.0, 1.0)))
     base = replace(robot.description.links[0], visuals=(terrain,))
     description = replace(robot.description, links=(base, *robot.description.links[1:]))

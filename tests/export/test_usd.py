@@ -16,13 +16,13 @@ pytest.importorskip("pxr", reason="OpenUSD is an optional dependency")
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade, UsdValidation
 
 from roboyard.description import Limit
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.export import usd
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.transforms import matrix_from_quaternion
 
 
-def open_stage(robot: ImportedRobot, folder: Path) -> Any:
+def open_stage(robot: RobotModel, folder: Path) -> Any:
     written = usd.write(robot, folder / "usd" / f"{robot.name}.usda")
     stage = Usd.Stage.Open(str(written.files[0]))
     assert stage
@@ -30,7 +30,7 @@ def open_stage(robot: ImportedRobot, folder: Path) -> Any:
 
 
 @pytest.fixture
-def stage(robot: ImportedRobot, tmp_path: Path) -> Any:
+def stage(robot: RobotModel, tmp_path: Path) -> Any:
     return open_stage(robot, tmp_path)
 
 
@@ -105,7 +105,7 @@ def test_validators_find_nothing(stage: Any) -> None:
 
 @pytest.mark.parametrize("name", ["r1", "husky", "arm7"])
 def test_validators_find_nothing_in_bundled_robots(
-    bundled: Callable[[str], ImportedRobot], tmp_path: Path, name: str
+    bundled: Callable[[str], RobotModel], tmp_path: Path, name: str
 ) -> None:
     assert errors(open_stage(bundled(name), tmp_path)) == []
 
@@ -154,7 +154,7 @@ def _depth_first() -> list[str]:
     ]
 
 
-def test_a_vendors_name_survives_an_earlier_renaming(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_vendors_name_survives_an_earlier_renaming(robot: RobotModel, tmp_path: Path) -> None:
     stage = open_stage(replace(robot, original_names={"base": "base (v2)"}), tmp_path)
     assert link_prim(stage, "base").GetDisplayName() == "base (v2)"
 
@@ -170,14 +170,14 @@ def test_transforms_are_translate_orient_scale_in_double_precision(stage: Any) -
     assert isinstance(prim.GetAttribute("xformOp:translate").Get(), Gf.Vec3d)
 
 
-def test_links_stand_where_they_are_with_all_joints_at_zero(robot: ImportedRobot, stage: Any) -> None:
+def test_links_stand_where_they_are_with_all_joints_at_zero(robot: RobotModel, stage: Any) -> None:
     # at zero the follower is at zero too, whatever its offset
     poses = forward_kinematics(robot.description, {"grip_follower": 0.0})
     for link, pose in poses.items():
         assert np.allclose(world(link_prim(stage, link)), pose, atol=1e-9)
 
 
-def test_joint_frames_meet_and_axes_are_the_vendors(robot: ImportedRobot, stage: Any) -> None:
+def test_joint_frames_meet_and_axes_are_the_vendors(robot: RobotModel, stage: Any) -> None:
     units = {"X": 0, "Y": 1, "Z": 2}
     for joint in robot.description.joints:
         prim = joint_prim(stage, joint.name)
@@ -219,7 +219,7 @@ def test_limits_in_degrees_and_metres(stage: Any) -> None:
     assert joint_prim(stage, "slide").GetAttribute("physxJoint:maxJointVelocity").Get() == pytest.approx(0.5)
 
 
-def test_an_enormous_limit_is_none(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_an_enormous_limit_is_none(robot: RobotModel, tmp_path: Path) -> None:
     joints = tuple(
         replace(j, limit=Limit(lower=-1e16, upper=1e16)) if j.name == "0" else j
         for j in robot.description.joints
@@ -254,7 +254,7 @@ def test_a_follower_names_its_leader(stage: Any) -> None:
     assert prim.GetAttribute("physxMimicJoint:rotY:gearing").Get() == pytest.approx(-1.5)
 
 
-def test_masses_and_tensors(robot: ImportedRobot, stage: Any) -> None:
+def test_masses_and_tensors(robot: RobotModel, stage: Any) -> None:
     for link in robot.description.links:
         api = UsdPhysics.MassAPI(link_prim(stage, link.name))
         assert api.GetCenterOfMassAttr().HasAuthoredValue()
@@ -292,7 +292,7 @@ def test_shapes_are_where_they_should_be(stage: Any) -> None:
         assert np.allclose(np.array(found.GetSize()) * scale, size, atol=1e-6), path
 
 
-def test_colliders_and_their_approximations(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_colliders_and_their_approximations(robot: RobotModel, tmp_path: Path) -> None:
     stage = open_stage(replace(robot, approximations={"puck": "boundingSphere"}), tmp_path)
     hull = stage.GetPrimAtPath("/everything/arm_1_2/collisions/mesh")
     ball = stage.GetPrimAtPath("/everything/puck/collisions/mesh")
@@ -315,7 +315,7 @@ def test_a_mesh_used_twice_is_stored_once(stage: Any) -> None:
     assert len(arm.GetPointsAttr().Get()) == len(puck.GetPointsAttr().Get()) == 24
 
 
-def test_meshes_lie_in_a_binary_layer(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_meshes_lie_in_a_binary_layer(robot: RobotModel, tmp_path: Path) -> None:
     written = usd.write(robot, tmp_path / "everything.usda")
     text, meshes = written.files
     assert meshes == tmp_path / "everything_meshes.usdc"
@@ -357,7 +357,7 @@ def test_surfaces(stage: Any) -> None:
     assert api.GetRestitutionAttr().Get() == pytest.approx(0.1)
 
 
-def test_images_lie_beside_the_stage(bundled: Callable[[str], ImportedRobot], tmp_path: Path) -> None:
+def test_images_lie_beside_the_stage(bundled: Callable[[str], RobotModel], tmp_path: Path) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
     written = usd.write(bundled("r1"), here / "usd" / "r1.usda", textures=here / "material")
     assert {p.parent for p in written.files[2:]} == {here / "material"}
@@ -375,7 +375,7 @@ def test_images_lie_beside_the_stage(bundled: Callable[[str], ImportedRobot], tm
         assert Path(asset.resolvedPath).is_file()
 
 
-def test_sensors(robot: ImportedRobot, stage: Any) -> None:
+def test_sensors(robot: RobotModel, stage: Any) -> None:
     camera = UsdGeom.Camera(stage.GetPrimAtPath("/everything/tool/Camera"))
     assert camera.GetFocalLengthAttr().Get() == 17.0
     assert np.allclose(camera.GetClippingRangeAttr().Get(), (0.001, 1e6))
@@ -398,7 +398,7 @@ def test_links_that_overlap_at_rest_are_filtered(stage: Any) -> None:
     assert base.GetFilteredPairsRel().GetTargets() == [link_prim(stage, "puck").GetPath()]
 
 
-def test_a_floating_joint_is_left_out_and_noted(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_floating_joint_is_left_out_and_noted(robot: RobotModel, tmp_path: Path) -> None:
     joints = tuple(replace(j, type="floating") if j.name == "flat" else j for j in robot.description.joints)
     loose = replace(robot, description=replace(robot.description, joints=joints))
     written = usd.write(loose, tmp_path / "a.usda")
@@ -408,7 +408,7 @@ def test_a_floating_joint_is_left_out_and_noted(robot: ImportedRobot, tmp_path: 
     assert errors(stage) == []
 
 
-def test_a_stage_already_open_can_be_written_over(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_a_stage_already_open_can_be_written_over(robot: RobotModel, tmp_path: Path) -> None:
     before = open_stage(robot, tmp_path)
     usd.write(replace(robot, category="agent"), tmp_path / "usd" / "everything.usda")
     before.Reload()

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.errors import MissingExtraError
 from roboyard.export import usd
 
 
 def test_the_message_names_the_extra(
-    robot: ImportedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    robot: RobotModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [name for name in sys.modules if name.startswith(("pxr", "roboyard.export.usd."))]:
         monkeypatch.delitem(sys.modules, name)

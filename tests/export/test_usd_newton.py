@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.export import usd
 
 pytest.importorskip("newton_usd_schemas", reason="Newton is not a dependency")
@@ -18,7 +18,7 @@ newton = pytest.importorskip("newton", reason="Newton is not a dependency")
 pytestmark = pytest.mark.filterwarnings("ignore")
 
 
-def read(robot: ImportedRobot, folder: Path) -> Any:
+def read(robot: RobotModel, folder: Path) -> Any:
     builder = newton.ModelBuilder()
     usd.write(robot, folder / "robot.usda")
     builder.add_usd(str(folder / "robot.usda"))
@@ -27,7 +27,7 @@ def read(robot: ImportedRobot, folder: Path) -> Any:
 
 @pytest.mark.parametrize("name", ["r1", "husky", "arm7"])
 def test_newton_builds_the_same_robot(
-    bundled: Callable[[str], ImportedRobot], tmp_path: Path, name: str
+    bundled: Callable[[str], RobotModel], tmp_path: Path, name: str
 ) -> None:
     robot = bundled(name)
     builder = read(robot, tmp_path)
@@ -48,7 +48,7 @@ def test_newton_builds_the_same_robot(
             assert builder.joint_limit_upper[axis] == pytest.approx(limits[1], abs=1e-5)
 
 
-def test_newton_sees_every_kind_of_joint(robot: ImportedRobot, tmp_path: Path) -> None:
+def test_newton_sees_every_kind_of_joint(robot: RobotModel, tmp_path: Path) -> None:
     builder = read(robot, tmp_path)
     assert builder.body_count == len(robot.description.links)
     assert builder.joint_count in (len(robot.description.joints), len(robot.description.joints) + 1)

@@ -9,7 +9,7 @@ import pytest
 
 from roboyard import import_robot
 from roboyard.description import RobotDescription, load_urdf
-from roboyard.importer.planning.ik_rest_posture import ENOUGH, arm_of, bent, dexterity
+from roboyard.importer.planning.ik_rest_posture import ENOUGH, arm_of, dexterity, ik_posture
 from roboyard.kinematics import forward_kinematics
 from roboyard.robots import REGISTERED_ROBOTS
 from roboyard.validation import validate
@@ -48,14 +48,14 @@ def test_a_stretched_arm_is_bent_where_its_joints_allow() -> None:
     arm = arm_of(robot, "base", "arm0_link6", rest, ())
     assert arm is not None
     assert dexterity(arm, arm.rest) < 1e-9
-    turned = bent(arm, rest, lambda posture: False)
+    turned = ik_posture(arm, rest, lambda posture: False)
     q = np.array([turned.get(name, 0.0) for name in arm.chain.joint_names])
     assert dexterity(arm, q) > 2 * ENOUGH
     assert not {"arm0_joint1", "arm0_joint6"} & set(turned)
     assert forward_kinematics(arm.chain, q)[0, 3] > 0.2, "forwards"
     again = arm_of(robot, "base", "arm0_link6", {**rest, **turned}, ())
     assert again is not None
-    assert bent(again, {**rest, **turned}, lambda posture: False) == {}, "what can move stays"
+    assert ik_posture(again, {**rest, **turned}, lambda posture: False) == {}, "what can move stays"
 
 
 def test_an_arm_of_slides_stays() -> None:
@@ -71,7 +71,7 @@ def test_an_arm_of_slides_stays() -> None:
     rest = {joint.name: 0.0 for joint in robot.joints}
     arm = arm_of(robot, "link0", "link5", rest, ())
     assert arm is not None
-    assert bent(arm, rest, lambda posture: False) == {}
+    assert ik_posture(arm, rest, lambda posture: False) == {}
 
 
 def test_postures_that_touch_are_passed_over() -> None:
@@ -79,9 +79,9 @@ def test_postures_that_touch_are_passed_over() -> None:
     rest = {joint.name: 0.0 for joint in robot.joints}
     arm = arm_of(robot, "base", "arm0_link6", rest, ())
     assert arm is not None
-    first = bent(arm, rest, lambda posture: False)
-    assert bent(arm, rest, lambda posture: posture == {**rest, **first}) not in ({}, first)
-    assert bent(arm, rest, lambda posture: True) == {}
+    first = ik_posture(arm, rest, lambda posture: False)
+    assert ik_posture(arm, rest, lambda posture: posture == {**rest, **first}) not in ({}, first)
+    assert ik_posture(arm, rest, lambda posture: True) == {}
 
 
 def test_arms_that_mirror_each_other_are_bent_in_mirror_images() -> None:
@@ -91,7 +91,7 @@ def test_arms_that_mirror_each_other_are_bent_in_mirror_images() -> None:
     for k in range(2):
         arm = arm_of(robot, "base", f"arm{k}_link6", rest, ())
         assert arm is not None
-        turned = bent(arm, rest, lambda posture: False)
+        turned = ik_posture(arm, rest, lambda posture: False)
         q = np.array([turned.get(name, 0.0) for name in arm.chain.joint_names])
         tips.append(forward_kinematics(arm.chain, q)[:3, 3])
     assert tips[0] * (1, -1, 1) == pytest.approx(tips[1])

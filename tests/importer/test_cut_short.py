@@ -17,7 +17,7 @@ import pytest
 
 import roboyard
 from roboyard.description import load_urdf
-from roboyard.importer.package import Place, building
+from roboyard.importer.package import PackageFolders, building
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 
@@ -139,7 +139,7 @@ def state(folder: Path) -> dict[str, str]:
 
 
 def states(importer) -> tuple[dict[str, str], ...]:
-    place = Place(data=importer.data, dataset="omnigibson-robot-assets", name="pair")
+    place = PackageFolders(data=importer.data, dataset="omnigibson-robot-assets", name="pair")
     return state(place.object), state(place.model)
 
 
@@ -195,7 +195,7 @@ def test_a_move_cut_short_is_finished_by_the_next_import(tmp_path, monkeypatch, 
     """Whichever of its steps was the last: both folders are the new ones afterwards."""
     from roboyard.importer import package
 
-    place = Place(data=tmp_path, dataset="set", name="pair")
+    place = PackageFolders(data=tmp_path, dataset="set", name="pair")
 
     def fill(build: Path, text: str) -> None:
         for part in ("object", "model"):

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 from roboyard.description import load_urdf
-from roboyard.morphology.grippers import find_hands
+from roboyard.morphology.grippers import find_grippers
 
 AXIS = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
 
@@ -27,7 +27,7 @@ def arm(start, name, count=6):
 
 
 def test_a_gripper_is_where_the_arm_parts_into_fingers():
-    found = find_hands(
+    found = find_grippers(
         robot(
             *arm("base", "a"),
             ("a6", "flange", "f"),
@@ -49,20 +49,20 @@ def test_both_hands_of_a_humanoid_but_not_its_trunk_eyes_or_legs():
         for finger in range(3):
             edges += arm(f"{side}arm6", f"{side}f{finger}_", 3)
     edges += [*arm("chest", "neck", 2), ("neck2", "eye_l", "m"), ("neck2", "eye_r", "m")]
-    found = find_hands(robot(*edges))
+    found = find_grippers(robot(*edges))
     assert {hand.link for hand in found} == {"larm6", "rarm6"}
     assert all(len(hand.gripper_links) == 9 for hand in found)
 
 
 def test_arms_without_hands_hands_without_arms_and_wheels_have_none():
-    assert find_hands(robot(*arm("base", "a"))) == ()
-    assert find_hands(robot(*arm("palm", "f0_", 3), *arm("palm", "f1_", 3))) == ()
-    assert find_hands(robot(("base", "left", "m"), ("base", "right", "m"), ("base", "caster", "m"))) == ()
-    assert find_hands(robot(*arm("chest", "l"), *arm("chest", "r"))) == ()
+    assert find_grippers(robot(*arm("base", "a"))) == ()
+    assert find_grippers(robot(*arm("palm", "f0_", 3), *arm("palm", "f1_", 3))) == ()
+    assert find_grippers(robot(("base", "left", "m"), ("base", "right", "m"), ("base", "caster", "m"))) == ()
+    assert find_grippers(robot(*arm("chest", "l"), *arm("chest", "r"))) == ()
 
 
 def test_virtual_joints_of_a_base_carry_nothing():
     base = [(f"v{k}", f"v{k + 1}", "m") for k in range(6)]
     edges = robot(*base, *arm("v6", "l", 5), *arm("v6", "r", 5))
-    assert [hand.link for hand in find_hands(edges)] == ["v6"]
-    assert find_hands(edges, [f"j_v{k}" for k in range(1, 7)]) == ()
+    assert [hand.link for hand in find_grippers(edges)] == ["v6"]
+    assert find_grippers(edges, [f"j_v{k}" for k in range(1, 7)]) == ()

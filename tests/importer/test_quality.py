@@ -9,7 +9,7 @@ import pytest
 from roboyard.cli import main
 from roboyard.importer import build_package
 from roboyard.shapes import primitives
-from roboyard.shapes.coverage import measure_cover
+from roboyard.shapes.coverage import measure_coverage
 
 BOX = primitives.box(0.05, 0.05, 0.05)
 
@@ -20,21 +20,21 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def test_a_ball_in_and_around_a_cube():
-    inner = measure_cover([BOX], [BOX], [[0, 0, 0]], [0.05])
+    inner = measure_coverage([BOX], [BOX], [[0, 0, 0]], [0.05])
     assert inner.coverage == pytest.approx(math.pi / 6, abs=0.01)
     assert inner.sphere_excess == 0
     assert inner.excess == 0 and inner.missing < 0.01
-    outer = measure_cover([BOX], [], [[0, 0, 0]], [0.05 * math.sqrt(3)])
+    outer = measure_coverage([BOX], [], [[0, 0, 0]], [0.05 * math.sqrt(3)])
     assert outer.coverage == 1 and outer.missing == 1
     volume = 4 / 3 * math.pi * 3**1.5 / 8
     assert outer.sphere_excess == pytest.approx(volume - 1, abs=0.2)  # a voxel's skin counts as link
 
 
 def test_a_hull_twice_as_wide_and_one_that_is_shifted():
-    wide = measure_cover([BOX], [primitives.box(0.1, 0.05, 0.05)])
+    wide = measure_coverage([BOX], [primitives.box(0.1, 0.05, 0.05)])
     assert wide.excess == pytest.approx(1.0, abs=0.06) and wide.missing < 0.01
     half = primitives.box(0.05, 0.05, 0.025)
-    assert measure_cover([BOX], [half]).missing == pytest.approx(0.5, abs=0.03)
+    assert measure_coverage([BOX], [half]).missing == pytest.approx(0.5, abs=0.03)
 
 
 SHELF = """<robot name="shelf"><link name="base"><inertial><mass value="5"/>

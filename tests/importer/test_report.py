@@ -21,13 +21,13 @@ from roboyard.description.model import (
     RobotDescription,
     Visual,
 )
-from roboyard.description.robot_model import CollisionSphere, ImportedRobot, PlanningData
+from roboyard.description.robot_model import CollisionSphere, PlanningData, RobotModel
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import ImportLog
 from roboyard.importer.report.links import MAX_LINKS_PICTURED
 from roboyard.importer.report.page import import_page, write_import_page
-from roboyard.importer.report.pictures import KINDS, sight_of_robot
+from roboyard.importer.report.pictures import KINDS, view_of_robot
 from roboyard.validation.report import Curve, Gate, ValidationReport
 
 HOSTILE = "\"><script>alert('x')</script>&amp;<img src=x onerror=y>"
@@ -83,7 +83,7 @@ def robot_of(names, *, name="pair"):
         end_effectors=(),
         ignore={},
     )
-    return ImportedRobot(
+    return RobotModel(
         name=name,
         description=RobotDescription(name=name, links=links, joints=joints),
         base_link=names[0],
@@ -208,7 +208,7 @@ def test_no_more_links_are_pictured_than_said():
 
 
 def test_a_robot_without_shapes_has_a_page_without_pictures():
-    bare = ImportedRobot(
+    bare = RobotModel(
         name="bare", description=RobotDescription(name="bare", links=(Link(name="base"),)), base_link="base"
     )
     page = Page(import_page(bare, {}, ()))
@@ -218,13 +218,13 @@ def test_a_robot_without_shapes_has_a_page_without_pictures():
 
 def test_boxes_round_links_follow_joints_and_spheres():
     robot = robot_of(["base", "tip"])
-    visual, _, spheres = (sight_of_robot(robot, kind) for kind in KINDS)
+    visual, _, spheres = (view_of_robot(robot, kind) for kind in KINDS)
     assert visual.bounds["tip"] == pytest.approx(np.array([[0.2, -0.05, -0.05], [0.4, 0.05, 0.05]]))
     # the sphere stands up out of the link, which is drawn behind it
     assert spheres.bounds["tip"] == pytest.approx(
         np.array([[0.2, -0.05, -0.05], [0.4, 0.05, 0.09]]), abs=1e-3
     )
-    assert sight_of_robot(replace(robot, planning=None), "planner's spheres").is_empty
+    assert view_of_robot(replace(robot, planning=None), "planner's spheres").is_empty
 
 
 def test_the_file_lies_in_the_package(tmp_path):
@@ -261,5 +261,5 @@ def test_a_joint_that_cannot_be_at_zero_is_drawn_at_its_limit():
         limit=Limit(lower=0.5, upper=1.0),
     )
     robot = replace(robot, description=replace(robot.description, joints=(lift,)))
-    sight = sight_of_robot(robot, "visual shapes")
+    sight = view_of_robot(robot, "visual shapes")
     assert sight.bounds["tip"][:, 2] == pytest.approx([0.45, 0.55])

@@ -10,7 +10,12 @@ import pytest
 from roboyard.description import Joint, Link, RobotDescription
 from roboyard.description.model import Limit, Pose
 from roboyard.description.robot_model import CollisionSphere
-from roboyard.importer.planning.self_collision import NEVER_MARGIN, REST_MARGIN, PostureSampler, judge
+from roboyard.importer.planning.self_collision import (
+    NEVER_MARGIN,
+    REST_MARGIN,
+    PostureSampler,
+    self_collision_matrix,
+)
 from roboyard.kinematics.description_poses import forward_kinematics
 
 SAMPLES = 200
@@ -74,7 +79,7 @@ def gap(frames, spheres, a, b) -> float:
 @pytest.mark.parametrize("seed", [0, 1])
 def test_pairs_are_sorted_as_plain_loops_over_the_postures_would(seed):
     robot, spheres = spider(), balls(seed)
-    found = judge(robot, spheres, {}, samples=SAMPLES, seed=SEED)
+    found = self_collision_matrix(robot, spheres, {}, samples=SAMPLES, seed=SEED)
     sampler = PostureSampler(robot)
     postures = sampler.random(SAMPLES, np.random.default_rng(SEED))
     moving = [joint.name for joint in sampler.joints]
@@ -109,7 +114,7 @@ def test_hulls_that_touch_count_only_where_the_balls_are_near():
         "lamp": (CollisionSphere(center=(0, 0, 0), radius=0.073),),
     }
     hulls = [("body", "shin0", 0.01), ("body", "lamp", 0.01)]
-    found = judge(robot, spheres, {}, hulls, samples=10)
+    found = self_collision_matrix(robot, spheres, {}, hulls, samples=10)
     assert found.at_rest == (("body", "lamp"),), "the shin's balls are 0.12 m away, the lamp's 7 mm"
 
 
@@ -120,6 +125,6 @@ def test_links_that_cannot_move_against_each_other_are_neighbours():
     joints.append(Joint(name="turn", type="continuous", parent="left", child="arm", axis=(0, 0, 1)))
     robot = RobotDescription(name="brackets", links=links, joints=tuple(joints))
     spheres = {link.name: (CollisionSphere(center=(0, 0, 0), radius=0.1),) for link in links}
-    found = judge(robot, spheres, {}, samples=10)
+    found = self_collision_matrix(robot, spheres, {}, samples=10)
     assert ("left", "right") in found.adjacent
     assert {pair for pair in found.adjacent if "arm" in pair} == {("left", "arm")}

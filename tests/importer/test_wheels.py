@@ -9,9 +9,9 @@ import yaml
 
 from roboyard import import_robot
 from roboyard.description import load_urdf
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.export import definition
-from roboyard.morphology.wheels import find_axle, find_wheels
+from roboyard.morphology.wheels import find_wheel_pair, find_wheels
 
 WHEEL = '<cylinder radius="0.1" length="0.04"/>'
 
@@ -49,7 +49,7 @@ def found(text: str) -> list[str]:
 
 def test_two_wheels_make_an_axle() -> None:
     wheels = find_wheels(load_urdf(cart()))
-    axle = find_axle(wheels)
+    axle = find_wheel_pair(wheels)
     assert axle is not None
     assert (axle.left, axle.right) == ("left_joint", "right_joint")
     assert axle.radius == pytest.approx(0.1, rel=1e-3)
@@ -75,14 +75,14 @@ def test_a_steered_wheel_is_one_but_makes_no_axle() -> None:
         ("right", True),
         ("front", False),
     ]
-    assert find_axle(wheels) is None
+    assert find_wheel_pair(wheels) is None
 
 
 @pytest.mark.parametrize("text", [cart(axis="0 -1 0"), cart(axis="0.3 1 0"), cart(radius=0.108)])
 def test_wheels_that_do_not_match_make_no_axle(text: str) -> None:
     wheels = find_wheels(load_urdf(text))
     assert len(wheels) == 2
-    assert find_axle(wheels) is None
+    assert find_wheel_pair(wheels) is None
 
 
 def test_a_robot_without_shapes_has_none() -> None:
@@ -102,7 +102,7 @@ def test_the_import_of_a_cart_drives_on_its_wheels(tmp_path: Path) -> None:
 
 
 def test_wheels_without_an_axle_are_driven_one_by_one(tmp_path: Path) -> None:
-    robot = ImportedRobot(
+    robot = RobotModel(
         name="cart",
         description=load_urdf(cart(axis="0 -1 0")),
         base_link="base",

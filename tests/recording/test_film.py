@@ -11,8 +11,8 @@ from PIL import Image as Pillow
 
 from roboyard.cli import main
 from roboyard.errors import ConfigError, MissingExtraError
-from roboyard.recording import Film, Recorder, set_up
-from roboyard.recording.replay import film_of, moments
+from roboyard.recording import Recorder, VideoWriter, set_up
+from roboyard.recording.replay import moments, replay_video
 
 
 def _frames() -> list[np.ndarray]:
@@ -25,7 +25,7 @@ def _frames() -> list[np.ndarray]:
 
 
 def test_a_gif_keeps_pictures_and_pace(tmp_path: Path) -> None:
-    with Film(tmp_path / "a.gif", fps=10) as film:
+    with VideoWriter(tmp_path / "a.gif", fps=10) as film:
         for frame in _frames():
             film.add(frame)
     with Pillow.open(tmp_path / "a.gif") as gif:
@@ -39,7 +39,7 @@ def test_a_gif_keeps_pictures_and_pace(tmp_path: Path) -> None:
 
 def test_an_mp4_keeps_pictures_and_pace(tmp_path: Path) -> None:
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
-    with Film(tmp_path / "a.mp4", fps=10) as film:
+    with VideoWriter(tmp_path / "a.mp4", fps=10) as film:
         for frame in _frames():
             film.add(frame)
     reader = ffmpeg.read_frames(str(tmp_path / "a.mp4"))
@@ -55,21 +55,21 @@ def test_an_mp4_keeps_pictures_and_pace(tmp_path: Path) -> None:
 def test_films_without_ffmpeg_say_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(MissingExtraError, match=r'pip install "roboyard\[video\]"'):
-        Film(tmp_path / "a.mp4")
+        VideoWriter(tmp_path / "a.mp4")
 
 
 def test_impossible_films_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"a film is a .gif or .mp4 file"):
-        Film(tmp_path / "a.avi")
+        VideoWriter(tmp_path / "a.avi")
     with pytest.raises(ConfigError, match="at most at 50"):
-        Film(tmp_path / "a.gif", fps=60)
+        VideoWriter(tmp_path / "a.gif", fps=60)
     with pytest.raises(ConfigError, match="there is no folder"):
-        Film(tmp_path / "no" / "a.gif")
-    with Film(tmp_path / "a.gif") as film:
+        VideoWriter(tmp_path / "no" / "a.gif")
+    with VideoWriter(tmp_path / "a.gif") as film:
         film.add(np.zeros((8, 8, 3), dtype=np.uint8))
         with pytest.raises(ValueError, match="one size"):
             film.add(np.zeros((9, 8, 3), dtype=np.uint8))
-    assert Film(tmp_path / "b.gif").close() is None
+    assert VideoWriter(tmp_path / "b.gif").close() is None
 
 
 def test_a_log_becomes_a_film_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -86,7 +86,7 @@ def test_a_log_becomes_a_film_again(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert len(shown) == 6 and shown[0] == 0 and shown[-1] == 24
     assert np.allclose(log.time[shown], np.arange(6) / 10, atol=0.021)
     path = log.save(tmp_path / "hop.npz")
-    assert film_of(log, tmp_path / "direct.gif", fps=10, width=64, height=48) == 6
+    assert replay_video(log, tmp_path / "direct.gif", fps=10, width=64, height=48) == 6
     code = main(["replay", str(path), "--record", str(tmp_path / "again.gif"), "--fps", "10",
                  "--width", "64", "--height", "48"])  # fmt: skip
     told = capsys.readouterr().out

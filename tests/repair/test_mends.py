@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from audit_cases import CASES, write_case
 
-from roboyard.audit import CHECKS, audit
+from roboyard.audit import CHECKS, audit_urdf
 from roboyard.description import RobotDescription, load_urdf
 from roboyard.errors import DescriptionError
 from roboyard.kinematics.description_poses import forward_kinematics
-from roboyard.repair import MENDS, repair
+from roboyard.repair import FIXES, repair_urdf
 
-MENDABLE = [code for code, check in CHECKS.items() if check.mendable]
+MENDABLE = [code for code, check in CHECKS.items() if check.fixable]
 READABLE = [
     code for code in CASES if code not in ("xml-unsafe", "xml-syntax", "root-not-robot", "too-many-links")
 ]
@@ -35,14 +35,14 @@ def random_positions(robot: RobotDescription) -> dict[str, float]:
 
 
 def test_every_mendable_code_has_a_mend() -> None:
-    assert set(MENDABLE) == set(MENDS)
+    assert set(MENDABLE) == set(FIXES)
 
 
 @pytest.mark.parametrize("code", MENDABLE)
 def test_the_fault_is_mended_and_logged(code: str, tmp_path: Path) -> None:
     file = write_case(CASES[code][0], tmp_path)
-    assert all(finding.mendable for finding in audit(file).of(code))
-    result = repair(file, tmp_path / "out")
+    assert all(finding.fixable for finding in audit_urdf(file).of(code))
+    result = repair_urdf(file, tmp_path / "out")
     assert code not in result.after.codes
     mends = [mend for mend in result.mends if mend.code == code]
     assert mends
@@ -52,8 +52,8 @@ def test_the_fault_is_mended_and_logged(code: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("code", READABLE)
 def test_repairing_a_repaired_robot_changes_nothing(code: str, tmp_path: Path) -> None:
-    first = repair(write_case(CASES[code][0], tmp_path), tmp_path / "one")
-    second = repair(first.urdf, tmp_path / "two")
+    first = repair_urdf(write_case(CASES[code][0], tmp_path), tmp_path / "one")
+    second = repair_urdf(first.urdf, tmp_path / "two")
     assert second.mends == ()
     assert second.diff == ""
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
@@ -66,7 +66,7 @@ def test_the_robot_moves_as_before(code: str, tmp_path: Path) -> None:
         before = load_urdf(file)
     except DescriptionError:
         pytest.skip("the fault keeps the robot from being read")
-    result = repair(file, tmp_path / "out")
+    result = repair_urdf(file, tmp_path / "out")
     after = load_urdf(result.urdf)
     links, joints = result.renames["links"], result.renames["joints"]
     q = random_positions(before)
@@ -84,7 +84,7 @@ def test_a_rod_keeps_the_moments_that_were_not_rounded_away(tmp_path: Path) -> N
         f'<robot name="rod"><link name="base"/><link name="tip">{tip}</inertial></link>'
         '<joint name="turn" type="continuous"><parent link="base"/><child link="tip"/></joint></robot>'
     )
-    result = repair(file, tmp_path / "out")
+    result = repair_urdf(file, tmp_path / "out")
     assert [mend.code for mend in result.mends if mend.element == 'link "tip"'] == ["inertia-not-positive"]
     inertial = load_urdf(result.urdf).link_by_name["tip"].inertial
     assert inertial is not None
@@ -97,7 +97,7 @@ LEAVES_A_NOTE = {"mimic-cycle", "material-undefined", "texture-missing", "geomet
 @pytest.mark.parametrize("code", [code for code in READABLE if code not in LEAVES_A_NOTE])
 def test_a_usable_robot_is_read_strictly_after_repair(code: str, tmp_path: Path) -> None:
     file = write_case(CASES[code][0], tmp_path)
-    result = repair(file, tmp_path / "out")
+    result = repair_urdf(file, tmp_path / "out")
     if not result.before.is_usable:
         assert not result.after.is_usable
         return
@@ -109,13 +109,13 @@ def test_a_usable_robot_is_read_strictly_after_repair(code: str, tmp_path: Path)
 def test_keep_leaves_a_code_as_it_is(code: str, tmp_path: Path) -> None:
     if code in ("xml-tolerated", "mesh-found-nearby"):
         pytest.skip("writing the robot at all puts this right")
-    result = repair(write_case(CASES[code][0], tmp_path), tmp_path / "out", keep=[code])
+    result = repair_urdf(write_case(CASES[code][0], tmp_path), tmp_path / "out", keep=[code])
     assert code in result.after.codes
     assert code not in {mend.code for mend in result.mends}
 
 
 def test_only_mends_what_is_named(tmp_path: Path) -> None:
     text = str(CASES["axis-not-unit"][0]).replace('name="j"', 'name="joint 1"')
-    result = repair(write_case(text, tmp_path), tmp_path / "out", only=["axis-not-unit"])
+    result = repair_urdf(write_case(text, tmp_path), tmp_path / "out", only=["axis-not-unit"])
     assert {mend.code for mend in result.mends} == {"axis-not-unit"}
     assert result.after.codes == ("joint-name-odd",)

@@ -28,7 +28,7 @@ from audit_cases import (
 
 from roboyard.description import load_urdf
 from roboyard.errors import ConfigError, DescriptionError
-from roboyard.repair import repair
+from roboyard.repair import repair_urdf
 
 
 def test_the_folder_is_complete_and_relative(tmp_path: Path) -> None:
@@ -45,7 +45,7 @@ def test_the_folder_is_complete_and_relative(tmp_path: Path) -> None:
     file = home / "my arm.urdf"
     file.write_text(arm(tip=INERTIAL + shapes))
     out = tmp_path / "out"
-    result = repair(file, out)
+    result = repair_urdf(file, out)
     names = sorted(str(path.relative_to(out)) for path in out.rglob("*") if path.is_file())
     assert names == [
         "meshes/left_tip.stl",
@@ -81,7 +81,7 @@ def test_an_input_path_that_looks_like_a_staged_one_stays_itself(tmp_path: Path)
     (home / "arm.urdf").write_text(
         arm(tip=INERTIAL + visual(mesh("package://arm/a/part.stl")) + collision(mesh("meshes/part.stl")))
     )
-    result = repair(home / "arm.urdf", tmp_path / "out")
+    result = repair_urdf(home / "arm.urdf", tmp_path / "out")
     tip = load_urdf(result.urdf).link_by_name["tip"]
     for shape, size in ((tip.visuals[0], 0.1), (tip.collisions[0], 0.05)):
         assert shape.geometry.path is not None
@@ -98,15 +98,15 @@ def test_no_copy_takes_the_name_of_a_missing_file(tmp_path: Path) -> None:
     shapes += collision(mesh("package://arm/meshes/coarse/tip.stl"))
     file = home / "arm.urdf"
     file.write_text(arm(tip=INERTIAL + shapes))
-    first = repair(file, tmp_path / "one")
+    first = repair_urdf(file, tmp_path / "one")
     assert first.before.of("mesh-missing") and first.after.of("mesh-missing")
-    second = repair(first.urdf, tmp_path / "two")
+    second = repair_urdf(first.urdf, tmp_path / "two")
     assert (second.mends, second.diff) == ((), "")
 
 
 def test_an_impossible_tensor_without_shapes_is_changed_as_little_as_helps(tmp_path: Path) -> None:
     tip = inertial(mass="1", tensor=(0.01, 0, 0, 0.01, 0, 0.04))
-    result = repair(write_case(arm(tip=tip), tmp_path), tmp_path / "out")
+    result = repair_urdf(write_case(arm(tip=tip), tmp_path), tmp_path / "out")
     assert [mend.code for mend in result.mends] == ["inertia-triangle"]
     mended = load_urdf(result.urdf).link_by_name["tip"].inertial
     assert mended is not None
@@ -118,7 +118,7 @@ def test_companions_of_a_mesh_come_along(tmp_path: Path) -> None:
     (file.parent / "textures").mkdir()
     (file.parent / "textures" / "my wood.png").write_bytes(b"png")
     (file.parent / "here.mtl").write_text("newmtl red\nmap_Kd -s 1 1 1 textures/my wood.png\n")
-    repair(file, tmp_path / "out")
+    repair_urdf(file, tmp_path / "out")
     folder = tmp_path / "out" / "meshes" / "part"
     assert sorted(path.name for path in folder.iterdir()) == ["here.mtl", "my_wood.png", "part.obj"]
     assert (folder / "here.mtl").read_text() == "newmtl red\nmap_Kd -s 1 1 1 my_wood.png\n"
@@ -133,7 +133,7 @@ def test_renames_are_told_and_followed(tmp_path: Path) -> None:
         joint("右", "base_1", "基座", origin='<origin xyz="0 0 0.4"/>', more=mimic("0")),
         '<transmission name="t"><joint name="0"/></transmission><gazebo reference="基座"/>',
     )
-    result = repair(write_case(text, tmp_path), tmp_path / "out")
+    result = repair_urdf(write_case(text, tmp_path), tmp_path / "out")
     assert json.loads((tmp_path / "out" / "renames.json").read_text()) == {
         "links": {"base-1": "base_1_1", "基座": "u57fa_u5ea7"},
         "joints": {"0": "_0", "右": "u53f3"},
@@ -150,7 +150,9 @@ def test_renames_are_told_and_followed(tmp_path: Path) -> None:
 
 def test_a_missing_inertial_is_that_of_the_box_at_the_density_of_water(tmp_path: Path) -> None:
     text = arm(tip=both('<box size="0.1 0.2 0.3"/>', '<origin xyz="0.01 0 0"/>'))
-    tip = load_urdf(repair(write_case(text, tmp_path), tmp_path / "out").urdf).link_by_name["tip"].inertial
+    tip = (
+        load_urdf(repair_urdf(write_case(text, tmp_path), tmp_path / "out").urdf).link_by_name["tip"].inertial
+    )
     assert tip.mass == pytest.approx(6.0, rel=1e-8)
     assert tip.origin.position == pytest.approx((0.01, 0, 0), abs=1e-9)
     assert tip.inertia == pytest.approx(
@@ -162,7 +164,7 @@ def test_an_impossible_tensor_keeps_mass_and_center(tmp_path: Path) -> None:
     origin = '<origin xyz="0.02 0 0" rpy="0 0 1.5707963267948966"/>'
     body = inertial("2", (1, 0, 0, 0.1, 0, 0.1), origin) + both('<cylinder radius="0.05" length="0.2"/>')
     tip = (
-        load_urdf(repair(write_case(arm(tip=body), tmp_path), tmp_path / "o").urdf)
+        load_urdf(repair_urdf(write_case(arm(tip=body), tmp_path), tmp_path / "o").urdf)
         .link_by_name["tip"]
         .inertial
     )
@@ -177,7 +179,7 @@ def test_a_mesh_tensor_uses_the_scale(tmp_path: Path) -> None:
     home.mkdir()
     (home / "part.stl").write_bytes(stl(100.0 * CUBE))
     (home / "arm.urdf").write_text(arm(tip=both(mesh("part.stl", "0.001 -0.002 0.003"))))
-    tip = load_urdf(repair(home / "arm.urdf", tmp_path / "out").urdf).link_by_name["tip"].inertial
+    tip = load_urdf(repair_urdf(home / "arm.urdf", tmp_path / "out").urdf).link_by_name["tip"].inertial
     assert tip.mass == pytest.approx(6.0, rel=1e-6)
     assert tip.inertia == pytest.approx(
         (6 * 0.13 / 12, 0, 0, 6 * 0.1 / 12, 0, 6 * 0.05 / 12), rel=1e-6, abs=1e-9
@@ -192,7 +194,7 @@ def test_a_body_with_mass_elsewhere_gets_none(tmp_path: Path) -> None:
         joint(),
         joint("f", "tip", "cap", "fixed"),
     )
-    result = repair(write_case(text, tmp_path), tmp_path / "out")
+    result = repair_urdf(write_case(text, tmp_path), tmp_path / "out")
     assert result.mends == ()
     assert load_urdf(result.urdf).link_by_name["cap"].inertial is None
 
@@ -204,7 +206,9 @@ def test_millimetres_are_scaled_before_the_inertia_is_computed(tmp_path: Path) -
         assert callable(case)
         return case(folder).replace(f'<link name="tip">{INERTIAL}', '<link name="tip">')
 
-    tip = load_urdf(repair(write_case(without_inertial, tmp_path), tmp_path / "out").urdf).link_by_name["tip"]
+    tip = load_urdf(repair_urdf(write_case(without_inertial, tmp_path), tmp_path / "out").urdf).link_by_name[
+        "tip"
+    ]
     assert tip.collisions[0].geometry.scale == (0.001, 0.001, 0.001)
     assert tip.inertial.mass == pytest.approx(1.0, rel=1e-6)
 
@@ -216,7 +220,7 @@ def test_a_chain_of_mimics_is_flattened_exactly(tmp_path: Path) -> None:
         joint("q", "b", "c", more=mimic("p", "0.5", "0.1")),
         joint("r", "c", "d", more=mimic("q", "-2", "0.3")),
     )
-    after = load_urdf(repair(write_case(text, tmp_path), tmp_path / "out").urdf)
+    after = load_urdf(repair_urdf(write_case(text, tmp_path), tmp_path / "out").urdf)
     leader = after.joint_by_name["r"].mimic
     assert (leader.joint, leader.multiplier) == ("p", -1.0)
     assert leader.offset == pytest.approx(-2 * 0.1 + 0.3, abs=1e-15)
@@ -230,14 +234,14 @@ def test_the_original_is_never_touched(tmp_path: Path) -> None:
     before = file.read_bytes()
     for out in (file.parent, tmp_path):
         with pytest.raises(ConfigError, match="holds the robot itself"):
-            repair(file, out)
+            repair_urdf(file, out)
     assert file.read_bytes() == before
 
 
 def test_a_file_that_cannot_be_read_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
     file = write_case("<robot><link></robot>", tmp_path)
     with pytest.raises(DescriptionError, match=r"arm\.urdf:1: not well-formed"):
-        repair(file, tmp_path / "out")
+        repair_urdf(file, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -246,12 +250,12 @@ def test_a_file_that_cannot_be_read_is_refused_and_nothing_is_written(tmp_path: 
 )
 def test_codes_that_cannot_be_chosen_are_named(tmp_path: Path, code: str, words: str) -> None:
     with pytest.raises(ConfigError, match=words):
-        repair(write_case(arm(), tmp_path), tmp_path / "out", only=[code])
+        repair_urdf(write_case(arm(), tmp_path), tmp_path / "out", only=[code])
 
 
 def test_what_needs_a_guess_is_left_and_reported(tmp_path: Path) -> None:
     file = write_case(arm_with_joint(limit='<limit lower="1" upper="-1" effort="0" velocity="1"/>'), tmp_path)
-    result = repair(file, tmp_path / "out")
+    result = repair_urdf(file, tmp_path / "out")
     assert {finding.code for finding in result.left} == {"limit-reversed", "limit-effort-zero"}
     limit = load_urdf(result.urdf).joint_by_name["j"].limit
     assert (limit.lower, limit.upper, limit.effort) == (1, -1, 0)
@@ -262,14 +266,14 @@ def test_other_files_in_the_folder_stay(tmp_path: Path) -> None:
     out.mkdir()
     (out / "notes.txt").write_text("mine")
     (out / "arm.urdf").write_text("old")
-    repair(write_case(arm(), tmp_path), out)
+    repair_urdf(write_case(arm(), tmp_path), out)
     assert (out / "notes.txt").read_text() == "mine"
     assert load_urdf(out / "arm.urdf").name == "arm"
 
 
 def test_unread_xml_survives(tmp_path: Path) -> None:
     text = arm(more='<gazebo><plugin name="p" filename="x.so"> text <deep a="1"/></plugin></gazebo>')
-    root = ET.parse(repair(write_case(text, tmp_path), tmp_path / "out").urdf).getroot()
+    root = ET.parse(repair_urdf(write_case(text, tmp_path), tmp_path / "out").urdf).getroot()
     plugin = root.find("gazebo/plugin")
     assert plugin.attrib == {"name": "p", "filename": "x.so"}
     assert plugin.text.strip() == "text"
@@ -286,7 +290,7 @@ def test_repaired_robots_settle_in_a_world(tmp_path: Path) -> None:
         joint(axis='<axis xyz="0 2 0"/>'),
         joint("k", "tip", "left (hand)", axis='<axis xyz="0 1, 0"/>'),
     ]
-    result = repair(write_case(robot(*parts), tmp_path), tmp_path / "out")
+    result = repair_urdf(write_case(robot(*parts), tmp_path), tmp_path / "out")
     assert result.after.is_usable
     world = World()
     world.add_plane()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.robots.stability.zmp import TINY, Balance
+from roboyard.robots.stability.zmp import TINY, BalanceMargins
 from roboyard.transforms import Array
 
 
@@ -45,23 +45,23 @@ def _half(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return kept
 
 
-def share(room: Array, push: Array) -> float:
+def share(com_margin: Array, push: Array) -> float:
     """The largest share of pushes that stays within the room on every side; 0 to 1."""
     out = push > TINY
-    return float(np.clip(np.min(room[out] / push[out], initial=1.0), 0.0, 1.0))
+    return float(np.clip(np.min(com_margin[out] / push[out], initial=1.0), 0.0, 1.0))
 
 
-def together(balance: Balance, acceleration: Array) -> float:
+def together(balance: BalanceMargins, acceleration: Array) -> float:
     """Share of (k,) accelerations that joints may take at once."""
-    parts = balance.sway * acceleration
+    parts = balance.zmp_shift * acceleration
     push = 0.5 * (np.abs(parts.sum(axis=1)) + np.abs(parts).sum(axis=1))
-    return float(np.min(balance.slack / np.maximum(push, balance.slack), initial=1.0))
+    return float(np.min(balance.zmp_margin / np.maximum(push, balance.zmp_margin), initial=1.0))
 
 
-def allows(balance: Balance, shift: Array, direction: Array) -> NDArray[np.bool_]:
+def allows(balance: BalanceMargins, shift: Array, direction: Array) -> NDArray[np.bool_]:
     """(k,) whether joints may go on that way, `shift` being the way to where they come to rest."""
-    left = balance.room - balance.lean @ shift
-    worse = (left[:, None] < 0.0) & (balance.lean * direction > TINY)
+    left = balance.com_margin - balance.com_shift @ shift
+    worse = (left[:, None] < 0.0) & (balance.com_shift * direction > TINY)
     return np.logical_not(np.any(worse, axis=0))
 
 
@@ -73,14 +73,16 @@ def follow(
     rise: Array,
     fastest: Array,
     dt: float,
-    balance: Balance,
+    balance: BalanceMargins,
 ) -> tuple[Array, Array]:
     """Reference and speed one step later."""
     gap = goal - reference
-    calm = share(balance.slack, balance.swing) ** 0.5
+    calm = share(balance.zmp_margin, balance.swing) ** 0.5
     if calm < 1.0:
         fastest = np.minimum(fastest, np.abs(speed) * calm)
-    rise = np.minimum(rise, (balance.slack[:, None] / np.maximum(np.abs(balance.sway), TINY)).min(axis=0))
+    rise = np.minimum(
+        rise, (balance.zmp_margin[:, None] / np.maximum(np.abs(balance.zmp_shift), TINY)).min(axis=0)
+    )
     rise = rise * together(balance, rise * np.sign(np.where(gap == 0.0, speed, gap)))
     stop = reference - q + speed * np.abs(speed) / (2.0 * rise)
     gap = np.where(allows(balance, stop, np.sign(gap)), gap, 0.0)

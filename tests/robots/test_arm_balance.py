@@ -10,7 +10,7 @@ from roboyard.kinematics import forward_kinematics
 from roboyard.robots import Robot
 from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.robots.control.task import TaskController
-from roboyard.robots.stability.support_polygon import footing_of
+from roboyard.robots.stability.support_polygon import support_polygon_of
 from roboyard.sim import World
 
 PAYLOAD = 2.0
@@ -79,9 +79,9 @@ def test_swing_of_a_turning_robot_is_its_centrifugal_push(speed: float) -> None:
     world.step(60)
     robot.joints.v = np.where(np.array(robot.joint_names) == "base_footprint_rz_joint", speed, 0.0)
     robot.joints.refresh()
-    footing = footing_of(robot)
-    assert footing is not None
-    balance = footing.balance(np.arange(3))
+    support_polygon = support_polygon_of(robot)
+    assert support_polygon is not None
+    balance = support_polygon.balance(np.arange(3))
     assert balance is not None
     pushed = balance.push(np.array([0.0, 0.0, speed]), np.zeros(3))
     assert np.abs(pushed).max() > 1e-3

@@ -7,7 +7,7 @@ import pytest
 from plain_balance import hull_edges
 
 from roboyard.robots import Robot
-from roboyard.robots.stability.support_polygon import footing_of
+from roboyard.robots.stability.support_polygon import support_polygon_of
 from roboyard.sim import World
 
 G = 9.81
@@ -53,16 +53,16 @@ def test_edges_of_a_square() -> None:
 def test_balance_agrees_with_the_cart_table_and_with_differences() -> None:
     """A base that speeds up by a moves the floor's answer by -h a / g; joints move the centre of mass."""
     robot = floor()
-    footing = footing_of(robot)
-    assert footing is not None
+    support_polygon = support_polygon_of(robot)
+    assert support_polygon is not None
     places = np.arange(26)
-    balance = footing.balance(places)
+    balance = support_polygon.balance(places)
     assert balance is not None
     edges = hull_edges(np.array([contact.position[:2] for contact in robot.world.contacts(robot.body)]))
     assert edges is not None
     normals, height = edges[0], robot.body.center_of_mass[2]
-    assert balance.sway[:, 0] == pytest.approx(-normals[:, 0] * height / G, rel=0.01, abs=1e-6)
-    assert balance.sway[:, 1] == pytest.approx(-normals[:, 1] * height / G, rel=0.01, abs=1e-6)
+    assert balance.zmp_shift[:, 0] == pytest.approx(-normals[:, 0] * height / G, rel=0.01, abs=1e-6)
+    assert balance.zmp_shift[:, 1] == pytest.approx(-normals[:, 1] * height / G, rel=0.01, abs=1e-6)
     assert balance.edge == pytest.approx(edges[1] - normals @ robot.body.center_of_mass[:2], abs=2e-3)
     q, small = robot.get_joint_positions(), 1e-5
     for place in (6, 7, 8, 9, 10, 13):
@@ -70,7 +70,7 @@ def test_balance_agrees_with_the_cart_table_and_with_differences() -> None:
         for sign in (1, -1):
             robot.set_joint_positions(q + sign * small * (places == place))
             moved.append(robot.body.center_of_mass[:2])
-        assert balance.lean[:, place] == pytest.approx(
+        assert balance.com_shift[:, place] == pytest.approx(
             normals @ (moved[0] - moved[1]) / (2 * small), abs=1e-4
         )
 
@@ -90,11 +90,11 @@ def test_a_shock_to_a_joint_dies_out(joint: str, speed: float) -> None:
     assert tilt(robot) < 0.01
 
 
-@pytest.mark.parametrize(("lean", "way"), [(0.1, (1.0, 0.0, 0.0)), (-0.1, (-1.0, 0.0, 0.0))])
-def test_a_robot_that_leans_drives_and_halts_upright(lean: float, way: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(("com_shift", "way"), [(0.1, (1.0, 0.0, 0.0)), (-0.1, (-1.0, 0.0, 0.0))])
+def test_a_robot_that_leans_drives_and_halts_upright(com_shift: float, way: tuple[float, ...]) -> None:
     robot = floor()
-    assert hold(robot, 120, trunk=[0, lean, 0, 0]) < 0.005
-    assert robot.get_joint_positions()[7] * np.sign(lean) > 0.35
+    assert hold(robot, 120, trunk=[0, com_shift, 0, 0]) < 0.005
+    assert robot.get_joint_positions()[7] * np.sign(com_shift) > 0.35
     assert hold(robot, 45, base=list(way)) < 0.03
     assert robot.get_joint_velocities()[0] * way[0] > 1.0
     assert hold(robot, 240) < 0.03

@@ -7,7 +7,7 @@ import plain_balance as plain
 import pytest
 
 from roboyard.robots.stability import kernels
-from roboyard.robots.stability.zmp import Balance
+from roboyard.robots.stability.zmp import BalanceMargins
 
 
 def hull(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
@@ -46,11 +46,11 @@ def test_points_in_line_and_few_points_have_no_hull() -> None:
 def test_a_step_towards_a_goal(seed: int) -> None:
     random = np.random.default_rng(seed)
     joints, edges = int(random.integers(1, 8)), int(random.integers(3, 7))
-    balance = Balance(
-        lean=random.normal(size=(edges, joints)),
-        sway=random.normal(size=(edges, joints)) * random.integers(0, 2, joints),
-        room=random.normal(0.3, 0.5, edges),
-        slack=random.uniform(0.01, 0.5, edges),
+    balance = BalanceMargins(
+        com_shift=random.normal(size=(edges, joints)),
+        zmp_shift=random.normal(size=(edges, joints)) * random.integers(0, 2, joints),
+        com_margin=random.normal(0.3, 0.5, edges),
+        zmp_margin=random.uniform(0.01, 0.5, edges),
         edge=np.ones(edges),
         lost=np.zeros(edges),
         reserve=np.zeros(edges),
@@ -65,9 +65,9 @@ def test_a_step_towards_a_goal(seed: int) -> None:
     rise, fastest = random.uniform(0.5, 5.0, joints), random.uniform(0.2, 2.0, joints)
     expected = plain.follow(reference, speed, q, goal, rise, fastest, 1 / 30, balance)
     way, allowed = goal - reference, np.ones(joints, dtype=bool)
-    kernels.temper(
-        *(rise, fastest, speed, way, q, reference, balance.lean, balance.sway, balance.room),
-        *(balance.slack, balance.swing, allowed),
+    kernels.limit_acceleration(
+        *(rise, fastest, speed, way, q, reference, balance.com_shift, balance.zmp_shift, balance.com_margin),
+        *(balance.zmp_margin, balance.swing, allowed),
     )
     kernels.advance(reference, speed, goal, way, allowed, rise, fastest, 1 / 30)
     assert reference == pytest.approx(expected[0], abs=1e-12)

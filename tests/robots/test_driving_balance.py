@@ -12,8 +12,8 @@ from roboyard.description import load_urdf
 from roboyard.description.model import Pose, RobotDescription
 from roboyard.robots import REGISTERED_ROBOTS, Robot, add_robot
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
-from roboyard.robots.stability.support_polygon import footing_of
-from roboyard.robots.stability.zmp import Balance
+from roboyard.robots.stability.support_polygon import support_polygon_of
+from roboyard.robots.stability.zmp import BalanceMargins
 from roboyard.sim import World
 
 G = 9.81
@@ -46,10 +46,10 @@ def drive(robot: Robot, twist, steps: int) -> float:
     return worst
 
 
-def balance_of(robot: Robot) -> Balance:
-    footing = footing_of(robot)
-    assert footing is not None
-    found = footing.balance(np.arange(len(robot.joint_names)))
+def balance_of(robot: Robot) -> BalanceMargins:
+    support_polygon = support_polygon_of(robot)
+    assert support_polygon is not None
+    found = support_polygon.balance(np.arange(len(robot.joint_names)))
     assert found is not None
     return found
 

@@ -8,7 +8,7 @@ import pytest
 from roboyard import import_robot
 from roboyard.errors import ConfigError
 from roboyard.robots.registry import Registry
-from roboyard.sensors import CameraSensor, Lidar, LidarPattern
+from roboyard.sensors import CameraSensor, Lidar, ScanPattern
 from roboyard.sim import World
 
 CONFIG = """
@@ -85,7 +85,7 @@ def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
 
 
 def test_options_go_to_kinds_and_links(registry: Registry, world: World) -> None:
-    pattern = LidarPattern(max_range=3.0)
+    pattern = ScanPattern(max_range=3.0)
     robot = world.add_robot(
         registry["mast"],
         scale=2.0,

@@ -9,18 +9,18 @@ import pytest
 
 from roboyard.errors import RoboyardError
 from roboyard.scenes import home
-from roboyard.sensors import Lidar, LidarPattern
+from roboyard.sensors import Lidar, ScanPattern
 from roboyard.sensors.scan_pattern import IMPORTED_PATTERN
-from roboyard.sensors.scan_rays import first_hits
+from roboyard.sensors.scan_rays import cast_scan
 from roboyard.sim import Body, World
 
 
 def test_patterns_are_the_documents() -> None:
-    assert (LidarPattern().rows, LidarPattern().columns) == (1, 360)
+    assert (ScanPattern().rows, ScanPattern().columns) == (1, 360)
     assert (IMPORTED_PATTERN.rows, IMPORTED_PATTERN.columns) == (8, 900)
     assert np.allclose(np.diff(np.degrees(IMPORTED_PATTERN.azimuths)), 0.4)
     assert np.allclose(np.degrees(IMPORTED_PATTERN.elevations), np.arange(14, -15, -4))
-    half = LidarPattern(horizontal_fov_deg=90, horizontal_resolution_deg=30, yaw_offset_deg=10)
+    half = ScanPattern(horizontal_fov_deg=90, horizontal_resolution_deg=30, yaw_offset_deg=10)
     assert np.allclose(np.degrees(half.azimuths), [-20, 10, 40])
     assert np.allclose(np.linalg.norm(IMPORTED_PATTERN.directions, axis=-1), 1.0)
 
@@ -72,18 +72,18 @@ def test_its_own_robot_is_in_its_way_only_if_asked(world: World, mast: Body) -> 
 
 def test_ranges_have_ends(world: World, mast: Body) -> None:
     world.add_box((0.2, 4, 2), (3.1, 0, 1), mass=0)
-    near = Lidar(mast.link("head"), pattern=LidarPattern(max_range=2.9)).scan()
+    near = Lidar(mast.link("head"), pattern=ScanPattern(max_range=2.9)).scan()
     assert np.isinf(near.ranges[0, 180]) and near.normalized()[0, 180] == 1.0
-    close = Lidar(mast.link("head"), pattern=LidarPattern(min_range=3.5)).scan()
+    close = Lidar(mast.link("head"), pattern=ScanPattern(min_range=3.5)).scan()
     assert np.isinf(close.ranges[0, 180]) and (close.owners[0, 180] == -1).all()
-    plain = Lidar(mast.link("head"), pattern=LidarPattern(min_range=1, max_range=5)).scan()
+    plain = Lidar(mast.link("head"), pattern=ScanPattern(min_range=1, max_range=5)).scan()
     assert plain.normalized()[0, 180] == pytest.approx(0.5)
 
 
 def test_in_the_flat_it_agrees_with_single_rays() -> None:
     scene = home()
     place = scene.world.add_box((0.02, 0.02, 0.02), (*scene.spawn[:2], 1.0), mass=0, name="post")
-    pattern = LidarPattern(
+    pattern = ScanPattern(
         vertical_fov_deg=32, vertical_resolution_deg=4, horizontal_resolution_deg=5, max_range=12
     )
     scan = Lidar(place.links[0], pattern=pattern).scan()
@@ -123,8 +123,8 @@ def test_every_solid_is_met_where_mujoco_meets_it(kind: str, spread: float) -> N
     mujoco.mju_quat2Mat(turn, np.array([0.8, 0.1, -0.5, 0.33]) / np.linalg.norm([0.8, 0.1, -0.5, 0.33]))
     rotation, at = turn.reshape(3, 3), np.array([0.1, 0.05, -0.1])
     for pattern in (
-        LidarPattern(vertical_fov_deg=180, vertical_resolution_deg=9, horizontal_resolution_deg=7),
-        LidarPattern(
+        ScanPattern(vertical_fov_deg=180, vertical_resolution_deg=9, horizontal_resolution_deg=7),
+        ScanPattern(
             horizontal_fov_deg=200,
             horizontal_resolution_deg=3,
             yaw_offset_deg=500,
@@ -133,7 +133,7 @@ def test_every_solid_is_met_where_mujoco_meets_it(kind: str, spread: float) -> N
             max_range=2.0,
         ),
     ):
-        geoms, distances = first_hits(model, data, pattern, at, rotation, np.ones(model.ngeom, dtype=bool))
+        geoms, distances = cast_scan(model, data, pattern, at, rotation, np.ones(model.ngeom, dtype=bool))
         met = np.zeros(1, dtype=np.int32)
         for place in np.ndindex(geoms.shape):
             ray = rotation @ pattern.directions[place]
@@ -189,4 +189,4 @@ def test_a_scan_of_the_flat_is_quick() -> None:
 )
 def test_impossible_lidars_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(RoboyardError, match=r"lidar sees|too large"):
-        LidarPattern(**wrong)
+        ScanPattern(**wrong)

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from roboyard.errors import MeshError
-from roboyard.shapes.mesh_stats import mesh_facts
+from roboyard.shapes.mesh_stats import mesh_stats
 
 
 @pytest.fixture(autouse=True)
@@ -27,7 +27,7 @@ def write_stl(file: Path, mesh: trimesh.Trimesh) -> Path:
 
 def test_facts_of_a_concave_closed_mesh(tmp_path: Path) -> None:
     ring = trimesh.creation.annulus(0.1, 0.2, 0.3)
-    found = mesh_facts(write_stl(tmp_path / "ring.stl", ring))
+    found = mesh_stats(write_stl(tmp_path / "ring.stl", ring))
     assert found.is_closed
     assert not found.is_flat
     assert found.triangles == len(ring.faces)
@@ -39,12 +39,12 @@ def test_facts_of_a_concave_closed_mesh(tmp_path: Path) -> None:
 
 def test_a_second_look_comes_from_the_cache(tmp_path: Path, cache: Path, monkeypatch) -> None:
     file = write_stl(tmp_path / "box.stl", trimesh.creation.box((1, 2, 3)))
-    first = mesh_facts(file)
+    first = mesh_stats(file)
     assert len(list(cache.iterdir())) == 1
     monkeypatch.setattr("roboyard.shapes.load.load_mesh", None)  # would raise
     copy = tmp_path / "other name.stl"
     copy.write_bytes(file.read_bytes())
-    second = mesh_facts(copy)
+    second = mesh_stats(copy)
     for name in ("triangles", "volume", "hull_volume", "is_closed", "solid", "mass", "content", "names"):
         assert getattr(first, name) == getattr(second, name)
     for name in ("bounds", "hull", "center", "inertia"):
@@ -53,9 +53,9 @@ def test_a_second_look_comes_from_the_cache(tmp_path: Path, cache: Path, monkeyp
 
 def test_changed_content_is_looked_at_again(tmp_path: Path) -> None:
     file = write_stl(tmp_path / "box.stl", trimesh.creation.box((1, 2, 3)))
-    assert mesh_facts(file).volume == pytest.approx(6)
+    assert mesh_stats(file).volume == pytest.approx(6)
     write_stl(file, trimesh.creation.box((1, 1, 1)).subdivide())
-    assert mesh_facts(file).volume == pytest.approx(1)
+    assert mesh_stats(file).volume == pytest.approx(1)
 
 
 @pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 not a zip", None])
@@ -65,16 +65,16 @@ def test_a_damaged_or_unwritable_cache_just_costs_time(tmp_path: Path, cache: Pa
         cache.parent.mkdir(exist_ok=True)
         cache.write_text("a file where the folder should be")
     else:
-        mesh_facts(file)
+        mesh_stats(file)
         for kept in cache.iterdir():
             kept.write_bytes(damage)
-    assert mesh_facts(file).volume == pytest.approx(6)
+    assert mesh_stats(file).volume == pytest.approx(6)
 
 
 def test_scaled_properties_are_those_of_the_scaled_mesh(tmp_path: Path) -> None:
     ring = trimesh.creation.annulus(0.1, 0.2, 0.3)
     ring.apply_translation((0.1, 0.2, 0.3))
-    found = mesh_facts(write_stl(tmp_path / "ring.stl", ring)).scaled_properties((2.0, -0.5, 3.0))
+    found = mesh_stats(write_stl(tmp_path / "ring.stl", ring)).scaled_properties((2.0, -0.5, 3.0))
     ring.apply_scale((2.0, -0.5, 3.0))
     assert found.mass == pytest.approx(abs(ring.volume), rel=1e-5)
     np.testing.assert_allclose(found.center, ring.center_mass, atol=1e-5)
@@ -86,4 +86,4 @@ def test_what_is_no_mesh_raises(tmp_path: Path) -> None:
     (tmp_path / "x.stl").write_text("")
     for name in ("x.step", "x.stl", "gone.stl"):
         with pytest.raises(MeshError, match=name):
-            mesh_facts(tmp_path / name)
+            mesh_stats(tmp_path / name)

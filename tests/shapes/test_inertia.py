@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from roboyard.shapes import inertia
-from roboyard.shapes.valid_inertia import raised_inertia, rod_inertia
+from roboyard.shapes.valid_inertia import rod_inertia, valid_inertia
 
 
 def of(mesh: trimesh.Trimesh) -> inertia.MassProperties:
@@ -112,11 +112,11 @@ def test_a_rod_rounded_flat_keeps_its_large_moments() -> None:
 
 def test_moments_that_break_the_triangle_are_raised_just_enough() -> None:
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
-    raised = raised_inertia(turn @ np.diag([1.0, 2.0, 5.0]) @ turn.T)
+    raised = valid_inertia(turn @ np.diag([1.0, 2.0, 5.0]) @ turn.T)
     assert raised is not None and inertia.is_physical(raised, tolerance=0.0)
     np.testing.assert_allclose(raised, turn @ np.diag([2.0, 3.0, 5.0]) @ turn.T, rtol=1e-5, atol=1e-5)
     for other in ([0, 1, 2], [1, 1, 1], [-1, 1, 1]):
-        assert raised_inertia(np.diag(np.array(other, dtype=float))) is None
+        assert valid_inertia(np.diag(np.array(other, dtype=float))) is None
 
 
 def test_the_hull_is_wound_outwards() -> None:

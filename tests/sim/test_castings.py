@@ -23,8 +23,8 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.sim.build.records import BuildOptions
-from roboyard.sim.pool.analytic_templates import NEARLY, cast, numbers_of
-from roboyard.sim.pool.templates import Mould, make_mould
+from roboyard.sim.pool.analytic_templates import NEARLY, analytic_template, numbers_of
+from roboyard.sim.pool.templates import BodyTemplate, make_template
 
 ORIGIN = (0.0, 0.0, 0.0)
 UNTURNED = (0.0, 0.0, 0.0, 1.0)
@@ -73,7 +73,7 @@ class _Maker:
         return RobotDescription(name="body", links=(link,))
 
 
-def _assert_same(casting: Mould, compiled: Mould) -> None:
+def _assert_same(casting: BodyTemplate, compiled: BodyTemplate) -> None:
     assert casting.make == compiled.make
     assert casting.collisions == compiled.collisions and casting.notes == compiled.notes
     for name, block in compiled.blocks.items():
@@ -103,22 +103,22 @@ def test_castings_are_what_mujoco_compiles(kind, fixed):
             return maker.body(kind, shapes, shape, shape if weight == "shape" else inertial)
 
         first, second = make(), make()
-        numbers, family = numbers_of(second, options), make_mould(first, options)
-        compiled = make_mould(second, options)
+        numbers, family = numbers_of(second, options), make_template(first, options)
+        compiled = make_template(second, options)
         assert numbers is not None and family is not None and compiled is not None
         other = numbers_of(first, options)
         assert other is not None and other.signature == numbers.signature
-        _assert_same(cast(family, numbers, second), compiled)
+        _assert_same(analytic_template(family, numbers, second), compiled)
 
 
 def test_fixed_bodies_need_no_mass_and_scale_counts():
     maker = _Maker()
     options = BuildOptions(fixed_base=True, scale=1.7)
     first, second = (maker.body(Cylinder, "c", maker.pose(True, True), None) for _ in range(2))
-    numbers, family = numbers_of(second, options), make_mould(first, options)
-    compiled = make_mould(second, options)
+    numbers, family = numbers_of(second, options), make_template(first, options)
+    compiled = make_template(second, options)
     assert numbers is not None and family is not None and compiled is not None
-    _assert_same(cast(family, numbers, second), compiled)
+    _assert_same(analytic_template(family, numbers, second), compiled)
 
 
 def test_what_numbers_do_not_tell_takes_a_compile():

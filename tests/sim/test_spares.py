@@ -54,14 +54,14 @@ def test_rows_are_what_a_compile_gives(profile, visual):
     world = World(profile=profile, visual_geoms=visual)
     world.add_plane()
     _grow(world, 14, _mixed(world))
-    assert world.spares.free
+    assert world.pool.free
     live, revision = world.live_model, world.revision
-    assert live.nbody == 1 + 1 + 14 + world.spares.free
+    assert live.nbody == 1 + 1 + 14 + world.pool.free
     rows = [body.mujoco_ids.copy() for body in world.bodies]
     qpos = world.live_data.qpos.copy()
     # MuJoCo's own arrays of a world without spares
     real = world.model
-    assert world.revision > revision and real.nbody == 16 and not world.spares.free
+    assert world.revision > revision and real.nbody == 16 and not world.pool.free
     assert_same_model(live, real)
     assert [body.mujoco_ids.tolist() for body in world.bodies] == [r.tolist() for r in rows]
     np.testing.assert_array_equal(world.data.qpos, qpos[: real.nq])
@@ -84,13 +84,13 @@ def test_same_physics_as_built_at_once(profile):
     world.add_plane()
     _grow(world, 20, _mixed(world), steps=3)
     world.bodies[7].links[0].restitution = 0.5
-    free = world.spares.free
+    free = world.pool.free
     assert free
     twin = twin_of(world)
     for _ in range(40):  # contacts blow rounding up, at 120 steps to 1e-8
         world.step()
         twin.step()
-    assert world.spares.free == free
+    assert world.pool.free == free
     assert world.live_data.ncon == twin.data.ncon > 10
     for mine, theirs in zip(world.bodies, twin.bodies, strict=True):
         np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-11)
@@ -117,7 +117,7 @@ def test_meshes_are_shared_and_released():
     world = World()
     shape = mesh()
     bodies = _grow(world, 12, lambda k, place: world.add_mesh(shape, place, scale=1.0))
-    assert world.spares.free
+    assert world.pool.free
     live = world.live_model
     assert_same_model(live, world.model)
     for body in bodies:
@@ -129,7 +129,7 @@ def test_meshes_are_shared_and_released():
 def test_shapes_that_fit_no_spare_compile_as_ever():
     world = World()
     _grow(world, 9)
-    assert world.spares.free
+    assert world.pool.free
     ball = world.add_mesh(mesh(), (3, 3, 3))
     world.step()
     assert world.live_model.nmesh == 2  # hull for contact, triangles to look at
@@ -141,7 +141,7 @@ def test_spares_are_invisible():
     world = World()
     world.add_plane()
     _grow(world, 10)
-    assert world.spares.free
+    assert world.pool.free
     # all spares wait where the body before them was made
     body = world.bodies[-1]
     body.set_pose((50.0, 0, 5))
@@ -153,18 +153,18 @@ def test_spares_are_invisible():
     owners = world.contact_arrays().owners
     assert (owners >= 0).all()
     assert len(world.bodies) == 11
-    assert world.spares.free
+    assert world.pool.free
     names = [b.name for b in world.spec.bodies]
-    assert not world.spares.free and not any("spare" in name for name in names)
+    assert not world.pool.free and not any("spare" in name for name in names)
     assert world.model.nv == 60 == len(world.data.qvel)
 
 
 def test_state_fits_a_world_without_spares():
     world = World()
     _grow(world, 8)
-    assert world.spares.free
+    assert world.pool.free
     saved = world.save_state()
-    assert not world.spares.free
+    assert not world.pool.free
     before = [body.pose[0] for body in world.bodies]
     world.step(30)
     world.restore_state(saved)
@@ -180,11 +180,11 @@ def test_removed_body_leaves_a_spare():
     body = world.bodies[-1]
     body.set_velocity((1, 2, 3), (4, 5, 6))
     body.links[0].set_damping(linear=0.3)
-    body.links[0].glide(0.0)
+    body.links[0].set_frictionless(0.0)
     body.links[0].apply_wrench((100.0, 0, 0))
-    free = world.spares.free
+    free = world.pool.free
     world.remove(body)
-    assert world.spares.free == free + 1 and world.live_model is model
+    assert world.pool.free == free + 1 and world.live_model is model
     world.step()
     again = world.add_sphere(0.1, (1, 1, 1), name=body.name)
     assert world.live_model is model
@@ -226,7 +226,7 @@ def test_body_changed_before_its_compile_is_no_mould_for_others():
         body = world.add_box((0.2, 0.2, 0.2), (k, 0, 1))
         body.links[0].set_inertial(inertial)
         world.step()
-    assert world.spares.free
+    assert world.pool.free
     world.remove(body)
     for k in range(2, 5):
         world.add_box((0.2, 0.2, 0.2), (k, 0, 1))
@@ -251,7 +251,7 @@ def test_later_edits_keep_state_and_settings():
     world = World()
     world.add_plane()
     bodies = _grow(world, 14, _mixed(world))
-    assert world.spares.free
+    assert world.pool.free
     bodies[9].links[0].friction = 0.7
     bodies[13].set_velocity((0.1, 0, 0))
     places, speeds = [b.pose for b in bodies], [b.velocity for b in bodies]
@@ -269,7 +269,7 @@ def test_later_edits_keep_state_and_settings():
 def test_nonsense_is_refused_as_ever():
     world = World()
     _grow(world, 5)
-    assert world.spares.free
+    assert world.pool.free
     world.add_box((0.1, 0.1, 0.1), (np.nan, 0, 0))
     with pytest.raises(ModelError):
         world.step()
@@ -278,10 +278,10 @@ def test_nonsense_is_refused_as_ever():
 def test_idle_spares_go():
     world = World()
     _grow(world, 8)
-    assert world.spares.free
+    assert world.pool.free
     world.step(IDLE_STEPS + 1)
     world.step()
-    assert world.spares.free == 0
+    assert world.pool.free == 0
     assert world.live_model.nbody == 9
 
 
@@ -290,12 +290,12 @@ def test_looking_at_arrays_discourages():
     for k in range(STREAK + 1):
         world.add_box((0.1, 0.1, 0.1), (k, 0, 1))
         world.step()
-    assert world.spares.free
+    assert world.pool.free
     assert world.model.nbody == STREAK + 2
     _grow(world, STREAK)
-    assert not world.spares.free
+    assert not world.pool.free
     _grow(world, STREAK + 1)
-    assert world.spares.free
+    assert world.pool.free
 
 
 def test_robots_between_boxes_get_no_spares():
@@ -306,4 +306,4 @@ def test_robots_between_boxes_get_no_spares():
             f'<mujoco><worldbody><body name="r{k}"><joint/><geom size=".1"/></body></worldbody></mujoco>'
         )
         world.step()
-        assert not world.spares.free
+        assert not world.pool.free

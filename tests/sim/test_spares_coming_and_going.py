@@ -23,9 +23,11 @@ def test_moulds_are_compiled_once_for_bodies_of_one_shape(monkeypatch):
     from roboyard.sim.pool import template_cache
 
     made = []
-    compiled = template_cache.make_mould
+    compiled = template_cache.make_template
     monkeypatch.setattr(template_cache, "_FAMILIES", {})
-    monkeypatch.setattr(template_cache, "make_mould", lambda *given: made.append(given) or compiled(*given))
+    monkeypatch.setattr(
+        template_cache, "make_template", lambda *given: made.append(given) or compiled(*given)
+    )
     world = World()
     rng = np.random.default_rng(5)
     for k in range(30):
@@ -47,7 +49,7 @@ def test_fixed_bodies_are_added_without_compiling_too(visual):
 
     assert _compiles(world, 40, add) < 8
     model = world.live_model
-    assert world.spares.free and model.nv == 6  # what is fixed has no degree of freedom, parked or not
+    assert world.pool.free and model.nv == 6  # what is fixed has no degree of freedom, parked or not
     world.add_box((2, 2, 0.2), (10, 0, 0), mass=0.0)
     ball.set_pose((10, 0, 0.3))
     world.step(100)
@@ -77,7 +79,7 @@ def test_makes_that_alternate_share_the_spares_in_the_order_of_ids():
     assert _compiles(world, 60, add) < 25
     rows = [int(body.mujoco_ids[0]) for body in world.bodies]
     assert rows == sorted(rows)
-    assert world.spares.parked > 0
+    assert world.pool.inactive > 0
     twin = twin_of(world)
     for _ in range(30):
         world.step()
@@ -108,7 +110,7 @@ def test_bodies_that_come_and_go_compile_rarely():
     for mine, theirs in zip(world.bodies, twin.bodies, strict=True):
         np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-10)
     real = world.model
-    assert real.nbody == 14 and not world.spares.parked
+    assert real.nbody == 14 and not world.pool.inactive
     assert [name for name in (real.body(k).name for k in range(14)) if "gone" in name] == []
 
 
@@ -121,7 +123,7 @@ def test_removed_body_is_away_before_the_next_compile():
     model = world.live_model
     world.remove(low)
     world.remove(others[0])
-    assert world.live_model is model and world.spares.parked == 2
+    assert world.live_model is model and world.pool.inactive == 2
     assert world.ray((2, 0, 1), (2, 0, -1)).link.body.name == "plane"  # type: ignore[union-attr]
     again = world.add_sphere(0.1, (2, 0, 0.1), name=others[0].name)
     world.step(200)
@@ -146,7 +148,7 @@ def test_mesh_that_only_removed_bodies_used_goes_with_the_next_compile():
     body = world.add_mesh(mesh(), (0, 0, 1))
     world.step()
     world.remove(body)
-    assert world.spares.parked == 1
+    assert world.pool.inactive == 1
     assert world.model.nmesh == 0 and world.model.nbody == 1
 
 
@@ -160,7 +162,7 @@ def test_meshes_that_have_gone_are_not_looked_for():
     for body in world.bodies:
         world.remove(body)
     assert world.model.nmesh == 0
-    next_world.spares.take_up(world.spares.habits)
+    next_world.pool.restore_history(world.pool.history)
     for either in (world, next_world):
         for k in range(8):
             either.add_box((0.1, 0.1, 0.1), (k, 0, 1))
@@ -171,9 +173,9 @@ def test_meshes_that_have_gone_are_not_looked_for():
 def test_moulds_do_not_mistake_a_description_for_one_that_is_gone():
     from roboyard.description.model import Collision, Inertial, Link, Mesh, RobotDescription
     from roboyard.sim.build.records import BuildOptions
-    from roboyard.sim.pool.template_cache import MouldStore
+    from roboyard.sim.pool.template_cache import TemplateCache
 
-    store, shape = MouldStore(), Mesh(uri="", path=None, data=mesh())
+    store, shape = TemplateCache(), Mesh(uri="", path=None, data=mesh())
     for k in range(300):  # each may lie where the one before it lay in memory
         inertial = Inertial(mass=1.0 + k % 7, inertia=(1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
         link = Link(name="base", inertial=inertial, collisions=(Collision(geometry=shape),))
@@ -189,8 +191,8 @@ def test_habits_pass_on_to_the_world_that_takes_a_place():
     for world in (first, second, other):
         world.add_plane()
     assert add_ten(first) == 4  # with 1, 2, 3 + 8 and 11 + 11 bodies
-    second.spares.take_up(first.spares.habits)
+    second.pool.restore_history(first.pool.history)
     assert add_ten(second) == 1
     assert_same_model(second.live_model, second.model)
-    other.spares.take_up(World().spares.habits)
+    other.pool.restore_history(World().pool.history)
     assert add_ten(other) == 4

@@ -63,7 +63,7 @@ def _add_arms(world: World, count: int, *, fixed: bool = False, self_collision: 
 @pytest.mark.parametrize("self_collision", [False, True], ids=["codes", "plain"])
 def test_bodies_with_joints_take_spares_over(fixed, self_collision):
     worlds = [World(profile=BULLET), World(profile=BULLET)]
-    worlds[1].spares._patience = 10**9  # compiles for every one
+    worlds[1].pool._patience = 10**9  # compiles for every one
     both = []
     for world in worlds:
         world.add_plane()
@@ -72,7 +72,7 @@ def test_bodies_with_joints_take_spares_over(fixed, self_collision):
         arms[3].set_pose(arms[4].position + np.array([0.1, 0.0, 0.21]))
         world.step(18)
         both.append(arms)
-    assert worlds[0].spares.parked and not worlds[1].spares.parked
+    assert worlds[0].pool.inactive and not worlds[1].pool.inactive
     assert worlds[0].live_data.ncon == worlds[1].live_data.ncon > 0
     # what rounding and the solver's tolerance leave, with robots on one another
     for mine, theirs in zip(*both, strict=True):
@@ -92,12 +92,12 @@ def test_spares_with_joints_wait_only_where_bodies_come_in_haste():
     for k in range(8):
         world.add_description(_arm(), (k, 0, 0), drives=False, self_collision=False)
         world.step(10)
-        assert not world.spares.parked
+        assert not world.pool.inactive
     _add_arms(world, 6)
-    assert world.spares.free
+    assert world.pool.free
     world.step(30)
     world.step()
-    assert not world.spares.parked
+    assert not world.pool.inactive
 
 
 def test_parked_joints_ask_nothing_of_the_solver():
@@ -105,18 +105,18 @@ def test_parked_joints_ask_nothing_of_the_solver():
     for k in range(5):
         world.add_description(_arm(), (k, 0, 0), drives=False, self_collision=False)
         world.step()
-    assert world.spares.free
+    assert world.pool.free
     assert world.live_data.nefc == 5  # the dry friction of those in use
 
 
 def test_parked_bodies_weigh_nothing_when_inertia_is_renewed():
     world = World(profile=BULLET)
     arms = _add_arms(world, 5)
-    assert world.spares.free
+    assert world.pool.free
     arms[0].joint("a").armature = 0.3
     world.step()
     live = world.live_model
-    assert world.spares.free
+    assert world.pool.free
     real = world.model
     assert live.stat.meaninertia == pytest.approx(real.stat.meaninertia, rel=1e-12)
     assert live.body_subtreemass[0] == pytest.approx(real.body_subtreemass[0], rel=1e-12)

@@ -17,7 +17,7 @@ from roboyard.cli import main
 from roboyard.errors import ConfigError
 from roboyard.recording import load_log, set_up
 from roboyard.recording.replay import moments
-from roboyard.sensors import Lidar, LidarPattern, Scan
+from roboyard.sensors import Lidar, Scan, ScanPattern
 from roboyard.teleop import drive
 from roboyard.teleop.choices import choose
 from roboyard.teleop.terminal_image import as_text
@@ -25,9 +25,9 @@ from roboyard.teleop.views import from_above
 
 START = "import sys; from roboyard.cli import main; sys.exit(main(sys.argv[1:]))"
 CRASH = (
-    "import sys; from roboyard.teleop.key_bindings import Teleop\n"
+    "import sys; from roboyard.teleop.key_bindings import KeyBindings\n"
     "def broken(self, key): raise RuntimeError('broken on purpose')\n"
-    "Teleop.press = broken\n" + START
+    "KeyBindings.press = broken\n" + START
 )
 
 
@@ -246,7 +246,7 @@ def test_m_goes_through_the_robots_sensors_and_the_scene() -> None:
 
 def test_a_scan_becomes_a_map() -> None:
     """One point 2 m ahead lies at the top, one 1 m to the left halfway to the left."""
-    pattern = LidarPattern(horizontal_fov_deg=270, horizontal_resolution_deg=90, yaw_offset_deg=0)
+    pattern = ScanPattern(horizontal_fov_deg=270, horizontal_resolution_deg=90, yaw_offset_deg=0)
     ranges = np.array([[np.inf, 2.0, 1.0]])
     scan = Scan(
         ranges=ranges, owners=np.zeros((1, 3, 2), np.int32), position=np.zeros(3), rotation=np.eye(3),

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roboyard.recording import Stage, set_up
+from roboyard.recording import SceneSetup, set_up
 from roboyard.scenes.home.flat import ACROSS, EAST, KITCHEN, SOUTH, WEST
 from roboyard.sensors import CameraSensor, Sensors, link_names
 
@@ -30,12 +30,12 @@ def example() -> Iterator[ModuleType]:
 
 
 @pytest.fixture
-def stage() -> Stage:
+def stage() -> SceneSetup:
     return set_up({"scene": "home", "robot": "r1"})
 
 
 @pytest.fixture(scope="module")
-def played(example: ModuleType) -> tuple[Stage, Any]:
+def played(example: ModuleType) -> tuple[SceneSetup, Any]:
     stage = set_up({"scene": "home", "robot": "r1"})
     world, robot = stage.scene.world, stage.robot
     moving = np.concatenate([robot.body.mujoco_ids, stage.scene.body("mug").mujoco_ids])
@@ -49,7 +49,7 @@ def played(example: ModuleType) -> tuple[Stage, Any]:
     return stage, example.play(stage, watch)
 
 
-def test_r1_goes_from_the_kitchen_to_the_living_room(played: tuple[Stage, Any]) -> None:
+def test_r1_goes_from_the_kitchen_to_the_living_room(played: tuple[SceneSetup, Any]) -> None:
     places = played[1].places
     for part in ("kitchen", "drawer", "mug"):
         assert KITCHEN < places[part][0] < EAST and places[part][1] < ACROSS, part
@@ -57,12 +57,12 @@ def test_r1_goes_from_the_kitchen_to_the_living_room(played: tuple[Stage, Any]) 
     assert WEST < x < KITCHEN and SOUTH < y < ACROSS
 
 
-def test_r1_opens_a_drawer_and_a_door_by_their_handles(played: tuple[Stage, Any]) -> None:
+def test_r1_opens_a_drawer_and_a_door_by_their_handles(played: tuple[SceneSetup, Any]) -> None:
     assert played[1].drawer > 0.10
     assert played[1].door > np.radians(45)
 
 
-def test_r1_picks_the_mug_and_carries_it_by_friction(played: tuple[Stage, Any]) -> None:
+def test_r1_picks_the_mug_and_carries_it_by_friction(played: tuple[SceneSetup, Any]) -> None:
     stage, told = played
     assert min(told.lifted) > 0.10
     assert told.carried < 0.05
@@ -72,7 +72,7 @@ def test_r1_picks_the_mug_and_carries_it_by_friction(played: tuple[Stage, Any]) 
     assert {c.body_b for c in contacts} == {stage.robot.body}
 
 
-def test_r1_pushes_the_bedroom_door_open_and_a_wall_stops_it(stage: Stage, example: ModuleType) -> None:
+def test_r1_pushes_the_bedroom_door_open_and_a_wall_stops_it(stage: SceneSetup, example: ModuleType) -> None:
     hinge = stage.scene.joints["bedroom_door/hinge"]
     actor = example.Actor(stage)
     assert actor.go((-1.725, -0.35, np.pi / 2))
@@ -83,7 +83,7 @@ def test_r1_pushes_the_bedroom_door_open_and_a_wall_stops_it(stage: Stage, examp
     assert actor.base[1] < 3.6
 
 
-def test_r1_at_home_is_quicker_than_real_time(stage: Stage) -> None:
+def test_r1_at_home_is_quicker_than_real_time(stage: SceneSetup) -> None:
     robot, world = stage.robot, stage.scene.world
     draw = np.random.default_rng(0)
 

@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from roboyard.recording import Stage, set_up
-from roboyard.teleop.key_bindings import Teleop
+from roboyard.recording import SceneSetup, set_up
+from roboyard.teleop.key_bindings import KeyBindings
 from roboyard.teleop.raw_keys import decode
 from roboyard.transforms import matrix_from_quaternion
 
 
 @pytest.fixture(scope="module")
-def r1() -> Stage:
+def r1() -> SceneSetup:
     stage = set_up({"scene": "empty", "robot": "r1"})
     stage.scene.world.step(60)
     return stage
 
 
 @pytest.fixture(scope="module")
-def rover() -> Stage:
+def rover() -> SceneSetup:
     stage = set_up({"scene": "empty", "robot": "rover"})
     stage.scene.world.step(60)
     return stage
@@ -32,7 +32,7 @@ class Clock:
         return self.now
 
 
-def _changed(teleop: Teleop, key: str) -> dict[int, float]:
+def _changed(teleop: KeyBindings, key: str) -> dict[int, float]:
     """Entries of the next action that differ from doing nothing."""
     still = teleop.action()
     assert teleop.press(key)
@@ -50,9 +50,9 @@ def _changed(teleop: Teleop, key: str) -> dict[int, float]:
     ],
 )  # fmt: skip
 def test_hand_keys_write_one_component_of_the_selected_hand(
-    r1: Stage, key: str, component: int, value: float
+    r1: SceneSetup, key: str, component: int, value: float
 ) -> None:
-    teleop = Teleop(r1.robot)
+    teleop = KeyBindings(r1.robot)
     parts = r1.robot.controller_action_idx
     assert _changed(teleop, key) == {parts["arm_left"].start + component: value}
     teleop.press("4")
@@ -61,7 +61,7 @@ def test_hand_keys_write_one_component_of_the_selected_hand(
     assert _changed(teleop, key) == {parts["arm_left"].start + component: value}
 
 
-def test_osc_hands_take_larger_steps_and_short_commands_have_no_turning(r1: Stage) -> None:
+def test_osc_hands_take_larger_steps_and_short_commands_have_no_turning(r1: SceneSetup) -> None:
     robot = r1.robot
     try:
         robot.reload_controllers(
@@ -70,7 +70,7 @@ def test_osc_hands_take_larger_steps_and_short_commands_have_no_turning(r1: Stag
                 "arm_right": {"name": "InverseKinematicsController", "mode": "position_fixed_ori"},
             }
         )
-        teleop, parts = Teleop(robot), robot.controller_action_idx
+        teleop, parts = KeyBindings(robot), robot.controller_action_idx
         assert _changed(teleop, "up") == {parts["arm_left"].start: 0.25}
         teleop.press("4")
         assert _changed(teleop, "up") == {parts["arm_right"].start: 0.1}
@@ -79,8 +79,8 @@ def test_osc_hands_take_larger_steps_and_short_commands_have_no_turning(r1: Stag
         robot.reload_controllers()
 
 
-def test_joints_are_selected_in_a_ring_and_moved(r1: Stage) -> None:
-    teleop, parts = Teleop(r1.robot), r1.robot.controller_action_idx
+def test_joints_are_selected_in_a_ring_and_moved(r1: SceneSetup) -> None:
+    teleop, parts = KeyBindings(r1.robot), r1.robot.controller_action_idx
     names = [name for name, _, _ in teleop.joints]
     assert names[:3] == [f"base_footprint_{a}_joint" for a in ("x", "y", "rz")]
     assert names[3:] == list(r1.robot.groups["trunk"].joints)
@@ -93,7 +93,7 @@ def test_joints_are_selected_in_a_ring_and_moved(r1: Stage) -> None:
     assert _changed(teleop, "]") == {parts["trunk"].start + 3: 0.1}
 
 
-def test_prismatic_joints_take_careful_steps(r1: Stage) -> None:
+def test_prismatic_joints_take_careful_steps(r1: SceneSetup) -> None:
     """Only delta position controllers of sliding joints are slowed to a fifth."""
     robot = r1.robot
     fingers = {"name": "JointController", "motor_type": "position", "command_output_limits": None}
@@ -105,7 +105,7 @@ def test_prismatic_joints_take_careful_steps(r1: Stage) -> None:
                 "gripper_right": {**fingers, "use_delta_commands": False},
             }
         )
-        steps = {name: step for name, _, step in Teleop(robot).joints}
+        steps = {name: step for name, _, step in KeyBindings(robot).joints}
         assert {steps[name] for name in robot.groups["gripper_left"].joints} == {0.1 * 0.2}
         assert {steps[name] for name in robot.groups["gripper_right"].joints} == {0.1}
         assert steps["torso_joint1"] == 0.1
@@ -113,9 +113,9 @@ def test_prismatic_joints_take_careful_steps(r1: Stage) -> None:
         robot.reload_controllers()
 
 
-def test_grippers_start_open_keep_their_command_and_ignore_repeats(r1: Stage) -> None:
+def test_grippers_start_open_keep_their_command_and_ignore_repeats(r1: SceneSetup) -> None:
     clock = Clock()
-    teleop, parts = Teleop(r1.robot, clock), r1.robot.controller_action_idx
+    teleop, parts = KeyBindings(r1.robot, clock), r1.robot.controller_action_idx
     left, right = parts["gripper_left"].start, parts["gripper_right"].start
     assert teleop.action()[[left, right]].tolist() == [1.0, 1.0]
     clock.now = 10.0
@@ -134,8 +134,8 @@ def test_grippers_start_open_keep_their_command_and_ignore_repeats(r1: Stage) ->
     assert teleop.action()[[left, right]].tolist() == [1.0, 1.0]
 
 
-def test_keys_that_mean_nothing_do_nothing(r1: Stage) -> None:
-    teleop = Teleop(r1.robot)
+def test_keys_that_mean_nothing_do_nothing(r1: SceneSetup) -> None:
+    teleop = KeyBindings(r1.robot)
     for key in ("x", "q", "\n", "i", "j"):
         assert not teleop.press(key)
     assert np.count_nonzero(teleop.action()) == 2
@@ -145,10 +145,10 @@ def test_keys_that_mean_nothing_do_nothing(r1: Stage) -> None:
     ("key", "axis", "sign"),
     [("up", 0, 1), ("down", 0, -1), ("left", 1, 1), ("right", 1, -1), ("p", 2, 1), (";", 2, -1)],
 )
-def test_a_held_key_moves_the_hand_that_way(r1: Stage, key: str, axis: int, sign: int) -> None:
+def test_a_held_key_moves_the_hand_that_way(r1: SceneSetup, key: str, axis: int, sign: int) -> None:
     robot, world = r1.robot, r1.scene.world
     robot.reset()
-    teleop = Teleop(robot)
+    teleop = KeyBindings(robot)
     for _ in range(20):
         robot.apply_action(teleop.action())
         world.step(robot.steps_per_control)
@@ -164,10 +164,10 @@ def test_a_held_key_moves_the_hand_that_way(r1: Stage, key: str, axis: int, sign
 @pytest.mark.parametrize(
     ("key", "axis", "sign"), [("n", 0, 1), ("b", 0, -1), ("o", 1, 1), ("u", 1, -1), ("v", 2, 1), ("c", 2, -1)]
 )
-def test_a_held_key_turns_the_hand_that_way(r1: Stage, key: str, axis: int, sign: int) -> None:
+def test_a_held_key_turns_the_hand_that_way(r1: SceneSetup, key: str, axis: int, sign: int) -> None:
     robot, world = r1.robot, r1.scene.world
     robot.reset()
-    teleop = Teleop(robot)
+    teleop = KeyBindings(robot)
     for _ in range(20):
         robot.apply_action(teleop.action())
         world.step(robot.steps_per_control)
@@ -182,10 +182,10 @@ def test_a_held_key_turns_the_hand_that_way(r1: Stage, key: str, axis: int, sign
     assert np.abs(about).argmax() == axis
 
 
-def test_selected_joints_and_grippers_move(r1: Stage) -> None:
+def test_selected_joints_and_grippers_move(r1: SceneSetup) -> None:
     robot, world = r1.robot, r1.scene.world
     robot.reset()
-    teleop = Teleop(robot, Clock())
+    teleop = KeyBindings(robot, Clock())
 
     def hold(*keys: str, steps: int = 20) -> np.ndarray:
         was = robot.get_joint_positions()
@@ -213,14 +213,14 @@ def test_selected_joints_and_grippers_move(r1: Stage) -> None:
     "name",
     [f"torso_joint{k}" for k in range(1, 5)] + [f"left_arm_joint{k}" for k in range(1, 7)],
 )
-def test_a_held_key_moves_its_joint_and_no_other(r1: Stage, name: str) -> None:
+def test_a_held_key_moves_its_joint_and_no_other(r1: SceneSetup, name: str) -> None:
     robot, world = r1.robot, r1.scene.world
     hands = {"arm_left": "JointController"} if name.startswith("left") else {}
     try:
         robot.reload_controllers(hands)
         for key, sign in (("]", 1.0), ("[", -1.0)):
             robot.reset()
-            teleop = Teleop(robot, Clock())
+            teleop = KeyBindings(robot, Clock())
             while f"joint {name}," not in teleop.status():
                 teleop.press("2")
             was = robot.get_joint_positions()
@@ -238,12 +238,12 @@ def test_a_held_key_moves_its_joint_and_no_other(r1: Stage, name: str) -> None:
         robot.reload_controllers()
 
 
-def test_wheels_drive_on_and_turn(rover: Stage) -> None:
+def test_wheels_drive_on_and_turn(rover: SceneSetup) -> None:
     robot, world = rover.robot, rover.scene.world
-    teleop = Teleop(robot)
+    teleop = KeyBindings(robot)
     if not teleop.wheels:
         robot.reload_controllers({"base": "DifferentialDriveController"})
-        teleop = Teleop(robot)
+        teleop = KeyBindings(robot)
     start = robot.controller_action_idx["base"].start
     for key, place, value in (("i", 0, 0.4), ("k", 0, -0.4), ("j", 1, 0.2), ("l", 1, -0.2)):
         assert _changed(teleop, key) == {start + place: value}

@@ -25,7 +25,7 @@ from roboyard.description.model import (
 )
 from roboyard.errors import ConfigError
 from roboyard.robots import parse_definition
-from roboyard.sensors.occlusion import blocked_share
+from roboyard.sensors.occlusion import occluded_fraction
 from roboyard.validation import ValidationReport, validate
 from roboyard.validation.gates import GATES
 from roboyard.validation.page import page
@@ -166,8 +166,8 @@ def test_a_camera_inside_the_robot_is_found(data: Path) -> None:
     one = add_robot(world, robot(), definition=DEFINITION)
     middle = one.body.link("upper").pose[0] + [0.1, 0, 0]
     looking = np.array([[0.0, 0, -1], [-1, 0, 0], [0, 1, 0]])
-    assert blocked_share(one.body, middle + np.array([0, 0, 0.5]), looking) == 0.0
-    assert blocked_share(one.body, middle - [0.06, 0, 0], looking) > 0.5
+    assert occluded_fraction(one.body, middle + np.array([0, 0, 0.5]), looking) == 0.0
+    assert occluded_fraction(one.body, middle - [0.06, 0, 0], looking) > 0.5
 
 
 def test_unknown_gates_and_wrong_definitions_are_named() -> None:
@@ -240,18 +240,18 @@ def test_a_figure_that_is_no_number_fails() -> None:
 
 
 def test_only_the_gate_that_looks_builds_what_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    from roboyard.validation.test_world import Bench
+    from roboyard.validation.test_world import TestWorld
 
     made: list[tuple[bool, int]] = []
-    build = Bench.robot
+    build = TestWorld.robot
 
-    def recorded(self: Bench, **options: object) -> object:
+    def recorded(self: TestWorld, **options: object) -> object:
         made.append((bool(options.get("visual")), 0))
         found = build(self, **options)  # type: ignore[arg-type]
         made[-1] = (made[-1][0], int((found.world.model.geom_group == 2).sum()))
         return found
 
-    monkeypatch.setattr(Bench, "robot", recorded)
+    monkeypatch.setattr(TestWorld, "robot", recorded)
     report = validate(robot(), definition=DEFINITION)
     assert report.joints == 2
     assert made and all((seen > 0) == visual for visual, seen in made)

@@ -69,8 +69,8 @@ class Typist:
 
 def pull(page: DrivingPage, tab: Any, wait: Callable, name: str, x: float, y: float) -> None:
     text = json.dumps([f"{name} {x} {y}", [name, x, y]])
-    tab.send(type="GuiUpdateMessage", uuid=page.sticks._script._uuid, updates={"value": text})
-    wait(lambda: page.sticks.values[name] == (x, y))
+    tab.send(type="GuiUpdateMessage", uuid=page.joysticks._script._uuid, updates={"value": text})
+    wait(lambda: page.joysticks.values[name] == (x, y))
 
 
 @pytest.mark.parametrize(("key", "axis", "sign"), [("i", 0, 1), ("k", 0, -1), (",", 1, 1), (".", 1, -1)])
@@ -100,16 +100,16 @@ def test_a_tap_between_two_looks_is_not_lost(page, browser, wait) -> None:
     press("i", True)
     press("i", False)
     wait(lambda: page._events.qsize() == 4)
-    before = page.pilot.teleop.joint
+    before = page.action_source.teleop.joint
     page.tick(1 / 30)
-    assert page.pilot.teleop.joint == before + 1
+    assert page.action_source.teleop.joint == before + 1
     start = place(page)
     run(page, 0.2)
     assert place(page)[0] > start[0] - 1e-6
 
 
 def test_sticks_move_and_turn_the_base_and_a_page_that_goes_lets_go(page, browser, wait) -> None:
-    assert page.pilot.sticks == ("move", "turn")
+    assert page.action_source.joysticks == ("move", "turn")
     tab = browser(page.viewer)
     wait(lambda: page.viewer.watchers == 1)
     before = place(page)
@@ -122,7 +122,7 @@ def test_sticks_move_and_turn_the_base_and_a_page_that_goes_lets_go(page, browse
     x, y, z, w = page.robot.get_position_orientation(backend="numpy")[1]
     assert np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) < -0.2  # to the right
     tab.close()
-    wait(lambda: page.sticks.values["turn"] == (0.0, 0.0))
+    wait(lambda: page.joysticks.values["turn"] == (0.0, 0.0))
 
 
 def test_sticks_take_no_rubbish(page, browser, wait) -> None:
@@ -131,16 +131,16 @@ def test_sticks_take_no_rubbish(page, browser, wait) -> None:
         (["move", 5, 0], ["move", float("nan"), 0], ["x", 0, 0], [["move"], 0, 0], 7)
     ):
         text = json.dumps([f"rubbish {count}", value])
-        tab.send(type="GuiUpdateMessage", uuid=page.sticks._script._uuid, updates={"value": text})
+        tab.send(type="GuiUpdateMessage", uuid=page.joysticks._script._uuid, updates={"value": text})
     pull(page, tab, wait, "move", 0.25, 0.5)
-    assert page.sticks.values == {"move": (0.25, 0.5), "turn": (0.0, 0.0)}
+    assert page.joysticks.values == {"move": (0.25, 0.5), "turn": (0.0, 0.0)}
 
 
 def test_a_dragged_handle_leads_the_hand(page, browser, wait) -> None:
     run(page, 0.5)
     group = "arm_left"
     handle = page.hands.handles[group]
-    np.testing.assert_allclose(handle.position, page.pilot.tip(group)[:3, 3], atol=2e-3)
+    np.testing.assert_allclose(handle.position, page.action_source.tip(group)[:3, 3], atol=2e-3)
     goal = np.add(handle.position, (0.05, 0.03, 0.08))
     tab = browser(page.viewer)
     tab.send(type="TransformControlsDragStartMessage", name=handle.name)
@@ -151,34 +151,39 @@ def test_a_dragged_handle_leads_the_hand(page, browser, wait) -> None:
         wxyz=tuple(float(v) for v in handle.wxyz),
     )
     tab.send(type="TransformControlsDragEndMessage", name=handle.name)
-    wait(lambda: group in page.pilot.targets and np.allclose(page.pilot.targets[group][:3, 3], goal))
+    wait(
+        lambda: (
+            group in page.action_source.targets
+            and np.allclose(page.action_source.targets[group][:3, 3], goal)
+        )
+    )
     run(page, 2.0)
-    np.testing.assert_allclose(page.pilot.tip(group)[:3, 3], goal, atol=5e-3)
+    np.testing.assert_allclose(page.action_source.tip(group)[:3, 3], goal, atol=5e-3)
     np.testing.assert_allclose(handle.position, goal, atol=1e-6)  # it stays where it was put
     before = page.robot.base_link.pose[0]
-    page.sticks._pulled["move"] = (0, 0.0, 1.0)
+    page.joysticks._pulled["move"] = (0, 0.0, 1.0)
     run(page, 1.0)
-    page.sticks._pulled.clear()
+    page.joysticks._pulled.clear()
     assert page.robot.base_link.pose[0][0] - before[0] > 0.2  # and the hand rides along with the base
-    np.testing.assert_allclose(page.pilot.tip(group)[:3, 3], goal, atol=0.02)
+    np.testing.assert_allclose(page.action_source.tip(group)[:3, 3], goal, atol=0.02)
     page.hands.let_go()
-    assert page.pilot.targets == {}
+    assert page.action_source.targets == {}
 
 
 def test_a_key_for_the_hand_takes_it_from_its_handle(page) -> None:
-    page.pilot.targets["arm_left"] = page.pilot.tip("arm_left")
-    page.pilot.targets["arm_right"] = page.pilot.tip("arm_right")
-    page.pilot.action({"ArrowUp"})
-    assert set(page.pilot.targets) == {"arm_right"}
+    page.action_source.targets["arm_left"] = page.action_source.tip("arm_left")
+    page.action_source.targets["arm_right"] = page.action_source.tip("arm_right")
+    page.action_source.action({"ArrowUp"})
+    assert set(page.action_source.targets) == {"arm_right"}
 
 
 def test_gripper_buttons_open_and_close(page) -> None:
-    index, name = next((k, n) for k, (n, _) in enumerate(page.pilot.teleop.grippers) if "left" in n)
+    index, name = next((k, n) for k, (n, _) in enumerate(page.action_source.teleop.grippers) if "left" in n)
     places = page.robot.groups[name].places
-    page.pilot.teleop.set_gripper(index, is_open=False)
+    page.action_source.teleop.set_gripper(index, is_open=False)
     run(page, 1.5)
     closed = page.robot.joints.q[places].copy()
-    page.pilot.teleop.set_gripper(index, is_open=True)
+    page.action_source.teleop.set_gripper(index, is_open=True)
     run(page, 1.5)
     assert (page.robot.joints.q[places] - closed > 0.02).all()
 
@@ -188,7 +193,7 @@ def test_controllers_change_in_place(page) -> None:
     before, time = page.robot.joints.q.copy(), page.stage.scene.world.time
     page.set_controllers({"arm_left": "JointController"})
     assert type(page.robot.controllers["arm_left"]).__name__ == "JointController"
-    assert page.pilot.hands == ("arm_right",)
+    assert page.action_source.hands == ("arm_right",)
     assert set(page.hands.handles) == {"arm_right"}
     assert page.stage.scene.world.time == time
     run(page, 0.5)
@@ -198,12 +203,12 @@ def test_controllers_change_in_place(page) -> None:
 
 
 def test_reset_and_moments_go_back_bit_for_bit(page, tmp_path: Path) -> None:
-    page.sticks._pulled["move"] = (0, 0.0, 1.0)
+    page.joysticks._pulled["move"] = (0, 0.0, 1.0)
     run(page, 0.7)
     name = page.save_moment()
     saved, time = page.stage.scene.world.data.qpos.copy(), page.stage.scene.world.time
     run(page, 0.7)
-    page.sticks._pulled.clear()
+    page.joysticks._pulled.clear()
     page.load_moment(page.moments[name])
     np.testing.assert_array_equal(page.stage.scene.world.data.qpos, saved)
     assert page.stage.scene.world.time == time
@@ -242,7 +247,7 @@ def test_another_scene_takes_the_place_of_the_first(page) -> None:
 
 def test_a_scene_that_fails_to_load_leaves_the_old_one(page) -> None:
     stage = page.stage
-    page.wishes.fulfil(lambda: page.set_up({"scene": "no_such_place", "robot": "r1"}))
+    page.requests.fulfil(lambda: page.set_up({"scene": "no_such_place", "robot": "r1"}))
     assert page.stage is stage
     assert "no scene named" in page.panel.status.content
     assert set(page.hands.handles) == {"arm_left", "arm_right"}
@@ -251,9 +256,9 @@ def test_a_scene_that_fails_to_load_leaves_the_old_one(page) -> None:
 def test_a_film_shows_what_the_page_shows(page) -> None:
     path = page.start_film(ending="gif")
     assert path.name == "r1-empty-1.gif"
-    page.sticks._pulled["turn"] = (0, 1.0, 0.0)
+    page.joysticks._pulled["turn"] = (0, 1.0, 0.0)
     run(page, 1.0)
-    page.sticks._pulled.clear()
+    page.joysticks._pulled.clear()
     assert page.stop_film() == path
     from PIL import Image
 
@@ -264,7 +269,7 @@ def test_a_film_shows_what_the_page_shows(page) -> None:
 
 
 def test_a_rover_has_one_stick_and_no_handles(rover, browser, wait) -> None:
-    assert rover.pilot.sticks == ("drive",)
+    assert rover.action_source.joysticks == ("drive",)
     assert rover.hands.handles == {}
     assert not rover.panel.handles_box.visible
     tab = browser(rover.viewer)
@@ -279,7 +284,7 @@ def test_what_is_kept_for_late_pages_does_not_grow(page, browser, wait) -> None:
     for stay in range(2):
         tab = browser(page.viewer)
         wait(lambda: page.viewer.watchers == 1)
-        page.sticks._pulled["turn"] = (99, 1.0, 0.0)
+        page.joysticks._pulled["turn"] = (99, 1.0, 0.0)
         before, sent = len(kept), page.viewer.frames_sent
         for _ in range(40):
             run(page, 0.1)
@@ -289,7 +294,7 @@ def test_what_is_kept_for_late_pages_does_not_grow(page, browser, wait) -> None:
         wait(lambda: page.viewer.watchers == 0)
         if stay:
             assert len(kept) <= before + 2
-    page.sticks._pulled.clear()
+    page.joysticks._pulled.clear()
 
 
 def test_pausing_stops_the_world(page) -> None:

@@ -264,10 +264,10 @@ def test_findings_stand_with_their_link(gripper: Path) -> None:
     text = gripper.read_text().replace('<mass value="0.5"/>', '<mass value="-0.5"/>', 1)
     bad = gripper.with_name("bad.urdf")
     bad.write_text(text)
-    from roboyard.audit import audit
+    from roboyard.audit import audit_urdf
     from roboyard.viewer.inspector.panels.link_panel import about, findings_text
 
-    result = audit(bad)
+    result = audit_urdf(bad)
     found = [finding for finding in result.findings if about(finding, {'link "left"'})]
     assert found
     shown = findings_text(result)

@@ -14,7 +14,7 @@ from roboyard.errors import ConfigError
 from roboyard.transforms import matrix_from_quaternion
 from roboyard.viewer.inspector import Inspector, RobotSource, find_robot
 from roboyard.viewer.inspector.checks.shapes import out_of_round
-from roboyard.viewer.inspector.edits.edit_state import Ball, Mount, Notes, read_notes
+from roboyard.viewer.inspector.edits.edit_state import EditedSphere, EditState, SensorPose, read_edit_state
 from roboyard.viewer.inspector.edits.save_edits import write_definition, write_planner_files
 
 pytest.importorskip("viser")
@@ -74,14 +74,14 @@ def typed(inspector: Inspector, page: Any, wait: Any, element: Any, value: Any) 
 
 
 def test_notes_are_what_the_configuration_says(config: Path, gripper: Path) -> None:
-    notes = read_notes(RobotSource(name="gripper", urdf=gripper, config=config))
+    notes = read_edit_state(RobotSource(name="gripper", urdf=gripper, config=config))
     first, second = notes.mounts
     assert (first.kind, first.link, first.parent) == ("camera_links", "eye", "palm")
     assert notes.place_of(first)[0] == "palm"
     link, pose = notes.place_of(second)  # on a link that the first one makes
     assert link == "palm"
     np.testing.assert_allclose(pose[:3, 3], [0.05, 0, 0.12])
-    assert notes.balls["palm"] == [Ball(center=(0.0, 0.0, 0.0), radius=0.06)]
+    assert notes.balls["palm"] == [EditedSphere(center=(0.0, 0.0, 0.0), radius=0.06)]
     assert notes.planner_pairs == {("left", "palm"), ("palm", "right")}
 
 
@@ -173,8 +173,8 @@ def test_spheres_come_and_go(inspect, config: Path) -> None:
     assert inspector.overlays.is_on("planning spheres")
     panel.add()
     assert notes.balls["left"] == [
-        Ball(center=(0.1, 0.0, 0.0), radius=0.02),
-        Ball(center=(0.1, 0.0, 0.02), radius=0.02),
+        EditedSphere(center=(0.1, 0.0, 0.0), radius=0.02),
+        EditedSphere(center=(0.1, 0.0, 0.02), radius=0.02),
     ]
     node = inspector.overlays.balls.nodes["left"]
     np.testing.assert_allclose(node.batched_positions[1], [0.1, 0, 0.02])
@@ -246,8 +246,8 @@ def test_planner_files_and_definitions_are_edited_in_place(tmp_path: Path) -> No
     xrdf.write_text(
         f"geometry: {{g: {{spheres: {{arm: {arm}}}}}}}\nself_collision: {{ignore: {{arm: [hand]}}}}\n"
     )
-    before = Notes(
-        balls={"arm": [Ball(center=(0.0, 0.0, 0.0), radius=0.1)]},
+    before = EditState(
+        balls={"arm": [EditedSphere(center=(0.0, 0.0, 0.0), radius=0.1)]},
         planner_pairs={("arm", "hand"), ("hand", "tip")},
     )
     after = before.copy()
@@ -263,10 +263,10 @@ def test_planner_files_and_definitions_are_edited_in_place(tmp_path: Path) -> No
     assert yaml.safe_load(xrdf.read_text())["self_collision"] == {"ignore": {"arm": ["hand", "tip"]}}
     definition = tmp_path / "arm.yaml"
     definition.write_text('# hands off\ndisabled_collision_pairs:\n  - ["hand", "arm"]  # they touch\n')
-    old = Notes(physics_pairs={("arm", "hand")})
+    old = EditState(physics_pairs={("arm", "hand")})
     assert write_definition(definition, old, old) is None
     assert (
-        write_definition(definition, Notes(physics_pairs={("arm", "hand"), ("arm", "tip")}), old)
+        write_definition(definition, EditState(physics_pairs={("arm", "hand"), ("arm", "tip")}), old)
         == definition
     )
     assert definition.read_text() == (
@@ -290,7 +290,7 @@ def test_the_import_button_imports_what_was_edited_and_shows_it(
     assert "Imported into" in inspector.panels.save.told.content
     found = find_robot("gripper")
     assert found.config == config  # the package remembers
-    assert ("left", "right") in read_notes(found).physics_pairs
+    assert ("left", "right") in read_edit_state(found).physics_pairs
     assert [body.name for body in inspector.world.bodies].count("gripper") == 1
     inspector.play(True)
     inspector.tick(0.1)
@@ -310,7 +310,7 @@ def test_an_import_that_fails_leaves_the_robot_and_says_why(
     monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
     inspector = inspect(config=config)
     panels = inspector.panels
-    panels.notes.mounts.append(Mount(kind="camera_links", link="x", parent="nowhere"))
+    panels.notes.mounts.append(SensorPose(kind="camera_links", link="x", parent="nowhere"))
     panels.save.import_again()
     wait(lambda: inspector.tick(0.01) or not panels.save.import_button.disabled, 30)
     assert "nowhere" in panels.save.told.content

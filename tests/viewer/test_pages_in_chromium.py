@@ -81,11 +81,11 @@ def test_keys_and_sticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage, c
         "Input.dispatchMouseEvent", type="mousePressed", x=there[0], y=there[1], button="left", clickCount=1
     )
     turned = x()
-    until(drive.tick, lambda: drive.sticks.values["drive"][1] > 0.8 and x() > turned + 0.1)
+    until(drive.tick, lambda: drive.joysticks.values["drive"][1] > 0.8 and x() > turned + 0.1)
     page._call(
         "Input.dispatchMouseEvent", type="mouseReleased", x=there[0], y=there[1], button="left", clickCount=1
     )
-    until(drive.tick, lambda: drive.sticks.values["drive"] == (0.0, 0.0))
+    until(drive.tick, lambda: drive.joysticks.values["drive"] == (0.0, 0.0))
     # and the camera of the page went along
     script = "JSON.stringify(window.__viserMutable.cameraControl.getTarget(undefined))"
     until(drive.tick, lambda: page.evaluate(script) != seen)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from roboyard import World
-from roboyard.sensors import Lidar, LidarPattern
+from roboyard.sensors import Lidar, ScanPattern
 from roboyard.viewer import Viewer
 from roboyard.viewer.scene.scans import ITSELF, RAMP, Scans, scan_colors
 
@@ -22,7 +22,7 @@ def ring() -> tuple[World, Any, Lidar]:
     near = world.add_box((0.2, 4, 1), (0.6, 0, 0.5))
     world.add_box((0.2, 4, 1), (-20.1, 0, 0.5))
     carrier = world.add_box((0.1, 0.1, 0.1), (0, 0, 0.5))
-    pattern = LidarPattern(horizontal_resolution_deg=90.0, max_range=50.0)
+    pattern = ScanPattern(horizontal_resolution_deg=90.0, max_range=50.0)
     return world, near, Lidar(carrier.links[0], pattern=pattern)
 
 

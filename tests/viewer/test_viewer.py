@@ -84,7 +84,7 @@ def test_a_new_colour_replaces_only_that_shape() -> None:
     world.add_sphere(0.1, position=(1, 0, 0))
     with Viewer(world, port=0, quiet=True) as viewer:
         before = set(visuals(viewer))
-        world.looks.change(box, 0, 0, rgba=(1.0, 0.0, 0.0, 1.0))
+        world.render_shapes.change(box, 0, 0, rgba=(1.0, 0.0, 0.0, 1.0))
         viewer.sync(wait=True)
         after = set(visuals(viewer))
         assert len(after) == 2

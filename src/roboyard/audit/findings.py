@@ -12,9 +12,9 @@ from typing import Any
 class Severity(IntEnum):
     """How bad it is; smaller is worse."""
 
-    BLOCKS = 0
-    MISBEHAVES = 1
-    UNTIDY = 2
+    ERROR = 0
+    WARNING = 1
+    INFO = 2
 
     @property
     def label(self) -> str:
@@ -22,7 +22,7 @@ class Severity(IntEnum):
         return ("blocks import", "will misbehave", "untidy")[self]
 
 
-BLOCKS, MISBEHAVES, UNTIDY = Severity
+ERROR, WARNING, INFO = Severity
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -40,7 +40,7 @@ class Finding:
     """What to do about it."""
     line: int | None = None
     """1-based line of the element in the file."""
-    mendable: bool = False
+    fixable: bool = False
     """True where `repair` puts it right without guessing."""
     links: tuple[str, ...] = ()
     """Links to look at."""
@@ -54,7 +54,7 @@ class Finding:
             "line": self.line,
             "message": self.message,
             "remedy": self.remedy,
-            "mendable": self.mendable,
+            "mendable": self.fixable,
             "links": list(self.links),
         }
 
@@ -94,16 +94,16 @@ class Audit:
     @property
     def is_usable(self) -> bool:
         """True where the robot can be used as it is, or after the mends that the findings name."""
-        return not any(finding.severity == BLOCKS and not finding.mendable for finding in self.findings)
+        return not any(finding.severity == ERROR and not finding.fixable for finding in self.findings)
 
     @property
     def verdict(self) -> str:
-        """One of `sound`, `usable`, `usable after repair`, `not usable`."""
+        """One of `ok`, `usable`, `usable after repair`, `not usable`."""
         if not self.is_usable:
             return "not usable"
-        if any(finding.severity == BLOCKS for finding in self.findings):
+        if any(finding.severity == ERROR for finding in self.findings):
             return "usable after repair"
-        if any(finding.severity == MISBEHAVES for finding in self.findings):
+        if any(finding.severity == WARNING for finding in self.findings):
             return "usable"
         return "sound"
 

@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from roboyard.audit.urdf_elements import (
-    Draft,
-    DraftInertial,
-    DraftJoint,
-    DraftLink,
-    DraftMaterial,
-    DraftShape,
+    InertialElement,
+    JointElement,
+    LinkElement,
+    Location,
+    MaterialElement,
     MeshUse,
     NumberFault,
-    Place,
+    ShapeElement,
+    UrdfElements,
     plain_type,
 )
 from roboyard.description.files.resolver import Resolver
@@ -25,7 +25,7 @@ from roboyard.description.urdf.problems import Problems
 from roboyard.description.urdf.read_context import read_pose
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import DescriptionError, MeshError
-from roboyard.shapes.mesh_stats import MeshFacts
+from roboyard.shapes.mesh_stats import MeshStats
 from roboyard.transforms import Array
 
 
@@ -45,24 +45,24 @@ class _Recorder(Problems):
 
     def _keep(self, at: ET.Element | int | None, element: str, message: str, *, fatal: bool) -> None:
         line = line_of(at) if isinstance(at, ET.Element) else at
-        place = Place(who=element, line=line, link_names=self.links)
+        place = Location(who=element, line=line, link_names=self.links)
         self.faults.append(NumberFault(at=place, message=message, fatal=fatal))
 
 
-def read_draft(
+def parse_elements(
     file: Path,
     root: ET.Element,
     xml_notes: tuple[str, ...],
     resolver: Resolver,
     *,
-    known_meshes: Mapping[Path, MeshFacts | MeshError] | None = None,
-) -> Draft:
+    known_meshes: Mapping[Path, MeshStats | MeshError] | None = None,
+) -> UrdfElements:
     """Read what is there; mesh files are opened too, but for those that are known."""
     recorder = _Recorder(file)
-    meshes: dict[Path, MeshFacts | MeshError] = dict(known_meshes or {})
+    meshes: dict[Path, MeshStats | MeshError] = dict(known_meshes or {})
     links = tuple(_link(element, recorder, resolver, meshes) for element in root.findall("link"))
     joints = tuple(_joint(element, recorder) for element in root.findall("joint"))
-    draft = Draft(
+    draft = UrdfElements(
         file=file,
         root=root,
         xml_notes=xml_notes,
@@ -77,9 +77,9 @@ def read_draft(
     return draft
 
 
-def refused(file: Path, error: DescriptionError, resolver: Resolver) -> Draft:
+def refused(file: Path, error: DescriptionError, resolver: Resolver) -> UrdfElements:
     """A draft of nothing, for a file that cannot be read."""
-    return Draft(
+    return UrdfElements(
         file=file,
         root=ET.Element("robot"),
         xml_notes=(),
@@ -92,7 +92,7 @@ def refused(file: Path, error: DescriptionError, resolver: Resolver) -> Draft:
     )
 
 
-def _materials(root: ET.Element, recorder: _Recorder, resolver: Resolver) -> tuple[DraftMaterial, ...]:
+def _materials(root: ET.Element, recorder: _Recorder, resolver: Resolver) -> tuple[MaterialElement, ...]:
     found = [("", element) for element in root.findall("material")]
     for link in root.findall("link"):
         for visual in link.findall("visual"):
@@ -100,7 +100,7 @@ def _materials(root: ET.Element, recorder: _Recorder, resolver: Resolver) -> tup
     return tuple(_material(element, link, recorder, resolver) for link, element in found)
 
 
-def _material(element: ET.Element, link: str, recorder: _Recorder, resolver: Resolver) -> DraftMaterial:
+def _material(element: ET.Element, link: str, recorder: _Recorder, resolver: Resolver) -> MaterialElement:
     name = _name(element)
     recorder.links = (link,) if link else ()
     color, texture = element.find("color"), element.find("texture")
@@ -109,7 +109,7 @@ def _material(element: ET.Element, link: str, recorder: _Recorder, resolver: Res
         size = 3 if len(text.split()) == 3 else 4
         rgba = read_vector(color, "rgba", size, f'material "{name}"', recorder)
     uri = None if texture is None else texture.get("filename")
-    return DraftMaterial(
+    return MaterialElement(
         element=element,
         link=link,
         name=name,
@@ -129,8 +129,8 @@ def _origin(parent: ET.Element, who: str, recorder: _Recorder) -> tuple[Array, t
 
 
 def _link(
-    element: ET.Element, recorder: _Recorder, resolver: Resolver, meshes: Mapping[Path, MeshFacts | MeshError]
-) -> DraftLink:
+    element: ET.Element, recorder: _Recorder, resolver: Resolver, meshes: Mapping[Path, MeshStats | MeshError]
+) -> LinkElement:
     name = _name(element)
     who = f'link "{name}"'
     recorder.links = (name,)
@@ -143,7 +143,7 @@ def _link(
         for child in element
         if child.tag in ("visual", "collision")
     ]
-    return DraftLink(
+    return LinkElement(
         element=element,
         name=name,
         inertial=None if inertial is None else _inertial(inertial, who, recorder),
@@ -151,7 +151,7 @@ def _link(
     )
 
 
-def _inertial(element: ET.Element, who: str, recorder: _Recorder) -> DraftInertial:
+def _inertial(element: ET.Element, who: str, recorder: _Recorder) -> InertialElement:
     mass, inertia = element.find("mass"), element.find("inertia")
     tensor: tuple[float, ...] | None = None
     if inertia is not None:
@@ -163,7 +163,7 @@ def _inertial(element: ET.Element, who: str, recorder: _Recorder) -> DraftInerti
         )
         if diagonal_is_there and not unreadable:
             tensor = tuple(0.0 if number is None else number for number in numbers)
-    return DraftInertial(
+    return InertialElement(
         element=element,
         mass=None if mass is None else read_number(mass, "value", who, recorder),
         origin=_origin(element, who, recorder)[0],
@@ -177,8 +177,8 @@ def _shape(
     who: str,
     recorder: _Recorder,
     resolver: Resolver,
-    meshes: Mapping[Path, MeshFacts | MeshError],
-) -> DraftShape:
+    meshes: Mapping[Path, MeshStats | MeshError],
+) -> ShapeElement:
     holder = element.find("geometry")
     geometry = (
         next((child for child in holder if isinstance(child.tag, str)), None) if holder is not None else None
@@ -197,7 +197,7 @@ def _shape(
         )
     elif geometry is not None:
         size = _size(geometry, who, recorder)
-    return DraftShape(
+    return ShapeElement(
         element=element,
         kind=element.tag,
         link=link,
@@ -229,7 +229,7 @@ def _size(geometry: ET.Element, who: str, recorder: _Recorder) -> tuple[float, .
     return None
 
 
-def _joint(element: ET.Element, recorder: _Recorder) -> DraftJoint:
+def _joint(element: ET.Element, recorder: _Recorder) -> JointElement:
     name = _name(element)
     who = f'joint "{name}"'
     parent, child = element.find("parent"), element.find("child")
@@ -243,7 +243,7 @@ def _joint(element: ET.Element, recorder: _Recorder) -> DraftJoint:
 
     origin, rpy = _origin(element, who, recorder)
     multiplier, offset = number(mimic, "multiplier"), number(mimic, "offset")
-    return DraftJoint(
+    return JointElement(
         element=element,
         name=name,
         type=plain_type(element.get("type") or ""),

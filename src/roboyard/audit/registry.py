@@ -1,7 +1,8 @@
-"""The list of checks. A check is a small generator function over a `Draft`, with a docstring and a test:
+"""The list of checks. A check is a small generator function over a `UrdfElements`, with a docstring and a
+test:
 
-    @check("axis-zero", BLOCKS, remedy="give a non-zero axis", example='<axis xyz="0 0 0"/>')
-    def axis_zero(draft: Draft) -> Faults:
+    @check("axis-zero", ERROR, remedy="give a non-zero axis", example='<axis xyz="0 0 0"/>')
+    def axis_zero(draft: UrdfElements) -> Faults:
         '''A moving joint's axis has length zero.'''
         for joint in draft.moving_joints:
             if joint.axis is not None and not any(joint.axis):
@@ -19,14 +20,14 @@ from typing import TYPE_CHECKING, Protocol
 from roboyard.audit.findings import Finding, Severity
 
 if TYPE_CHECKING:
-    from roboyard.audit.urdf_elements import Draft
+    from roboyard.audit.urdf_elements import UrdfElements
 
 
 LONGEST_MESSAGE, LONGEST_ELEMENT = 400, 120
 """Characters; what a file says is repeated in messages, however long it is."""
 
 
-class Place(Protocol):
+class LocatedElement(Protocol):
     """What a fault can point at: links, joints, shapes, ..."""
 
     @property
@@ -49,18 +50,18 @@ class Place(Protocol):
 class Fault:
     """What a check yields; code, severity and remedy are the check's where they are not given."""
 
-    at: Place | None = None
+    at: LocatedElement | None = None
     message: str
     remedy: str | None = None
     severity: Severity | None = None
-    mendable: bool | None = None
+    fixable: bool | None = None
     links: tuple[str, ...] | None = None
     line: int | None = None
     """Where it differs from the place's own."""
 
 
 Faults = Iterator[Fault]
-CheckFunction = Callable[["Draft"], Faults]
+CheckFunction = Callable[["UrdfElements"], Faults]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -72,7 +73,7 @@ class Check:
     remedy: str
     example: str
     """XML, or words in parentheses where XML cannot show it."""
-    mendable: bool
+    fixable: bool
     topic: str
     """Module it lives in."""
     run: CheckFunction
@@ -98,7 +99,7 @@ class Check:
             message=shortened(fault.message, LONGEST_MESSAGE),
             remedy=self.remedy if fault.remedy is None else fault.remedy,
             line=line,
-            mendable=self.mendable if fault.mendable is None else fault.mendable,
+            fixable=self.fixable if fault.fixable is None else fault.fixable,
             links=links,
         )
 
@@ -116,7 +117,7 @@ CHECKS: dict[str, Check] = {}
 
 
 def check(
-    code: str, severity: Severity, *, remedy: str, example: str, mendable: bool = False
+    code: str, severity: Severity, *, remedy: str, example: str, fixable: bool = False
 ) -> Callable[[CheckFunction], CheckFunction]:
     """Register a check; see the module's docstring."""
 
@@ -127,7 +128,7 @@ def check(
             severity=severity,
             remedy=remedy,
             example=example,
-            mendable=mendable,
+            fixable=fixable,
             topic=function.__module__.rpartition(".")[2],
             run=function,
         )

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from roboyard.audit.urdf_elements import Draft
+from roboyard.audit.urdf_elements import UrdfElements
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -20,7 +20,7 @@ class Renames:
     joints: Mapping[str, str]
 
 
-def planned_renames(draft: Draft) -> Renames:
+def planned_renames(draft: UrdfElements) -> Renames:
     """What `repair` renames: every name that is no USD identifier, kept distinct from all others."""
     return Renames(
         links=distinct_names((link.name for link in draft.links), _PLAIN),

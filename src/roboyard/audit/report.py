@@ -49,7 +49,7 @@ def report_lines(audit: Audit, *, everything: bool = False) -> list[str]:
     for finding, more in shown_findings(audit, everything=everything):
         where = f"{audit.file.name}:{finding.line}" if finding.line else audit.file.name
         element = f"{finding.element}: " if finding.element else ""
-        mend = ", repair mends it" if finding.mendable else ""
+        mend = ", repair mends it" if finding.fixable else ""
         lines.append(
             f"{where}: {finding.severity.label}: {element}{finding.message}; {finding.remedy} "
             f"[{finding.code}{mend}]"

@@ -12,10 +12,10 @@ from typing import ParamSpec, TypeVar
 import numpy as np
 
 from roboyard.audit import checks as checks
-from roboyard.audit.findings import BLOCKS, Audit, Facts, Finding
-from roboyard.audit.parse_elements import read_draft, refused
+from roboyard.audit.findings import ERROR, Audit, Facts, Finding
+from roboyard.audit.parse_elements import parse_elements, refused
 from roboyard.audit.registry import CHECKS, Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft
+from roboyard.audit.urdf_elements import UrdfElements
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.urdf.read import load_urdf
 from roboyard.description.urdf.xml import read_xml
@@ -27,11 +27,11 @@ R = TypeVar("R")
 
 @check(
     "not-loadable",
-    BLOCKS,
+    ERROR,
     remedy="mend what the message names",
     example="(anything the reader refuses that no other check found)",
 )
-def not_loadable(draft: Draft) -> Faults:
+def not_loadable(draft: UrdfElements) -> Faults:
     """The reader refuses the file for a reason that no other check names."""
     resolver = draft.resolver
     try:
@@ -46,7 +46,7 @@ def not_loadable(draft: Draft) -> Faults:
             yield Fault(message=problem, line=error.line)
 
 
-def audit(
+def audit_urdf(
     path: Path | str, *, packages: Mapping[str, Path] | None = None, search_paths: Sequence[Path] = ()
 ) -> Audit:
     """The report card of a URDF file: everything that is wrong with it, worst first.
@@ -60,8 +60,8 @@ def audit(
         search_paths: more folders in which to look for packages and files; see
         `roboyard.description.files.resolver`.
     """
-    draft, blocked = open_draft(path, packages=packages, search_paths=search_paths)
-    return judge(draft, blocked=blocked)
+    draft, blocked = open_elements(path, packages=packages, search_paths=search_paths)
+    return audit_elements(draft, blocked=blocked)
 
 
 def quietly(function: Callable[P, R]) -> Callable[P, R]:
@@ -76,9 +76,9 @@ def quietly(function: Callable[P, R]) -> Callable[P, R]:
 
 
 @quietly
-def open_draft(
+def open_elements(
     path: Path | str, *, packages: Mapping[str, Path] | None = None, search_paths: Sequence[Path] = ()
-) -> tuple[Draft, bool]:
+) -> tuple[UrdfElements, bool]:
     """The draft of a file, and True where there is nothing in it to look at."""
     file = Path(path)
     base = Path(os.path.abspath(file)).parent  # noqa: PTH100
@@ -92,7 +92,7 @@ def open_draft(
         root, notes = read_xml(file)
     except DescriptionError as error:
         return refused(file, error, resolver), True
-    shell = Draft(
+    shell = UrdfElements(
         file=file,
         root=root,
         xml_notes=notes,
@@ -102,9 +102,9 @@ def open_draft(
         number_faults=(),
         resolver=resolver,
     )
-    if any(finding.severity == BLOCKS for finding in _findings(shell, only_file=True)):
+    if any(finding.severity == ERROR for finding in _findings(shell, only_file=True)):
         return shell, True
-    return read_draft(file, root, notes, resolver), False
+    return parse_elements(file, root, notes, resolver), False
 
 
 def _real_base(file: Path) -> Path | None:
@@ -116,10 +116,10 @@ def _real_base(file: Path) -> Path | None:
 
 
 @quietly
-def judge(draft: Draft, *, blocked: bool = False) -> Audit:
+def audit_elements(draft: UrdfElements, *, blocked: bool = False) -> Audit:
     """The audit of a draft; `blocked` where only the checks of the file as such make sense."""
     findings = _findings(draft, only_file=blocked)
-    if not blocked and not any(finding.severity == BLOCKS for finding in findings):
+    if not blocked and not any(finding.severity == ERROR for finding in findings):
         last = CHECKS["not-loadable"]
         findings += [last.finding(fault) for fault in last.run(draft)]
     order = {code: k for k, code in enumerate(CHECKS)}
@@ -132,7 +132,7 @@ def judge(draft: Draft, *, blocked: bool = False) -> Audit:
     )
 
 
-def _findings(draft: Draft, *, only_file: bool) -> list[Finding]:
+def _findings(draft: UrdfElements, *, only_file: bool) -> list[Finding]:
     found: list[Finding] = []
     for each in CHECKS.values():
         if each.code == "not-loadable" or (only_file and each.topic != "file"):
@@ -141,7 +141,7 @@ def _findings(draft: Draft, *, only_file: bool) -> list[Finding]:
     return found
 
 
-def _facts(draft: Draft) -> Facts:
+def _facts(draft: UrdfElements) -> Facts:
     masses = [link.inertial.mass for link in draft.links if link.inertial is not None]
     known = [mass for mass in masses if mass is not None and math.isfinite(mass)]
     shapes = list(draft.shapes)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from roboyard.audit.urdf_elements import DraftLink, DraftShape
+from roboyard.audit.urdf_elements import LinkElement, ShapeElement
 from roboyard.shapes import inertia
 from roboyard.shapes.inertia import MassProperties
 from roboyard.transforms import Array
 
 
-def shape_solid(shape: DraftShape) -> MassProperties | None:
+def shape_solid(shape: ShapeElement) -> MassProperties | None:
     """Mass properties at density 1 in the link frame; None where the size is not known or zero."""
     own = _own_solid(shape)
     if own is None or not (np.isfinite(own.mass) and own.mass > 0 and np.isfinite(own.inertia).all()):
@@ -20,7 +20,7 @@ def shape_solid(shape: DraftShape) -> MassProperties | None:
     return own.moved(shape.origin[:3, 3], shape.origin[:3, :3])
 
 
-def _own_solid(shape: DraftShape) -> MassProperties | None:
+def _own_solid(shape: ShapeElement) -> MassProperties | None:
     if shape.mesh is not None:
         facts = shape.mesh.facts
         if facts is None or not facts.is_finite or not all(shape.mesh.scale):
@@ -41,7 +41,7 @@ def _own_solid(shape: DraftShape) -> MassProperties | None:
     return None
 
 
-def link_solid(link: DraftLink) -> MassProperties | None:
+def link_solid(link: LinkElement) -> MassProperties | None:
     """Of the link's collision shapes, or its visual ones where it has none of known size; at density 1."""
     for shapes in (link.collisions, link.visuals):
         parts = [solid for shape in shapes if (solid := shape_solid(shape)) is not None]
@@ -50,7 +50,7 @@ def link_solid(link: DraftLink) -> MassProperties | None:
     return None
 
 
-def link_volumes(link: DraftLink) -> tuple[float, float] | None:
+def link_volumes(link: LinkElement) -> tuple[float, float] | None:
     """Smallest and largest volume (m³) that the link's visual or collision shapes take up."""
     volumes = [
         sum(part.mass for part in parts)
@@ -63,7 +63,7 @@ def link_volumes(link: DraftLink) -> tuple[float, float] | None:
     return min(volumes), max(volumes + boxes)
 
 
-def shape_points(shape: DraftShape) -> Array | None:
+def shape_points(shape: ShapeElement) -> Array | None:
     """(k, 3) points in the link frame whose hull is (nearly) the shape; None where it is not known."""
     if shape.mesh is not None:
         facts = shape.mesh.facts
@@ -78,7 +78,7 @@ def shape_points(shape: DraftShape) -> Array | None:
     return points @ shape.origin[:3, :3].T + shape.origin[:3, 3]
 
 
-def _primitive_points(shape: DraftShape) -> Array | None:
+def _primitive_points(shape: ShapeElement) -> Array | None:
     bounds = shape.bounds
     if bounds is None or shape.geometry is None or shape.size is None:
         return None

@@ -18,7 +18,7 @@ from roboyard.audit.link_tree import Tree
 from roboyard.description.files.resolver import Resolved, Resolver
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import DescriptionError, MeshError
-from roboyard.shapes.mesh_stats import MeshFacts, mesh_facts
+from roboyard.shapes.mesh_stats import MeshStats, mesh_stats
 from roboyard.transforms import Array, pose_matrix, quaternion_from_axis_angle
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic", "floating", "planar", "spherical")
@@ -28,7 +28,7 @@ PRIMITIVES = ("box", "sphere", "cylinder", "capsule", "plane")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Place:
+class Location:
     """An element to point at."""
 
     who: str
@@ -40,7 +40,7 @@ class Place:
 class NumberFault:
     """A number that the shared reader could not read, or read only by being lenient."""
 
-    at: Place
+    at: Location
     message: str
     fatal: bool
 
@@ -53,13 +53,13 @@ class MeshUse:
     uri: str
     found: Resolved
     scale: tuple[float, ...]
-    drafts_facts: Mapping[Path, MeshFacts | MeshError]
+    drafts_facts: Mapping[Path, MeshStats | MeshError]
 
     @property
-    def facts(self) -> MeshFacts | None:
+    def facts(self) -> MeshStats | None:
         """What is known of the file; None where it was not found or cannot be read."""
         known = None if self.found.path is None else self.drafts_facts.get(self.found.path)
-        return known if isinstance(known, MeshFacts) else None
+        return known if isinstance(known, MeshStats) else None
 
     @property
     def error(self) -> MeshError | None:
@@ -77,7 +77,7 @@ class MeshUse:
 
 
 @dataclass(kw_only=True, eq=False)
-class DraftShape:
+class ShapeElement:
     """A `<visual>` or `<collision>`."""
 
     element: ET.Element
@@ -129,7 +129,7 @@ class DraftShape:
 
 
 @dataclass(kw_only=True, eq=False)
-class DraftInertial:
+class InertialElement:
     """An `<inertial>`; parts that are missing or cannot be read are None."""
 
     element: ET.Element
@@ -148,14 +148,14 @@ class DraftInertial:
 
 
 @dataclass(kw_only=True, eq=False)
-class DraftLink:
+class LinkElement:
     """A `<link>`."""
 
     element: ET.Element
     name: str
     """Empty where there is none."""
-    inertial: DraftInertial | None
-    shapes: tuple[DraftShape, ...]
+    inertial: InertialElement | None
+    shapes: tuple[ShapeElement, ...]
 
     @property
     def who(self) -> str:
@@ -175,11 +175,11 @@ class DraftLink:
         return self.inertial is not None and self.inertial.mass is not None and self.inertial.mass > 0
 
     @property
-    def visuals(self) -> list[DraftShape]:
+    def visuals(self) -> list[ShapeElement]:
         return [shape for shape in self.shapes if shape.kind == "visual"]
 
     @property
-    def collisions(self) -> list[DraftShape]:
+    def collisions(self) -> list[ShapeElement]:
         return [shape for shape in self.shapes if shape.kind == "collision"]
 
     @cached_property
@@ -199,7 +199,7 @@ class DraftLink:
 
 
 @dataclass(kw_only=True, eq=False)
-class DraftJoint:
+class JointElement:
     """A `<joint>`; numbers that are missing or cannot be read are None."""
 
     element: ET.Element
@@ -261,7 +261,7 @@ class DraftJoint:
 
 
 @dataclass(kw_only=True, eq=False)
-class DraftMaterial:
+class MaterialElement:
     """A `<material>`, the robot's or a visual's."""
 
     element: ET.Element
@@ -286,18 +286,18 @@ class DraftMaterial:
 
 
 @dataclass(kw_only=True, eq=False)
-class Draft:
+class UrdfElements:
     """A whole description, right or wrong."""
 
     file: Path
     root: ET.Element
     xml_notes: tuple[str, ...]
-    links: tuple[DraftLink, ...]
-    joints: tuple[DraftJoint, ...]
-    materials: tuple[DraftMaterial, ...]
+    links: tuple[LinkElement, ...]
+    joints: tuple[JointElement, ...]
+    materials: tuple[MaterialElement, ...]
     number_faults: tuple[NumberFault, ...]
     resolver: Resolver
-    meshes: dict[Path, MeshFacts | MeshError] = field(default_factory=dict)
+    meshes: dict[Path, MeshStats | MeshError] = field(default_factory=dict)
     """Of every mesh file found."""
     refusal: DescriptionError | None = None
     """Why there is nothing to look at: the file cannot be read, or is no XML."""
@@ -307,27 +307,27 @@ class Draft:
         return (self.root.get("name") or "").strip()
 
     @cached_property
-    def link_by_name(self) -> dict[str, DraftLink]:
+    def link_by_name(self) -> dict[str, LinkElement]:
         return {link.name: link for link in reversed(self.links) if link.name}
 
     @cached_property
-    def joint_by_name(self) -> dict[str, DraftJoint]:
+    def joint_by_name(self) -> dict[str, JointElement]:
         return {joint.name: joint for joint in reversed(self.joints) if joint.name}
 
     @property
-    def moving_joints(self) -> Iterator[DraftJoint]:
+    def moving_joints(self) -> Iterator[JointElement]:
         return (joint for joint in self.joints if joint.type in MOVING_TYPES)
 
     @property
-    def one_axis_joints(self) -> Iterator[DraftJoint]:
+    def one_axis_joints(self) -> Iterator[JointElement]:
         return (joint for joint in self.joints if joint.type in ONE_AXIS_TYPES)
 
     @property
-    def shapes(self) -> Iterator[DraftShape]:
+    def shapes(self) -> Iterator[ShapeElement]:
         return (shape for link in self.links for shape in link.shapes)
 
     @property
-    def mesh_shapes(self) -> Iterator[tuple[DraftShape, MeshUse]]:
+    def mesh_shapes(self) -> Iterator[tuple[ShapeElement, MeshUse]]:
         return ((shape, shape.mesh) for shape in self.shapes if shape.mesh is not None)
 
     @cached_property
@@ -391,7 +391,7 @@ class Draft:
             path = mesh.found.path
             if path is not None and path not in self.meshes:
                 try:
-                    self.meshes[path] = mesh_facts(path)
+                    self.meshes[path] = mesh_stats(path)
                 except MeshError as error:
                     self.meshes[path] = error
 

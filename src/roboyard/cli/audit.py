@@ -54,9 +54,9 @@ def audit(
 
         result = write_audit_page(file, html, packages=packages)
     else:
-        from roboyard.audit import audit as run_audit
+        from roboyard.audit import audit_urdf
 
-        result = run_audit(file, packages=packages)
+        result = audit_urdf(file, packages=packages)
     if as_json:
         _print_json(result.to_json())
     elif sys.stdout.isatty():
@@ -95,7 +95,7 @@ def _print_table(result: Audit, *, everything: bool) -> None:
             table.add_section()
             table.add_row("", Text(severity.label, style=style))
         remedy = Text(finding.remedy)
-        if finding.mendable:
+        if finding.fixable:
             remedy.append(" (repair does it)", style="green")
         line = "" if finding.line is None else str(finding.line)
         table.add_row(line, Text(finding.element), Text(finding.message), remedy, finding.code)

@@ -102,7 +102,7 @@ def importing(
     from roboyard import import_robot
     from roboyard.cli.packages import read_packages
     from roboyard.errors import ConfigError
-    from roboyard.importer.import_log import told_once
+    from roboyard.importer.import_log import unique_warnings
 
     if (urdf is None) == (config is None):
         raise ConfigError("give either a URDF or --config FILE; roboyard import --help shows an example")
@@ -125,7 +125,7 @@ def importing(
         return
     for line in _found(result.facts.get("source", {}).get("findings", [])):
         print(line)
-    for message, elements in told_once(result.warnings):
+    for message, elements in unique_warnings(result.warnings):
         named = [element for element in elements if element]
         who = ", ".join(named[:3]) + (f" and {len(named) - 3} more" if len(named) > 3 else "")
         print(f"look at: {f'{who}: ' if who else ''}{message}")

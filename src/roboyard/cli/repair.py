@@ -42,9 +42,9 @@ def repair(
     Exit code 0: the result is usable; 1: something is left that makes it unusable.
     """
     from roboyard.cli.packages import read_packages
-    from roboyard.repair import repair as run_repair
+    from roboyard.repair import repair_urdf
 
-    result = run_repair(file, out, only=only or (), keep=keep or (), packages=read_packages(package or []))
+    result = repair_urdf(file, out, only=only or (), keep=keep or (), packages=read_packages(package or []))
     if as_json:
         import json
 

@@ -47,7 +47,7 @@ def replay(
     console.print(table)
     if record is None:
         return
-    from roboyard.recording.replay import film_of
+    from roboyard.recording.replay import replay_video
 
-    count = film_of(found, record, fps=fps, width=width, height=height)
+    count = replay_video(found, record, fps=fps, width=width, height=height)
     console.print(f"{record}: {count} pictures", highlight=False, soft_wrap=True)

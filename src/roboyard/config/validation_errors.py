@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def told_plainly(detail: Mapping[str, Any]) -> str | None:
+def format_validation_error(detail: Mapping[str, Any]) -> str | None:
     """The rest of a sentence that begins with the field; None for kinds that need to know the field.
 
     `detail`: one of pydantic's `ValidationError.errors()`.

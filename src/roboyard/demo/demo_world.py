@@ -8,7 +8,7 @@ import numpy as np
 
 from roboyard.demo.plan import Plan
 from roboyard.description.model import Cylinder, Link, Material, RobotDescription, Visual
-from roboyard.morphology.point_model import Figure
+from roboyard.morphology.point_model import PointModel
 from roboyard.transforms import Array, rotate
 
 if TYPE_CHECKING:
@@ -35,10 +35,10 @@ FULL_EFFORT_HINGE, FULL_EFFORT_SLIDE = 0.15, 0.02
 """rad or m: error at which a light joint uses its whole effort."""
 
 
-class Stage:
+class DemoWorld:
     """World, robot and obstacle; `place` puts the robot in, and again when it has to be held up."""
 
-    def __init__(self, figure: Figure, plan: Plan) -> None:
+    def __init__(self, figure: PointModel, plan: Plan) -> None:
         from roboyard.sim import World
 
         self.figure, self.plan = figure, plan

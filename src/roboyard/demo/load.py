@@ -11,7 +11,7 @@ from roboyard.description.model import RobotDescription
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Intake:
+class LoadedRobot:
     """A robot that can be used, and what stood in the way."""
 
     description: RobotDescription
@@ -21,20 +21,20 @@ class Intake:
     """As `Mend.to_json` gives them, in the order they were done."""
 
 
-def take_in(file: Path, *, packages: Mapping[str, Path] | None, folder: Path) -> Intake:
+def load_robot(file: Path, *, packages: Mapping[str, Path] | None, folder: Path) -> LoadedRobot:
     """Audit, repair into `folder`, and read the repaired robot; the original stays as it is.
 
     Raises:
         DescriptionError: the robot is beyond repair; the message names the original file.
     """
     from roboyard.description import load_urdf
-    from roboyard.repair import repair
+    from roboyard.repair import repair_urdf
 
-    repaired = repair(file, folder, packages=packages)
+    repaired = repair_urdf(file, folder, packages=packages)
     findings = tuple(finding.to_json() for finding in repaired.before.findings)
     if not repaired.before.is_usable:
-        return Intake(description=load_urdf(file, packages=packages), findings=findings, repairs=())
-    return Intake(
+        return LoadedRobot(description=load_urdf(file, packages=packages), findings=findings, repairs=())
+    return LoadedRobot(
         description=load_urdf(repaired.urdf),
         findings=findings,
         repairs=tuple(mend.to_json() for mend in repaired.mends),

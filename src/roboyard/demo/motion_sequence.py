@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from roboyard.demo.demo_world import Stage
+from roboyard.demo.demo_world import DemoWorld
 from roboyard.demo.plan import Group
 from roboyard.transforms import Array, rotate
 
@@ -39,7 +39,7 @@ class Record:
 
 
 @dataclass(kw_only=True, slots=True)
-class Story:
+class MotionSequence:
     """What happened, in figures."""
 
     record: Record
@@ -61,22 +61,22 @@ class Story:
         return self.simulated / self.stepping if self.stepping > 0 else 0.0
 
 
-class Teller:
+class MotionRecorder:
     """Tells the story on a stage, tick by tick."""
 
-    def __init__(self, stage: Stage, on_tick: OnTick, *, short: bool = False) -> None:
+    def __init__(self, stage: DemoWorld, on_tick: OnTick, *, short: bool = False) -> None:
         self.stage = stage
         self.on_tick = on_tick
         self.short = short
         joints = tuple(stage.plan.home)
-        self.story = Story(record=Record(joints=joints))
+        self.story = MotionSequence(record=Record(joints=joints))
         self._targets = np.array([stage.plan.home[name] for name in joints])
         self._column = {name: k for k, name in enumerate(joints)}
         rows = {name: k for k, name in enumerate(stage.robot.joint_names)}
         self._rows = np.array([rows[name] for name in joints], dtype=np.intp)
         self._upright = self._up()
 
-    def tell(self) -> Story:
+    def tell(self) -> MotionSequence:
         """Settle, hold up what cannot stand, move every joint."""
         stage, plan = self.stage, self.stage.plan
         self.settle()

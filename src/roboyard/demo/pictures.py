@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.demo.demo_world import Stage
+from roboyard.demo.demo_world import DemoWorld
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def fitted_camera(points: Array, view: str, width: int, height: int) -> Camera:
     )
 
 
-def picture(stage: Stage, camera: Camera) -> Image:
+def picture(stage: DemoWorld, camera: Camera) -> Image:
     """One picture of the stage, the floor fading out with distance."""
     from roboyard.rendering import Backdrop, Light
 
@@ -76,7 +76,7 @@ def picture(stage: Stage, camera: Camera) -> Image:
     return stage.world.render(camera, shadow=True, light=light, background=backdrop, samples=4)
 
 
-def still_views(stage: Stage, width: int, height: int) -> dict[str, Image]:
+def still_views(stage: DemoWorld, width: int, height: int) -> dict[str, Image]:
     """View name to a picture of the robot and the obstacle as they are now."""
     points = np.concatenate([stage.robot_points(), _corners(stage.obstacle.bounds)])
     shadows = points * (1.0, 1.0, 0.0)
@@ -91,10 +91,10 @@ def _corners(box: Array) -> Array:
     return np.array([[box[i, 0], box[j, 1], box[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
-class Film:
+class DemoVideo:
     """Takes a frame whenever one is due; the camera goes along with a robot that drives."""
 
-    def __init__(self, stage: Stage, *, width: int, height: int, frames: int, seconds: float) -> None:
+    def __init__(self, stage: DemoWorld, *, width: int, height: int, frames: int, seconds: float) -> None:
         self.stage = stage
         self.size = (width, height)
         self.interval = max(1.0 / FPS, seconds / frames)
@@ -122,7 +122,7 @@ class Film:
         self.frames.append(picture(self.stage, camera).rgba[..., :3].copy())
 
 
-def film_points(stage: Stage) -> Array:
+def film_points(stage: DemoWorld) -> Array:
     """(k, 3) points around everywhere the robot gets, on the floor and on its stand, and the obstacle."""
     plan = stage.plan
     base = -plan.stance.lowest

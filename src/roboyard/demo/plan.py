@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.demo.sweep import Sweep, first_sweep
-from roboyard.morphology.point_model import Figure, extreme_points
-from roboyard.morphology.support_mode import Stance, decide
+from roboyard.morphology.point_model import PointModel, extreme_points
+from roboyard.morphology.support_mode import SupportMode, decide
 from roboyard.transforms import Array
 
 Flags = NDArray[np.bool_]
@@ -53,7 +53,7 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    stance: Stance
+    stance: SupportMode
     home: Mapping[str, float]
     """Joint name to rad or m, for every driven joint."""
     inertias: Mapping[str, float]
@@ -79,7 +79,7 @@ class Plan:
         return {sweep.joint: sweep for group in self.groups for sweep in group.sweeps}
 
 
-def make_plan(figure: Figure) -> Plan:
+def make_plan(figure: PointModel) -> Plan:
     """Decide how the robot stands, in which groups its joints move, and how far."""
     stance = decide(figure)
     inertias = figure.moved_inertias()
@@ -119,7 +119,7 @@ def make_plan(figure: Figure) -> Plan:
     )
 
 
-def _gentle(figure: Figure, stance: Stance, sweep: Sweep, inertia: float) -> Sweep:
+def _gentle(figure: PointModel, stance: SupportMode, sweep: Sweep, inertia: float) -> Sweep:
     """The sweep slowed down so that its reaction uses up only a part of the balance margin.
 
     What tips a robot of mass m is a moment of m g · margin. Turning an inertia takes inertia · acceleration;
@@ -154,7 +154,7 @@ def _merged(levels: list[list[Sweep]], alone: Container[str]) -> list[list[Sweep
     return groups
 
 
-def _level(figure: Figure, name: str) -> int:
+def _level(figure: PointModel, name: str) -> int:
     """Driven joints between the root and this joint."""
     driven = {joint.name for joint in figure.joints}
     joint = figure.description.joint_by_name[name]
@@ -185,7 +185,7 @@ def _shrunk(sweep: Sweep, factor: float, reason: str) -> Sweep:
     )
 
 
-def _trimmed(figure: Figure, stance: Stance, sweep: Sweep) -> Sweep:
+def _trimmed(figure: PointModel, stance: SupportMode, sweep: Sweep) -> Sweep:
     """The part of a sweep around home in which a free-standing robot neither tips nor hits the floor."""
     values = np.unique(np.append(np.linspace(sweep.lower, sweep.upper, SAMPLES), sweep.home))
     poses = figure.poses({sweep.joint: values})
@@ -209,7 +209,7 @@ def _trimmed(figure: Figure, stance: Stance, sweep: Sweep) -> Sweep:
 
 
 def _safety(
-    figure: Figure, stance: Stance, poses: Mapping[str, Array], moved: Sequence[str]
+    figure: PointModel, stance: SupportMode, poses: Mapping[str, Array], moved: Sequence[str]
 ) -> tuple[Flags, Flags]:
     """Where it keeps its balance, and where its moved parts (but its feet) stay above the floor."""
     keeps = stance.margin_at(figure.centre_of_mass(poses)) >= KEEP * stance.margin
@@ -218,7 +218,7 @@ def _safety(
     return np.broadcast_to(keeps, clear.shape), clear
 
 
-def _balanced(figure: Figure, stance: Stance, sweeps: tuple[Sweep, ...]) -> tuple[Sweep, ...]:
+def _balanced(figure: PointModel, stance: SupportMode, sweeps: tuple[Sweep, ...]) -> tuple[Sweep, ...]:
     """The sweeps of one group, made smaller together until they keep the robot on its feet."""
     every = list(figure.outlines)
     for _ in range(20):
@@ -230,7 +230,7 @@ def _balanced(figure: Figure, stance: Stance, sweeps: tuple[Sweep, ...]) -> tupl
     return sweeps
 
 
-def _group_poses(figure: Figure, sweeps: Sequence[Sweep]) -> dict[str, Array]:
+def _group_poses(figure: PointModel, sweeps: Sequence[Sweep]) -> dict[str, Array]:
     phase = np.linspace(0.0, 1.0, 2 * SAMPLES + 1)
     return figure.poses({sweep.joint: sweep.at(phase)[0] for sweep in sweeps})
 
@@ -241,7 +241,7 @@ def _box(points: Array) -> Array:
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
-def _still(figure: Figure, groups: Sequence[Group]) -> dict[str, str]:
+def _still(figure: PointModel, groups: Sequence[Group]) -> dict[str, str]:
     moved = {sweep.joint for group in groups for sweep in group.sweeps if sweep.stretches}
     found = {}
     for joint in figure.description.depth_first_joints:

@@ -74,27 +74,27 @@ def _perform(
 ) -> dict[str, Any]:
     tell("reading", 0.0)
     from roboyard.assets import asset_path
-    from roboyard.demo.demo_world import Stage
-    from roboyard.demo.load import take_in
-    from roboyard.demo.motion_sequence import Teller
-    from roboyard.demo.pictures import FPS, Film, still_views
+    from roboyard.demo.demo_world import DemoWorld
+    from roboyard.demo.load import load_robot
+    from roboyard.demo.motion_sequence import MotionRecorder
+    from roboyard.demo.pictures import FPS, DemoVideo, still_views
     from roboyard.demo.plan import make_plan
     from roboyard.demo.plots import plot_joints
     from roboyard.demo.summary import summarize, where_things_are
-    from roboyard.morphology.point_model import Figure
+    from roboyard.morphology.point_model import PointModel
 
     file = asset_path("r1") if urdf is None else urdf
-    intake = take_in(file, packages=packages, folder=workshop)
+    intake = load_robot(file, packages=packages, folder=workshop)
     description = intake.description
-    figure = Figure(description)
+    figure = PointModel(description)
     tell("reading", 0.5)
     plan = make_plan(figure)
-    stage = Stage(figure, plan)
+    stage = DemoWorld(figure, plan)
     stage.world.ensure_compiled()
     notes = dict.fromkeys([*description.notes, *stage.robot.notes, *remarks])
 
     width, height = FILM_SIZE_SHORT if short else FILM_SIZE
-    film = Film(
+    film = DemoVideo(
         stage,
         width=width,
         height=height,
@@ -106,7 +106,7 @@ def _perform(
         film.tick()
         tell(act, share)
 
-    teller = Teller(stage, on_tick, short=short)
+    teller = MotionRecorder(stage, on_tick, short=short)
     tell("settling", 0.0)
     teller.tell()
     tell("views", 0.0)

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from roboyard import __version__
-from roboyard.demo.demo_world import Stage
-from roboyard.demo.load import Intake, told_findings, told_repairs
-from roboyard.demo.motion_sequence import Story
+from roboyard.demo.demo_world import DemoWorld
+from roboyard.demo.load import LoadedRobot, told_findings, told_repairs
+from roboyard.demo.motion_sequence import MotionSequence
 from roboyard.demo.output import MARK
 
 if TYPE_CHECKING:
@@ -21,11 +21,11 @@ MOST_FINDINGS = 12
 
 
 def summarize(
-    stage: Stage,
-    story: Story,
+    stage: DemoWorld,
+    story: MotionSequence,
     *,
     source: str,
-    intake: Intake,
+    intake: LoadedRobot,
     notes: Sequence[str],
     places: Mapping[str, Sequence[float]],
     film: Mapping[str, float],
@@ -85,7 +85,7 @@ def summarize(
     }
 
 
-def where_things_are(stage: Stage) -> dict[str, list[float]]:
+def where_things_are(stage: DemoWorld) -> dict[str, list[float]]:
     """Name to position (m) of the robot's base, its outermost links and the obstacle, as they are now."""
     description = stage.figure.description
     ends = [

@@ -1,6 +1,6 @@
 """What an import works on and every writer translates: one description and the notes beside it.
 
-Steps are functions `(ImportedRobot, context) -> ImportedRobot`; nothing here is ever edited in place.
+Steps are functions `(RobotModel, context) -> RobotModel`; nothing here is ever edited in place.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Metadata:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class ImportedRobot:
+class RobotModel:
     """A robot on its way from a vendor's files to a package."""
 
     name: str

@@ -33,18 +33,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.config.yaml_text import Column, annotate, dump
-from roboyard.export.export_result import Written
+from roboyard.export.export_result import ExportResult
 from roboyard.export.planner import ATTACHED_SPHERES, MAX_ACCELERATION, MAX_JERK, SPHERE_BUFFER, Planner
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 BASE_MOTION = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
 """What moves a holonomic base."""
 _ORDER_NOTE = "Every joint vector is in the order of the joint names of cspace."
 
 
-def write(robot: ImportedRobot, folder: Path | str, *, urdf: Path | str | None = None) -> Written:
+def write(robot: RobotModel, folder: Path | str, *, urdf: Path | str | None = None) -> ExportResult:
     """Write all configurations of a robot; nothing where it has no planning data.
 
     Args:
@@ -53,7 +53,7 @@ def write(robot: ImportedRobot, folder: Path | str, *, urdf: Path | str | None =
         urdf: the URDF that `<name>.yml` names; `../urdf/<name>.urdf` by default.
     """
     if robot.planning is None:
-        return Written(files=(), notes=("no planning data; no planner files",))
+        return ExportResult(files=(), notes=("no planning data; no planner files",))
     place = Path(folder)
     (place / "nested").mkdir(parents=True, exist_ok=True)
     planner = Planner(robot=robot, data=robot.planning)
@@ -67,7 +67,7 @@ def write(robot: ImportedRobot, folder: Path | str, *, urdf: Path | str | None =
     current = {"robot_cfg": {"kinematics": _current(planner, Path(os.path.relpath(source, place)))}}
     header = ("Paths are relative to this file.", _ORDER_NOTE)
     files.append(_write(place / f"{robot.name}.yml", current, planner, "default_joint_position", header))
-    return Written(files=tuple(files), notes=_notes(robot))
+    return ExportResult(files=tuple(files), notes=_notes(robot))
 
 
 def _write(
@@ -81,7 +81,7 @@ def _write(
     return path
 
 
-def _notes(robot: ImportedRobot) -> tuple[str, ...]:
+def _notes(robot: RobotModel) -> tuple[str, ...]:
     odd = [j for j in robot.description.joints if j.type in ("planar", "floating", "spherical")]
     return tuple(f'joint "{j.name}": {j.type} joints cannot be planned; left out' for j in odd)
 

@@ -24,15 +24,15 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.config.yaml_text import Column, annotate, dump
 from roboyard.description.model import Joint
-from roboyard.export.export_result import Written
+from roboyard.export.export_result import ExportResult
 from roboyard.export.names import free_name
 from roboyard.export.planner import Planner
 from roboyard.kinematics.description_poses import chain
 from roboyard.kinematics.joint_order import ONE_NUMBER, breadth_first_joints
-from roboyard.morphology.wheels import Axle, find_axle, find_wheels
+from roboyard.morphology.wheels import WheelPair, find_wheel_pair, find_wheels
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import EndEffector, ImportedRobot
+    from roboyard.description.robot_model import EndEffector, RobotModel
 
 ARM_JOINTS = 4
 """Joints that make a chain without gripper an arm."""
@@ -49,7 +49,7 @@ class Arm:
     joints: tuple[Joint, ...]
 
 
-def write(robot: ImportedRobot, path: Path | str) -> Written:
+def write(robot: RobotModel, path: Path | str) -> ExportResult:
     """Write the skeleton of a robot's definition."""
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -64,10 +64,10 @@ def write(robot: ImportedRobot, path: Path | str) -> Written:
         _manipulation(arms),
     ]
     target.write_text("\n".join(part for part in parts if part), encoding="utf-8")
-    return Written(files=(target,))
+    return ExportResult(files=(target,))
 
 
-def _trunk_and_arms(robot: ImportedRobot) -> tuple[tuple[Joint, ...], tuple[Arm, ...]]:
+def _trunk_and_arms(robot: RobotModel) -> tuple[tuple[Joint, ...], tuple[Arm, ...]]:
     if robot.planning is None:
         return (), ()
     description = robot.description
@@ -104,7 +104,7 @@ def _arm_name(link: str, number: int, used: set[str], *, alone: bool) -> str:
     return free_name(str(number), used)
 
 
-def _groups(robot: ImportedRobot, trunk: tuple[Joint, ...], arms: tuple[Arm, ...]) -> dict[str, str]:
+def _groups(robot: RobotModel, trunk: tuple[Joint, ...], arms: tuple[Arm, ...]) -> dict[str, str]:
     """Group to controller, in action order."""
     groups: dict[str, str] = {}
     if robot.holonomic:
@@ -120,15 +120,15 @@ def _groups(robot: ImportedRobot, trunk: tuple[Joint, ...], arms: tuple[Arm, ...
     return groups
 
 
-def _wheel_joints(robot: ImportedRobot) -> list[str]:
+def _wheel_joints(robot: RobotModel) -> list[str]:
     found = (robot.description.parent_joint.get(link) for link in robot.wheel_links)
     return [joint.name for joint in found if joint is not None and joint.is_moving]
 
 
-def _axle(robot: ImportedRobot) -> Axle | None:
+def _axle(robot: RobotModel) -> WheelPair | None:
     """The two wheels that a robot drives by, where it has no others."""
     joints = _wheel_joints(robot)
-    axle = find_axle([wheel for wheel in find_wheels(robot.description) if wheel.joint.name in joints])
+    axle = find_wheel_pair([wheel for wheel in find_wheels(robot.description) if wheel.joint.name in joints])
     return axle if len(joints) == 2 else None
 
 
@@ -140,7 +140,7 @@ def _controllers(groups: dict[str, str]) -> str:
     return text
 
 
-def _general(robot: ImportedRobot) -> str:
+def _general(robot: RobotModel) -> str:
     joints = [joint for joint in breadth_first_joints(robot.description) if joint.type in ONE_NUMBER]
     data: dict[str, Any] = {"base_footprint_link_name": robot.base_link}
     text = "# The link that counts as the base, below virtual joints.\n" + dump(data)
@@ -159,7 +159,7 @@ def _general(robot: ImportedRobot) -> str:
     return text
 
 
-def _base(robot: ImportedRobot) -> str:
+def _base(robot: RobotModel) -> str:
     wheels = list(robot.wheel_links)
     if robot.holonomic:
         spheres = any(robot.approximations.get(link) == "boundingSphere" for link in wheels)

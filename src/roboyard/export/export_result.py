@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Written:
+class ExportResult:
     """Files that were written and what could not be said in them."""
 
     files: tuple[Path, ...]

@@ -21,7 +21,7 @@ _encoded: OrderedDict[str, bytes] = OrderedDict()
 
 
 @dataclass(kw_only=True, eq=False)
-class Digests:
+class ImageCache:
     """Content digests of images, worked out once for each array."""
 
     known: dict[int, tuple[np.ndarray, str]] = field(default_factory=dict)

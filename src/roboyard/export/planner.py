@@ -13,7 +13,7 @@ from roboyard.export.orders import prim_order_joints
 from roboyard.kinematics.joint_order import ONE_NUMBER
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot, PlanningData
+    from roboyard.description.robot_model import PlanningData, RobotModel
 
 SPHERE_BUFFER = 0.002
 """m: padding of every sphere against the world."""
@@ -27,7 +27,7 @@ MAX_JERK, MAX_ACCELERATION = 500.0, 15.0
 class Planner:
     """A robot as a planner sees it."""
 
-    robot: ImportedRobot
+    robot: RobotModel
     data: PlanningData
 
     @property

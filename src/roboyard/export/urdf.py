@@ -17,20 +17,20 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roboyard.description.files.copy_files import Stage
+from roboyard.description.files.copy_files import FileCopier
 from roboyard.description.model import Collision, Geometry, Link, Material, Mesh, RobotDescription, Visual
 from roboyard.description.urdf.write import write_urdf
-from roboyard.export.export_result import Written
+from roboyard.export.export_result import ExportResult
 from roboyard.export.geometry import stem
 from roboyard.export.mesh_files import write_obj
 from roboyard.export.names import free_name, identifier
 from roboyard.shapes.mesh import TriangleMesh
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 
-def write(robot: ImportedRobot, folder: Path | str) -> Written:
+def write(robot: RobotModel, folder: Path | str) -> ExportResult:
     """Write `<folder>/<name>.urdf` with its meshes and textures; every reference in it is relative.
 
     Raises:
@@ -39,11 +39,11 @@ def write(robot: ImportedRobot, folder: Path | str) -> Written:
     """
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
-    beside = _Beside(folder=place, stage=Stage(folder=place))
+    beside = _Beside(folder=place, stage=FileCopier(folder=place))
     beside.reserve(robot.description)
     target = place / f"{robot.name}.urdf"
     write_urdf(_localized(robot.description, robot.name, beside), target)
-    return Written(files=(target, *beside.files()), notes=tuple(beside.notes))
+    return ExportResult(files=(target, *beside.files()), notes=tuple(beside.notes))
 
 
 def _localized(description: RobotDescription, name: str, beside: _Beside) -> RobotDescription:
@@ -78,7 +78,7 @@ class _Beside:
     """Gathers the files beside the URDF, each once."""
 
     folder: Path
-    stage: Stage
+    stage: FileCopier
     made: dict[int, tuple[TriangleMesh, str]] = field(default_factory=dict)
     """Meshes made in memory by identity (kept alive here), with their relative path."""
     kept: dict[Path, str] = field(default_factory=dict)

@@ -20,24 +20,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roboyard.config.yaml_text import dump
-from roboyard.export.export_result import Written
+from roboyard.export.export_result import ExportResult
 from roboyard.export.names import identifier
 from roboyard.export.planner import MAX_ACCELERATION, MAX_JERK, SPHERE_BUFFER, Planner
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 
-def write(robot: ImportedRobot, path: Path | str) -> Written:
+def write(robot: RobotModel, path: Path | str) -> ExportResult:
     """Write a robot's planning data as XRDF; nothing where it has none."""
     if robot.planning is None:
-        return Written(files=(), notes=("no planning data; no XRDF",))
+        return ExportResult(files=(), notes=("no planning data; no XRDF",))
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
     planner = Planner(robot=robot, data=robot.planning)
     header = (f"Goes with the URDF of {identifier(robot.name, 'robot')}.",)
     target.write_text(dump(_document(planner), header=header), encoding="utf-8")
-    return Written(files=(target,))
+    return ExportResult(files=(target,))
 
 
 def _document(planner: Planner) -> dict[str, Any]:

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 _HOMES = {
     "ImportResult": "roboyard.importer.build",
-    "ImportedRobot": "roboyard.description.robot_model",
+    "RobotModel": "roboyard.description.robot_model",
     "audit_config": "roboyard.importer.config.load",
     "build_package": "roboyard.importer.build",
     "load_config": "roboyard.importer.config.load",
 }
 
-__all__ = ["ImportResult", "ImportedRobot", "audit_config", "build_package", "load_config"]
+__all__ = ["ImportResult", "RobotModel", "audit_config", "build_package", "load_config"]
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
     from roboyard.importer.build import ImportResult, build_package
     from roboyard.importer.config.load import audit_config, load_config
 

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from roboyard.description.model import Mesh, RobotDescription
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.errors import ConfigError
 from roboyard.importer.config.load import LoadedConfig, check_data, load_config
 from roboyard.importer.config.schema import ImportConfig, checked_dataset, checked_name
 from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import Decision, ImportLog, ProgressCallback
-from roboyard.importer.package import Place, building
+from roboyard.importer.package import PackageFolders, building
 from roboyard.importer.steps.canonical_frame import canonical_frame
 from roboyard.importer.steps.collision import collision
 from roboyard.importer.steps.drives import drives
@@ -25,14 +25,14 @@ from roboyard.importer.steps.merge_fixed import merge_fixed
 from roboyard.importer.steps.metadata import metadata
 from roboyard.importer.steps.planning import planning
 from roboyard.importer.steps.positive_scale import positive_scale
-from roboyard.importer.steps.repair_and_copy import stage_and_clean
+from roboyard.importer.steps.repair_and_copy import repair_and_copy_files
 from roboyard.importer.steps.sensors import sensors
 from roboyard.importer.steps.sphere_wheels import sphere_wheels
 from roboyard.importer.verify.quality import quality
 from roboyard.paths import data_folder
 
-Step = Callable[[ImportedRobot, ImportContext], ImportedRobot]
-Finish = Callable[[ImportedRobot, ImportContext], None]
+Step = Callable[[RobotModel, ImportContext], RobotModel]
+Finish = Callable[[RobotModel, ImportContext], None]
 
 STEPS: tuple[Step, ...] = (
     positive_scale,
@@ -47,7 +47,7 @@ STEPS: tuple[Step, ...] = (
     planning,
     quality,
 )
-"""After `stage_and_clean`, which makes the robot."""
+"""After `repair_and_copy_files`, which makes the robot."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -59,7 +59,7 @@ class ImportResult:
     """`<data>/<dataset>/objects/robot/<name>`"""
     model_folder: Path
     """`<data>/<dataset>/models/<name>`"""
-    robot: ImportedRobot
+    robot: RobotModel
     """As it was written; its meshes lie in `folder`."""
     decisions: tuple[Decision, ...]
     seconds: Mapping[str, float]
@@ -129,7 +129,7 @@ def build_package(
         if value is not None:
             overrides[key] = str(Path(value).absolute()) if key == "urdf_path" else value
     loaded = _loaded(config, overrides, packages or {})
-    place = Place(
+    place = PackageFolders(
         data=data_folder(data).absolute(), dataset=loaded.config.dataset_name, name=loaded.config.name
     )
     log = ImportLog(progress=progress)
@@ -160,14 +160,14 @@ def build_package(
     )
 
 
-def _build(context: ImportContext, finish: Finish | None) -> ImportedRobot:
-    from roboyard.importer.resolved_findings import settle
+def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
+    from roboyard.importer.resolved_findings import mark_resolved
     from roboyard.importer.verify.read_back import read_back
     from roboyard.importer.write_formats import write_formats
 
     log = context.log
     with log.step("stage_and_clean"):
-        robot = stage_and_clean(context)
+        robot = repair_and_copy_files(context)
     for step in STEPS:
         with log.step(step.__name__):
             robot = step(robot, context)
@@ -175,7 +175,7 @@ def _build(context: ImportContext, finish: Finish | None) -> ImportedRobot:
         write_formats(robot, context)
     with log.step("read_back"):
         read_back(robot, context)
-        settle(robot, context)
+        mark_resolved(robot, context)
     if finish is not None:
         finish(robot, context)
     log.write(context.build / "import_log.json")
@@ -230,7 +230,7 @@ def _name_of(file: Path) -> str:
     return f"_{text}" if text[:1].isdigit() else text or "robot"
 
 
-def rebased(robot: ImportedRobot, old: Path, new: Path) -> ImportedRobot:
+def rebased(robot: RobotModel, old: Path, new: Path) -> RobotModel:
     """The robot with its files looked for below `new` instead of `old`."""
 
     def moved(path: Path | None) -> Path | None:

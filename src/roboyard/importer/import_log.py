@@ -95,7 +95,7 @@ class ImportLog:
         path.write_text(text + "\n", encoding="utf-8")
 
 
-def told_once(decisions: Iterable[Decision]) -> list[tuple[str, list[str]]]:
+def unique_warnings(decisions: Iterable[Decision]) -> list[tuple[str, list[str]]]:
     """Messages in order of their first appearance, each with the elements that it was said of.
 
     Findings of one kind are told once: the first one's message stands for them.

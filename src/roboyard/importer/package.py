@@ -32,7 +32,7 @@ each new part, since a part's place in the build folder holds the old one once t
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Place:
+class PackageFolders:
     """Where a robot's package goes."""
 
     data: Path
@@ -60,7 +60,7 @@ class Place:
 
 
 @contextmanager
-def building(place: Place, *, overwrite: bool) -> Iterator[Path]:
+def building(place: PackageFolders, *, overwrite: bool) -> Iterator[Path]:
     """A fresh build folder with `object/` and `model/`; what is in them is moved in if the block ends well.
 
     Raises:
@@ -94,7 +94,7 @@ def building(place: Place, *, overwrite: bool) -> Iterator[Path]:
         raise
 
 
-def _missing_folders(place: Place) -> list[Path]:
+def _missing_folders(place: PackageFolders) -> list[Path]:
     """Folders above the package that do not exist yet, deepest first."""
     parents = [place.object.parent, place.object.parent.parent, place.model.parent, place.root]
     for folder in (place.data, *place.data.parents):
@@ -102,7 +102,7 @@ def _missing_folders(place: Place) -> list[Path]:
     return [folder for folder in dict.fromkeys(parents) if not folder.exists()]
 
 
-def _refuse_existing(place: Place) -> None:
+def _refuse_existing(place: PackageFolders) -> None:
     for folder in (place.object, place.model):
         if folder.exists():
             raise ConfigError(
@@ -114,14 +114,14 @@ def _refuse_existing(place: Place) -> None:
 # ------------------------------------------------------------------------------------------------- moving in
 
 
-def _mark_ready(place: Place, build: Path) -> None:
+def _mark_ready(place: PackageFolders, build: Path) -> None:
     numbers = {part.name: part.stat().st_ino for part, _ in place.moves(build)}
     draft = build / f"{READY}.draft"
     draft.write_text(json.dumps(numbers), encoding="utf-8")
     draft.replace(build / READY)
 
 
-def _move_in(place: Place, build: Path) -> None:
+def _move_in(place: PackageFolders, build: Path) -> None:
     """Put the parts in their places; what was there goes to the build folder. Done again it goes on."""
     if not (build / READY).exists():
         return
@@ -164,7 +164,7 @@ def _clear(build: Path) -> None:
         raise
 
 
-def _finish_cut_short(place: Place) -> None:
+def _finish_cut_short(place: PackageFolders) -> None:
     """Finish the move of an import that was killed in it, and clear away what others left."""
     for build in sorted(place.root.glob(f".import-{place.name}-*")):
         if not _is_build_of(build, place.name):
@@ -183,7 +183,7 @@ def _is_build_of(build: Path, name: str) -> bool:
 
 
 @contextmanager
-def _locked(place: Place) -> Iterator[None]:
+def _locked(place: PackageFolders) -> Iterator[None]:
     path = place.root / f".import-{place.name}.lock"
     handle = _take_lock(path)
     if handle is None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.importer.build import ImportResult, build_package
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
     from roboyard.importer.config.schema import ImportConfig
     from roboyard.importer.context import ImportContext
     from roboyard.importer.import_log import ProgressCallback
@@ -81,7 +81,7 @@ def import_robot(
     """
     found: list[ValidationReport] = []
 
-    def finish(robot: ImportedRobot, context: ImportContext) -> None:
+    def finish(robot: RobotModel, context: ImportContext) -> None:
         if validate:
             with context.log.step("validation"):
                 found.extend(_tried(robot, context))
@@ -106,7 +106,7 @@ def import_robot(
     return RobotImport(**values, validation=found[0] if found else None)
 
 
-def _tried(robot: ImportedRobot, context: ImportContext) -> list[ValidationReport]:
+def _tried(robot: RobotModel, context: ImportContext) -> list[ValidationReport]:
     """The gates' report on the package in the build folder; nothing where they cannot be run."""
     from roboyard.robots import RegisteredRobot
     from roboyard.validation import validate

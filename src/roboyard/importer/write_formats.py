@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.errors import MissingExtraError
-from roboyard.export.export_result import Written
+from roboyard.export.export_result import ExportResult
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.metadata import write_metadata
 
 
-def write_formats(robot: ImportedRobot, context: ImportContext) -> dict[str, Written]:
+def write_formats(robot: RobotModel, context: ImportContext) -> dict[str, ExportResult]:
     """Write the robot in every format into `context.build`; format name to what was written."""
     from roboyard.export import curobo, definition, mjcf, urdf, usd, xrdf
 
     build, name = context.build, robot.name
-    tasks: tuple[tuple[str, Callable[[], Written]], ...] = (
+    tasks: tuple[tuple[str, Callable[[], ExportResult]], ...] = (
         ("urdf", lambda: urdf.write(robot, build / "urdf")),
         ("usd", lambda: usd.write(robot, build / "usd" / f"{name}.usda", textures=build / "material")),
         ("mjcf", lambda: mjcf.write(robot, build / "mjcf" / f"{name}.xml")),
@@ -25,7 +25,7 @@ def write_formats(robot: ImportedRobot, context: ImportContext) -> dict[str, Wri
         ("xrdf", lambda: xrdf.write(robot, build / "curobo" / f"{name}.xrdf")),
         ("definition", lambda: definition.write(robot, build / f"{name}.yaml")),
     )
-    written: dict[str, Written] = {}
+    written: dict[str, ExportResult] = {}
     for index, (kind, task) in enumerate(tasks):
         context.log.tell(index / len(tasks), kind)
         try:

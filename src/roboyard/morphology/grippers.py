@@ -19,7 +19,7 @@ AS_DEEP = 0.75
 """Share of the joints behind the deepest hand that the others have at least."""
 
 
-def find_hands(description: RobotDescription, virtual: Collection[str] = ()) -> tuple[EndEffector, ...]:
+def find_grippers(description: RobotDescription, virtual: Collection[str] = ()) -> tuple[EndEffector, ...]:
     """Hands in depth-first order, each with the links of its fingers; empty where there are none.
 
     How fingers are driven is for the user to say: their joints are left to no gripper.

@@ -30,7 +30,7 @@ POSTURES = 48
 """Tried for the largest inertia on each joint."""
 
 
-class Figure:
+class PointModel:
     """Outline points, masses and a home posture; all answers are in the root link's frame.
 
     A posture is joint name to rad or m, single or (n,) arrays; joints not named are at home, and joints that

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from roboyard.demo.sweep import full_range
-from roboyard.morphology.point_model import Figure
+from roboyard.morphology.point_model import PointModel
 from roboyard.transforms import Array
 
 Kind = Literal["standing", "held", "mounted"]
@@ -29,7 +29,7 @@ SAMPLES = 25
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Stance:
+class SupportMode:
     """How a robot meets the floor in its home posture."""
 
     kind: Kind
@@ -51,12 +51,12 @@ class Stance:
         return _margin(self.polygon, point)
 
 
-def decide(figure: Figure) -> Stance:
+def decide(figure: PointModel) -> SupportMode:
     """How this robot stands in its home posture."""
     poses = figure.poses({})
     lowest = figure.lowest(poses)
     if not np.isfinite(lowest):
-        return Stance(
+        return SupportMode(
             kind="mounted",
             reason="it has no shapes to stand on",
             lowest=0.0,
@@ -70,13 +70,13 @@ def decide(figure: Figure) -> Stance:
     feet = tuple(name for name in figure.outlines if figure.lowest(poses, [name]) < lowest + tolerance)
     centre = figure.centre_of_mass(poses)
 
-    def found(kind: Kind, reason: str, on: tuple[str, ...] = feet) -> Stance:
+    def found(kind: Kind, reason: str, on: tuple[str, ...] = feet) -> SupportMode:
         soles = [
             points[points[:, 2] < points[:, 2].min() + 0.04 * tolerance]
             for points in _each(figure, poses, on)
         ]
         polygon = _polygon(np.concatenate([np.empty((0, 3)), *soles])[:, :2], size)
-        return Stance(
+        return SupportMode(
             kind=kind,
             reason=reason,
             lowest=float(lowest),
@@ -118,7 +118,7 @@ def decide(figure: Figure) -> Stance:
     return found("standing", f"its weight lies {100 * stance.margin:.1f} cm inside what it stands on", feet)
 
 
-def _is_one_limb(figure: Figure, feet: tuple[str, ...]) -> bool:
+def _is_one_limb(figure: PointModel, feet: tuple[str, ...]) -> bool:
     """True where one driven joint moves all of the feet."""
     paths = [{joint.name for joint in figure.path(name)}.intersection(figure.home) for name in feet]
     return bool(set.intersection(*paths))
@@ -135,7 +135,7 @@ def _margin(polygon: Array | None, point: Array) -> Array:
     return -(point[..., :2] @ polygon[:, :2].T + polygon[:, 2]).max(axis=-1)
 
 
-def _levers(figure: Figure, poses: Mapping[str, Array], feet: tuple[str, ...]) -> dict[str, float]:
+def _levers(figure: PointModel, poses: Mapping[str, Array], feet: tuple[str, ...]) -> dict[str, float]:
     """Largest distance of a foot's lowest point from the axis of each driven joint above it; m."""
     found: dict[str, float] = {}
     for name in feet:
@@ -150,7 +150,7 @@ def _levers(figure: Figure, poses: Mapping[str, Array], feet: tuple[str, ...]) -
     return found
 
 
-def _each(figure: Figure, poses: Mapping[str, Array], links: tuple[str, ...]) -> list[Array]:
+def _each(figure: PointModel, poses: Mapping[str, Array], links: tuple[str, ...]) -> list[Array]:
     return [figure.points(poses, [name]) for name in links]
 
 
@@ -166,7 +166,7 @@ def _polygon(points: Array, size: float) -> Array | None:
     return hull.equations if hull.volume > 1e-4 * size * size else None
 
 
-def _carrying_joints(figure: Figure, feet: tuple[str, ...], lowest: float, tolerance: float) -> list[str]:
+def _carrying_joints(figure: PointModel, feet: tuple[str, ...], lowest: float, tolerance: float) -> list[str]:
     """Joints between root and feet that lift the feet: legs, where wheels and casters only roll."""
     driven = {joint.name: joint for joint in figure.joints}
     candidates = dict.fromkeys(joint.name for name in feet for joint in figure.path(name))
@@ -183,7 +183,7 @@ def _carrying_joints(figure: Figure, feet: tuple[str, ...], lowest: float, toler
     return found
 
 
-def _tipping_joints(figure: Figure, stance: Stance) -> list[str]:
+def _tipping_joints(figure: PointModel, stance: SupportMode) -> list[str]:
     found = []
     for joint in figure.joints:
         lower, upper = full_range(joint, figure.home[joint.name])

@@ -47,7 +47,7 @@ class Wheel:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Axle:
+class WheelPair:
     """Two wheels to drive by: both roll the robot along +x when they turn forwards."""
 
     left: str
@@ -78,7 +78,7 @@ def find_wheels(description: RobotDescription) -> tuple[Wheel, ...]:
     return tuple(wheel for wheel in found if wheel is not None)
 
 
-def find_axle(wheels: Sequence[Wheel]) -> Axle | None:
+def find_wheel_pair(wheels: Sequence[Wheel]) -> WheelPair | None:
     """The axle of a robot that drives by just two wheels, side by side and alike; else None."""
     if len(wheels) != 2 or not all(wheel.is_direct and wheel.axis[1] > AHEAD for wheel in wheels):
         return None
@@ -89,7 +89,7 @@ def find_axle(wheels: Sequence[Wheel]) -> Axle | None:
         return None
     if np.hypot(between[0], between[2]) > tolerance:
         return None
-    return Axle(left=left.joint.name, right=right.joint.name, radius=left.radius, length=length)
+    return WheelPair(left=left.joint.name, right=right.joint.name, radius=left.radius, length=length)
 
 
 def _is_endless(joint: Joint) -> bool:

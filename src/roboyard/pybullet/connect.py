@@ -20,7 +20,7 @@ from roboyard.pybullet.state.input_events import Keyboard, Mouse
 
 if TYPE_CHECKING:
     from roboyard.pybullet.remote.client import RemoteClient
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 MAX_CLIENTS = 1024
 _WINDOW_METHODS = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
@@ -54,16 +54,16 @@ class Client:
         self._habits: Any = ()
         """What scripts made lately, step by step, before the world was reset."""
 
-    scene: Scene
+    scene: PhysicsScene
     """The bodies and their world, made on first use."""
 
     def __getattr__(self, name: str) -> Any:
         if name != "scene":
             raise AttributeError(f"a client has no {name!r}")
-        from roboyard.pybullet.state.physics_scene import Scene
+        from roboyard.pybullet.state.physics_scene import PhysicsScene
 
-        self.scene = Scene(self.parameters, self._first_texture)
-        self.scene.world.spares.take_up(self._habits)
+        self.scene = PhysicsScene(self.parameters, self._first_texture)
+        self.scene.world.pool.restore_history(self._habits)
         return self.scene
 
     def _let_go(self) -> None:
@@ -75,7 +75,7 @@ class Client:
         """Let go of everything in the world; settings stay but for gravity and iterations."""
         if "scene" in self.__dict__:
             self._first_texture = self.scene.textures.following
-            self._habits = self.scene.world.spares.habits
+            self._habits = self.scene.world.pool.history
         self._let_go()
         self.user_data = UserData()
         self.parameters.reset()
@@ -172,9 +172,9 @@ def _opener(
     if method in _WINDOW_METHODS:
         return lambda: _open_window(method, options)
     if method == c.SHARED_MEMORY_SERVER:
-        from roboyard.pybullet.remote.shared_memory_server import open_own_server
+        from roboyard.pybullet.remote.shared_memory_server import open_shared_memory_server
 
-        return lambda: open_own_server(key)
+        return lambda: open_shared_memory_server(key)
     if method in (c.TCP, c.UDP, c.SHARED_MEMORY):
         from roboyard.pybullet.remote import client
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from roboyard.recording.scene_setup import Stage, set_up
+from roboyard.recording.scene_setup import SceneSetup, set_up
 from roboyard.recording.state_log import Recorder, StateLog, load_log
-from roboyard.recording.video import Film
+from roboyard.recording.video import VideoWriter
 
-__all__ = ["Film", "Recorder", "Stage", "StateLog", "load_log", "set_up"]
+__all__ = ["Recorder", "SceneSetup", "StateLog", "VideoWriter", "load_log", "set_up"]

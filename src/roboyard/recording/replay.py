@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from roboyard.errors import ConfigError
-from roboyard.recording.scene_setup import Stage, set_up
+from roboyard.recording.scene_setup import SceneSetup, set_up
 from roboyard.recording.state_log import StateLog
-from roboyard.recording.video import Film
+from roboyard.recording.video import VideoWriter
 
 
 def moments(log: StateLog, fps: float) -> Iterator[int]:
@@ -25,14 +25,14 @@ def moments(log: StateLog, fps: float) -> Iterator[int]:
         yield max(int(np.searchsorted(played, k / fps + 1e-9, side="right")) - 1, 0)
 
 
-def film_of(
+def replay_video(
     log: StateLog,
     path: str | Path,
     *,
     fps: float = 20.0,
     width: int = 480,
     height: int = 360,
-    stage: Stage | None = None,
+    stage: SceneSetup | None = None,
 ) -> int:
     """Film a log in its world, from the scene's own view; returns how many pictures.
 
@@ -54,7 +54,7 @@ def film_of(
     world = stage.scene.world
     log.check_fits(world)
     camera = stage.scene.camera(width=width, height=height)
-    with Film(path, fps=fps) as film:
+    with VideoWriter(path, fps=fps) as film:
         for k in moments(log, fps):
             log.restore(world, k)
             film.add(world.render(camera))

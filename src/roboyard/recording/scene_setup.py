@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Stage:
+class SceneSetup:
     """What `set_up` made."""
 
     scene: Scene
@@ -23,7 +23,7 @@ class Stage:
     """The words."""
 
 
-def set_up(setup: Mapping[str, Any]) -> Stage:
+def set_up(setup: Mapping[str, Any]) -> SceneSetup:
     """Make a scene and put a robot at its spawn place.
 
     Args:
@@ -52,4 +52,4 @@ def set_up(setup: Mapping[str, Any]) -> Stage:
             scene.spawn_orientation,
             controllers=setup.get("controllers") or None,
         )
-    return Stage(scene=scene, robot=robot, setup=dict(setup))
+    return SceneSetup(scene=scene, robot=robot, setup=dict(setup))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 ENDINGS = (".gif", ".mp4")
 
 
-class Film:
+class VideoWriter:
     """An animation being made; a context manager, or call `close` to write the end of it."""
 
     def __init__(self, path: str | Path, *, fps: float = 20.0) -> None:
@@ -81,7 +81,7 @@ class Film:
             self._frames = []
         return self.path if self.count else None
 
-    def __enter__(self) -> Film:
+    def __enter__(self) -> VideoWriter:
         return self
 
     def __exit__(

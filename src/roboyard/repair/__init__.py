@@ -1,10 +1,11 @@
 """Mend a robot description.
 
-`repair(path, out)` does every mend in a stated order (`MENDS`), logs each with before and after, and writes a
+`repair_urdf(path, out)` does every mend in a stated order (`FIXES`), logs each with before and after, and
+writes a
 clean robot into its own folder. A new mend is one small function in `mends/`; see `registry`.
 """
 
-from roboyard.repair.registry import MENDS
-from roboyard.repair.run import Mend, Repair, repair
+from roboyard.repair.registry import FIXES
+from roboyard.repair.run import Fix, Repair, repair_urdf
 
-__all__ = ["MENDS", "Mend", "Repair", "repair"]
+__all__ = ["FIXES", "Fix", "Repair", "repair_urdf"]

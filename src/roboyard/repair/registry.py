@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from roboyard.audit.registry import CHECKS, Fault
-from roboyard.audit.urdf_elements import Draft
-from roboyard.description.files.copy_files import Stage
+from roboyard.audit.urdf_elements import UrdfElements
+from roboyard.description.files.copy_files import FileCopier
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -31,11 +31,11 @@ class Change:
 
 
 @dataclass(kw_only=True, eq=False)
-class Bench:
+class RepairContext:
     """What a mend works on."""
 
-    draft: Draft
-    stage: Stage
+    draft: UrdfElements
+    stage: FileCopier
     keep: frozenset[str] = frozenset()
     """Codes that are not to be mended."""
     moved: set[int] = field(default_factory=set)
@@ -45,19 +45,19 @@ class Bench:
 
 
 Changes = Iterator[Change]
-MendFunction = Callable[[Bench, Sequence[Fault]], Changes]
+FixFunction = Callable[[RepairContext, Sequence[Fault]], Changes]
 
-MENDS: dict[str, MendFunction] = {}
+FIXES: dict[str, FixFunction] = {}
 """Every mend by its code, in the order in which they are done."""
 
 
-def mend(code: str) -> Callable[[MendFunction], MendFunction]:
+def fix(code: str) -> Callable[[FixFunction], FixFunction]:
     """Register a mend for the code of a check; see the module's docstring."""
 
-    def register(function: MendFunction) -> MendFunction:
+    def register(function: FixFunction) -> FixFunction:
         assert code in CHECKS, f"no check has the code {code}"
-        assert code not in MENDS, f"{code} has two mends"
-        MENDS[code] = function
+        assert code not in FIXES, f"{code} has two mends"
+        FIXES[code] = function
         return function
 
     return register

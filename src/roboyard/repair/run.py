@@ -14,20 +14,20 @@ from typing import Any
 from urllib.parse import unquote
 
 from roboyard.audit.findings import Audit, Finding
-from roboyard.audit.parse_elements import read_draft
+from roboyard.audit.parse_elements import parse_elements
 from roboyard.audit.registry import CHECKS
-from roboyard.audit.run import audit, judge, open_draft, quietly
-from roboyard.audit.urdf_elements import Draft
-from roboyard.description.files.copy_files import Stage, plain_name
+from roboyard.audit.run import audit_elements, audit_urdf, open_elements, quietly
+from roboyard.audit.urdf_elements import UrdfElements
+from roboyard.description.files.copy_files import FileCopier, plain_name
 from roboyard.errors import ConfigError, DescriptionError, unknown_name
 from roboyard.repair import fixes as fixes
-from roboyard.repair.registry import MENDS, Bench
+from roboyard.repair.registry import FIXES, RepairContext
 
 LOG_NAME, RENAMES_NAME, DIFF_NAME = "repair_log.json", "renames.json", "repair.diff"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Mend:
+class Fix:
     """One thing that was put right."""
 
     code: str
@@ -49,7 +49,7 @@ class Repair:
 
     urdf: Path
     """The repaired file."""
-    mends: tuple[Mend, ...]
+    mends: tuple[Fix, ...]
     """In the order in which they were done."""
     renames: Mapping[str, Mapping[str, str]]
     """`links` and `joints`: old name to new name."""
@@ -79,7 +79,7 @@ class Repair:
 
 
 @quietly
-def repair(
+def repair_urdf(
     path: Path | str,
     out: Path | str,
     *,
@@ -91,9 +91,10 @@ def repair(
     """Mend what can be mended without guessing, and write a clean robot into the folder `out`.
 
     Writes `<name>.urdf`, its meshes and images beside it (`meshes/`, `textures/`) named by relative paths,
-    `renames.json`, `repair_log.json` (each mend with before and after) and `repair.diff`. Forward kinematics
+    `renames.json`, `repair_log.json` (each mend with before and after) and `repair.diff`. Forward
+    kinematics
     stays as it is, the order of links and joints too; comments are not kept. Mends are done in the order of
-    `MENDS`; repairing the result changes nothing. What needs a guess is left, and reported.
+    `FIXES`; repairing the result changes nothing. What needs a guess is left, and reported.
 
     Args:
         path: the URDF.
@@ -109,8 +110,8 @@ def repair(
     """
     source, folder = Path(path), Path(out)
     codes = _chosen(only, keep)
-    draft, blocked = open_draft(source, packages=packages, search_paths=search_paths)
-    before = judge(draft, blocked=blocked)
+    draft, blocked = open_elements(source, packages=packages, search_paths=search_paths)
+    before = audit_elements(draft, blocked=blocked)
     if blocked:
         first = before.findings[0]
         raise DescriptionError(f"{first.message}; {first.remedy}", file=source, line=first.line)
@@ -120,10 +121,10 @@ def repair(
         work = Path(partial)
         name = plain_name(source.with_suffix(".urdf").name)
         original = _text(draft.root)
-        bench = Bench(
+        bench = RepairContext(
             draft=draft,
-            stage=Stage(folder=work, plain="mesh-file-name" in codes, reserved=_missing_names(draft)),
-            keep=frozenset(MENDS) - codes,
+            stage=FileCopier(folder=work, plain="mesh-file-name" in codes, reserved=_missing_names(draft)),
+            keep=frozenset(FIXES) - codes,
         )
         done = _mend_all(bench, codes)
         _stage_rest(bench)
@@ -132,7 +133,7 @@ def repair(
         renames = {"links": bench.link_renames, "joints": bench.joint_renames}
         staged = {str(file): copy for file, copy in bench.stage.staged.items()}
         (work / name).write_text(text, encoding="utf-8")
-        after = audit(work / name)
+        after = audit_urdf(work / name)
         result = Repair(
             urdf=folder / name,
             mends=tuple(done),
@@ -152,10 +153,10 @@ def repair(
 def _chosen(only: Collection[str], keep: Collection[str]) -> frozenset[str]:
     for code in (*only, *keep):
         if code not in CHECKS:
-            raise ConfigError(unknown_name("code", code, MENDS))
-        if code not in MENDS:
-            raise ConfigError(f"{code} is not mended by repair; it mends {', '.join(MENDS)}")
-    return frozenset(only or MENDS) - frozenset(keep)
+            raise ConfigError(unknown_name("code", code, FIXES))
+        if code not in FIXES:
+            raise ConfigError(f"{code} is not mended by repair; it mends {', '.join(FIXES)}")
+    return frozenset(only or FIXES) - frozenset(keep)
 
 
 def _refuse_own_folder(source: Path, folder: Path) -> None:
@@ -166,24 +167,24 @@ def _refuse_own_folder(source: Path, folder: Path) -> None:
         raise ConfigError(f"{folder} is a file; give a folder")
 
 
-def _mend_all(bench: Bench, codes: frozenset[str]) -> list[Mend]:
-    done: list[Mend] = []
-    for code, function in MENDS.items():
+def _mend_all(bench: RepairContext, codes: frozenset[str]) -> list[Fix]:
+    done: list[Fix] = []
+    for code, function in FIXES.items():
         if code not in codes:
             continue
         check = CHECKS[code]
-        faults = [fault for fault in check.run(bench.draft) if check.finding(fault).mendable]
+        faults = [fault for fault in check.run(bench.draft) if check.finding(fault).fixable]
         if not faults:
             continue
         for made in function(bench, faults):
             done.append(
-                Mend(code=code, element=made.element, line=made.line, before=made.before, after=made.after)
+                Fix(code=code, element=made.element, line=made.line, before=made.before, after=made.after)
             )
         bench.draft = _again(bench.draft)
     return done
 
 
-def _missing_names(draft: Draft) -> frozenset[str]:
+def _missing_names(draft: UrdfElements) -> frozenset[str]:
     """Names of the files that the description names and that are not there."""
     missing = [mesh.uri for _, mesh in draft.mesh_shapes if mesh.found.path is None]
     for material in draft.materials:
@@ -193,13 +194,13 @@ def _missing_names(draft: Draft) -> frozenset[str]:
     return frozenset(unquote(uri).replace("\\", "/").rpartition("/")[2].strip().casefold() for uri in missing)
 
 
-def _again(draft: Draft) -> Draft:
+def _again(draft: UrdfElements) -> UrdfElements:
     """The draft of the tree as it is now; mesh files are not read again."""
     resolver = draft.resolver
-    return read_draft(draft.file, draft.root, (), resolver, known_meshes=draft.meshes)
+    return parse_elements(draft.file, draft.root, (), resolver, known_meshes=draft.meshes)
 
 
-def _stage_rest(bench: Bench) -> None:
+def _stage_rest(bench: RepairContext) -> None:
     """Stage the meshes and images that no mend has moved: relative references must hold in the new folder."""
     for _, mesh in bench.draft.mesh_shapes:
         kept = "mesh-reference" in bench.keep and ("://" in mesh.uri or mesh.uri.strip().startswith("/"))

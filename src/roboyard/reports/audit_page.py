@@ -10,17 +10,17 @@ import numpy as np
 
 from roboyard.audit.findings import Audit, Finding, Severity
 from roboyard.audit.report import facts_line
-from roboyard.audit.run import judge, open_draft
-from roboyard.audit.urdf_elements import Draft
+from roboyard.audit.run import audit_elements, open_elements
+from roboyard.audit.urdf_elements import UrdfElements
 from roboyard.reports.html import figure, page, verdict
-from roboyard.reports.pictures import RGBA, Kind, sight_of
+from roboyard.reports.pictures import RGBA, Kind, view_of
 
 MAX_PICTURES = 24
 MAX_ROWS = 200
 _COLORS: dict[Severity, RGBA] = {
-    Severity.BLOCKS: (0.85, 0.12, 0.12, 1.0),
-    Severity.MISBEHAVES: (0.95, 0.55, 0.05, 1.0),
-    Severity.UNTIDY: (0.15, 0.45, 0.85, 1.0),
+    Severity.ERROR: (0.85, 0.12, 0.12, 1.0),
+    Severity.WARNING: (0.95, 0.55, 0.05, 1.0),
+    Severity.INFO: (0.15, 0.45, 0.85, 1.0),
 }
 _STYLE = """
 .blocks{color:var(--bad)}.misbehaves{color:var(--look)}.untidy{color:var(--note)}
@@ -42,13 +42,13 @@ def write_audit_page(
     findings with a picture in which the links concerned stand out: red what blocks import, orange what will
     misbehave, blue what is untidy.
     """
-    draft, blocked = open_draft(file, packages=packages, search_paths=search_paths)
-    audit = judge(draft, blocked=blocked)
+    draft, blocked = open_elements(file, packages=packages, search_paths=search_paths)
+    audit = audit_elements(draft, blocked=blocked)
     Path(page).write_text(audit_page(audit, draft), encoding="utf-8")
     return audit
 
 
-def audit_page(audit: Audit, draft: Draft) -> str:
+def audit_page(audit: Audit, draft: UrdfElements) -> str:
     """The page's text."""
     title = audit.robot or audit.file.stem
     parts = [
@@ -63,7 +63,7 @@ def audit_page(audit: Audit, draft: Draft) -> str:
     return page(f"Audit of {title}", parts, _STYLE)
 
 
-def _overview(draft: Draft) -> list[str]:
+def _overview(draft: UrdfElements) -> list[str]:
     kinds: tuple[tuple[Kind, str], ...] = (
         ("visual", "as it looks"),
         ("collision", "as it collides"),
@@ -71,13 +71,13 @@ def _overview(draft: Draft) -> list[str]:
     out = []
     for kind, caption in kinds:
         if any(shape.kind == kind for shape in draft.shapes):
-            sight = sight_of(draft, kind=kind)
+            sight = view_of(draft, kind=kind)
             if not sight.is_empty:
                 out.append(figure(sight.picture(), caption, 480))
     return out
 
 
-def _findings(audit: Audit, draft: Draft) -> list[str]:
+def _findings(audit: Audit, draft: UrdfElements) -> list[str]:
     if not audit.findings:
         return ["<p>Nothing to mend.</p>"]
     out: list[str] = []
@@ -95,13 +95,13 @@ def _findings(audit: Audit, draft: Draft) -> list[str]:
     return out
 
 
-def _pictures(alike: Sequence[Finding], draft: Draft) -> list[str]:
+def _pictures(alike: Sequence[Finding], draft: UrdfElements) -> list[str]:
     """The links concerned in the whole robot, and close up where they are small."""
     marked = {name for finding in alike for name in finding.links}
     if not marked:
         return []
     kind: Kind = "collision" if "collision" in alike[0].code else "visual"
-    sight = sight_of(draft, kind=kind, marked=marked, color=_COLORS[alike[0].severity])
+    sight = view_of(draft, kind=kind, marked=marked, color=_COLORS[alike[0].severity])
     seen = [name for name in marked if name in sight.bounds]
     if not seen:
         return []
@@ -127,7 +127,7 @@ def _table(alike: Sequence[Finding]) -> str:
         "<tr><th>line</th><th>element</th><th>what is wrong</th><th>remedy</th></tr>",
     ]
     for finding in alike[:MAX_ROWS]:
-        mend = ' <span class="mend">repair does it</span>' if finding.mendable else ""
+        mend = ' <span class="mend">repair does it</span>' if finding.fixable else ""
         rows.append(
             f'<tr><td class="line">{finding.line or ""}</td><td>{escape(finding.element)}</td>'
             f"<td>{escape(finding.message)}</td><td>{escape(finding.remedy)}{mend}</td></tr>"

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from roboyard.audit.urdf_elements import Draft, DraftLink, DraftShape
+from roboyard.audit.urdf_elements import LinkElement, ShapeElement, UrdfElements
 from roboyard.errors import MeshError
 from roboyard.rendering import STUDIO, Camera, RenderScene, RenderShape, png_bytes, render
 from roboyard.shapes import primitives
@@ -33,7 +33,7 @@ _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sight:
+class SceneView:
     """A robot ready to be photographed; shapes of known size only."""
 
     scene: RenderScene
@@ -119,20 +119,20 @@ def _distance(points: Array, back: Array, aspect: float) -> float:
     return max(float(needed.max()), 1e-3)
 
 
-def sight_of(
-    draft: Draft,
+def view_of(
+    draft: UrdfElements,
     *,
     kind: Kind = "visual",
     marked: Collection[str] = (),
     color: RGBA = PLAIN,
     strict: bool = False,
-) -> Sight:
+) -> SceneView:
     """The robot at rest, in its own colours; where links are `marked`, those in `color` and the others faded.
 
     A link without shapes of the `kind` shows its others, unless `strict`.
     """
 
-    def drawn(link: DraftLink, frame: int) -> Iterator[RenderShape]:
+    def drawn(link: LinkElement, frame: int) -> Iterator[RenderShape]:
         rgba = None if not marked else (color if link.name in marked else FADED)
         for shape in _shown(link, kind, strict):
             if (found := _render_shape(shape, draft, frame, rgba)) is not None:
@@ -146,7 +146,7 @@ def sight_of(
     )
 
 
-def gathered(links: Iterable[tuple[str, Array, Callable[[int], Iterable[RenderShape]]]]) -> Sight:
+def gathered(links: Iterable[tuple[str, Array, Callable[[int], Iterable[RenderShape]]]]) -> SceneView:
     """Sight of links, each with its name, its (4, 4) pose in the root's frame and what gives its shapes.
 
     The last is called with the number that the link's frame has in the sight.
@@ -163,7 +163,7 @@ def gathered(links: Iterable[tuple[str, Array, Callable[[int], Iterable[RenderSh
         rotations.append(pose[:3, :3])
         shapes += drawn
         bounds[name] = _bounds(drawn, pose)
-    return Sight(
+    return SceneView(
         scene=RenderScene(shapes=shapes),
         positions=np.array(positions).reshape(-1, 3),
         rotations=np.array(rotations).reshape(-1, 3, 3),
@@ -171,12 +171,14 @@ def gathered(links: Iterable[tuple[str, Array, Callable[[int], Iterable[RenderSh
     )
 
 
-def _shown(link: DraftLink, kind: Kind, strict: bool) -> list[DraftShape]:
+def _shown(link: LinkElement, kind: Kind, strict: bool) -> list[ShapeElement]:
     first, second = (link.visuals, link.collisions) if kind == "visual" else (link.collisions, link.visuals)
     return first or ([] if strict else second)
 
 
-def _render_shape(shape: DraftShape, draft: Draft, frame: int, rgba: RGBA | None) -> RenderShape | None:
+def _render_shape(
+    shape: ShapeElement, draft: UrdfElements, frame: int, rgba: RGBA | None
+) -> RenderShape | None:
     mesh = _triangles(shape)
     if mesh is None or not np.isfinite(shape.origin).all():
         return None
@@ -193,7 +195,7 @@ def _render_shape(shape: DraftShape, draft: Draft, frame: int, rgba: RGBA | None
     )
 
 
-def _triangles(shape: DraftShape) -> TriangleMesh | None:
+def _triangles(shape: ShapeElement) -> TriangleMesh | None:
     if shape.mesh is not None:
         path = shape.mesh.found.path
         if path is None or shape.mesh.facts is None or not all(shape.mesh.scale):
@@ -217,7 +219,7 @@ def _triangles(shape: DraftShape) -> TriangleMesh | None:
     return None
 
 
-def _color(shape: DraftShape, draft: Draft) -> RGBA | None:
+def _color(shape: ShapeElement, draft: UrdfElements) -> RGBA | None:
     element = shape.element.find("material")
     if element is None:
         return None

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.robots.control.gains import firmness, motor_inertia, wheel_inertia
+from roboyard.robots.control.gains import effort_per_error, motor_inertia, wheel_inertia
 
 if TYPE_CHECKING:
     from roboyard.robots.robot_body import RobotBody
@@ -15,7 +15,7 @@ SLIDES = 0.1
 """A link whose file gives it less friction than this slides on any floor (casters, skids)."""
 
 
-def fit(robot: RobotBody) -> None:
+def configure(robot: RobotBody) -> None:
     """Let casters and a gliding base slide, and give motors the inertia that nobody gave them."""
     _let_slide(robot)
     _add_motor_inertia(robot)
@@ -25,17 +25,17 @@ def _let_slide(robot: RobotBody) -> None:
     floor_links = robot.locomotion.floor_touching_links if robot.locomotion is not None else ()
     if robot.definition.holonomic_base is not None:
         for link in floor_links:
-            link.glide()
+            link.set_frictionless()
         return
     if robot.two_wheel is not None and robot.locomotion is not None:
         driven = {joint.child.name for joint in map(robot.body.joint, robot.locomotion.joint_names)}
         for link in floor_links:
             if link.name not in driven:
-                link.glide()
+                link.set_frictionless()
     for link in robot.description.links:
         given = link.contact.lateral_friction if link.contact is not None else None
         if given is not None and given < SLIDES:
-            robot.body.link(link.name).glide(given)
+            robot.body.link(link.name).set_frictionless(given)
 
 
 def _add_motor_inertia(robot: RobotBody) -> None:
@@ -57,7 +57,7 @@ def _add_motor_inertia(robot: RobotBody) -> None:
         joint = robot.joints.joints[place]
         if joint.armature == 0.0:
             is_slide = np.array([joint.type == "prismatic"])
-            firm = firmness(robot.limits.effort[[place]], is_slide)
+            firm = effort_per_error(robot.limits.effort[[place]], is_slide)
             joint.armature = float(motor_inertia(firm)[0])
     if robot.two_wheel is not None and robot.locomotion is not None and not robot.body.is_fixed:
         for joint in map(robot.body.joint, robot.locomotion.joint_names):

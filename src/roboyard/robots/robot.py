@@ -13,7 +13,7 @@ from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, StaleHandleError, unknown_name
 from roboyard.robots import capabilities
 from roboyard.robots.backends import Backend, as_numpy
-from roboyard.robots.configure_body import fit
+from roboyard.robots.configure_body import configure
 from roboyard.robots.control import Controller
 from roboyard.robots.control.action_space import ActionSpace
 from roboyard.robots.control.control_loop import ControlLoop
@@ -23,8 +23,8 @@ from roboyard.robots.definition.postures import ResetMode, reset_posture
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.joint_arrays import Indices
 from roboyard.robots.robot_body import RobotBody
-from roboyard.robots.sensor_set import Senses, SensorOptions
-from roboyard.robots.stability.support_polygon import footing_of
+from roboyard.robots.sensor_set import SensorOptions, SensorSet
+from roboyard.robots.stability.support_polygon import support_polygon_of
 from roboyard.sim.body import Body
 from roboyard.transforms import Array
 
@@ -32,7 +32,7 @@ CONTROL_FREQUENCY = 30.0
 """Hz"""
 
 
-class Robot(RobotBody, Senses):
+class Robot(RobotBody, SensorSet):
     """A body with controllers. Actions are applied at the next time step of the world and their goals held
     until the next action.
     """
@@ -57,7 +57,7 @@ class Robot(RobotBody, Senses):
         if default_reset_mode not in ("tuck", "untuck"):
             raise ConfigError(f'default_reset_mode: must be "tuck" or "untuck"; got {default_reset_mode!r}')
         super().__init__(body, definition, description, model=model, backend=backend)
-        fit(self)
+        configure(self)
         posture = reset_posture(definition, self.joint_names, given=reset_joint_pos, mode=default_reset_mode)
         self.has_reset_pose = posture is not None
         """Whether anyone says where the joints rest; otherwise they start nearest to zero."""
@@ -112,7 +112,7 @@ class Robot(RobotBody, Senses):
             groups,
             rest=self._reset_posture,
             steps_per_control=max(1, round(steps)),
-            footing=footing_of(self),
+            support_polygon=support_polygon_of(self),
         )
 
     def _before_step(self) -> None:

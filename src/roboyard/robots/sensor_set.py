@@ -56,7 +56,7 @@ def mount_sensors(robot: Robot, file: Path | None, options: SensorOptions) -> Se
     return sensors
 
 
-class Senses:
+class SensorSet:
     """What a robot senses, a part of `Robot`."""
 
     _sensor_file: Path | None = None

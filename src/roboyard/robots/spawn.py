@@ -101,7 +101,7 @@ def add_robot(
         name=name or model,
     )
     for name_of_wheel, wheel in driven_wheels(found, original).items():
-        body.link(name_of_wheel).flatten_balls(scale * wheel.half_width)
+        body.link(name_of_wheel).flatten_spheres(scale * wheel.half_width)
     try:
         for a, b in found.disabled_collision_pairs or ():
             if a != b:

@@ -90,12 +90,14 @@ def skin(mesh: TriangleMesh, rgba: RGBA, at: Vector3 = (0.0, 0.0, 0.0)) -> Part:
     return Part(geometry=geometry, pose=Pose(position=at), rgba=rgba, is_solid=False)
 
 
-def hidden(part: Part) -> Part:
+def collision_only(part: Part) -> Part:
     """The same part, touched but not seen."""
     return Part(geometry=part.geometry, pose=part.pose, rgba=part.rgba, is_visible=False)
 
 
-def bar(at: Vector3, length: float, rgba: RGBA, *, standing: bool = False, away: float = 0.035) -> list[Part]:
+def handle(
+    at: Vector3, length: float, rgba: RGBA, *, standing: bool = False, away: float = 0.035
+) -> list[Part]:
     """A bar handle with two feet on a front that faces -y; m."""
     x, y, z = at
     turn = (0.0, 0.0, 0.0) if standing else (0.0, np.pi / 2, 0.0)
@@ -139,7 +141,7 @@ def hinge(
     )  # fmt: skip
 
 
-def runner(
+def slider(
     name: str,
     parent: str,
     child: str,
@@ -157,7 +159,7 @@ def runner(
     )  # fmt: skip
 
 
-def thing(
+def object_of(
     name: str, parts: Sequence[Part], mass: float = 0.0, friction: float | None = None
 ) -> RobotDescription:
     """A description of one link."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from roboyard.shapes.mesh import TriangleMesh, read_only
 
 
-def turned(profile: ArrayLike, segments: int = 28) -> TriangleMesh:
+def revolve(profile: ArrayLike, segments: int = 28) -> TriangleMesh:
     """Surface of revolution of (n, 2) radius and height (m), the solid on the left of the profile's way.
 
     Walk a cup's profile from the middle of its foot outward, up the outside, over the rim and down the

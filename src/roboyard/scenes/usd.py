@@ -171,9 +171,9 @@ def _primitive(prim: Any, UsdGeom: Any, kind: str) -> TriangleMesh | None:
             elif kind == "Capsule":
                 mesh = primitives.capsule(radius, height, SEGMENTS)
             else:
-                from roboyard.scenes.revolve import turned
+                from roboyard.scenes.revolve import revolve
 
-                mesh = turned([(0, -height / 2), (radius, -height / 2), (0, height / 2)], SEGMENTS)
+                mesh = revolve([(0, -height / 2), (radius, -height / 2), (0, height / 2)], SEGMENTS)
             axis = int(np.argmax(_axis(prim, schema)))
             turn = np.eye(4)
             turn[:3, :3] = np.roll(np.eye(3), axis + 1, axis=0)  # carries z to the axis, keeps handedness

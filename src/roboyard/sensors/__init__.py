@@ -17,7 +17,7 @@ from roboyard.sensors.force_torque import ForceTorqueSensor
 from roboyard.sensors.inertial import Imu
 from roboyard.sensors.lidar import Lidar, Scan
 from roboyard.sensors.rates import Sensors
-from roboyard.sensors.scan_pattern import IMPORTED_PATTERN, LidarPattern
+from roboyard.sensors.scan_pattern import IMPORTED_PATTERN, ScanPattern
 
 __all__ = [
     "IMPORTED_PATTERN",
@@ -26,9 +26,9 @@ __all__ = [
     "ForceTorqueSensor",
     "Imu",
     "Lidar",
-    "LidarPattern",
     "Mount",
     "Scan",
+    "ScanPattern",
     "Sensor",
     "Sensors",
     "link_names",

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.sensors.base import Observation, Sensor
-from roboyard.sensors.scan_pattern import LidarPattern
-from roboyard.sensors.scan_rays import first_hits
+from roboyard.sensors.scan_pattern import ScanPattern
+from roboyard.sensors.scan_rays import cast_scan
 from roboyard.transforms import IDENTITY_QUATERNION, Array
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Scan:
     """(3,) m of the lidar in the world"""
     rotation: Array
     """(3, 3) of the lidar in the world"""
-    pattern: LidarPattern
+    pattern: ScanPattern
 
     @property
     def hit(self) -> np.ndarray:
@@ -63,7 +63,7 @@ class Lidar(Sensor):
         *,
         position: ArrayLike = (0, 0, 0),
         orientation: ArrayLike = IDENTITY_QUATERNION,
-        pattern: LidarPattern | None = None,
+        pattern: ScanPattern | None = None,
         sees_itself: bool = False,
         rate: float | None = None,
     ) -> None:
@@ -78,7 +78,7 @@ class Lidar(Sensor):
             rate: turns a second; None: one whenever asked.
         """
         super().__init__(link, position=position, orientation=orientation, rate=rate)
-        self.pattern = LidarPattern() if pattern is None else pattern
+        self.pattern = ScanPattern() if pattern is None else pattern
         self.sees_itself = sees_itself
         self._own: tuple[int, np.ndarray] = (-1, np.zeros(0, dtype=bool))
 
@@ -86,7 +86,7 @@ class Lidar(Sensor):
         """What it sees now."""
         world, pattern = self.world, self.pattern
         position, rotation = self.mount.in_world()
-        geoms, distances = first_hits(
+        geoms, distances = cast_scan(
             world.model, world.kinematics(), pattern, position, rotation, self._in_the_way()
         )
         seen = (geoms >= 0) & (distances >= pattern.min_range) & (distances <= pattern.max_range)

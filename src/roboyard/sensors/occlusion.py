@@ -20,7 +20,7 @@ START = 0.002
 """m in front of the lens"""
 
 
-def blocked_share(body: Body, position: ArrayLike, rotation: ArrayLike) -> float:
+def occluded_fraction(body: Body, position: ArrayLike, rotation: ArrayLike) -> float:
     """Share of the view, from 0 to 1, in which a body itself is nearer than `NEAR`.
 
     Args:

@@ -13,7 +13,7 @@ from roboyard.transforms import Array
 
 
 @dataclass(frozen=True, kw_only=True)
-class LidarPattern:
+class ScanPattern:
     """Which way the rays go. Defaults are OmniGibson's for a lidar that is loaded."""
 
     horizontal_fov_deg: float = 360.0
@@ -96,7 +96,7 @@ class LidarPattern:
         )
 
 
-IMPORTED_PATTERN = LidarPattern(
+IMPORTED_PATTERN = ScanPattern(
     vertical_fov_deg=30.0,
     horizontal_resolution_deg=0.4,
     vertical_resolution_deg=4.0,

@@ -15,14 +15,14 @@ import numpy as np
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
-    from roboyard.sensors.scan_pattern import LidarPattern
+    from roboyard.sensors.scan_pattern import ScanPattern
 
 _HIDDEN_GROUP = 5
 """MuJoCo geom group of what is not looked at meanwhile."""
 
 
-def first_hits(
-    model: Any, data: Any, pattern: LidarPattern, position: Array, rotation: Array, looked_at: np.ndarray
+def cast_scan(
+    model: Any, data: Any, pattern: ScanPattern, position: Array, rotation: Array, looked_at: np.ndarray
 ) -> tuple[np.ndarray, Array]:
     """What each ray meets first: geom (rows, columns) int32, -1 for nothing, and distance (rows, columns) m.
 
@@ -65,7 +65,7 @@ def _kinds(model: Any, looked_at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _mesh_hits(
     model: Any,
     data: Any,
-    pattern: LidarPattern,
+    pattern: ScanPattern,
     position: Array,
     rotation: Array,
     rows: np.ndarray,

@@ -18,7 +18,7 @@ MOST_CELLS = 4_000_000
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Cover:
+class Coverage:
     """Volumes are shares of the solid's, by voxel centres."""
 
     excess: float
@@ -31,14 +31,14 @@ class Cover:
     """Volume of the spheres' union outside the solid."""
 
 
-def measure_cover(
+def measure_coverage(
     solid: Sequence[TriangleMesh],
     hulls: Sequence[TriangleMesh],
     centers: ArrayLike = (),
     radii: ArrayLike = (),
     *,
     cells: int = 40_000,
-) -> Cover:
+) -> Coverage:
     """Compare a link's real form with the shapes that stand for it, all in one frame.
 
     Args:
@@ -74,7 +74,7 @@ def measure_cover(
     total, own = max(int(wide.sum()), 1), max(int(counted.sum()), 1)
     # a voxel that the surface passes through lies half outside: it is no excess
     outside = ~(wide | skin)
-    return Cover(
+    return Coverage(
         excess=float((by_hulls & outside).sum() / total),
         missing=float((counted & ~by_hulls).sum() / own),
         coverage=float((counted & by_spheres).sum() / own),

@@ -32,12 +32,12 @@ _VERSION = 3
 """Part of the cache key: raise it when the facts of a file change meaning."""
 _MAX_HULL_POINTS = 400
 _MOST_IN_MEMORY = 2000
-_in_memory: dict[tuple[str, int, int], MeshFacts] = {}
+_in_memory: dict[tuple[str, int, int], MeshStats] = {}
 """By path, time and size of the file: one import asks for the same facts several times."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MeshFacts:
+class MeshStats:
     """Of one mesh file, in its own units, before any scale."""
 
     content: str
@@ -92,7 +92,7 @@ class MeshFacts:
         return MassProperties(mass=mass, center=own.center * signed, inertia=inertia, solid=own.solid)
 
 
-def mesh_facts(path: Path) -> MeshFacts:
+def mesh_stats(path: Path) -> MeshStats:
     """Facts of a mesh file, from the cache where it has been seen before.
 
     Raises:
@@ -101,7 +101,7 @@ def mesh_facts(path: Path) -> MeshFacts:
     from roboyard.shapes.load import MAX_FILE_BYTES, MESH_SUFFIXES, load_mesh
 
     if path.suffix.lower() not in MESH_SUFFIXES or not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
-        return facts_of(load_mesh(path))  # raises, and says why
+        return stats_of(load_mesh(path))  # raises, and says why
     state = path.stat()
     key = (str(path.absolute()), state.st_mtime_ns, state.st_size)
     if key in _in_memory:
@@ -110,7 +110,7 @@ def mesh_facts(path: Path) -> MeshFacts:
     kept = cache_folder() / "mesh-facts" / f"{content}-{path.suffix.lower().lstrip('.')}-{_VERSION}.npz"
     facts = _recall(kept, content)
     if facts is None:
-        facts = dataclasses.replace(facts_of(load_mesh(path), content), names=tuple(names_in(path)))
+        facts = dataclasses.replace(stats_of(load_mesh(path), content), names=tuple(names_in(path)))
         _remember(kept, facts)
     if len(_in_memory) >= _MOST_IN_MEMORY:
         _in_memory.clear()
@@ -118,13 +118,13 @@ def mesh_facts(path: Path) -> MeshFacts:
     return facts
 
 
-def facts_of(triangles: TriangleMesh, content: str = "") -> MeshFacts:
+def stats_of(triangles: TriangleMesh, content: str = "") -> MeshStats:
     """Facts of a mesh in memory."""
     vertices, faces = np.asarray(triangles.vertices), np.asarray(triangles.faces)
     vertices = vertices[np.unique(faces)] if len(faces) and len(faces) * 3 < len(vertices) else vertices
     if vertices.shape[0] == 0 or not np.isfinite(vertices).all() or np.abs(vertices).max() > 1e100:
         zeros = np.zeros(3)
-        return MeshFacts(
+        return MeshStats(
             content=content, triangles=len(faces), vertices=len(vertices), is_finite=False, is_closed=False,
             bounds=np.zeros((2, 3)), volume=0.0, hull_volume=0.0, hull=np.zeros((0, 3)),
             center=zeros, inertia=np.zeros((3, 3)), solid="bounding box", mass=0.0,
@@ -137,7 +137,7 @@ def facts_of(triangles: TriangleMesh, content: str = "") -> MeshFacts:
     own = inertia.inside_of(points, corners, density=1.0) if closed else None
     if own is None:
         own = inertia.hull_or_box(hull, points, density=1.0)
-    return MeshFacts(
+    return MeshStats(
         content=content,
         triangles=len(faces),
         vertices=len(points),
@@ -181,19 +181,19 @@ _SCALARS = ("triangles", "vertices", "is_finite", "is_closed", "volume", "hull_v
 _ARRAYS = ("bounds", "hull", "center", "inertia")
 
 
-def _recall(file: Path, content: str) -> MeshFacts | None:
+def _recall(file: Path, content: str) -> MeshStats | None:
     try:
         data = file.read_bytes()
         with np.load(io.BytesIO(data), allow_pickle=False) as stored:
             kept = {name: stored[name].item() for name in _SCALARS}
             kept |= {name: stored[name] for name in _ARRAYS}
             kept["names"] = tuple(str(name) for name in stored["names"])
-        return MeshFacts(content=content, **kept)
+        return MeshStats(content=content, **kept)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError):
         return None
 
 
-def _remember(file: Path, facts: MeshFacts) -> None:
+def _remember(file: Path, facts: MeshStats) -> None:
     stored = {name: np.asarray(getattr(facts, name)) for name in (*_SCALARS, *_ARRAYS)}
     stored["names"] = np.asarray(facts.names, dtype=np.str_)
     partial = file.with_name(f"{file.name}.{os.getpid()}")

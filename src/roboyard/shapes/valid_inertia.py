@@ -26,7 +26,7 @@ def rod_inertia(inertia: ArrayLike) -> Array | None:
     return (axes * moments) @ axes.T
 
 
-def raised_inertia(inertia: ArrayLike) -> Array | None:
+def valid_inertia(inertia: ArrayLike) -> Array | None:
     """The (3, 3) tensor with its two smaller principal moments raised equally until they add up to the third.
 
     None for a tensor that needs no change, and for one whose moments are not positive.

@@ -19,8 +19,8 @@ from roboyard.sim.build.solver_options import (
     chosen_solver,
     new_spec,
 )
-from roboyard.sim.physics_profile import Profile
-from roboyard.sim.pool.body_pool import Spares
+from roboyard.sim.physics_profile import PhysicsProfile
+from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -35,14 +35,14 @@ class Engine:
     """Spec, model and data of a world: what is stale, what has moved, where bodies lie in the arrays."""
 
     def __init__(
-        self, *, gravity: Sequence[float], timestep: float, solver: Solver, profile: Profile
+        self, *, gravity: Sequence[float], timestep: float, solver: Solver, profile: PhysicsProfile
     ) -> None:
         if not timestep > 0:
             raise RoboyardError(f"a time step is positive; got {timestep}")
         self.raw_spec = new_spec()
         """The spec as it is, spares included; whoever edits it marks the world stale."""
         self.assets = MeshAssets(self.raw_spec)
-        self.spares = Spares(self)
+        self.pool = BodyPool(self)
         self.body_by_id: dict[int, Body] = {}
         self.profile = profile
         self.revision = 0
@@ -78,19 +78,19 @@ class Engine:
     @property
     def spec(self) -> Any:
         """The `mujoco.MjSpec`: the world's bodies and nothing else; after an edit call `mark_stale`."""
-        self.spares.dismiss()
+        self.pool.clear()
         return self.raw_spec
 
     @property
     def model(self) -> Any:
         """The compiled `mujoco.MjModel`; a new object after each structural edit."""
-        self.spares.dismiss()
+        self.pool.clear()
         return self.live_model
 
     @property
     def data(self) -> Any:
         """The `mujoco.MjData` of `model`; after writing into it call `mark_moved`."""
-        self.spares.dismiss()
+        self.pool.clear()
         return self.live_data
 
     @property
@@ -132,7 +132,7 @@ class Engine:
         self._apply_options(spec.option)
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
         self._before_compile()
-        shapes += self.spares.prepare(spec)
+        shapes += self.pool.prepare(spec)
         spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, MEMORY_LEAST, MEMORY_MOST))
         try:
             if self._model is None:
@@ -145,7 +145,7 @@ class Engine:
         self._stale = self._inertia_changed = False
         self.revision += 1
         self._set_contact_law(self.body_by_id.values())
-        self.spares.settle()
+        self.pool.settle()
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self._geom_owners = None

@@ -123,7 +123,7 @@ class Link:
                 world.live_model.geom_friction[geom.id] = values
                 world.live_model.geom_condim[geom.id] = wider
 
-    def glide(self, friction: float = 0.0) -> None:
+    def set_frictionless(self, friction: float = 0.0) -> None:
         """Slide with this friction whatever it touches, as omnidirectional wheels and casters do.
 
         Elsewhere the larger friction of two touching links acts.
@@ -137,7 +137,7 @@ class Link:
                 model.geom_condim[row], model.geom_priority[row] = geom.condim, 1
                 model.geom_friction[row, 0] = friction
 
-    def flatten_balls(self, half_width: float) -> None:
+    def flatten_spheres(self, half_width: float) -> None:
         """Make this link's collision balls ellipsoids of this half width (m) along their z axes.
 
         A wheel of that form touches the floor in one point below its axle, where a cylinder touches it with

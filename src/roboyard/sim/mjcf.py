@@ -16,8 +16,8 @@ from roboyard.rendering.scene import RenderShape
 from roboyard.sim.build.records import Built, BuiltLink
 
 if TYPE_CHECKING:
-    from roboyard.sim.appearance.mjcf_textures import Coats
-    from roboyard.sim.appearance.render_shapes import Look
+    from roboyard.sim.appearance.mjcf_textures import TextureMaps
+    from roboyard.sim.appearance.render_shapes import ShapeAppearance
     from roboyard.sim.body import Body
     from roboyard.sim.world import World
 
@@ -69,7 +69,7 @@ def add_mjcf(world: World, source: str | Path, position: ArrayLike = (0, 0, 0)) 
         built = _collect(element, f"{name}/")
         bodies.append(world.register(f"{name}/{top}", built, None, fixed_base=built.free_joint is None))
     for body in bodies:
-        world.spares.note(body, None)
+        world.pool.note(body, None)
     world.mark_stale()
     return tuple(bodies)
 
@@ -136,13 +136,13 @@ def _collect(top: Any, prefix: str) -> Built:
     return built
 
 
-def looks_of_model(body: Body) -> dict[int, list[Look]]:
+def looks_of_model(body: Body) -> dict[int, list[ShapeAppearance]]:
     """Render shapes of a body that has no description, read from the compiled model."""
-    from roboyard.sim.appearance.mjcf_textures import coats_of
+    from roboyard.sim.appearance.mjcf_textures import texture_maps_of
 
-    coats = coats_of(body.world)
+    coats = texture_maps_of(body.world)
     model = coats.model
-    found: dict[int, list[Look]] = {}
+    found: dict[int, list[ShapeAppearance]] = {}
     shown_by = {int(row): index for index, row in enumerate(body.mujoco_ids)}  # last of links in one place
     for row, index in shown_by.items():
         geoms = np.flatnonzero(model.geom_bodyid == row)
@@ -157,7 +157,7 @@ def looks_of_model(body: Body) -> dict[int, list[Look]]:
     return found
 
 
-def _look(coats: Coats, geom: int, owner: tuple[int, int]) -> Look | None:
+def _look(coats: TextureMaps, geom: int, owner: tuple[int, int]) -> ShapeAppearance | None:
     from roboyard.description.model import (
         Box,
         Capsule,
@@ -170,7 +170,7 @@ def _look(coats: Coats, geom: int, owner: tuple[int, int]) -> Look | None:
         Sphere,
     )
     from roboyard.sim.appearance.mjcf_textures import color_of
-    from roboyard.sim.appearance.render_shapes import Look, render_shape
+    from roboyard.sim.appearance.render_shapes import ShapeAppearance, render_shape
 
     model = coats.model
     kinds = mujoco.mjtGeom
@@ -225,4 +225,4 @@ def _look(coats: Coats, geom: int, owner: tuple[int, int]) -> Look | None:
     )
     if shape is not None and (coated := coats.put_on(geom, shape.mesh, shape.scale)) is not None:
         shape = replace(shape, mesh=coated[0], texture=coated[1], checker=None)
-    return None if shape is None else Look(geometry=geometry, shape=shape)
+    return None if shape is None else ShapeAppearance(geometry=geometry, shape=shape)

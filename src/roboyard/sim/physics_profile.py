@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Profile:
+class PhysicsProfile:
     """What a world takes for granted.
 
     Everything here is a rule of the engine; what a description means (which inertia, which frames) is not.
@@ -46,9 +46,9 @@ class Profile:
         return self.product_friction or self.hard_contacts or self.largest_velocity is not None
 
 
-PLAIN = Profile()
+PLAIN = PhysicsProfile()
 
-BULLET = Profile(
+BULLET = PhysicsProfile(
     integrator="euler",
     impratio=1.0,
     product_friction=True,

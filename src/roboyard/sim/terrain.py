@@ -54,4 +54,4 @@ def _follow(world: World, body: Body, terrain: Heightfield, sunk: float) -> None
                     lift = np.array([0.0, 0.0, sunk * body.scale])
                     geom.pos = np.asarray(geom.pos) + rotate(from_wxyz(geom.quat), lift)
     world.mark_stale()
-    world.looks.reshape(body, terrain)
+    world.render_shapes.reshape(body, terrain)

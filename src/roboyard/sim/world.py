@@ -14,19 +14,19 @@ from roboyard.description.model import RobotDescription
 from roboyard.errors import ModelError, RoboyardError, StaleHandleError
 from roboyard.sim import objects, world_state
 from roboyard.sim.actuation.drives import Drives
-from roboyard.sim.actuation.velocity_motors import Motors
+from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.appearance import render_shapes
 from roboyard.sim.body import Body
 from roboyard.sim.build.bodies import build, discard, is_anchored
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.build.solver_options import Solver
 from roboyard.sim.engine import Engine
-from roboyard.sim.physics_profile import PLAIN, Profile
+from roboyard.sim.physics_profile import PLAIN, PhysicsProfile
 from roboyard.sim.queries import contacts, rays
 from roboyard.sim.stepping.collision_filters import CollisionFilters
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.surfaces import Surfaces
-from roboyard.sim.stepping.time_steps import Stepping, alarm
+from roboyard.sim.stepping.time_steps import Stepping, solver_warning
 from roboyard.sim.stepping.wrenches import Wrenches
 from roboyard.transforms import Array, normalized
 
@@ -50,7 +50,7 @@ class World(Engine):
         timestep: float = 1 / 240,
         solver: Solver = "auto",
         visual_geoms: bool = True,
-        profile: Profile = PLAIN,
+        profile: PhysicsProfile = PLAIN,
     ) -> None:
         """Start an empty world.
 
@@ -65,7 +65,7 @@ class World(Engine):
         """
         super().__init__(gravity=gravity, timestep=timestep, solver=solver, profile=profile)
         self.drives = Drives(self)
-        self.motors = Motors(self)
+        self.motors = VelocityMotors(self)
         self.constraints = Constraints(self)
         self.stepping = Stepping(self)
         self.surfaces = Surfaces(self)
@@ -80,7 +80,7 @@ class World(Engine):
         self._names: set[str] = set()
         self._copies: dict[str, int] = {}
         """By wanted name: up to which number names are known to be taken."""
-        self.looks = render_shapes.Looks(self)
+        self.render_shapes = render_shapes.RenderShapes(self)
 
     def __repr__(self) -> str:
         return f"<World at {self.time:.3f} s with {len(self.body_by_id)} bodies>"
@@ -94,7 +94,7 @@ class World(Engine):
         self.filters.write()
 
     def _after_compile(self) -> None:
-        for room in (self.surfaces, self.motors, self.constraints, self.stepping, self.looks):
+        for room in (self.surfaces, self.motors, self.constraints, self.stepping, self.render_shapes):
             room.invalidate()
         self.stepping.refresh()
 
@@ -200,16 +200,16 @@ class World(Engine):
             conaffinity=conaffinity,
         )
         prefix, xyz, quaternion = f"{unique}/", np.asarray(position, dtype=float), normalized(orientation)
-        taken = self.spares.take(description, prefix, xyz, quaternion, options)
+        taken = self.pool.take(description, prefix, xyz, quaternion, options)
         built = taken
         if built is None:
             built = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
         body = self.register(unique, built, description, fixed_base=fixed_base, scale=scale)
         if taken is None:
             self.mark_stale()
-            self.spares.note(body, options)
+            self.pool.note(body, options)
         else:
-            self.spares.settle_in(body)
+            self.pool.activate(body)
             self.adopt(body)
         for link in body.links:
             contact = link._built.link.contact if link._built.link is not None else None
@@ -231,8 +231,8 @@ class World(Engine):
         self._next_id += 1
         self.body_by_id[body.id] = body
         self._names.add(name)
-        self.filters.claim(body)
-        self.looks.add(body)
+        self.filters.assign_masks(body)
+        self.render_shapes.add(body)
         return body
 
     def _unique_name(self, wanted: str) -> str:
@@ -253,11 +253,11 @@ class World(Engine):
         self.surfaces.forget(body.id)
         self.motors.forget(body.id)
         self.stepping.forget(body.id)
-        self.looks.forget(body.id)
+        self.render_shapes.forget(body.id)
         del self.body_by_id[body.id]
         self._names.discard(body.name)
         self._copies.clear()
-        if self.spares.take_back(body):
+        if self.pool.take_back(body):
             self.disown(body)
         else:
             discard(built, self.raw_spec, self.assets)
@@ -298,8 +298,8 @@ class World(Engine):
         Raises:
             ModelError: the simulation exploded (positions or velocities are no longer finite).
         """
-        if self.spares.parked:
-            self.spares.tick(n)
+        if self.pool.inactive:
+            self.pool.tick(n)
         if self._stale:
             self.ensure_compiled()
         if self.before_step:
@@ -317,7 +317,7 @@ class World(Engine):
         if self._inertia_changed:
             self._inertia_changed = False
             mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
-            self.spares.weigh_anew()
+            self.pool.update_inertia()
         model, data, stepping = self._model, self._data, self.stepping
         if stepping.is_plain:
             mujoco.mj_step(model, data, n)
@@ -325,8 +325,8 @@ class World(Engine):
             for _ in range(n):
                 stepping.step(model, data)
         self._moved = self._velocity_moved = True
-        if alarm.message is not None:
-            alarm.message = None
+        if solver_warning.message is not None:
+            solver_warning.message = None
             raise ModelError(self._explosion())
 
     def _explosion(self) -> str:
@@ -397,7 +397,7 @@ class World(Engine):
 
     def render_scene(self) -> RenderScene:
         """Everything there is to draw, for `roboyard.rendering.render`."""
-        return self.looks.scene()
+        return self.render_shapes.scene()
 
     def frames(self) -> tuple[Array, Array]:
         """(nbody, 3) positions and (nbody, 3, 3) rotations of all MuJoCo bodies, as cameras want them."""

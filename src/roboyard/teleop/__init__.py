@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from roboyard.teleop.key_bindings import Teleop
+from roboyard.teleop.key_bindings import KeyBindings
 from roboyard.teleop.loop import drive
 
-__all__ = ["Teleop", "drive"]
+__all__ = ["KeyBindings", "drive"]

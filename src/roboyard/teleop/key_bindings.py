@@ -41,7 +41,7 @@ HELP = """\
 """
 
 
-class Teleop:
+class KeyBindings:
     """What the keys mean for one robot."""
 
     def __init__(self, robot: Robot, clock: Callable[[], float] = time.monotonic) -> None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from roboyard.recording import Film, Recorder, Stage
-from roboyard.teleop.key_bindings import HELP, Teleop
+from roboyard.recording import Recorder, SceneSetup, VideoWriter
+from roboyard.teleop.key_bindings import HELP, KeyBindings
 from roboyard.teleop.raw_keys import KeySource, RawKeys
 from roboyard.teleop.terminal_image import as_text
 from roboyard.teleop.views import WIDTH, Views
@@ -28,7 +28,7 @@ FILM_FPS = 15.0
 
 
 def drive(
-    stage: Stage,
+    stage: SceneSetup,
     mode: ControlMode,
     *,
     short: bool = False,
@@ -65,7 +65,7 @@ def drive(
             )  # fmt: skip
     robot, world = stage.robot, stage.scene.world
     recorder = Recorder(world, setup=stage.setup) if log is not None else None
-    film = Film(record, fps=FILM_FPS) if record is not None else None
+    film = VideoWriter(record, fps=FILM_FPS) if record is not None else None
     camera = stage.scene.camera(width=width, height=height)
     source = _Random(robot, seed) if mode == "random" else _Keys(stage, keys or list)
     next_picture, began, taken = world.time, time.monotonic() - world.time, 0
@@ -119,11 +119,11 @@ class _Random:
 
 
 class _Keys:
-    def __init__(self, stage: Stage, keys: KeySource) -> None:
+    def __init__(self, stage: SceneSetup, keys: KeySource) -> None:
         assert stage.robot is not None
         self._stage, self._robot = stage, stage.robot
         self._keys = keys
-        self._teleop = Teleop(stage.robot)
+        self._teleop = KeyBindings(stage.robot)
         self._views = Views(stage)
         self._start = stage.scene.world.save_state()
         print(f"\n{HELP}")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from roboyard.sensors import CameraSensor, Lidar
 
 if TYPE_CHECKING:
-    from roboyard.recording import Stage
+    from roboyard.recording import SceneSetup
     from roboyard.sensors import Scan
 
 WIDTH, HEIGHT = 72, 54
@@ -22,7 +22,7 @@ NEAR, FAR, SELF = (255, 150, 40), (40, 110, 255), (255, 255, 255)
 class Views:
     """A ring of pictures; each look takes the next."""
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, stage: SceneSetup) -> None:
         self._stage = stage
         self._next = 0
 

@@ -15,7 +15,7 @@ from roboyard.robots.sensor_frames import camera_frames
 from roboyard.robots.spawn import _is_file, _read
 from roboyard.validation.gates import GATES
 from roboyard.validation.report import Gate, ValidationReport
-from roboyard.validation.test_world import Bench
+from roboyard.validation.test_world import TestWorld
 
 
 def validate(
@@ -79,7 +79,7 @@ def _broken(name: str, told: str) -> Gate:
     )
 
 
-def _bench(robot: Any, definition: Any, seed: int, scene: Any, options: Mapping[str, Any]) -> Bench:
+def _bench(robot: Any, definition: Any, seed: int, scene: Any, options: Mapping[str, Any]) -> TestWorld:
     cameras = ()
     if isinstance(robot, str) and not _is_file(robot):
         robot = REGISTERED_ROBOTS.find(robot)
@@ -94,7 +94,7 @@ def _bench(robot: Any, definition: Any, seed: int, scene: Any, options: Mapping[
         )
         if robot.sensors is not None:
             cameras = camera_frames(robot.sensors)
-        return Bench(
+        return TestWorld(
             name=name, source=robot, definition=own, seed=seed, cameras=cameras, scene=scene, options=options
         )
     if definition is None:
@@ -107,6 +107,6 @@ def _bench(robot: Any, definition: Any, seed: int, scene: Any, options: Mapping[
 
         description = load_urdf(robot)
     check_fits(own, description, name=file.name if file else f"definition of {description.name}", file=file)
-    return Bench(
+    return TestWorld(
         name=description.name, source=description, definition=own, seed=seed, scene=scene, options=options
     )

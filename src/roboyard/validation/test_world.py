@@ -20,7 +20,7 @@ SUNK = 2e-3
 
 
 @dataclass(kw_only=True, slots=True)
-class Bench:
+class TestWorld:
     """Builds worlds with the robot under test."""
 
     name: str

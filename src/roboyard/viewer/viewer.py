@@ -17,7 +17,7 @@ from roboyard.viewer.page.light import aim_camera, set_light
 from roboyard.viewer.page.server import DEFAULT_PORT, open_server, stop_server
 from roboyard.viewer.scene.drawings import Drawing, Drawings
 from roboyard.viewer.scene.scene_nodes import SceneNodes
-from roboyard.viewer.scene.snapshot import Links, Poser, Snapshot, gather_links, take
+from roboyard.viewer.scene.snapshot import Links, PoseSender, Snapshot, gather_links, take
 
 if TYPE_CHECKING:
     from roboyard.sim import World
@@ -86,7 +86,7 @@ class Viewer:
         self._revision = -1
         self._latest: Snapshot | None = None
         self._published: Snapshot | None = None
-        self._poser = Poser()
+        self._poser = PoseSender()
         self._poses: tuple[Any, Any] | None = None
         self._drawing = self._drawn = Drawing()
         self._follow_steps = follow_steps

@@ -6,10 +6,10 @@ from itertools import combinations
 
 import numpy as np
 
-from roboyard.audit.findings import MISBEHAVES, UNTIDY
+from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import hulls_meet, shape_points
-from roboyard.audit.urdf_elements import Draft, DraftLink, Place
+from roboyard.audit.urdf_elements import LinkElement, Location, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.transforms import Array
 
@@ -21,25 +21,25 @@ MAX_TESTS = 3000
 
 @check(
     "collision-none",
-    MISBEHAVES,
+    WARNING,
     remedy="add collision shapes; the importer makes hulls of the visual meshes",
     example="(visuals only)",
 )
-def collision_none(draft: Draft) -> Faults:
+def collision_none(draft: UrdfElements) -> Faults:
     """No link has a collision shape, though some are visible: the robot falls through everything."""
     shapes = list(draft.shapes)
     if shapes and not any(shape.kind == "collision" and shape.geometry is not None for shape in shapes):
-        robot = Place(who="robot", line=line_of(draft.root))
+        robot = Location(who="robot", line=line_of(draft.root))
         yield Fault(at=robot, message="no link has a collision shape")
 
 
 @check(
     "collision-missing",
-    UNTIDY,
+    INFO,
     remedy="add a collision shape, unless nothing should touch this link",
     example="<link> with <visual> alone",
 )
-def collision_missing(draft: Draft) -> Faults:
+def collision_missing(draft: UrdfElements) -> Faults:
     """Some links are visible but have no collision shape, though others have one."""
     if not any(link.collisions for link in draft.links):
         return
@@ -52,13 +52,13 @@ def collision_missing(draft: Draft) -> Faults:
 
 @check(
     "collision-is-visual",
-    UNTIDY,
+    INFO,
     remedy="use a simple shape or a reduced mesh; the importer makes hulls of it",
     example="(one arm.dae of 20,000 triangles as visual and collision)",
 )
-def collision_is_visual(draft: Draft) -> Faults:
+def collision_is_visual(draft: UrdfElements) -> Faults:
     """A collision mesh is the visual mesh itself, and over 1000 triangles."""
-    found: list[DraftLink] = []
+    found: list[LinkElement] = []
     for link in draft.links:
         seen = {shape.mesh.found.path for shape in link.visuals if shape.mesh is not None}
         for shape in link.collisions:
@@ -79,11 +79,11 @@ def collision_is_visual(draft: Draft) -> Faults:
 
 @check(
     "collision-hull-balloons",
-    UNTIDY,
+    INFO,
     remedy="split it into convex parts: coacd in the importer, or several collision shapes",
     example="(a U-shaped bracket as one collision mesh)",
 )
-def collision_hull_balloons(draft: Draft) -> Faults:
+def collision_hull_balloons(draft: UrdfElements) -> Faults:
     """A collision mesh's hull, with which simulators collide, has over 4 times the mesh's own volume."""
     seen: set[str] = set()
     for shape, mesh in draft.mesh_shapes:
@@ -101,11 +101,11 @@ def collision_hull_balloons(draft: Draft) -> Faults:
 
 @check(
     "collision-overlap",
-    MISBEHAVES,
+    WARNING,
     remedy="shrink or move the shapes, or filter the pair (self-collision off for it)",
     example="(an upper arm whose shape cuts into the base two joints away)",
 )
-def collision_overlap(draft: Draft) -> Faults:
+def collision_overlap(draft: UrdfElements) -> Faults:
     """Collision shapes of links that no joint connects overlap deeply at the rest pose.
 
     Not looked for beyond 300 bodies or 3000 pairs of shapes.
@@ -136,7 +136,7 @@ def collision_overlap(draft: Draft) -> Faults:
         yield Fault(at=place, message=message + (more if is_last else ""), links=(one, other))
 
 
-def _clouds(draft: Draft) -> dict[int, list[tuple[str, Array]]]:
+def _clouds(draft: UrdfElements) -> dict[int, list[tuple[str, Array]]]:
     """Body to (link, (k, 3) shrunken points in the root frame) of its collision shapes."""
     found: dict[int, list[tuple[str, Array]]] = {}
     for link in draft.link_by_name.values():

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from roboyard.audit.findings import BLOCKS, UNTIDY
+from roboyard.audit.findings import ERROR, INFO
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft, Place
+from roboyard.audit.urdf_elements import Location, UrdfElements
 
 MAX_LINKS = 10_000
 
 
-def _refusal(draft: Draft, *words: str) -> Faults:
+def _refusal(draft: UrdfElements, *words: str) -> Faults:
     """The reader's refusal as a fault, where it holds one of the words."""
     error = draft.refusal
     if error is None:
@@ -23,45 +23,45 @@ def _refusal(draft: Draft, *words: str) -> Faults:
 
 @check(
     "file-unreadable",
-    BLOCKS,
+    ERROR,
     remedy="give a URDF file of at most 64 MiB that can be read",
     example="(a path that does not exist)",
 )
-def file_unreadable(draft: Draft) -> Faults:
+def file_unreadable(draft: UrdfElements) -> Faults:
     """The file does not exist, is a folder, may not be read or is larger than 64 MiB."""
     yield from _refusal(draft, "no such file", "is a folder", "cannot be read", "too large")
 
 
 @check(
     "xml-unsafe",
-    BLOCKS,
+    ERROR,
     remedy="remove the DOCTYPE; a URDF needs none",
     example='<!DOCTYPE robot [<!ENTITY x SYSTEM "other.txt">]>',
 )
-def xml_unsafe(draft: Draft) -> Faults:
+def xml_unsafe(draft: UrdfElements) -> Faults:
     """The file declares a DTD or entities, or is nested or long beyond any robot description."""
     yield from _refusal(draft, "DOCTYPE", "nested more than", "elements; this is no robot")
 
 
 @check(
     "xml-syntax",
-    BLOCKS,
+    ERROR,
     remedy="mend the XML at this line",
     example='<robot name="arm"><link name="base"></robot>',
 )
-def xml_syntax(draft: Draft) -> Faults:
+def xml_syntax(draft: UrdfElements) -> Faults:
     """The file is not well-formed XML, and what it means is not plain either."""
     yield from _refusal(draft, "not well-formed", "the file is empty")
 
 
 @check(
     "xml-tolerated",
-    UNTIDY,
+    INFO,
     remedy="write the file as plain UTF-8 XML",
-    mendable=True,
+    fixable=True,
     example='(a blank line before <?xml version="1.0"?>)',
 )
-def xml_tolerated(draft: Draft) -> Faults:
+def xml_tolerated(draft: UrdfElements) -> Faults:
     """The file is not well-formed XML, but can be read only one way (blank lines before the declaration)."""
     for note in draft.xml_notes:
         yield Fault(message=note if note.startswith("<") else f"not well-formed XML: {note}")
@@ -69,25 +69,25 @@ def xml_tolerated(draft: Draft) -> Faults:
 
 @check(
     "root-not-robot",
-    BLOCKS,
+    ERROR,
     remedy="give a URDF, whose root element is <robot>",
     example='<sdf version="1.7">...</sdf>',
 )
-def root_not_robot(draft: Draft) -> Faults:
+def root_not_robot(draft: UrdfElements) -> Faults:
     """The root element is not `<robot>`."""
     if draft.root.tag != "robot":
         tag = str(draft.root.tag)
-        place = Place(who="", line=getattr(draft.root, "line", None))
+        place = Location(who="", line=getattr(draft.root, "line", None))
         yield Fault(at=place, message=f"the root element is <{tag[:60]}>, not <robot>")
 
 
 @check(
     "too-many-links",
-    BLOCKS,
+    ERROR,
     remedy="split the description; simulators end far below this",
     example="(100,000 links in a chain)",
 )
-def too_many_links(draft: Draft) -> Faults:
+def too_many_links(draft: UrdfElements) -> Faults:
     """There are more than 10,000 links or joints."""
     for tag in ("link", "joint"):
         count = sum(1 for _ in draft.root.iterfind(tag))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import PRIMITIVES, Draft
+from roboyard.audit.urdf_elements import PRIMITIVES, UrdfElements
 from roboyard.description.urdf.xml import line_of
 
 NOTHING = 1e-9
@@ -19,12 +19,12 @@ _SIZES = {
 
 @check(
     "geometry-missing",
-    UNTIDY,
+    INFO,
     remedy="remove the element, or give it a shape",
-    mendable=True,
+    fixable=True,
     example="<visual><geometry/></visual>",
 )
-def geometry_missing(draft: Draft) -> Faults:
+def geometry_missing(draft: UrdfElements) -> Faults:
     """A visual or collision holds no shape; it is ignored."""
     for shape in draft.shapes:
         if shape.geometry is None:
@@ -33,11 +33,11 @@ def geometry_missing(draft: Draft) -> Faults:
 
 @check(
     "geometry-unknown",
-    BLOCKS,
+    ERROR,
     remedy=f"give one of {', '.join((*PRIMITIVES, 'mesh'))}",
     example="<geometry><cone .../></geometry>",
 )
-def geometry_unknown(draft: Draft) -> Faults:
+def geometry_unknown(draft: UrdfElements) -> Faults:
     """A geometry is none that URDF (or Bullet) knows."""
     for shape in draft.shapes:
         if shape.geometry is not None and shape.geometry.tag not in (*PRIMITIVES, "mesh"):
@@ -47,11 +47,11 @@ def geometry_unknown(draft: Draft) -> Faults:
 
 @check(
     "geometry-size-missing",
-    BLOCKS,
+    ERROR,
     remedy="add it, in metres",
     example="<sphere/>",
 )
-def geometry_size_missing(draft: Draft) -> Faults:
+def geometry_size_missing(draft: UrdfElements) -> Faults:
     """A primitive lacks a size."""
     for shape in draft.shapes:
         if shape.geometry is not None:
@@ -63,8 +63,8 @@ def geometry_size_missing(draft: Draft) -> Faults:
                 yield Fault(at=shape, line=line_of(shape.geometry), message=message)
 
 
-@check("geometry-size-negative", BLOCKS, remedy="give lengths above zero", example='<sphere radius="-0.1"/>')
-def geometry_size_negative(draft: Draft) -> Faults:
+@check("geometry-size-negative", ERROR, remedy="give lengths above zero", example='<sphere radius="-0.1"/>')
+def geometry_size_negative(draft: UrdfElements) -> Faults:
     """A primitive has a negative size."""
     for shape in draft.shapes:
         if shape.size is not None and shape.geometry is not None and min(shape.size) < 0:
@@ -75,11 +75,11 @@ def geometry_size_negative(draft: Draft) -> Faults:
 
 @check(
     "geometry-size-zero",
-    MISBEHAVES,
+    WARNING,
     remedy="give lengths above zero, or remove the shape",
     example='<box size="0.1 0 0.1"/>',
 )
-def geometry_size_zero(draft: Draft) -> Faults:
+def geometry_size_zero(draft: UrdfElements) -> Faults:
     """A primitive has no extent along some axis."""
     for shape in draft.shapes:
         if shape.size is not None and shape.geometry is not None and 0 <= min(shape.size) < NOTHING:
@@ -92,11 +92,11 @@ def geometry_size_zero(draft: Draft) -> Faults:
 
 @check(
     "geometry-size-implausible",
-    MISBEHAVES,
+    WARNING,
     remedy="give sizes in metres",
     example='<sphere radius="50"/> on an arm of 0.5 m',
 )
-def geometry_size_implausible(draft: Draft) -> Faults:
+def geometry_size_implausible(draft: UrdfElements) -> Faults:
     """A primitive on a jointed robot is over 20 m large and over 20 times as large as the robot's reach."""
     reach = draft.reach
     for shape in draft.shapes:

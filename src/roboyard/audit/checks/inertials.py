@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import link_solid
-from roboyard.audit.urdf_elements import Draft, DraftInertial, DraftLink
+from roboyard.audit.urdf_elements import InertialElement, LinkElement, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.inertia import principal_moments
 from roboyard.shapes.valid_inertia import rod_inertia
 from roboyard.transforms import Array
 
 
-def inertials_of(draft: Draft) -> Iterator[tuple[DraftLink, DraftInertial]]:
+def inertials_of(draft: UrdfElements) -> Iterator[tuple[LinkElement, InertialElement]]:
     """Links that have an `<inertial>`."""
     return ((link, link.inertial) for link in draft.links if link.inertial is not None)
 
 
-def with_tensor(draft: Draft) -> Iterator[tuple[DraftLink, float, Array]]:
+def with_tensor(draft: UrdfElements) -> Iterator[tuple[LinkElement, float, Array]]:
     """Links that have mass and a tensor, the tensor in the inertial frame."""
     for link, inertial in inertials_of(draft):
         tensor = inertial.matrix()
@@ -27,7 +27,7 @@ def with_tensor(draft: Draft) -> Iterator[tuple[DraftLink, float, Array]]:
             yield link, inertial.mass, tensor
 
 
-def inertial_line(link: DraftLink) -> int | None:
+def inertial_line(link: LinkElement) -> int | None:
     """Line of the link's `<inertial>`, or of the link."""
     return link.line if link.inertial is None else line_of(link.inertial.element)
 
@@ -35,24 +35,24 @@ def inertial_line(link: DraftLink) -> int | None:
 _NO_SHAPES = "give it in kg m² about the centre of mass; there are no shapes to compute it from"
 
 
-def _from_shapes(link: DraftLink) -> tuple[bool, str | None]:
+def _from_shapes(link: LinkElement) -> tuple[bool, str | None]:
     """Whether repair can compute the link's inertia, and the remedy where it cannot."""
     return (True, None) if link_solid(link) is not None else (False, _NO_SHAPES)
 
 
-def needs_mass(draft: Draft, link: DraftLink) -> bool:
+def needs_mass(draft: UrdfElements, link: LinkElement) -> bool:
     """True where the link belongs to a moving body that no inertial of which gives any mass."""
     return draft.tree.body_of[link.name] in draft.massless_bodies
 
 
 @check(
     "inertial-missing",
-    MISBEHAVES,
+    WARNING,
     remedy="add <inertial>; repair computes it from the link's shapes at 1000 kg/m³",
-    mendable=True,
+    fixable=True,
     example="<link> with shapes, on a moving joint, without <inertial>",
 )
-def inertial_missing(draft: Draft) -> Faults:
+def inertial_missing(draft: UrdfElements) -> Faults:
     """A moving body has no `<inertial>` in any of its links, though it has shapes to compute one from."""
     body_of = draft.tree.body_of
     seen = {
@@ -64,19 +64,19 @@ def inertial_missing(draft: Draft) -> Faults:
         if link.inertial is None and link.name and link.shapes and needs_mass(draft, link):
             if not link.visuals and body_of[link.name] in seen:
                 continue  # collision shapes alone around a link that is seen: a safety volume, not matter
-            mendable = link_solid(link) is not None
+            fixable = link_solid(link) is not None
             message = "it moves and has shapes but no <inertial>"
-            remedy = None if mendable else "add <inertial>; no size of its shapes is known to compute it from"
-            yield Fault(at=link, message=message, mendable=mendable, remedy=remedy)
+            remedy = None if fixable else "add <inertial>; no size of its shapes is known to compute it from"
+            yield Fault(at=link, message=message, fixable=fixable, remedy=remedy)
 
 
 @check(
     "inertial-missing-frame",
-    UNTIDY,
+    INFO,
     remedy="give it a small mass and inertia, or join it by a fixed joint",
     example="<link/> without shapes between two moving joints",
 )
-def inertial_missing_frame(draft: Draft) -> Faults:
+def inertial_missing_frame(draft: UrdfElements) -> Faults:
     """A moving body consists of bare frames: no mass and no shape anywhere."""
     for body in draft.tree.bodies:
         link = draft.link_by_name[body[0]]
@@ -89,24 +89,24 @@ def inertial_missing_frame(draft: Draft) -> Faults:
 
 @check(
     "mass-missing",
-    BLOCKS,
+    ERROR,
     remedy='add <mass value="..."/>; repair computes it from the link\'s shapes',
-    mendable=True,
+    fixable=True,
     example="<inertial><inertia .../></inertial>",
 )
-def mass_missing(draft: Draft) -> Faults:
+def mass_missing(draft: UrdfElements) -> Faults:
     """An `<inertial>` has no mass."""
     for link, inertial in inertials_of(draft):
         mass = inertial.element.find("mass")
         if mass is None or not (mass.get("value") or "").strip():
-            mendable = link_solid(link) is not None
+            fixable = link_solid(link) is not None
             yield Fault(
-                at=link, line=line_of(inertial.element), message="<inertial> has no mass", mendable=mendable
+                at=link, line=line_of(inertial.element), message="<inertial> has no mass", fixable=fixable
             )
 
 
-@check("mass-negative", BLOCKS, remedy="give the mass in kg", example='<mass value="-2"/>')
-def mass_negative(draft: Draft) -> Faults:
+@check("mass-negative", ERROR, remedy="give the mass in kg", example='<mass value="-2"/>')
+def mass_negative(draft: UrdfElements) -> Faults:
     """A mass is negative."""
     for link, inertial in inertials_of(draft):
         if inertial.mass is not None and inertial.mass < 0:
@@ -117,28 +117,28 @@ def mass_negative(draft: Draft) -> Faults:
 
 @check(
     "mass-zero",
-    MISBEHAVES,
+    WARNING,
     remedy="give the mass in kg; repair computes it from the link's shapes at 1000 kg/m³",
-    mendable=True,
+    fixable=True,
     example='<mass value="0"/> on a link with shapes on a moving joint',
 )
-def mass_zero(draft: Draft) -> Faults:
+def mass_zero(draft: UrdfElements) -> Faults:
     """A moving body's mass is zero."""
     for link, inertial in inertials_of(draft):
         if inertial.mass == 0.0 and link.name and needs_mass(draft, link):
-            mendable = link_solid(link) is not None
+            fixable = link_solid(link) is not None
             message = "it moves, but its mass is 0"
-            yield Fault(at=link, line=line_of(inertial.element), message=message, mendable=mendable)
+            yield Fault(at=link, line=line_of(inertial.element), message=message, fixable=fixable)
 
 
 @check(
     "inertia-missing",
-    MISBEHAVES,
+    WARNING,
     remedy="add <inertia>; repair computes it from the link's shapes and mass",
-    mendable=True,
+    fixable=True,
     example='<inertial><mass value="1"/></inertial>',
 )
-def inertia_missing(draft: Draft) -> Faults:
+def inertia_missing(draft: UrdfElements) -> Faults:
     """A link has mass but no inertia tensor, or one without its diagonal."""
     for link, inertial in inertials_of(draft):
         element = inertial.element.find("inertia")
@@ -150,32 +150,32 @@ def inertia_missing(draft: Draft) -> Faults:
                 else "<inertia> is incomplete"
             )
             line = line_of(inertial.element)
-            mendable, remedy = _from_shapes(link)
-            yield Fault(at=link, line=line, message=message, mendable=mendable, remedy=remedy)
+            fixable, remedy = _from_shapes(link)
+            yield Fault(at=link, line=line, message=message, fixable=fixable, remedy=remedy)
 
 
 @check(
     "inertia-zero",
-    MISBEHAVES,
+    WARNING,
     remedy="repair computes it from the link's shapes and mass",
-    mendable=True,
+    fixable=True,
     example='<mass value="1"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>',
 )
-def inertia_zero(draft: Draft) -> Faults:
+def inertia_zero(draft: UrdfElements) -> Faults:
     """A link has mass, but its inertia tensor is zero: simulators refuse it or explode."""
     body_of = draft.tree.body_of
     turned = {body_of[link.name] for link, _, tensor in with_tensor(draft) if link.name and tensor.any()}
     for link, mass, tensor in with_tensor(draft):
         if not tensor.any():
             # fixed to a link that has inertia, a point mass does no harm
-            severity = UNTIDY if body_of.get(link.name) in turned else None
-            mendable, remedy = _from_shapes(link)
+            severity = INFO if body_of.get(link.name) in turned else None
+            fixable, remedy = _from_shapes(link)
             message = f"inertia is zero at a mass of {mass:g} kg"
             yield Fault(
                 at=link,
                 line=inertial_line(link),
                 message=message,
-                mendable=mendable,
+                fixable=fixable,
                 remedy=remedy,
                 severity=severity,
             )
@@ -183,32 +183,32 @@ def inertia_zero(draft: Draft) -> Faults:
 
 @check(
     "inertia-not-positive",
-    MISBEHAVES,
+    WARNING,
     remedy="repair computes it from the link's shapes and mass; where a file rounds the least moment of a "
     "rod to zero, it raises that moment",
-    mendable=True,
+    fixable=True,
     example='<inertia ixx="0.01" ixy="0.05" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>',
 )
-def inertia_not_positive(draft: Draft) -> Faults:
+def inertia_not_positive(draft: UrdfElements) -> Faults:
     """An inertia tensor is not positive definite: turning the body would take or give energy for nothing."""
     for link, _, tensor in with_tensor(draft):
         moments = principal_moments(tensor)
         if tensor.any() and moments[0] <= 0:
             shown = ", ".join(f"{moment:.3g}" for moment in moments)
-            mendable, remedy = (True, None) if rod_inertia(tensor) is not None else _from_shapes(link)
+            fixable, remedy = (True, None) if rod_inertia(tensor) is not None else _from_shapes(link)
             message = f"inertia is not positive definite (principal moments {shown} kg m²)"
             line = inertial_line(link)
-            yield Fault(at=link, line=line, message=message, mendable=mendable, remedy=remedy)
+            yield Fault(at=link, line=line, message=message, fixable=fixable, remedy=remedy)
 
 
 @check(
     "inertia-triangle",
-    MISBEHAVES,
+    WARNING,
     remedy="repair computes it from the link's shapes and mass; without shapes it raises the smaller moments",
-    mendable=True,
+    fixable=True,
     example='<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3"/>',
 )
-def inertia_triangle(draft: Draft) -> Faults:
+def inertia_triangle(draft: UrdfElements) -> Faults:
     """One principal moment is larger than the other two together (by over 0.1 %), which no body has."""
     for link, _, tensor in with_tensor(draft):
         small, middle, large = principal_moments(tensor)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 from roboyard.audit.checks.xml import misspelt
-from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft
+from roboyard.audit.urdf_elements import UrdfElements
 
 
-@check("axis-zero", BLOCKS, remedy="give a non-zero axis", example='<axis xyz="0 0 0"/>')
-def axis_zero(draft: Draft) -> Faults:
+@check("axis-zero", ERROR, remedy="give a non-zero axis", example='<axis xyz="0 0 0"/>')
+def axis_zero(draft: UrdfElements) -> Faults:
     """A moving joint's axis has length zero."""
     for joint in draft.moving_joints:
         if (
@@ -24,12 +24,12 @@ def axis_zero(draft: Draft) -> Faults:
 
 @check(
     "axis-not-unit",
-    UNTIDY,
+    INFO,
     remedy="scale it to length 1",
-    mendable=True,
+    fixable=True,
     example='<axis xyz="0 0 2"/>',
 )
-def axis_not_unit(draft: Draft) -> Faults:
+def axis_not_unit(draft: UrdfElements) -> Faults:
     """A moving joint's axis is not of unit length (to 0.1 %); programs differ on what that means."""
     for joint in draft.one_axis_joints:
         if joint.axis is None:
@@ -41,12 +41,12 @@ def axis_not_unit(draft: Draft) -> Faults:
 
 @check(
     "axis-missing",
-    UNTIDY,
+    INFO,
     remedy='write <axis xyz="1 0 0"/>, the default',
-    mendable=True,
+    fixable=True,
     example='<joint name="j" type="revolute"> without <axis>',
 )
-def axis_missing(draft: Draft) -> Faults:
+def axis_missing(draft: UrdfElements) -> Faults:
     """A moving joint gives no axis; URDF's default is x, which is seldom what was meant."""
     for joint in draft.one_axis_joints:
         axis = joint.element.find("axis")
@@ -58,16 +58,16 @@ def axis_missing(draft: Draft) -> Faults:
                 continue
             message += f"; <axis> gives {wrong}, which is not read"
             remedy = 'write its axis as xyz="..."'
-            yield Fault(at=joint, message=message, remedy=remedy, severity=MISBEHAVES, mendable=False)
+            yield Fault(at=joint, message=message, remedy=remedy, severity=WARNING, fixable=False)
 
 
 @check(
     "dynamics-negative",
-    MISBEHAVES,
+    WARNING,
     remedy="give zero or more",
     example='<dynamics damping="-0.1"/>',
 )
-def dynamics_negative(draft: Draft) -> Faults:
+def dynamics_negative(draft: UrdfElements) -> Faults:
     """Damping or friction is negative: the joint drives itself."""
     for joint in draft.joints:
         for name, value in (("damping", joint.damping), ("friction", joint.friction)):

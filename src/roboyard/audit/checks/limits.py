@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 
-from roboyard.audit.findings import MISBEHAVES, UNTIDY
+from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft, DraftJoint
+from roboyard.audit.urdf_elements import JointElement, UrdfElements
 
 ENDLESS = 1000.0
 """rad or m beyond which a bound stops nothing."""
 _ADD_LIMIT = 'add <limit lower="..." upper="..." effort="..." velocity="..."/>'
 
 
-def _for_slides(joint: DraftJoint, remedy: str) -> str | None:
+def _for_slides(joint: JointElement, remedy: str) -> str | None:
     """The remedy for a joint that slides, which cannot be continuous; None: the check's own."""
     return remedy if joint.type == "prismatic" else None
 
 
 @check(
     "limit-missing",
-    MISBEHAVES,
+    WARNING,
     remedy=f'{_ADD_LIMIT}, or use type="continuous"',
     example='<joint name="j" type="revolute"> without <limit>',
 )
-def limit_missing(draft: Draft) -> Faults:
+def limit_missing(draft: UrdfElements) -> Faults:
     """A revolute or prismatic joint has no `<limit>`; Roboyard lets it move without end, others lock it."""
     for joint in draft.joints:
         if joint.type in ("revolute", "prismatic") and joint.limit is None:
@@ -34,11 +34,11 @@ def limit_missing(draft: Draft) -> Faults:
 
 @check(
     "limit-bounds-missing",
-    MISBEHAVES,
+    WARNING,
     remedy="add lower and upper",
     example='<limit effort="10" velocity="1"/>',
 )
-def limit_bounds_missing(draft: Draft) -> Faults:
+def limit_bounds_missing(draft: UrdfElements) -> Faults:
     """A revolute or prismatic joint's `<limit>` lacks a bound; some programs read it as 0."""
     for joint in draft.joints:
         if joint.type not in ("revolute", "prismatic") or joint.limit is None:
@@ -54,11 +54,11 @@ def limit_bounds_missing(draft: Draft) -> Faults:
 
 @check(
     "limit-reversed",
-    MISBEHAVES,
+    WARNING,
     remedy='swap them, or use type="continuous" for no limits',
     example='<limit lower="1" upper="-1" .../>',
 )
-def limit_reversed(draft: Draft) -> Faults:
+def limit_reversed(draft: UrdfElements) -> Faults:
     """The upper limit is below the lower one; Roboyard, like Bullet, then reads no limits."""
     for joint in draft.joints:
         if joint.type in ("revolute", "prismatic") and None not in (joint.lower, joint.upper):
@@ -71,11 +71,11 @@ def limit_reversed(draft: Draft) -> Faults:
 
 @check(
     "limit-no-range",
-    MISBEHAVES,
+    WARNING,
     remedy='give the range the joint really has, or use type="fixed"',
     example='<limit lower="0" upper="0" effort="10" velocity="1"/>',
 )
-def limit_no_range(draft: Draft) -> Faults:
+def limit_no_range(draft: UrdfElements) -> Faults:
     """Lower and upper limit are equal, zero mostly: the joint cannot move."""
     for joint in draft.joints:
         if joint.type in ("revolute", "prismatic") and joint.lower is not None and joint.lower == joint.upper:
@@ -84,11 +84,11 @@ def limit_no_range(draft: Draft) -> Faults:
 
 @check(
     "limit-effort-zero",
-    MISBEHAVES,
+    WARNING,
     remedy="give the greatest force or torque of its drive",
     example='<limit effort="0" .../>',
 )
-def limit_effort_zero(draft: Draft) -> Faults:
+def limit_effort_zero(draft: UrdfElements) -> Faults:
     """The effort limit is zero: no drive can move the joint."""
     for joint in draft.one_axis_joints:
         if joint.effort == 0.0 and joint.mimic is None:
@@ -97,11 +97,11 @@ def limit_effort_zero(draft: Draft) -> Faults:
 
 @check(
     "limit-velocity-zero",
-    MISBEHAVES,
+    WARNING,
     remedy="give the greatest speed of its drive",
     example='<limit velocity="0" .../>',
 )
-def limit_velocity_zero(draft: Draft) -> Faults:
+def limit_velocity_zero(draft: UrdfElements) -> Faults:
     """The velocity limit is zero: no drive can move the joint."""
     for joint in draft.one_axis_joints:
         if joint.velocity == 0.0 and joint.mimic is None:
@@ -110,11 +110,11 @@ def limit_velocity_zero(draft: Draft) -> Faults:
 
 @check(
     "limit-negative",
-    MISBEHAVES,
+    WARNING,
     remedy="give zero or more",
     example='<limit effort="-10" .../>',
 )
-def limit_negative(draft: Draft) -> Faults:
+def limit_negative(draft: UrdfElements) -> Faults:
     """An effort or velocity limit is negative."""
     for joint in draft.one_axis_joints:
         for name, value in (("effort", joint.effort), ("velocity", joint.velocity)):
@@ -124,11 +124,11 @@ def limit_negative(draft: Draft) -> Faults:
 
 @check(
     "limit-incomplete",
-    UNTIDY,
+    INFO,
     remedy="add effort and velocity",
     example='<limit lower="-1" upper="1"/>',
 )
-def limit_incomplete(draft: Draft) -> Faults:
+def limit_incomplete(draft: UrdfElements) -> Faults:
     """A `<limit>` lacks effort or velocity, which URDF asks for."""
     for joint in draft.one_axis_joints:
         if joint.limit is not None:
@@ -139,12 +139,12 @@ def limit_incomplete(draft: Draft) -> Faults:
 
 @check(
     "continuous-with-limits",
-    UNTIDY,
+    INFO,
     remedy='remove lower and upper, or use type="revolute"',
-    mendable=True,
+    fixable=True,
     example='<joint type="continuous"> with <limit lower="-1" upper="1" .../>',
 )
-def continuous_with_limits(draft: Draft) -> Faults:
+def continuous_with_limits(draft: UrdfElements) -> Faults:
     """A continuous joint carries a range, which it does not obey."""
     for joint in draft.joints:
         if joint.type == "continuous" and joint.limit is not None:
@@ -155,11 +155,11 @@ def continuous_with_limits(draft: Draft) -> Faults:
 
 @check(
     "limit-endless",
-    UNTIDY,
+    INFO,
     remedy='use type="continuous"',
     example='<limit lower="-1e16" upper="1e16" .../>',
 )
-def limit_endless(draft: Draft) -> Faults:
+def limit_endless(draft: UrdfElements) -> Faults:
     """A bound is so far away (over 1000 rad or m) that it stops nothing."""
     for joint in draft.joints:
         bounds = [b for b in (joint.lower, joint.upper) if b is not None and math.isfinite(b)]
@@ -171,11 +171,11 @@ def limit_endless(draft: Draft) -> Faults:
 
 @check(
     "limit-excludes-zero",
-    UNTIDY,
+    INFO,
     remedy="give a rest position within the limits where the robot is used",
     example='<limit lower="-3" upper="-0.1" .../>',
 )
-def limit_excludes_zero(draft: Draft) -> Faults:
+def limit_excludes_zero(draft: UrdfElements) -> Faults:
     """Zero lies outside the limits, so that the pose with all joints at zero cannot be taken."""
     for joint in draft.joints:
         if joint.type in ("revolute", "prismatic") and joint.has_range and joint.mimic is None:

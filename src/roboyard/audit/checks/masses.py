@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from roboyard.audit.checks.inertials import inertial_line, inertials_of, with_tensor
-from roboyard.audit.findings import MISBEHAVES, UNTIDY
+from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import link_volumes
-from roboyard.audit.urdf_elements import Draft, DraftLink, Place
+from roboyard.audit.urdf_elements import LinkElement, Location, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.inertia import principal_moments
 
@@ -22,11 +22,11 @@ HEAVIEST, LIGHTEST_ROBOT = 20_000.0, 1e-3
 
 @check(
     "inertia-out-of-scale",
-    MISBEHAVES,
+    WARNING,
     remedy="give it in kg m² about the centre of mass",
     example="(a 1 kg hand with 500 kg m², given in kg mm²)",
 )
-def inertia_out_of_scale(draft: Draft) -> Faults:
+def inertia_out_of_scale(draft: UrdfElements) -> Faults:
     """The inertia is far too large or too small for the link's mass and size: wrong units, mostly."""
     for link, mass, tensor in with_tensor(draft):
         moments = principal_moments(tensor)
@@ -45,11 +45,11 @@ def inertia_out_of_scale(draft: Draft) -> Faults:
 
 @check(
     "center-of-mass-far",
-    MISBEHAVES,
+    WARNING,
     remedy="give the centre of mass in the link frame, in metres",
     example='<inertial><origin xyz="12 0 3"/> on a link of 0.1 m',
 )
-def center_of_mass_far(draft: Draft) -> Faults:
+def center_of_mass_far(draft: UrdfElements) -> Faults:
     """The centre of mass lies far outside the link's shapes (by over half their size)."""
     for link, inertial in inertials_of(draft):
         if link.bounds is None or not inertial.mass:
@@ -66,11 +66,11 @@ def center_of_mass_far(draft: Draft) -> Faults:
 
 @check(
     "mass-density",
-    MISBEHAVES,
+    WARNING,
     remedy="check the mass (kg) and the size of the shapes (m)",
     example="(50 kg in a cube of 5 cm)",
 )
-def mass_density(draft: Draft) -> Faults:
+def mass_density(draft: UrdfElements) -> Faults:
     """A link is denser than any metal (over 25,000 kg/m³) or lighter than air (under 0.5 kg/m³)."""
     for link, inertial in inertials_of(draft):
         volumes = link_volumes(link)
@@ -85,7 +85,7 @@ def mass_density(draft: Draft) -> Faults:
             yield Fault(at=link, line=line_of(inertial.element), message=message)
 
 
-def _body_masses(draft: Draft) -> dict[int, float]:
+def _body_masses(draft: UrdfElements) -> dict[int, float]:
     masses: dict[int, float] = {}
     for link in draft.link_by_name.values():
         if link.inertial is not None and link.inertial.mass is not None and link.inertial.mass > 0:
@@ -96,11 +96,11 @@ def _body_masses(draft: Draft) -> dict[int, float]:
 
 @check(
     "mass-neighbours",
-    MISBEHAVES,
+    WARNING,
     remedy="check both masses; simulators lose accuracy beyond about 100 to 1",
     example="(a hand of 20 kg on a wrist of 0.01 kg)",
 )
-def mass_neighbours(draft: Draft) -> Faults:
+def mass_neighbours(draft: UrdfElements) -> Faults:
     """A moving body carries a neighbour over 500 times as heavy as itself."""
     masses = _body_masses(draft)
     tree = draft.tree
@@ -117,30 +117,30 @@ def mass_neighbours(draft: Draft) -> Faults:
 
 @check(
     "mass-total",
-    MISBEHAVES,
+    WARNING,
     remedy="give masses in kg",
     example="(an arm whose links sum to 40,000: grams)",
 )
-def mass_total(draft: Draft) -> Faults:
+def mass_total(draft: UrdfElements) -> Faults:
     """The whole robot weighs under a gram or over 20 t."""
     masses = [link.inertial.mass for link in draft.links if link.inertial is not None and link.inertial.mass]
     total = sum(mass for mass in masses if mass > 0)
     if not any(True for _ in draft.moving_joints) or total == 0:
         return
     if total > HEAVIEST or total < LIGHTEST_ROBOT:
-        robot = Place(who="robot", line=line_of(draft.root))
+        robot = Location(who="robot", line=line_of(draft.root))
         yield Fault(at=robot, message=f"its links weigh {total:.4g} kg together")
 
 
 @check(
     "inertial-copied",
-    UNTIDY,
+    INFO,
     remedy="give each link its own mass and inertia",
     example="(every link with mass 1 and inertia 0.01)",
 )
-def inertial_copied(draft: Draft) -> Faults:
+def inertial_copied(draft: UrdfElements) -> Faults:
     """Three or more links of different size have one and the same `<inertial>`: placeholders, mostly."""
-    groups: dict[tuple[float, ...], list[DraftLink]] = {}
+    groups: dict[tuple[float, ...], list[LinkElement]] = {}
     for link, mass, tensor in with_tensor(draft):
         key = (
             mass,

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from roboyard.audit.findings import MISBEHAVES, UNTIDY
+from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft, DraftMaterial
+from roboyard.audit.urdf_elements import MaterialElement, UrdfElements
 
 
 @check(
     "color-range",
-    MISBEHAVES,
+    WARNING,
     remedy="divide by 255; colours run from 0 to 1",
-    mendable=True,
+    fixable=True,
     example='<color rgba="255 128 0 255"/>',
 )
-def color_range(draft: Draft) -> Faults:
+def color_range(draft: UrdfElements) -> Faults:
     """A colour runs from 0 to 255, or is negative."""
     for material in draft.materials:
         rgba = material.rgba
         if rgba is not None and (max(rgba) > 1.0 + 1e-6 or min(rgba) < 0):
             shown = " ".join(f"{value:g}" for value in rgba)
-            mendable = runs_to_255(rgba)
+            fixable = runs_to_255(rgba)
             message = f"colour ({shown}) is outside 0 to 1"
-            yield Fault(at=material, message=message, mendable=mendable)
+            yield Fault(at=material, message=message, fixable=fixable)
 
 
 def runs_to_255(rgba: tuple[float, ...]) -> bool:
@@ -32,12 +32,12 @@ def runs_to_255(rgba: tuple[float, ...]) -> bool:
 
 @check(
     "color-alpha-missing",
-    UNTIDY,
+    INFO,
     remedy="add 1 for opaque",
-    mendable=True,
+    fixable=True,
     example='<color rgba="0.2 0.2 0.2"/>',
 )
-def color_alpha_missing(draft: Draft) -> Faults:
+def color_alpha_missing(draft: UrdfElements) -> Faults:
     """A colour has three numbers; it is read as opaque."""
     for material in draft.materials:
         if material.rgba is not None and len(material.rgba) == 3:
@@ -46,28 +46,28 @@ def color_alpha_missing(draft: Draft) -> Faults:
 
 @check(
     "color-invisible",
-    UNTIDY,
+    INFO,
     remedy="give an alpha above 0, or remove the visual",
     example='<color rgba="1 0 0 0"/>',
 )
-def color_invisible(draft: Draft) -> Faults:
+def color_invisible(draft: UrdfElements) -> Faults:
     """A colour's alpha is zero: the shape is not seen."""
     for material in draft.materials:
         if material.rgba is not None and len(material.rgba) == 4 and material.rgba[3] == 0:
             yield Fault(at=material, message="alpha is 0; it is not seen")
 
 
-def _is_bare(material: DraftMaterial) -> bool:
+def _is_bare(material: MaterialElement) -> bool:
     return material.element.find("color") is None and material.element.find("texture") is None
 
 
 @check(
     "material-undefined",
-    UNTIDY,
+    INFO,
     remedy="define it at the robot's level, or correct the name",
     example='<material name="gray"/> defined nowhere',
 )
-def material_undefined(draft: Draft) -> Faults:
+def material_undefined(draft: UrdfElements) -> Faults:
     """A visual names a material that is defined nowhere; it gets the default colour."""
     defined = {material.name for material in draft.materials if not _is_bare(material)}
     told: set[str] = set()
@@ -79,13 +79,13 @@ def material_undefined(draft: Draft) -> Faults:
 
 @check(
     "material-redefined",
-    UNTIDY,
+    INFO,
     remedy="give each colour its own name",
     example='<material name="m"><color rgba="1 0 0 1"/></material> and again with another colour',
 )
-def material_redefined(draft: Draft) -> Faults:
+def material_redefined(draft: UrdfElements) -> Faults:
     """One material name stands for two colours; programs differ on which one counts."""
-    first: dict[str, DraftMaterial] = {}
+    first: dict[str, MaterialElement] = {}
     told: set[str] = set()
     for material in draft.materials:
         if not material.name or material.rgba is None:
@@ -98,11 +98,11 @@ def material_redefined(draft: Draft) -> Faults:
 
 @check(
     "texture-missing",
-    UNTIDY,
+    INFO,
     remedy="add the image, or remove the <texture>",
     example='<texture filename="gone.png"/>',
 )
-def texture_missing(draft: Draft) -> Faults:
+def texture_missing(draft: UrdfElements) -> Faults:
     """A texture image is not found in the robot's folders; the plain colour is used."""
     for material in draft.materials:
         if material.texture is not None and material.texture.path is None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.audit.checks.meshes import file_name, first_uses
-from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft, DraftShape
+from roboyard.audit.urdf_elements import ShapeElement, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.transforms import Array
 
@@ -21,11 +21,11 @@ UNITS = (
 
 @check(
     "mesh-scale-zero",
-    BLOCKS,
+    ERROR,
     remedy="give factors other than zero",
     example='<mesh scale="1 0 1" .../>',
 )
-def mesh_scale_zero(draft: Draft) -> Faults:
+def mesh_scale_zero(draft: UrdfElements) -> Faults:
     """A mesh's scale is zero along some axis."""
     for shape, mesh in draft.mesh_shapes:
         if not all(mesh.scale):
@@ -37,12 +37,12 @@ def mesh_scale_zero(draft: Draft) -> Faults:
 
 @check(
     "mesh-scale-single",
-    UNTIDY,
+    INFO,
     remedy="write three numbers",
-    mendable=True,
+    fixable=True,
     example='<mesh scale="0.001" .../>',
 )
-def mesh_scale_single(draft: Draft) -> Faults:
+def mesh_scale_single(draft: UrdfElements) -> Faults:
     """A mesh's scale is one number; Roboyard takes it for all three axes, others refuse it."""
     for shape, mesh in draft.mesh_shapes:
         if len((mesh.element.get("scale") or "").split()) == 1:
@@ -52,11 +52,11 @@ def mesh_scale_single(draft: Draft) -> Faults:
 
 @check(
     "mesh-scale-negative",
-    UNTIDY,
+    INFO,
     remedy="nothing to do in Roboyard; export the mesh mirrored where another program turns it inside out",
     example='<mesh scale="1 -1 1" .../>',
 )
-def mesh_scale_negative(draft: Draft) -> Faults:
+def mesh_scale_negative(draft: UrdfElements) -> Faults:
     """A mesh is mirrored by a negative scale; some programs turn it inside out."""
     for shape, mesh, more in first_uses(draft):
         if min(mesh.scale) < 0:
@@ -67,11 +67,11 @@ def mesh_scale_negative(draft: Draft) -> Faults:
 
 @check(
     "mesh-huge",
-    BLOCKS,
+    ERROR,
     remedy="give sizes in metres",
     example='<mesh scale="1e9 1e9 1e9" .../>',
 )
-def mesh_huge(draft: Draft) -> Faults:
+def mesh_huge(draft: UrdfElements) -> Faults:
     """A mesh is over 10 km large as scaled: its scale is wrong."""
     for shape, mesh in draft.mesh_shapes:
         if mesh.extents is not None and mesh.extents.max() > 1e4:
@@ -81,11 +81,11 @@ def mesh_huge(draft: Draft) -> Faults:
 
 @check(
     "mesh-units",
-    MISBEHAVES,
+    WARNING,
     remedy='set its scale, as in scale="0.001 0.001 0.001" for millimetres, or export it in metres',
     example="(a gripper of 90 m on an arm that reaches 0.6 m)",
 )
-def mesh_units(draft: Draft) -> Faults:
+def mesh_units(draft: UrdfElements) -> Faults:
     """A mesh is over 5 m large and over 20 times as large as the robot's reach: millimetres or inches."""
     reach = draft.reach
     if reach <= 0:
@@ -103,11 +103,11 @@ def mesh_units(draft: Draft) -> Faults:
 
 @check(
     "mesh-tiny",
-    MISBEHAVES,
+    WARNING,
     remedy="correct its scale; the file may be in metres already",
     example='(a mesh in metres with scale="0.001 0.001 0.001")',
 )
-def mesh_tiny(draft: Draft) -> Faults:
+def mesh_tiny(draft: UrdfElements) -> Faults:
     """A mesh is under 1 mm large as scaled, on a robot over 200 times as large: scaled twice."""
     for shape, mesh in draft.mesh_shapes:
         size = None if mesh.extents is None else float(mesh.extents.max())
@@ -116,7 +116,7 @@ def mesh_tiny(draft: Draft) -> Faults:
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
 
 
-def unit_slip(shapes: list[DraftShape], others: list[DraftShape]) -> tuple[float, str] | None:
+def unit_slip(shapes: list[ShapeElement], others: list[ShapeElement]) -> tuple[float, str] | None:
     """(factor, unit) by which a link's one kind of shapes is larger than the other along every axis."""
     ours, theirs = _extents(shapes), _extents(others)
     if ours is None or theirs is None or theirs.min() < 1e-6:
@@ -128,7 +128,7 @@ def unit_slip(shapes: list[DraftShape], others: list[DraftShape]) -> tuple[float
     return None
 
 
-def _extents(shapes: list[DraftShape]) -> Array | None:
+def _extents(shapes: list[ShapeElement]) -> Array | None:
     """(3,) of the box round the shapes of one link, origins left aside."""
     boxes = [shape.bounds for shape in shapes]
     known = [box for box in boxes if box is not None]
@@ -139,12 +139,12 @@ def _extents(shapes: list[DraftShape]) -> Array | None:
 
 @check(
     "mesh-units-differ",
-    MISBEHAVES,
+    WARNING,
     remedy="divide its scale by the factor",
-    mendable=True,
+    fixable=True,
     example="(a collision mesh 1000 times as large as the visual one of the same link)",
 )
-def mesh_units_differ(draft: Draft) -> Faults:
+def mesh_units_differ(draft: UrdfElements) -> Faults:
     """A link's collision shape is larger or smaller than its visual one by just 1000, 100, 39.37 or 25.4."""
     for link in draft.links:
         for big, small in ((link.collisions, link.visuals), (link.visuals, link.collisions)):
@@ -153,14 +153,14 @@ def mesh_units_differ(draft: Draft) -> Faults:
                 factor, unit = slip
                 what = f"its {big[0].kind} shapes are {factor:g} times as large as its {small[0].kind} ones"
                 sure = factor == 1000.0 and is_plainly_in_millimetres(big, small)
-                yield Fault(at=link, line=big[0].line, message=f"{what} ({unit})", mendable=sure)
+                yield Fault(at=link, line=big[0].line, message=f"{what} ({unit})", fixable=sure)
 
 
-def is_plainly_in_millimetres(big: list[DraftShape], small: list[DraftShape]) -> bool:
+def is_plainly_in_millimetres(big: list[ShapeElement], small: list[ShapeElement]) -> bool:
     """True where the larger shapes are meshes over 3 m and the smaller ones are not: no guess is left."""
     return all(shape.mesh is not None for shape in big) and _size(big) > 3.0 > _size(small)
 
 
-def _size(shapes: list[DraftShape]) -> float:
+def _size(shapes: list[ShapeElement]) -> float:
     extents = _extents(shapes)
     return 0.0 if extents is None else float(extents.max())

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft, DraftShape, MeshUse
+from roboyard.audit.urdf_elements import MeshUse, ShapeElement, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.readers.references import missing_files
 
 MANY_TRIANGLES = 100_000
 
 
-def first_uses(draft: Draft) -> Iterator[tuple[DraftShape, MeshUse, str]]:
+def first_uses(draft: UrdfElements) -> Iterator[tuple[ShapeElement, MeshUse, str]]:
     """The first use of each URI, and words for the others."""
-    uses: dict[str, list[tuple[DraftShape, MeshUse]]] = {}
+    uses: dict[str, list[tuple[ShapeElement, MeshUse]]] = {}
     for shape, mesh in draft.mesh_shapes:
         uses.setdefault(mesh.uri, []).append((shape, mesh))
     for found in uses.values():
@@ -29,7 +29,7 @@ def file_name(mesh: MeshUse) -> str:
     return mesh.uri if mesh.found.path is None else mesh.found.path.name
 
 
-def _by_file(draft: Draft) -> Iterator[tuple[DraftShape, MeshUse, Path]]:
+def _by_file(draft: UrdfElements) -> Iterator[tuple[ShapeElement, MeshUse, Path]]:
     """The first use of each file found."""
     seen: set[Path] = set()
     for shape, mesh in draft.mesh_shapes:
@@ -39,7 +39,7 @@ def _by_file(draft: Draft) -> Iterator[tuple[DraftShape, MeshUse, Path]]:
             yield shape, mesh, path
 
 
-def _unreadable(draft: Draft, *words: str, others: bool = False) -> Faults:
+def _unreadable(draft: UrdfElements, *words: str, others: bool = False) -> Faults:
     """Files that the loader refuses with one of the words; with `others`, with none of them."""
     for shape, mesh, path in _by_file(draft):
         if mesh.error is None:
@@ -57,11 +57,11 @@ def _unreadable(draft: Draft, *words: str, others: bool = False) -> Faults:
 
 @check(
     "mesh-name-missing",
-    BLOCKS,
+    ERROR,
     remedy='add filename="..."',
     example="<mesh/>",
 )
-def mesh_name_missing(draft: Draft) -> Faults:
+def mesh_name_missing(draft: UrdfElements) -> Faults:
     """A `<mesh>` names no file."""
     for shape, mesh in draft.mesh_shapes:
         if not mesh.uri.strip():
@@ -72,11 +72,11 @@ def mesh_name_missing(draft: Draft) -> Faults:
 
 @check(
     "mesh-missing",
-    BLOCKS,
+    ERROR,
     remedy="add the file, or name its package's folder with --package name=path",
     example='<mesh filename="meshes/gone.stl"/>',
 )
-def mesh_missing(draft: Draft) -> Faults:
+def mesh_missing(draft: UrdfElements) -> Faults:
     """A mesh file is not found, in any folder that belongs to the robot or was given."""
     for shape, mesh, more in first_uses(draft):
         problem = mesh.found.problem or ""
@@ -92,11 +92,11 @@ def mesh_missing(draft: Draft) -> Faults:
 
 @check(
     "mesh-outside",
-    BLOCKS,
+    ERROR,
     remedy="move it into the robot's folders, or name its folder with --package name=path",
     example='<mesh filename="../../../etc/passwd"/>',
 )
-def mesh_outside(draft: Draft) -> Faults:
+def mesh_outside(draft: UrdfElements) -> Faults:
     """A mesh file lies outside the robot's folders, links resolved; it is not opened."""
     for shape, mesh, more in first_uses(draft):
         problem = mesh.found.problem or ""
@@ -107,12 +107,12 @@ def mesh_outside(draft: Draft) -> Faults:
 
 @check(
     "mesh-found-nearby",
-    UNTIDY,
+    INFO,
     remedy="write the reference as the file is called",
-    mendable=True,
+    fixable=True,
     example="(Arm.STL written where the disk has arm.stl)",
 )
-def mesh_found_nearby(draft: Draft) -> Faults:
+def mesh_found_nearby(draft: UrdfElements) -> Faults:
     """A mesh is not where the reference says, but found: other case, backslashes, another folder."""
     for shape, mesh, more in first_uses(draft):
         if mesh.found.path is not None and mesh.found.note:
@@ -122,34 +122,34 @@ def mesh_found_nearby(draft: Draft) -> Faults:
 
 @check(
     "mesh-format",
-    BLOCKS,
+    ERROR,
     remedy="convert it to one of .obj, .stl, .dae, .glb, .gltf, .ply",
     example='<mesh filename="part.step"/>',
 )
-def mesh_format(draft: Draft) -> Faults:
+def mesh_format(draft: UrdfElements) -> Faults:
     """A mesh file is of a format that is not read."""
     yield from _unreadable(draft, "unknown mesh format")
 
 
 @check(
     "mesh-lfs",
-    BLOCKS,
+    ERROR,
     remedy="fetch it with: git lfs pull",
     example="(a git-lfs pointer named part.stl)",
 )
-def mesh_lfs(draft: Draft) -> Faults:
+def mesh_lfs(draft: UrdfElements) -> Faults:
     """A mesh file is a git-lfs pointer, not the mesh."""
     yield from _unreadable(draft, "git-lfs pointer")
 
 
-@check("mesh-empty", BLOCKS, remedy="export the mesh again", example="(a file of no bytes, or no triangles)")
-def mesh_empty(draft: Draft) -> Faults:
+@check("mesh-empty", ERROR, remedy="export the mesh again", example="(a file of no bytes, or no triangles)")
+def mesh_empty(draft: UrdfElements) -> Faults:
     """A mesh file holds no triangle."""
     yield from _unreadable(draft, "the file is empty", "has no triangles")
 
 
-@check("mesh-not-finite", BLOCKS, remedy="export the mesh again", example="(a vertex at NaN)")
-def mesh_not_finite(draft: Draft) -> Faults:
+@check("mesh-not-finite", ERROR, remedy="export the mesh again", example="(a vertex at NaN)")
+def mesh_not_finite(draft: UrdfElements) -> Faults:
     """A mesh has vertices that are not finite numbers."""
     yield from _unreadable(draft, "not finite")
     for shape, mesh, path in _by_file(draft):
@@ -161,19 +161,19 @@ def mesh_not_finite(draft: Draft) -> Faults:
 _TOLD = ("unknown mesh format", "git-lfs pointer", "the file is empty", "has no triangles", "not finite")
 
 
-@check("mesh-unreadable", BLOCKS, remedy="export the mesh again", example="(a binary STL cut in half)")
-def mesh_unreadable(draft: Draft) -> Faults:
+@check("mesh-unreadable", ERROR, remedy="export the mesh again", example="(a binary STL cut in half)")
+def mesh_unreadable(draft: UrdfElements) -> Faults:
     """A mesh file is broken, too large or may not be read."""
     yield from _unreadable(draft, *_TOLD, others=True)
 
 
 @check(
     "mesh-flat",
-    MISBEHAVES,
+    WARNING,
     remedy="give a solid shape for collision: a box, or a mesh with thickness",
     example="(a collision mesh in one plane)",
 )
-def mesh_flat(draft: Draft) -> Faults:
+def mesh_flat(draft: UrdfElements) -> Faults:
     """A collision mesh lies in a plane or on a line: nothing to collide with."""
     for shape, mesh in draft.mesh_shapes:
         if (
@@ -188,11 +188,11 @@ def mesh_flat(draft: Draft) -> Faults:
 
 @check(
     "mesh-open",
-    UNTIDY,
+    INFO,
     remedy="close it; Roboyard takes its convex hull where a volume is needed",
     example="(a collision mesh with a hole)",
 )
-def mesh_open(draft: Draft) -> Faults:
+def mesh_open(draft: UrdfElements) -> Faults:
     """A collision mesh is not a closed surface (holes, edges with one or three faces, mixed winding)."""
     seen: set[Path] = set()
     for shape, mesh in draft.mesh_shapes:
@@ -207,11 +207,11 @@ def mesh_open(draft: Draft) -> Faults:
 
 @check(
     "mesh-companion-missing",
-    UNTIDY,
+    INFO,
     remedy="add the file beside the mesh",
     example="(an OBJ whose mtllib names gone.mtl)",
 )
-def mesh_companion_missing(draft: Draft) -> Faults:
+def mesh_companion_missing(draft: UrdfElements) -> Faults:
     """A material library or image that a mesh file names is not there; its colours are left out."""
     for shape, mesh, path in _by_file(draft):
         names = () if mesh.facts is None else mesh.facts.names
@@ -222,11 +222,11 @@ def mesh_companion_missing(draft: Draft) -> Faults:
 
 @check(
     "mesh-heavy",
-    UNTIDY,
+    INFO,
     remedy="reduce it; a collision shape needs a few hundred triangles",
     example="(a mesh of 400,000 triangles)",
 )
-def mesh_heavy(draft: Draft) -> Faults:
+def mesh_heavy(draft: UrdfElements) -> Faults:
     """A mesh has over 100,000 triangles."""
     for shape, mesh, path in _by_file(draft):
         if mesh.facts is not None and mesh.facts.triangles > MANY_TRIANGLES:
@@ -236,12 +236,12 @@ def mesh_heavy(draft: Draft) -> Faults:
 
 @check(
     "mesh-reference",
-    UNTIDY,
+    INFO,
     remedy="repair stages the meshes beside the URDF and refers to them by relative path",
-    mendable=True,
+    fixable=True,
     example='<mesh filename="package://arm_description/meshes/base.stl"/>',
 )
-def mesh_reference(draft: Draft) -> Faults:
+def mesh_reference(draft: UrdfElements) -> Faults:
     """Meshes are named by package://, file:// or an absolute path: they break when the robot is moved."""
     uses = [(s, m) for s, m in draft.mesh_shapes if "://" in m.uri or m.uri.strip().startswith("/")]
     if uses:
@@ -252,12 +252,12 @@ def mesh_reference(draft: Draft) -> Faults:
 
 @check(
     "mesh-file-name",
-    UNTIDY,
+    INFO,
     remedy="repair stages it under a plain name",
-    mendable=True,
+    fixable=True,
     example='<mesh filename="meshes/left arm (1).stl"/>',
 )
-def mesh_file_name(draft: Draft) -> Faults:
+def mesh_file_name(draft: UrdfElements) -> Faults:
     """A mesh's file name holds blanks, parentheses or characters beyond ASCII, which break USD paths."""
     for shape, mesh, more in first_uses(draft):
         name = mesh.uri.replace("\\", "/").rpartition("/")[2]

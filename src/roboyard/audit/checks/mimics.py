@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import MOVING_TYPES, Draft, DraftJoint
+from roboyard.audit.urdf_elements import MOVING_TYPES, JointElement, UrdfElements
 from roboyard.errors import unknown_name
 
 
-def _mimics(draft: Draft) -> Iterator[DraftJoint]:
+def _mimics(draft: UrdfElements) -> Iterator[JointElement]:
     return (joint for joint in draft.joints if joint.mimic is not None and joint.mimic_of)
 
 
 @check(
     "mimic-without-joint",
-    BLOCKS,
+    ERROR,
     remedy='add joint="..."',
     example='<mimic multiplier="1"/>',
 )
-def mimic_without_joint(draft: Draft) -> Faults:
+def mimic_without_joint(draft: UrdfElements) -> Faults:
     """A `<mimic>` names no joint."""
     for joint in draft.joints:
         if joint.mimic is not None and not joint.mimic_of:
@@ -29,12 +29,12 @@ def mimic_without_joint(draft: Draft) -> Faults:
 
 @check(
     "mimic-unknown",
-    MISBEHAVES,
+    WARNING,
     remedy="correct the name, or remove the <mimic>",
-    mendable=True,
+    fixable=True,
     example='<mimic joint="ghost"/>',
 )
-def mimic_unknown(draft: Draft) -> Faults:
+def mimic_unknown(draft: UrdfElements) -> Faults:
     """A joint follows one that does not exist, so it moves freely."""
     for joint in _mimics(draft):
         if joint.mimic_of not in draft.joint_by_name:
@@ -45,12 +45,12 @@ def mimic_unknown(draft: Draft) -> Faults:
 
 @check(
     "mimic-itself",
-    MISBEHAVES,
+    WARNING,
     remedy="remove the <mimic>",
-    mendable=True,
+    fixable=True,
     example='<joint name="j" ...><mimic joint="j"/>',
 )
-def mimic_itself(draft: Draft) -> Faults:
+def mimic_itself(draft: UrdfElements) -> Faults:
     """A joint follows itself, which says nothing; it moves freely."""
     for joint in _mimics(draft):
         if joint.mimic_of == joint.name:
@@ -59,12 +59,12 @@ def mimic_itself(draft: Draft) -> Faults:
 
 @check(
     "mimic-fixed",
-    MISBEHAVES,
+    WARNING,
     remedy="remove the <mimic>",
-    mendable=True,
+    fixable=True,
     example='<joint name="j" type="fixed"><mimic joint="k"/>',
 )
-def mimic_fixed(draft: Draft) -> Faults:
+def mimic_fixed(draft: UrdfElements) -> Faults:
     """A fixed joint follows another, or a joint follows a fixed one."""
     for joint in _mimics(draft):
         leader = draft.joint_by_name.get(joint.mimic_of)
@@ -76,11 +76,11 @@ def mimic_fixed(draft: Draft) -> Faults:
 
 @check(
     "mimic-cycle",
-    MISBEHAVES,
+    WARNING,
     remedy="let one of them lead: remove its <mimic>",
     example="(j follows k and k follows j)",
 )
-def mimic_cycle(draft: Draft) -> Faults:
+def mimic_cycle(draft: UrdfElements) -> Faults:
     """Joints follow each other in a ring, so that none leads."""
     for ring in draft.mimic_rings:
         if len(ring) > 1:
@@ -93,12 +93,12 @@ def mimic_cycle(draft: Draft) -> Faults:
 
 @check(
     "mimic-chain",
-    UNTIDY,
+    INFO,
     remedy="follow the first joint of the chain directly",
-    mendable=True,
+    fixable=True,
     example="(j follows k and k follows l)",
 )
-def mimic_chain(draft: Draft) -> Faults:
+def mimic_chain(draft: UrdfElements) -> Faults:
     """A joint follows one that follows another; many programs look only one step back."""
     for joint in _mimics(draft):
         leader = draft.joint_by_name.get(joint.mimic_of)
@@ -111,11 +111,11 @@ def mimic_chain(draft: Draft) -> Faults:
 
 @check(
     "mimic-multiplier",
-    MISBEHAVES,
+    WARNING,
     remedy="correct the multiplier",
     example='<mimic joint="k" multiplier="0"/>',
 )
-def mimic_multiplier(draft: Draft) -> Faults:
+def mimic_multiplier(draft: UrdfElements) -> Faults:
     """A multiplier is zero, or so large or small (100 times) that it must be a slip."""
     for joint in _mimics(draft):
         size = abs(joint.multiplier)
@@ -129,11 +129,11 @@ def mimic_multiplier(draft: Draft) -> Faults:
 
 @check(
     "mimic-range",
-    MISBEHAVES,
+    WARNING,
     remedy="correct its limits, multiplier or offset",
     example='(upper="0.04" that follows a joint of upper="1" with multiplier 1)',
 )
-def mimic_range(draft: Draft) -> Faults:
+def mimic_range(draft: UrdfElements) -> Faults:
     """Following takes the joint beyond its own limits (by more than 1 % of its range)."""
     for joint in _mimics(draft):
         leader = draft.joint_by_name.get(joint.mimic_of)

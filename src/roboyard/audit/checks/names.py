@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from roboyard.audit.findings import UNTIDY
+from roboyard.audit.findings import INFO
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.renames import planned_renames
-from roboyard.audit.urdf_elements import Draft, DraftJoint, DraftLink
+from roboyard.audit.urdf_elements import JointElement, LinkElement, UrdfElements
 
 
-def _odd(things: tuple[DraftLink, ...] | tuple[DraftJoint, ...], renames: Mapping[str, str]) -> Faults:
+def _odd(things: tuple[LinkElement, ...] | tuple[JointElement, ...], renames: Mapping[str, str]) -> Faults:
     for thing in things:
         if thing.name in renames:
             message = (
@@ -21,35 +21,35 @@ def _odd(things: tuple[DraftLink, ...] | tuple[DraftJoint, ...], renames: Mappin
 
 @check(
     "link-name-odd",
-    UNTIDY,
+    INFO,
     remedy="use the new name downstream; repair writes renames.json",
-    mendable=True,
+    fixable=True,
     example='<link name="left (arm) link">',
 )
-def link_name_odd(draft: Draft) -> Faults:
+def link_name_odd(draft: UrdfElements) -> Faults:
     """A link's name holds blanks, parentheses or other characters USD forbids, or starts with a digit."""
     yield from _odd(draft.links, planned_renames(draft).links)
 
 
 @check(
     "joint-name-odd",
-    UNTIDY,
+    INFO,
     remedy="use the new name downstream; repair writes renames.json",
-    mendable=True,
+    fixable=True,
     example='<joint name="joint-1" ...>',
 )
-def joint_name_odd(draft: Draft) -> Faults:
+def joint_name_odd(draft: UrdfElements) -> Faults:
     """A joint's name holds blanks, parentheses or other characters USD forbids, or starts with a digit."""
     yield from _odd(draft.joints, planned_renames(draft).joints)
 
 
 @check(
     "link-name-reserved",
-    UNTIDY,
+    INFO,
     remedy="nothing to do in Roboyard; rename it where stock MuJoCo must read the file",
     example='<link name="world"/>',
 )
-def link_name_reserved(draft: Draft) -> Faults:
+def link_name_reserved(draft: UrdfElements) -> Faults:
     """A link is called `world`, which is what MuJoCo calls the ground frame."""
     for link in draft.links:
         if link.name == "world":
@@ -58,16 +58,16 @@ def link_name_reserved(draft: Draft) -> Faults:
 
 @check(
     "name-too-long",
-    UNTIDY,
+    INFO,
     remedy="shorten it",
     example="(a link name of 300 characters)",
 )
-def name_too_long(draft: Draft) -> Faults:
+def name_too_long(draft: UrdfElements) -> Faults:
     """A name is over 200 characters long."""
     for thing in (*draft.links, *draft.joints):
         if len(thing.name) > 200:
             short = thing.name[:40] + "..."
-            kind = "link" if isinstance(thing, DraftLink) else "joint"
+            kind = "link" if isinstance(thing, LinkElement) else "joint"
             yield Fault(
                 line=thing.line, message=f"{kind} {short!r} has a name of {len(thing.name)} characters"
             )

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import JOINT_TYPES, Draft, DraftJoint, DraftLink, Place, plain_type
+from roboyard.audit.urdf_elements import (
+    JOINT_TYPES,
+    JointElement,
+    LinkElement,
+    Location,
+    UrdfElements,
+    plain_type,
+)
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import unknown_name
 
@@ -16,32 +23,30 @@ def _listed(names: Sequence[str], most: int = 6) -> str:
     return shown + (f", ... ({len(names)} in all)" if len(names) > most else "")
 
 
-@check("no-links", BLOCKS, remedy="a robot needs at least one <link>", example='<robot name="arm"/>')
-def no_links(draft: Draft) -> Faults:
+@check("no-links", ERROR, remedy="a robot needs at least one <link>", example='<robot name="arm"/>')
+def no_links(draft: UrdfElements) -> Faults:
     """There is no `<link>`."""
     if not draft.links:
-        yield Fault(at=Place(who="robot", line=line_of(draft.root)), message="there is no <link>")
+        yield Fault(at=Location(who="robot", line=line_of(draft.root)), message="there is no <link>")
 
 
-@check("link-name-missing", BLOCKS, remedy="give it a unique name", example="<link>...</link>")
-def link_name_missing(draft: Draft) -> Faults:
+@check("link-name-missing", ERROR, remedy="give it a unique name", example="<link>...</link>")
+def link_name_missing(draft: UrdfElements) -> Faults:
     """A link has no name."""
     for link in draft.links:
         if not link.name:
-            yield Fault(at=Place(who="link", line=link.line), message="a <link> has no name")
+            yield Fault(at=Location(who="link", line=link.line), message="a <link> has no name")
 
 
-@check(
-    "joint-name-missing", BLOCKS, remedy="give it a unique name", example='<joint type="fixed">...</joint>'
-)
-def joint_name_missing(draft: Draft) -> Faults:
+@check("joint-name-missing", ERROR, remedy="give it a unique name", example='<joint type="fixed">...</joint>')
+def joint_name_missing(draft: UrdfElements) -> Faults:
     """A joint has no name."""
     for joint in draft.joints:
         if not joint.name:
-            yield Fault(at=Place(who="joint", line=joint.line), message="a <joint> has no name")
+            yield Fault(at=Location(who="joint", line=joint.line), message="a <joint> has no name")
 
 
-def _duplicates(things: Sequence[DraftLink] | Sequence[DraftJoint]) -> Faults:
+def _duplicates(things: Sequence[LinkElement] | Sequence[JointElement]) -> Faults:
     first: dict[str, int | None] = {}
     for thing in things:
         if not thing.name:
@@ -54,33 +59,33 @@ def _duplicates(things: Sequence[DraftLink] | Sequence[DraftJoint]) -> Faults:
 
 @check(
     "link-name-duplicate",
-    BLOCKS,
+    ERROR,
     remedy="rename one of them, and the joints that mean it",
     example='<link name="arm"/><link name="arm"/>',
 )
-def link_name_duplicate(draft: Draft) -> Faults:
+def link_name_duplicate(draft: UrdfElements) -> Faults:
     """Two links have one name."""
     yield from _duplicates(draft.links)
 
 
 @check(
     "joint-name-duplicate",
-    BLOCKS,
+    ERROR,
     remedy="rename one of them",
     example='<joint name="j" .../><joint name="j" .../>',
 )
-def joint_name_duplicate(draft: Draft) -> Faults:
+def joint_name_duplicate(draft: UrdfElements) -> Faults:
     """Two joints have one name."""
     yield from _duplicates(draft.joints)
 
 
 @check(
     "joint-type-unknown",
-    BLOCKS,
+    ERROR,
     remedy=f"give one of {', '.join(JOINT_TYPES)}",
     example='<joint name="j" type="hinge">',
 )
-def joint_type_unknown(draft: Draft) -> Faults:
+def joint_type_unknown(draft: UrdfElements) -> Faults:
     """A joint has no type, or one that URDF does not know."""
     for joint in draft.joints:
         if not joint.type:
@@ -91,12 +96,12 @@ def joint_type_unknown(draft: Draft) -> Faults:
 
 @check(
     "joint-type-spelling",
-    UNTIDY,
+    INFO,
     remedy="write the type in lower case without blanks",
-    mendable=True,
+    fixable=True,
     example='<joint name="j" type="Revolute">',
 )
-def joint_type_spelling(draft: Draft) -> Faults:
+def joint_type_spelling(draft: UrdfElements) -> Faults:
     """A joint's type differs from a known one in case or blanks alone."""
     for joint in draft.joints:
         written = joint.element.get("type") or ""
@@ -106,11 +111,11 @@ def joint_type_spelling(draft: Draft) -> Faults:
 
 @check(
     "joint-end-missing",
-    BLOCKS,
+    ERROR,
     remedy='add <parent link="..."/> and <child link="..."/>',
     example='<joint name="j" type="fixed"><parent link="a"/></joint>',
 )
-def joint_end_missing(draft: Draft) -> Faults:
+def joint_end_missing(draft: UrdfElements) -> Faults:
     """A joint has no parent or no child link."""
     for joint in draft.joints:
         for tag, name in (("parent", joint.parent), ("child", joint.child)):
@@ -120,11 +125,11 @@ def joint_end_missing(draft: Draft) -> Faults:
 
 @check(
     "joint-link-unknown",
-    BLOCKS,
+    ERROR,
     remedy="correct the name or add the link",
     example='<child link="ghost"/>',
 )
-def joint_link_unknown(draft: Draft) -> Faults:
+def joint_link_unknown(draft: UrdfElements) -> Faults:
     """A joint's parent or child is no link of the robot."""
     for joint in draft.joints:
         for tag, name in (("parent", joint.parent), ("child", joint.child)):
@@ -134,13 +139,13 @@ def joint_link_unknown(draft: Draft) -> Faults:
 
 @check(
     "link-two-parents",
-    BLOCKS,
+    ERROR,
     remedy="give it one parent; close a loop with a constraint in the simulator",
     example="(two joints with the same child)",
 )
-def link_two_parents(draft: Draft) -> Faults:
+def link_two_parents(draft: UrdfElements) -> Faults:
     """Two joints have one link as their child."""
-    first: dict[str, DraftJoint] = {}
+    first: dict[str, JointElement] = {}
     for joint in draft.joints:
         if not joint.child:
             continue
@@ -153,11 +158,11 @@ def link_two_parents(draft: Draft) -> Faults:
 
 @check(
     "links-loop",
-    BLOCKS,
+    ERROR,
     remedy="remove one joint of the loop",
     example="(a is b's parent and b is a's)",
 )
-def links_loop(draft: Draft) -> Faults:
+def links_loop(draft: UrdfElements) -> Faults:
     """Links hang from each other in a ring, so that no root reaches them."""
     for ring in draft.tree.loops:
         named = " -> ".join(f'"{name}"' for name in ring[:6]) + (" -> ..." if len(ring) > 6 else "")
@@ -170,11 +175,11 @@ def links_loop(draft: Draft) -> Faults:
 
 @check(
     "several-roots",
-    BLOCKS,
+    ERROR,
     remedy="join them with fixed joints, or remove the orphans",
     example="(a link that no joint names)",
 )
-def several_roots(draft: Draft) -> Faults:
+def several_roots(draft: UrdfElements) -> Faults:
     """More than one link is no joint's child, so that the robot falls into parts."""
     roots = draft.tree.roots
     if len(roots) < 2:
@@ -188,11 +193,11 @@ def several_roots(draft: Draft) -> Faults:
 
 @check(
     "joint-floating",
-    MISBEHAVES,
+    WARNING,
     remedy="use the joint type that is meant, or split the robot in two",
     example='(type="floating" between two links of an arm)',
 )
-def joint_floating(draft: Draft) -> Faults:
+def joint_floating(draft: UrdfElements) -> Faults:
     """A floating joint inside the tree: what hangs from it falls off, and most importers refuse it."""
     for joint in draft.joints:
         if joint.type != "floating":
@@ -210,11 +215,11 @@ def joint_floating(draft: Draft) -> Faults:
 
 @check(
     "joint-type-rare",
-    UNTIDY,
+    INFO,
     remedy="use several revolute or prismatic joints where another program must read the file",
     example='<joint name="j" type="spherical">',
 )
-def joint_type_rare(draft: Draft) -> Faults:
+def joint_type_rare(draft: UrdfElements) -> Faults:
     """A planar or spherical joint, which few other programs read."""
     for joint in draft.joints:
         if joint.type in ("planar", "spherical"):

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 
-from roboyard.audit.findings import MISBEHAVES
+from roboyard.audit.findings import WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft
+from roboyard.audit.urdf_elements import UrdfElements
 
 
 @check(
     "origin-degrees",
-    MISBEHAVES,
+    WARNING,
     remedy="give roll, pitch and yaw in radians",
     example='<origin rpy="90 0 0"/>',
 )
-def origin_degrees(draft: Draft) -> Faults:
+def origin_degrees(draft: UrdfElements) -> Faults:
     """A joint's roll, pitch or yaw is beyond a full turn: degrees, mostly."""
     for joint in draft.joints:
         if joint.rpy is not None and max(map(abs, joint.rpy)) > 2.0 * math.pi + 0.01:
@@ -27,11 +27,11 @@ def origin_degrees(draft: Draft) -> Faults:
 
 @check(
     "limit-degrees",
-    MISBEHAVES,
+    WARNING,
     remedy='give the limits in radians, or use type="continuous" where no turn is too many',
     example='<limit lower="-180" upper="180" .../>',
 )
-def limit_degrees(draft: Draft) -> Faults:
+def limit_degrees(draft: UrdfElements) -> Faults:
     """A revolute joint's limits are whole numbers of degrees, over two turns if read in radians."""
     for joint in draft.joints:
         if joint.type == "revolute" and joint.has_range:
@@ -44,11 +44,11 @@ def limit_degrees(draft: Draft) -> Faults:
 
 @check(
     "origin-far",
-    MISBEHAVES,
+    WARNING,
     remedy="give positions in metres",
     example='<origin xyz="0 0 250"/>',
 )
-def origin_far(draft: Draft) -> Faults:
+def origin_far(draft: UrdfElements) -> Faults:
     """A joint lies over 20 m from its parent: millimetres, mostly."""
     for joint in draft.joints:
         distance = math.hypot(*joint.origin[:3, 3])

@@ -6,9 +6,9 @@ import difflib
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 
-from roboyard.audit.findings import BLOCKS, MISBEHAVES, UNTIDY
+from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Draft, Place
+from roboyard.audit.urdf_elements import Location, UrdfElements
 from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS
 from roboyard.description.urdf.numbers import BEYOND, LARGEST
 from roboyard.description.urdf.xml import line_of
@@ -78,10 +78,10 @@ _SINGLE = {tag for tags in CHILDREN.values() for tag in tags}
 _SINGLE -= {"link", "joint", "visual", "collision", *CHILDREN["geometry"]}
 
 
-def read_elements(draft: Draft) -> Iterator[tuple[ET.Element, Place]]:
+def read_elements(draft: UrdfElements) -> Iterator[tuple[ET.Element, Location]]:
     """Every element that Roboyard reads, with the link, joint or robot it belongs to."""
-    robot = Place(who="robot", line=line_of(draft.root))
-    stack: list[tuple[ET.Element, Place]] = [(draft.root, robot)]
+    robot = Location(who="robot", line=line_of(draft.root))
+    stack: list[tuple[ET.Element, Location]] = [(draft.root, robot)]
     while stack:
         element, owner = stack.pop()
         yield element, owner
@@ -92,17 +92,17 @@ def read_elements(draft: Draft) -> Iterator[tuple[ET.Element, Place]]:
                 if element is draft.root:
                     name = child.get("name") or ""
                     links = (name,) if child.tag == "link" else ()
-                    at = Place(who=f'{child.tag} "{name}"', line=line_of(child), link_names=links)
+                    at = Location(who=f'{child.tag} "{name}"', line=line_of(child), link_names=links)
                 stack.append((child, at))
 
 
 @check(
     "number-not-finite",
-    BLOCKS,
+    ERROR,
     remedy="give a finite number",
     example='<origin xyz="0 nan 0"/>',
 )
-def number_not_finite(draft: Draft) -> Faults:
+def number_not_finite(draft: UrdfElements) -> Faults:
     """A number is NaN or infinite, or too large for one."""
     for fault in draft.number_faults:
         if fault.fatal and "is not finite" in fault.message:
@@ -111,11 +111,11 @@ def number_not_finite(draft: Draft) -> Faults:
 
 @check(
     "xacro-left",
-    BLOCKS,
+    ERROR,
     remedy="expand it first: xacro FILE.xacro > FILE.urdf",
     example='<origin xyz="0 0 ${height}"/>',
 )
-def xacro_left(draft: Draft) -> Faults:
+def xacro_left(draft: UrdfElements) -> Faults:
     """The file is an unexpanded xacro, or part of it is."""
     for fault in draft.number_faults:
         if fault.fatal and "xacro" in fault.message:
@@ -123,17 +123,17 @@ def xacro_left(draft: Draft) -> Faults:
     for element in draft.root.iter():
         tag = str(element.tag)
         if tag.startswith("xacro:") or (tag.startswith("{") and "xacro" in tag.partition("}")[0]):
-            yield Fault(at=Place(who="robot", line=line_of(element)), message=f"<{tag[:60]}> is xacro")
+            yield Fault(at=Location(who="robot", line=line_of(element)), message=f"<{tag[:60]}> is xacro")
             return
 
 
 @check(
     "number-wrong",
-    BLOCKS,
+    ERROR,
     remedy="give as many numbers as the attribute takes",
     example='<origin xyz="0 0.1"/>',
 )
-def number_wrong(draft: Draft) -> Faults:
+def number_wrong(draft: UrdfElements) -> Faults:
     """A number cannot be read as one, or some of a vector's are missing."""
     told = ("is not finite", "xacro", BEYOND)
     for fault in draft.number_faults:
@@ -144,11 +144,11 @@ def number_wrong(draft: Draft) -> Faults:
 
 @check(
     "number-huge",
-    BLOCKS,
+    ERROR,
     remedy="give it in metres, kilograms, seconds and radians",
     example='<origin xyz="0 0 1e30"/>',
 )
-def number_huge(draft: Draft) -> Faults:
+def number_huge(draft: UrdfElements) -> Faults:
     """A number is beyond any robot: over 1e9, other than as a joint's limit."""
     for fault in draft.number_faults:
         if fault.fatal and BEYOND in fault.message:
@@ -163,12 +163,12 @@ def number_huge(draft: Draft) -> Faults:
 
 @check(
     "number-sloppy",
-    UNTIDY,
+    INFO,
     remedy="write plain numbers with blanks between them",
-    mendable=True,
+    fixable=True,
     example='<origin xyz="0.1, 0, 0.2"/>',
 )
-def number_sloppy(draft: Draft) -> Faults:
+def number_sloppy(draft: UrdfElements) -> Faults:
     """Only lenient readers take a number as written: commas, a stray dot, one too many, a long quaternion."""
     for fault in draft.number_faults:
         if not fault.fatal:
@@ -177,24 +177,24 @@ def number_sloppy(draft: Draft) -> Faults:
 
 @check(
     "robot-name-missing",
-    UNTIDY,
+    INFO,
     remedy='add name="..." to <robot>',
-    mendable=True,
+    fixable=True,
     example="<robot>",
 )
-def robot_name_missing(draft: Draft) -> Faults:
+def robot_name_missing(draft: UrdfElements) -> Faults:
     """`<robot>` has no name."""
     if not draft.name:
-        yield Fault(at=Place(who="robot", line=line_of(draft.root)), message="<robot> has no name")
+        yield Fault(at=Location(who="robot", line=line_of(draft.root)), message="<robot> has no name")
 
 
 @check(
     "element-repeated",
-    MISBEHAVES,
+    WARNING,
     remedy="keep one of them",
     example='<joint ...><origin xyz="0 0 1"/><origin xyz="0 0 2"/>',
 )
-def element_repeated(draft: Draft) -> Faults:
+def element_repeated(draft: UrdfElements) -> Faults:
     """An element that counts once stands twice; only the first one is read."""
     for element, owner in read_elements(draft):
         if element.tag == "geometry":
@@ -213,25 +213,25 @@ def element_repeated(draft: Draft) -> Faults:
             if len(same) > 1:
                 count = "a second" if len(same) == 2 else f"{len(same)}"
                 message = f"<{element.tag}> holds {count} <{tag}>; only the first is read"
-                severity = UNTIDY if tag == "material" else None  # colours move nothing
+                severity = INFO if tag == "material" else None  # colours move nothing
                 yield Fault(at=owner, line=line_of(same[1]), message=message, severity=severity)
 
 
 @check(
     "element-unread",
-    UNTIDY,
+    INFO,
     remedy="nothing to do where another program reads it",
     example="<transmission>...</transmission>",
 )
-def element_unread(draft: Draft) -> Faults:
+def element_unread(draft: UrdfElements) -> Faults:
     """An element that Roboyard does not read; it is kept and written back as it was."""
-    counts: dict[tuple[str, str], list[Place]] = {}
+    counts: dict[tuple[str, str], list[Location]] = {}
     for element, owner in read_elements(draft):
         if element.tag not in CHILDREN:
             continue
         for child in element:
             if isinstance(child.tag, str) and child.tag not in CHILDREN[element.tag]:
-                place = Place(who=owner.who, line=line_of(child), link_names=owner.link_names)
+                place = Location(who=owner.who, line=line_of(child), link_names=owner.link_names)
                 counts.setdefault((element.tag, child.tag), []).append(place)
     for (parent, tag), places in counts.items():
         many = f" ({len(places)} of them)" if len(places) > 1 else ""
@@ -241,21 +241,21 @@ def element_unread(draft: Draft) -> Faults:
 
 @check(
     "attribute-unread",
-    UNTIDY,
+    INFO,
     remedy="check the spelling; nothing to do where another program reads it",
     example='<limit lowr="-1" upper="1"/>',
 )
-def attribute_unread(draft: Draft) -> Faults:
+def attribute_unread(draft: UrdfElements) -> Faults:
     """An attribute that Roboyard does not read, misspelt perhaps; it is kept."""
     idle = {  # what a fixed joint says of its motion
         id(part) for joint in draft.joints if joint.type == "fixed" for part in joint.element
     }
-    counts: dict[tuple[str, str, str | None], list[Place]] = {}
+    counts: dict[tuple[str, str, str | None], list[Location]] = {}
     for element, owner in read_elements(draft):
         for key in element.attrib:
             known = ATTRIBUTES.get(element.tag)
             if known is not None and key not in known and not key.startswith("xmlns") and ":" not in key:
-                place = Place(who=owner.who, line=line_of(element), link_names=owner.link_names)
+                place = Location(who=owner.who, line=line_of(element), link_names=owner.link_names)
                 meant = None if id(element) in idle else misspelt(element, key)
                 counts.setdefault((element.tag, key, meant), []).append(place)
     for (tag, key, meant), places in counts.items():
@@ -266,7 +266,7 @@ def attribute_unread(draft: Draft) -> Faults:
         else:
             remedy = f"write {meant}, if that is what it means"
             message += f"; {meant} is missing"
-            yield Fault(at=places[0], message=message, remedy=remedy, severity=MISBEHAVES)
+            yield Fault(at=places[0], message=message, remedy=remedy, severity=WARNING)
 
 
 def misspelt(element: ET.Element, key: str) -> str | None:

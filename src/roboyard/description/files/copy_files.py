@@ -24,7 +24,7 @@ def plain_name(name: str) -> str:
 
 
 @dataclass(kw_only=True, eq=False)
-class Stage:
+class FileCopier:
     """A folder that files are gathered in; each source is copied once.
 
     A mesh that names other files (materials, images, buffers) gets a folder of its own, in which they lie

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from roboyard.description.model import RGBA
-from roboyard.export.images import Digests, write_png
+from roboyard.export.images import ImageCache, write_png
 from roboyard.export.mesh_files import STL_MAX_FACES, write_obj, write_stl
 from roboyard.export.mjcf.xml import add
 from roboyard.export.names import free_name, identifier
@@ -31,7 +31,7 @@ class Assets:
     materials: dict[tuple[RGBA, str | None], str] = field(default_factory=dict)
     textures: dict[str, str] = field(default_factory=dict)
     names: dict[str, set[str]] = field(default_factory=dict)
-    digests: Digests = field(default_factory=Digests)
+    digests: ImageCache = field(default_factory=ImageCache)
     files: list[Path] = field(default_factory=list)
 
     def mesh(self, mesh: TriangleMesh, name: str, *, solid: bool) -> str | None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Joint, RobotDescription
-from roboyard.export.export_result import Written
+from roboyard.export.export_result import ExportResult
 from roboyard.export.masses import link_masses, massless_parts, trace_mass
 from roboyard.export.mjcf.assets import Assets
 from roboyard.export.mjcf.geoms import add_collisions, add_visuals
@@ -22,7 +22,7 @@ from roboyard.export.names import free_name
 from roboyard.transforms import to_wxyz
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 TIMESTEP = 0.002
 """s"""
@@ -30,7 +30,7 @@ CAMERA_FOVY = math.degrees(2 * math.atan(15.2908 / 2 / 17.0))
 """Degrees: of a focal length of 17 beside an aperture of 15.2908, the camera of the USD stage."""
 
 
-def write(robot: ImportedRobot, path: Path | str, *, floating: bool | None = None) -> Written:
+def write(robot: RobotModel, path: Path | str, *, floating: bool | None = None) -> ExportResult:
     """Write a robot as MJCF with `meshes/` and `textures/` beside it.
 
     Args:
@@ -65,7 +65,7 @@ def write(robot: ImportedRobot, path: Path | str, *, floating: bool | None = Non
         root.remove(empty)
     ET.indent(root)
     target.write_text(ET.tostring(root, encoding="unicode") + "\n", encoding="utf-8")
-    return Written(files=(target, *assets.files), notes=tuple(notes))
+    return ExportResult(files=(target, *assets.files), notes=tuple(notes))
 
 
 def _add_defaults(root: ET.Element) -> None:
@@ -87,7 +87,7 @@ def _body_names(description: RobotDescription) -> dict[str, str]:
 
 def _add_bodies(
     root: ET.Element,
-    robot: ImportedRobot,
+    robot: RobotModel,
     names: Mapping[str, str],
     assets: Assets,
     floating: bool,
@@ -141,7 +141,7 @@ def _add_inertial(body: ET.Element, mass: MassProperties) -> None:
     )
 
 
-def _add_sites(body: ET.Element, robot: ImportedRobot, link: str, used: set[str]) -> None:
+def _add_sites(body: ET.Element, robot: RobotModel, link: str, used: set[str]) -> None:
     for sensor in robot.sensors:
         if sensor.link != link:
             continue
@@ -184,7 +184,7 @@ def _is_scalar(joint: Joint) -> bool:
     return joint.type in ("revolute", "continuous", "prismatic")
 
 
-def _add_excludes(root: ET.Element, robot: ImportedRobot, names: Mapping[str, str]) -> None:
+def _add_excludes(root: ET.Element, robot: RobotModel, names: Mapping[str, str]) -> None:
     """Pairs that must not push: joined (also past fixed links without shapes), or overlapping at rest."""
     description = robot.description
     parent = add(root, "contact")
@@ -203,7 +203,7 @@ def _add_excludes(root: ET.Element, robot: ImportedRobot, names: Mapping[str, st
         add(parent, "exclude", body1=names[one], body2=names[two])
 
 
-def _add_sensors(root: ET.Element, robot: ImportedRobot, actuators: tuple[str, ...]) -> None:
+def _add_sensors(root: ET.Element, robot: RobotModel, actuators: tuple[str, ...]) -> None:
     parent = add(root, "sensor")
     for joint in actuators:
         add(parent, "jointpos", name=f"{joint}_position", joint=joint)
@@ -217,7 +217,7 @@ def _add_sensors(root: ET.Element, robot: ImportedRobot, actuators: tuple[str, .
 
 def _add_home(
     root: ET.Element,
-    robot: ImportedRobot,
+    robot: RobotModel,
     joints: Mapping[str, tuple[str, ...]],
     actuators: tuple[str, ...],
     floating: bool,

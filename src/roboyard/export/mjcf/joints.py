@@ -16,7 +16,7 @@ from roboyard.kinematics.description_poses import plane_axes
 from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 INFINITE = 1e6
 """rad, m and their like: a limit beyond this is none."""
@@ -66,7 +66,7 @@ def _range(joint: Joint) -> tuple[float, float] | None:
     return (lower, upper)
 
 
-def add_actuators(parent: ET.Element, robot: ImportedRobot) -> tuple[str, ...]:
+def add_actuators(parent: ET.Element, robot: RobotModel) -> tuple[str, ...]:
     """Add an actuator for every driven joint, named like the joint; returns the names in order."""
     description = robot.description
     inertia = moved_inertia(description)

@@ -37,13 +37,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roboyard.export.export_result import Written
+from roboyard.export.export_result import ExportResult
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 
-def write(robot: ImportedRobot, path: Path | str, *, textures: Path | str | None = None) -> Written:
+def write(robot: RobotModel, path: Path | str, *, textures: Path | str | None = None) -> ExportResult:
     """Write a robot as a USD layer, with a binary one for its meshes and its images beside it.
 
     Args:
@@ -62,4 +62,4 @@ def write(robot: ImportedRobot, path: Path | str, *, textures: Path | str | None
     target.parent.mkdir(parents=True, exist_ok=True)
     folder = Path(textures) if textures is not None else target.parent / "material"
     built = build(robot, target.parent, folder)
-    return Written(files=(*built.save(target), *built.images), notes=built.notes)
+    return ExportResult(files=(*built.save(target), *built.images), notes=built.notes)

@@ -31,7 +31,7 @@ MAX_SUBSETS = 64
 
 
 @dataclass(kw_only=True, eq=False)
-class Masters:
+class MeshPrototypes:
     """Mesh prims under `/visuals` and `/colliders`, one for each distinct mesh."""
 
     stage: Any
@@ -79,7 +79,14 @@ class Placed:
 
 
 def add_shape(
-    masters: Masters, geometry: Geometry, origin: Pose, path: str, scope: str, link: str, *, colored: bool
+    masters: MeshPrototypes,
+    geometry: Geometry,
+    origin: Pose,
+    path: str,
+    scope: str,
+    link: str,
+    *,
+    colored: bool,
 ) -> Placed | None:
     """Define one shape; None for a geometry that a stage cannot hold."""
     stage = masters.stage

@@ -15,7 +15,7 @@ from roboyard.export.usd.values import apply_by_name, quatf, set_attribute, vec3
 from roboyard.transforms import multiply
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import DriveKind, ImportedRobot
+    from roboyard.description.robot_model import DriveKind, RobotModel
 
 POSITION_GAINS = (1e7, 1e5)
 """Stiffness and damping of a position drive: what OmniGibson sets when it takes a joint over."""
@@ -27,7 +27,7 @@ LOCKED = (1.0, -1.0)
 """Lower above upper: how UsdPhysics says that an axis is locked."""
 
 
-def add_joints(stage: Any, robot: ImportedRobot, paths: Paths, notes: list[str]) -> None:
+def add_joints(stage: Any, robot: RobotModel, paths: Paths, notes: list[str]) -> None:
     """Define every joint under its parent link."""
     for joint in robot.description.joints:
         if joint.type == "floating":
@@ -132,7 +132,7 @@ def _drive(prim: Any, joint: Joint, kind: DriveKind) -> None:
         drive.CreateMaxForceAttr(effort)
 
 
-def _mimic(prim: Any, joint: Joint, robot: ImportedRobot, paths: Paths, notes: list[str]) -> None:
+def _mimic(prim: Any, joint: Joint, robot: RobotModel, paths: Paths, notes: list[str]) -> None:
     """Both engines' words for position = multiplier * leader + offset."""
     mimic = joint.mimic
     assert mimic is not None

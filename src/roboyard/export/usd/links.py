@@ -8,21 +8,26 @@ from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Collision, Link, Visual
 from roboyard.export.geometry import stem, zero_poses
 from roboyard.export.masses import link_masses, trace_mass
-from roboyard.export.usd.geometry import Masters, Placed, add_shape, shape_names
+from roboyard.export.usd.geometry import MeshPrototypes, Placed, add_shape, shape_names
 from roboyard.export.usd.library import Sdf, UsdGeom, UsdPhysics
-from roboyard.export.usd.materials import Looks, add_surface
+from roboyard.export.usd.materials import MaterialWriter, add_surface
 from roboyard.export.usd.naming import Paths, keep_name
 from roboyard.export.usd.values import apply_by_name, place_at, quatf, set_attribute, vec3f
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 HULL_VERTICES = 60
 """Vertices of a hull that PhysX can collide on the GPU."""
 
 
 def add_links(
-    stage: Any, robot: ImportedRobot, paths: Paths, masters: Masters, looks: Looks, notes: list[str]
+    stage: Any,
+    robot: RobotModel,
+    paths: Paths,
+    masters: MeshPrototypes,
+    looks: MaterialWriter,
+    notes: list[str],
 ) -> None:
     """Define every link, in depth-first order."""
     description = robot.description
@@ -59,7 +64,7 @@ def _names(shapes: tuple[Visual, ...] | tuple[Collision, ...]) -> list[str]:
 
 
 def _add_visuals(
-    stage: Any, link: Link, paths: Paths, masters: Masters, looks: Looks, notes: list[str]
+    stage: Any, link: Link, paths: Paths, masters: MeshPrototypes, looks: MaterialWriter, notes: list[str]
 ) -> None:
     if not link.visuals:
         return
@@ -83,7 +88,7 @@ def _add_visuals(
 
 
 def _add_collisions(
-    stage: Any, robot: ImportedRobot, link: Link, paths: Paths, masters: Masters, notes: list[str]
+    stage: Any, robot: RobotModel, link: Link, paths: Paths, masters: MeshPrototypes, notes: list[str]
 ) -> None:
     if not link.collisions:
         return
@@ -109,7 +114,7 @@ def _add_collisions(
         add_surface(stage, paths.root, paths.links[link.name], link.contact, colliders)
 
 
-def _make_collider(placed: Placed, robot: ImportedRobot, link: Link, collision: Collision) -> None:
+def _make_collider(placed: Placed, robot: RobotModel, link: Link, collision: Collision) -> None:
     prim = placed.prim
     UsdPhysics.CollisionAPI.Apply(prim).CreateCollisionEnabledAttr(True)
     if placed.mesh is None:
@@ -126,7 +131,7 @@ def _left_out(link: Link, kind: str, shape: Visual | Collision) -> str:
     return f'link "{link.name}": {kind} {what} has no file or no place in USD; left out'
 
 
-def add_filtered_pairs(stage: Any, robot: ImportedRobot, paths: Paths) -> None:
+def add_filtered_pairs(stage: Any, robot: RobotModel, paths: Paths) -> None:
     """Keep links that overlap at rest from pushing each other; joined links never collide anyway."""
     targets: dict[str, list[Any]] = {}
     for one, other in robot.filtered_pairs:

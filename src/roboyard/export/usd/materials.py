@@ -11,7 +11,7 @@ import numpy as np
 
 from roboyard.description.model import RGBA, Contact, Material
 from roboyard.export.geometry import DEFAULT_RGBA, faces_by_color
-from roboyard.export.images import Digests, material_pixels, write_png
+from roboyard.export.images import ImageCache, material_pixels, write_png
 from roboyard.export.names import free_name, identifier
 from roboyard.export.usd.geometry import MAX_SUBSETS, Placed, subset_name
 from roboyard.export.usd.library import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade, Vt
@@ -20,7 +20,7 @@ ROUGHNESS = 0.5
 
 
 @dataclass(kw_only=True, eq=False)
-class Looks:
+class MaterialWriter:
     """Materials of a robot, each once; images are written beside the stage."""
 
     stage: Any
@@ -29,7 +29,7 @@ class Looks:
     texture_folder: Path
     materials: dict[tuple[RGBA, str | None], Any] = field(default_factory=dict)
     textures: dict[str, Path] = field(default_factory=dict)
-    digests: Digests = field(default_factory=Digests)
+    digests: ImageCache = field(default_factory=ImageCache)
     notes: list[str] = field(default_factory=list)
 
     def dress(self, placed: Placed, material: Material | None) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.export.names import identifier, identifiers
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 SCOPES = ("Looks", "PhysicsMaterials")
 """Children of the robot that are no links."""
@@ -37,7 +37,7 @@ class Paths:
         return f"{self.link(parent)}/{self.joints[name]}"
 
 
-def paths_of(robot: ImportedRobot) -> Paths:
+def paths_of(robot: RobotModel) -> Paths:
     """Prim names for every link and joint."""
     description = robot.description
     sensors = {sensor.name for sensor in robot.sensors} | {"Camera", "Lidar", "VisualSphere"}
@@ -48,7 +48,7 @@ def paths_of(robot: ImportedRobot) -> Paths:
     )
 
 
-def keep_name(prim: Any, name: str, robot: ImportedRobot) -> None:
+def keep_name(prim: Any, name: str, robot: RobotModel) -> None:
     """Keep the vendor's name where the prim could not have it."""
     original = robot.original_names.get(name, name)
     if original == prim.GetName():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.export.names import free_name, identifier
-from roboyard.export.usd.geometry import Masters
+from roboyard.export.usd.geometry import MeshPrototypes
 from roboyard.export.usd.library import Gf, Sdf, UsdGeom, Vt
 from roboyard.export.usd.naming import Paths
 from roboyard.export.usd.values import place, set_attribute
@@ -15,7 +15,7 @@ from roboyard.shapes import primitives
 from roboyard.shapes.mesh import TriangleMesh
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 FOCAL_LENGTH = 17.0
 """Tenths of a stage unit, beside USD's default aperture of 20.955 x 15.2908."""
@@ -38,7 +38,7 @@ _LIDAR = {
 _LIDAR_FLAGS = ("highLod", "drawPoints", "drawLines", "enableSemantics")
 
 
-def add_sensors(stage: Any, robot: ImportedRobot, paths: Paths, masters: Masters) -> None:
+def add_sensors(stage: Any, robot: RobotModel, paths: Paths, masters: MeshPrototypes) -> None:
     """Define every sensor as a direct child of its link."""
     for sensor in robot.sensors:
         link = stage.GetPrimAtPath(paths.link(sensor.link))
@@ -68,7 +68,7 @@ def _lidar(stage: Any, path: str) -> Any:
     return prim
 
 
-def _marker(masters: Masters, path: str, link: str) -> Any:
+def _marker(masters: MeshPrototypes, path: str, link: str) -> Any:
     master = masters.master(_ball(), "marker", "visuals", link, "VisualSphere", colored=False)
     mesh = UsdGeom.Mesh.Define(masters.stage, path)
     mesh.GetPrim().GetReferences().AddInternalReference(Sdf.Path(master))

@@ -7,17 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roboyard import __version__
-from roboyard.export.usd.geometry import Masters
+from roboyard.export.usd.geometry import MeshPrototypes
 from roboyard.export.usd.joints import add_joints
 from roboyard.export.usd.library import Gf, Sdf, Usd, UsdGeom, UsdPhysics, Vt
 from roboyard.export.usd.links import add_filtered_pairs, add_links
-from roboyard.export.usd.materials import Looks
+from roboyard.export.usd.materials import MaterialWriter
 from roboyard.export.usd.naming import paths_of
 from roboyard.export.usd.sensors import add_sensors
 from roboyard.export.usd.values import place, set_attribute, vec3f
 
 if TYPE_CHECKING:
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -44,7 +44,7 @@ class Built:
         return path, beside
 
 
-def build(robot: ImportedRobot, layer_folder: Path, textures: Path) -> Built:
+def build(robot: RobotModel, layer_folder: Path, textures: Path) -> Built:
     """The stage of a robot.
 
     Args:
@@ -60,8 +60,8 @@ def build(robot: ImportedRobot, layer_folder: Path, textures: Path) -> Built:
     _write_units(stage)
     root = UsdGeom.Xform.Define(stage, Sdf.Path(paths.root)).GetPrim()
     stage.SetDefaultPrim(root)
-    looks = Looks(stage=stage, root=paths.root, layer_folder=layer_folder, texture_folder=textures)
-    masters = Masters(stage=stage, layer=meshes)
+    looks = MaterialWriter(stage=stage, root=paths.root, layer_folder=layer_folder, texture_folder=textures)
+    masters = MeshPrototypes(stage=stage, layer=meshes)
     add_links(stage, robot, paths, masters, looks, notes)
     add_joints(stage, robot, paths, notes)
     add_filtered_pairs(stage, robot, paths)
@@ -84,7 +84,7 @@ def _write_units(stage: Any) -> None:
     stage.GetRootLayer().customLayerData = {"creator": f"Roboyard {__version__}"}
 
 
-def _write_metadata(root: Any, robot: ImportedRobot) -> None:
+def _write_metadata(root: Any, robot: RobotModel) -> None:
     """What OmniGibson reads when it loads a model; empty lists are empty vector arrays there."""
     place(root, (0, 0, 0), (0, 0, 0, 1))
     kinds = Sdf.ValueTypeNames

@@ -17,7 +17,7 @@ COLLISION_LISTS = ("no_collision_links", "coacd_links", "convex_links", "no_deco
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Problem:
+class ConfigProblem:
     """One thing that is wrong with a configuration."""
 
     where: Where
@@ -29,9 +29,9 @@ class Problem:
     """True for what is odd but usable."""
 
 
-def check_against(config: ImportConfig, description: RobotDescription) -> list[Problem]:
+def check_against(config: ImportConfig, description: RobotDescription) -> list[ConfigProblem]:
     """Names that do not exist, sensors given both ways round, lists that contradict one another."""
-    problems: list[Problem] = []
+    problems: list[ConfigProblem] = []
     problems += _base_motion(config, description)
     problems += _collision(config, description)
     known, sensor_problems = _sensors(config, description)
@@ -50,16 +50,16 @@ def virtual_joints() -> tuple[str, ...]:
     return tuple(f"base_footprint_{axis}_joint" for axis in VIRTUAL_AXES)
 
 
-def _unknown(kind: str, names: Iterable[str], where: Where, known: Iterable[str]) -> list[Problem]:
+def _unknown(kind: str, names: Iterable[str], where: Where, known: Iterable[str]) -> list[ConfigProblem]:
     known = list(known)
     return [
-        Problem(where=(*where, index), text=unknown_name(kind, name, known))
+        ConfigProblem(where=(*where, index), text=unknown_name(kind, name, known))
         for index, name in enumerate(names)
         if name not in known
     ]
 
 
-def _base_motion(config: ImportConfig, description: RobotDescription) -> list[Problem]:
+def _base_motion(config: ImportConfig, description: RobotDescription) -> list[ConfigProblem]:
     base = config.base_motion
     links, joints = description.link_by_name, description.joint_by_name
     problems = _unknown("link", base.wheel_links, ("base_motion", "wheel_links"), links)
@@ -70,21 +70,21 @@ def _base_motion(config: ImportConfig, description: RobotDescription) -> list[Pr
             text = (
                 f"joint {name!r} is {joint.type}; only revolute, continuous and prismatic joints can be fixed"
             )
-            problems.append(Problem(where=("base_motion", "wheel_joints", index), text=text))
+            problems.append(ConfigProblem(where=("base_motion", "wheel_joints", index), text=text))
     if base.use_sphere_wheels and not base.wheel_links:
         text = "is true, but wheel_links is empty; name the wheels"
-        problems.append(Problem(where=("base_motion", "use_sphere_wheels"), text=text, is_note=True))
+        problems.append(ConfigProblem(where=("base_motion", "use_sphere_wheels"), text=text, is_note=True))
     if base.use_holonomic_joints:
         taken = [name for name in virtual_links() if name in links]
         taken += [name for name in virtual_joints() if name in joints]
         if taken:
             text = f"the robot already has {taken[0]!r}; rename it, or set this to false"
-            problems.append(Problem(where=("base_motion", "use_holonomic_joints"), text=text))
+            problems.append(ConfigProblem(where=("base_motion", "use_holonomic_joints"), text=text))
     return problems
 
 
-def _collision(config: ImportConfig, description: RobotDescription) -> list[Problem]:
-    problems: list[Problem] = []
+def _collision(config: ImportConfig, description: RobotDescription) -> list[ConfigProblem]:
+    problems: list[ConfigProblem] = []
     owner: dict[str, str] = {}
     for key in COLLISION_LISTS:
         names: Sequence[str] = getattr(config.collision, key)
@@ -93,16 +93,18 @@ def _collision(config: ImportConfig, description: RobotDescription) -> list[Prob
             first = owner.setdefault(name, key)
             if first != key:
                 text = f"link {name!r} is also in {first}, which counts; keep one"
-                problems.append(Problem(where=("collision", key, index), text=text, is_note=True))
+                problems.append(ConfigProblem(where=("collision", key, index), text=text, is_note=True))
     return problems
 
 
-def _sensors(config: ImportConfig, description: RobotDescription) -> tuple[dict[str, str], list[Problem]]:
+def _sensors(
+    config: ImportConfig, description: RobotDescription
+) -> tuple[dict[str, str], list[ConfigProblem]]:
     """Every link that exists once the sensors are there (with the key that made it), and the problems."""
     known = dict.fromkeys(description.link_by_name, "")
     if config.base_motion.use_holonomic_joints:
         known |= dict.fromkeys(virtual_links(), "base_motion.use_holonomic_joints")
-    problems: list[Problem] = []
+    problems: list[ConfigProblem] = []
     for key in ("eef_vis_links", "camera_links", "lidar_links"):
         used: set[str] = set()
         entries: Sequence[SensorLink] = getattr(config, key)
@@ -110,62 +112,66 @@ def _sensors(config: ImportConfig, description: RobotDescription) -> tuple[dict[
             where = (key, index)
             if entry.link in used:
                 text = f"link {entry.link!r} already has one; a link takes one sensor of each kind"
-                problems.append(Problem(where=(*where, "link"), text=text))
+                problems.append(ConfigProblem(where=(*where, "link"), text=text))
             used.add(entry.link)
             if entry.parent_link is None:
                 if entry.link not in known:
                     text = f"{unknown_name('link', entry.link, known)}; give parent_link to make a new link"
-                    problems.append(Problem(where=(*where, "link"), text=text))
+                    problems.append(ConfigProblem(where=(*where, "link"), text=text))
                 continue
             if entry.parent_link not in known:
                 text = f"link {entry.link!r}: {unknown_name('link', entry.parent_link, known)}"
-                problems.append(Problem(where=(*where, "parent_link"), text=text))
+                problems.append(ConfigProblem(where=(*where, "parent_link"), text=text))
             if entry.link in known:
                 made = f" (made by {known[entry.link]})" if known[entry.link] else ""
                 text = (
                     f"link {entry.link!r} already exists{made}, so it cannot be made below "
                     f"{entry.parent_link!r}; set parent_link to null, or give another link name"
                 )
-                problems.append(Problem(where=(*where, "link"), text=text))
+                problems.append(ConfigProblem(where=(*where, "link"), text=text))
             else:
                 known[entry.link] = f"{key}[{index}]"
                 joint = f"{entry.parent_link}_{entry.link}_joint"
                 if joint in description.joint_by_name:
                     text = f"the robot already has a joint {joint!r}; give another link name"
-                    problems.append(Problem(where=(*where, "link"), text=text))
+                    problems.append(ConfigProblem(where=(*where, "link"), text=text))
     return known, problems
 
 
-def _curobo(config: ImportConfig, description: RobotDescription, links: dict[str, str]) -> list[Problem]:
+def _curobo(
+    config: ImportConfig, description: RobotDescription, links: dict[str, str]
+) -> list[ConfigProblem]:
     curobo = config.curobo
     joints = dict.fromkeys(description.joint_by_name, "")
     if config.base_motion.use_holonomic_joints:
         joints |= dict.fromkeys(virtual_joints(), "")
-    problems: list[Problem] = []
+    problems: list[ConfigProblem] = []
     for name, gripper in curobo.eef_to_gripper_info.items():
         where: Where = ("curobo", "eef_to_gripper_info", name)
         if name not in links:
-            problems.append(Problem(where=where, text=unknown_name("link", name, links)))
+            problems.append(ConfigProblem(where=where, text=unknown_name("link", name, links)))
         problems += _unknown("link", gripper.links, (*where, "links"), links)
         problems += _unknown("joint", gripper.joints, (*where, "joints"), joints)
     problems += _unknown("joint", curobo.flip_joint_limits, ("curobo", "flip_joint_limits"), joints)
     problems += _unknown("joint", curobo.torso_joints, ("curobo", "torso_joints"), joints)
     problems += [
-        Problem(where=("curobo", "lock_joints", name), text=unknown_name("joint", name, joints))
+        ConfigProblem(where=("curobo", "lock_joints", name), text=unknown_name("joint", name, joints))
         for name in curobo.lock_joints
         if name not in joints
     ]
     for key in ("self_collision_ignore", "self_collision_buffer", "collision_spheres"):
         for name in getattr(curobo, key):
             if name not in links:
-                problems.append(Problem(where=("curobo", key, name), text=unknown_name("link", name, links)))
+                problems.append(
+                    ConfigProblem(where=("curobo", key, name), text=unknown_name("link", name, links))
+                )
     for name, others in curobo.self_collision_ignore.items():
         problems += _unknown("link", others, ("curobo", "self_collision_ignore", name), links)
     problems += _default_qpos(config, description)
     return problems
 
 
-def _default_qpos(config: ImportConfig, description: RobotDescription) -> list[Problem]:
+def _default_qpos(config: ImportConfig, description: RobotDescription) -> list[ConfigProblem]:
     given = config.curobo.default_qpos
     where: Where = ("curobo", "default_qpos")
     if given is None:
@@ -174,7 +180,7 @@ def _default_qpos(config: ImportConfig, description: RobotDescription) -> list[P
     if isinstance(given, dict):
         names = [joint.name for joint in order]
         unknown = [
-            Problem(where=(*where, name), text=unknown_name("moving joint", name, names))
+            ConfigProblem(where=(*where, name), text=unknown_name("moving joint", name, names))
             for name in given
             if name not in names
         ]
@@ -184,18 +190,20 @@ def _default_qpos(config: ImportConfig, description: RobotDescription) -> list[P
         text = (
             f"has {len(given)} values for {len(order)} moving joints ({shown or 'none'}); give one for each"
         )
-        return [Problem(where=where, text=text)]
+        return [ConfigProblem(where=where, text=text)]
     return _outside(list(zip(order, given, strict=True)), where, by_name=False)
 
 
-def _outside(values: Sequence[tuple[Joint, float | None]], where: Where, *, by_name: bool) -> list[Problem]:
+def _outside(
+    values: Sequence[tuple[Joint, float | None]], where: Where, *, by_name: bool
+) -> list[ConfigProblem]:
     problems = []
     for index, (joint, value) in enumerate(values):
         limits = joint.position_limits()
         if value is None or limits is None or limits[0] - 1e-4 <= value <= limits[1] + 1e-4:
             continue
         text = f"joint {joint.name!r}: {value:g} lies outside its limits [{limits[0]:g}, {limits[1]:g}]"
-        problems.append(Problem(where=(*where, joint.name if by_name else index), text=text))
+        problems.append(ConfigProblem(where=(*where, joint.name if by_name else index), text=text))
     return problems
 
 

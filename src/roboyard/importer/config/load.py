@@ -11,11 +11,11 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from roboyard.config.validation_errors import told_plainly
+from roboyard.config.validation_errors import format_validation_error
 from roboyard.config.yaml_lines import Where, YamlFile, read_yaml
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, DescriptionError
-from roboyard.importer.config.checks import Problem, check_against
+from roboyard.importer.config.checks import ConfigProblem, check_against
 from roboyard.importer.config.schema import ImportConfig
 
 MAX_PROBLEMS = 100
@@ -98,7 +98,7 @@ def _judge(
         what = "is empty" if data is None else "is no mapping"
         raise ConfigError(f"{name}: the file {what}; give at least urdf_path and name")
     data = {**data, **overrides}
-    problems = [Problem(where=(), line=line, text=text) for line, text in yaml_file.problems]
+    problems = [ConfigProblem(where=(), line=line, text=text) for line, text in yaml_file.problems]
     config, found = _validated(data)
     problems += found
     urdf: Path | None = None
@@ -113,15 +113,15 @@ def _judge(
     return _Judged(config=config, urdf=urdf, errors=tuple(errors), notes=tuple(notes))
 
 
-def _against_urdf(config: ImportConfig, urdf: Path, packages: Mapping[str, Path]) -> list[Problem]:
+def _against_urdf(config: ImportConfig, urdf: Path, packages: Mapping[str, Path]) -> list[ConfigProblem]:
     from roboyard.description import load_urdf
 
     if not urdf.is_file():
-        return [Problem(where=("urdf_path",), text=f"there is no file {str(urdf)!r}; check the path")]
+        return [ConfigProblem(where=("urdf_path",), text=f"there is no file {str(urdf)!r}; check the path")]
     try:
         description = load_urdf(urdf, packages=packages, missing_meshes="note")
     except DescriptionError as error:
-        return [Problem(where=("urdf_path",), text=problem) for problem in error.problems]
+        return [ConfigProblem(where=("urdf_path",), text=problem) for problem in error.problems]
     return check_against(config, renamed_view(description))
 
 
@@ -132,7 +132,7 @@ def renamed_view(description: RobotDescription) -> RobotDescription:
     return renamed(description, planned_names(description))
 
 
-def _told(problem: Problem, name: str, yaml_file: YamlFile) -> str:
+def _told(problem: ConfigProblem, name: str, yaml_file: YamlFile) -> str:
     line = problem.line or yaml_file.line(problem.where)
     at = f"{name}:{line}" if line else name
     key = dotted(problem.where)
@@ -150,12 +150,12 @@ def dotted(where: Where) -> str:
 # ------------------------------------------------------------------------------------------- typed problems
 
 
-def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[Problem]]:
+def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[ConfigProblem]]:
     """The model, and what is wrong. Faulty values are left out and the rest tried again, so that one run
     also finds the problems that only show beside the URDF.
     """
     remaining: dict[str, Any] = copy.deepcopy(data)
-    problems: list[Problem] = []
+    problems: list[ConfigProblem] = []
     removed: set[Where] = set()
     for _ in range(12):
         try:
@@ -172,7 +172,7 @@ def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[Problem]
                 else:
                     removed |= _remove(remaining, where[:-1])
                 continue
-            problem = Problem(where=where, text=_either([_text(each, where) for each in same]))
+            problem = ConfigProblem(where=where, text=_either([_text(each, where) for each in same]))
             if problem not in problems:
                 problems.append(problem)
             removed |= _remove(remaining, where)
@@ -230,7 +230,7 @@ def _remove(data: Any, where: Where) -> set[Where]:
 
 
 def _text(detail: Any, where: Where) -> str:
-    plain = told_plainly(detail)
+    plain = format_validation_error(detail)
     if plain is not None:
         return plain
     kind, context = detail["type"], detail.get("ctx", {})

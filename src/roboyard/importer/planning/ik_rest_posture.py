@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard.description.model import RobotDescription
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.importer.config.checks import virtual_joints
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.planning.rest_posture import end_effectors, torso_joints
@@ -53,7 +53,7 @@ nobody names its hands."""
 Posture = Mapping[str, float]
 
 
-def bent_rest(robot: ImportedRobot, config: ImportConfig, rest: Posture) -> dict[str, float]:
+def ik_rest_posture(robot: RobotModel, config: ImportConfig, rest: Posture) -> dict[str, float]:
     """A rest posture with its stretched arms bent.
 
     A posture that the configuration gives (`default_qpos`) stays, and so do torsos, locked joints and legs.
@@ -73,7 +73,7 @@ def bent_rest(robot: ImportedRobot, config: ImportConfig, rest: Posture) -> dict
         named = config.curobo.eef_to_gripper_info or effector.gripper_joints
         if not named and len(arm.own) < MOST_OF_ALL * _driven_before(description, effector.link):
             continue
-        out |= bent(arm, out, touches)
+        out |= ik_posture(arm, out, touches)
     return out
 
 
@@ -157,7 +157,7 @@ def dexterity(arm: Arm, q: Array) -> float:
     return float(np.linalg.svd(own, compute_uv=False)[-1])
 
 
-def bent(arm: Arm, rest: Posture, touches: Callable[[Posture], bool]) -> dict[str, float]:
+def ik_posture(arm: Arm, rest: Posture, touches: Callable[[Posture], bool]) -> dict[str, float]:
     """Positions of the joints that are to be turned; empty where the arm can move already, or nothing helps.
 
     Args:

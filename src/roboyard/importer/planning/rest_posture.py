@@ -7,17 +7,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from roboyard.description.model import Joint, RobotDescription
-from roboyard.description.robot_model import EndEffector, ImportedRobot
+from roboyard.description.robot_model import EndEffector, RobotModel
 from roboyard.importer.config.checks import frozen_joints, virtual_joints
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.kinematics.description_poses import chain
 from roboyard.kinematics.joint_order import breadth_first_joints, planned_joints
-from roboyard.morphology.grippers import find_hands
+from roboyard.morphology.grippers import find_grippers
 
 UNDRIVEN_VIRTUAL = ("base_footprint_z_joint", "base_footprint_rx_joint", "base_footprint_ry_joint")
 
 
-def rest_posture(robot: ImportedRobot, config: ImportConfig) -> dict[str, float]:
+def rest_posture(robot: RobotModel, config: ImportConfig) -> dict[str, float]:
     """Position of every joint that moves by one number: rad or m.
 
     The configuration's `default_qpos` where it gives one; else zero, or the nearest value to zero inside the
@@ -41,7 +41,7 @@ def rest_posture(robot: ImportedRobot, config: ImportConfig) -> dict[str, float]
     return rest
 
 
-def named_qpos(robot: ImportedRobot, config: ImportConfig) -> dict[str, float]:
+def named_qpos(robot: RobotModel, config: ImportConfig) -> dict[str, float]:
     """The configuration's `default_qpos` by joint name."""
     given = config.curobo.default_qpos
     if given is None:
@@ -59,7 +59,7 @@ def nearest_to_zero(joint: Joint) -> float:
     return 0.0 if limits is None else float(np.clip(0.0, *limits))
 
 
-def lock_joints(robot: ImportedRobot, config: ImportConfig, rest: Mapping[str, float]) -> dict[str, float]:
+def lock_joints(robot: RobotModel, config: ImportConfig, rest: Mapping[str, float]) -> dict[str, float]:
     """Joints that a planner leaves alone: the configuration's, the undriven virtual ones, open grippers."""
     locked: dict[str, float] = {}
     for name, value in config.curobo.lock_joints.items():
@@ -76,7 +76,7 @@ def lock_joints(robot: ImportedRobot, config: ImportConfig, rest: Mapping[str, f
     return locked
 
 
-def end_effectors(robot: ImportedRobot, config: ImportConfig) -> tuple[EndEffector, ...]:
+def end_effectors(robot: RobotModel, config: ImportConfig) -> tuple[EndEffector, ...]:
     """The configuration's end effectors; else the hands that are found; else the tip of the longest chain of
     moving joints.
     """
@@ -86,12 +86,12 @@ def end_effectors(robot: ImportedRobot, config: ImportConfig) -> tuple[EndEffect
             EndEffector(link=link, gripper_links=tuple(g.links), gripper_joints=tuple(g.joints))
             for link, g in given.items()
         )
-    hands = find_hands(robot.description, virtual_joints() if robot.holonomic else ())
+    hands = find_grippers(robot.description, virtual_joints() if robot.holonomic else ())
     return hands or (EndEffector(link=longest_chain_tip(robot.description)),)
 
 
 def torso_joints(
-    robot: ImportedRobot, config: ImportConfig, effectors: Sequence[EndEffector]
+    robot: RobotModel, config: ImportConfig, effectors: Sequence[EndEffector]
 ) -> tuple[str, ...]:
     """The configuration's torso joints; without any, the moving joints that the chains to all arms share."""
     given = config.curobo.torso_joints

@@ -16,7 +16,7 @@ import numpy as np
 
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.description.robot_model import CollisionSphere
-from roboyard.importer.planning.sphere_pairs import Bundles, Tally
+from roboyard.importer.planning.sphere_pairs import PairCounts, SphereSets
 from roboyard.kinematics.joint_order import ONE_NUMBER
 from roboyard.transforms import Array
 
@@ -61,7 +61,7 @@ class SelfCollision:
         return {a: tuple(others) for a, others in found.items()}
 
 
-def judge(
+def self_collision_matrix(
     description: RobotDescription,
     spheres: Mapping[str, Sequence[CollisionSphere]],
     rest: Mapping[str, float],
@@ -83,7 +83,7 @@ def judge(
     order = {link.name: index for index, link in enumerate(description.links)}
     names = sorted((name for name, balls in spheres.items() if balls), key=order.__getitem__)
     adjacent = adjacent_pairs(description, names)
-    bundles = Bundles.of(names, spheres)
+    bundles = SphereSets.of(names, spheres)
     sampler = PostureSampler(description)
     frames = sampler.frames([sampler.posture(rest)], names)
     rest_gap = bundles.gaps(frames[0][0], frames[1][0])
@@ -111,7 +111,7 @@ def judge(
 
 def _over_postures(
     sampler: PostureSampler,
-    bundles: Bundles,
+    bundles: SphereSets,
     names: Sequence[str],
     pairs: list[tuple[int, int]],
     samples: int,
@@ -120,7 +120,7 @@ def _over_postures(
     """Those of the pairs that meet always, and those that meet never, in random postures."""
     rng = np.random.default_rng(seed)
     watched = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    seen = Tally.empty(len(pairs))
+    seen = PairCounts.empty(len(pairs))
     patience = int((1.0 - ALWAYS) * samples)
     for begin in range(0, samples, BATCH):
         postures = sampler.random(min(BATCH, samples - begin), rng)

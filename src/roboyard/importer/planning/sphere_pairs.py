@@ -16,7 +16,7 @@ Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bundles:
+class SphereSets:
     """Balls of all links in one array, with one ball round each link."""
 
     balls: Array
@@ -27,7 +27,7 @@ class Bundles:
     """(links, 4) a ball that holds all of a link's."""
 
     @staticmethod
-    def of(names: Sequence[str], spheres: Mapping[str, Sequence[CollisionSphere]]) -> Bundles:
+    def of(names: Sequence[str], spheres: Mapping[str, Sequence[CollisionSphere]]) -> SphereSets:
         """The named links' balls; each has at least one."""
         rows, start, around = [], [0], []
         for name in names:
@@ -38,7 +38,7 @@ class Bundles:
             around.append((*middle, reach))
             start.append(start[-1] + len(own))
         balls = np.concatenate(rows) if rows else np.zeros((0, 4))
-        return Bundles(balls=balls, start=np.array(start), around=np.array(around).reshape(-1, 4))
+        return SphereSets(balls=balls, start=np.array(start), around=np.array(around).reshape(-1, 4))
 
     def gaps(self, positions: Array, rotations: Array) -> Array:
         """(links, links) least distance between the balls of two links, upper triangle, infinite below; m.
@@ -57,7 +57,7 @@ class Bundles:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Tally:
+class PairCounts:
     """How pairs of links fare over postures, as far as is needed to tell which always or never meet.
 
     A pair is dropped once both are out of the question, so `missed` is a lower bound.
@@ -69,13 +69,13 @@ class Tally:
     """(pairs,) whether they ever came within the margin of each other."""
 
     @staticmethod
-    def empty(pairs: int) -> Tally:
+    def empty(pairs: int) -> PairCounts:
         """Nothing seen yet."""
-        return Tally(missed=np.zeros(pairs, dtype=np.int64), near=np.zeros(pairs, dtype=bool))
+        return PairCounts(missed=np.zeros(pairs, dtype=np.int64), near=np.zeros(pairs, dtype=bool))
 
     def add(
         self,
-        bundles: Bundles,
+        bundles: SphereSets,
         pairs: NDArray[np.int64],
         positions: Array,
         rotations: Array,
@@ -93,7 +93,7 @@ class Tally:
             margin: distance within which a pair counts as near; m.
             patience: postures apart after which a pair cannot be said to meet always.
         """
-        tally(
+        count_pairs(
             positions,
             rotations,
             bundles.balls,
@@ -155,8 +155,8 @@ def _gap(world, start, rough, i, j, reach, enough):
 
 
 @njit(cache=True)
-def tally(positions, rotations, balls, start, around, pairs, margin, patience, missed, near):
-    """See `Tally.add`; `missed` and `near` are updated in place."""
+def count_pairs(positions, rotations, balls, start, around, pairs, margin, patience, missed, near):
+    """See `PairCounts.add`; `missed` and `near` are updated in place."""
     for posture in range(positions.shape[0]):
         world, rough = _placed(positions[posture], rotations[posture], balls, start, around)
         for k in range(pairs.shape[0]):

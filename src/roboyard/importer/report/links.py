@@ -11,13 +11,13 @@ from roboyard.reports.html import figure, plural
 
 if TYPE_CHECKING:
     from roboyard.description.model import Link
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.description.robot_model import RobotModel
 
 MAX_LINKS_PICTURED = 40
 WIDTH, HEIGHT = 300, 200
 
 
-def link_rows(robot: ImportedRobot, facts: Mapping[str, Any]) -> list[str]:
+def link_rows(robot: RobotModel, facts: Mapping[str, Any]) -> list[str]:
     """A row for each link that has a shape or a mass; those without are named in one line."""
     planned = robot.planning.spheres if robot.planning is not None else {}
     frames = resting_frames(robot.description)
@@ -52,7 +52,7 @@ def link_rows(robot: ImportedRobot, facts: Mapping[str, Any]) -> list[str]:
     return out
 
 
-def _figures(robot: ImportedRobot, link: Link, facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _figures(robot: RobotModel, link: Link, facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Name and value, those that are known."""
     known = facts.get("links", {}).get(link.name, {})
     made = facts.get("collision", {}).get(link.name, {})

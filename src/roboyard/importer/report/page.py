@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from roboyard.importer.import_log import told_once
+from roboyard.importer.import_log import unique_warnings
 from roboyard.importer.report.links import link_rows
-from roboyard.importer.report.pictures import KINDS, sight_of_robot
+from roboyard.importer.report.pictures import KINDS, view_of_robot
 from roboyard.reports.html import figure, page, plural, table, verdict
-from roboyard.reports.pictures import Kind, Sight, sight_of
+from roboyard.reports.pictures import Kind, SceneView, view_of
 
 if TYPE_CHECKING:
-    from roboyard.audit.urdf_elements import Draft
-    from roboyard.description.robot_model import ImportedRobot
+    from roboyard.audit.urdf_elements import UrdfElements
+    from roboyard.description.robot_model import RobotModel
     from roboyard.importer.context import ImportContext
     from roboyard.validation import Gate, ValidationReport
 
@@ -48,12 +48,12 @@ border:1px solid var(--line);border-radius:.5rem;padding:.7rem .9rem}
 
 
 def write_import_page(
-    robot: ImportedRobot, context: ImportContext, validation: ValidationReport | None = None
+    robot: RobotModel, context: ImportContext, validation: ValidationReport | None = None
 ) -> None:
     """Write the page beside the other files of the package."""
-    from roboyard.audit.run import open_draft
+    from roboyard.audit.run import open_elements
 
-    draft, blocked = open_draft(context.urdf, packages=context.packages)
+    draft, blocked = open_elements(context.urdf, packages=context.packages)
     text = import_page(
         robot,
         context.log.facts,
@@ -65,12 +65,12 @@ def write_import_page(
 
 
 def import_page(
-    robot: ImportedRobot,
+    robot: RobotModel,
     facts: Mapping[str, Any],
     warnings: Sequence[Any],
     validation: ValidationReport | None = None,
     *,
-    draft: Draft | None = None,
+    draft: UrdfElements | None = None,
 ) -> str:
     """The page's text; every name in it is escaped.
 
@@ -112,7 +112,7 @@ def _verdicts(facts: Mapping[str, Any], warnings: Sequence[Any], validation: Val
             if wrong
             else verdict("files read back as meant", "good")
         )
-    count = len(told_once(warnings))
+    count = len(unique_warnings(warnings))
     parts.append(
         verdict(f"{plural(count, 'thing')} to look at", "look")
         if warnings
@@ -121,7 +121,7 @@ def _verdicts(facts: Mapping[str, Any], warnings: Sequence[Any], validation: Val
     return f"<p>{''.join(parts)}</p>"
 
 
-def _cards(robot: ImportedRobot, facts: Mapping[str, Any]) -> str:
+def _cards(robot: RobotModel, facts: Mapping[str, Any]) -> str:
     description = robot.description
     moving = sum(joint.is_moving for joint in description.joints)
     mass = sum(link.inertial.mass for link in description.links if link.inertial is not None)
@@ -146,19 +146,19 @@ def _cards(robot: ImportedRobot, facts: Mapping[str, Any]) -> str:
     return f'<div class="cards">{shown}</div>{said}'
 
 
-def _before_and_after(robot: ImportedRobot, draft: Draft | None) -> list[str]:
+def _before_and_after(robot: RobotModel, draft: UrdfElements | None) -> list[str]:
     """The whole robot as it came in beside what it became."""
     before: list[str] = []
     kinds: tuple[Kind, ...] = ("visual", "collision")
     if draft is not None:
         for kind in kinds:
-            sight = sight_of(draft, kind=kind, strict=True)
+            sight = view_of(draft, kind=kind, strict=True)
             if not sight.is_empty:
                 before.append(figure(_portrait(sight), f"{kind} shapes", 380))
     after = [
         figure(_portrait(sight), kind, 380)
         for kind in KINDS
-        if not (sight := sight_of_robot(robot, kind)).is_empty
+        if not (sight := view_of_robot(robot, kind)).is_empty
     ]
     sides = [("As it came in", before), ("As it is now", after)]
     shown = [
@@ -170,7 +170,7 @@ def _before_and_after(robot: ImportedRobot, draft: Draft | None) -> list[str]:
     return ["<h2>The robot</h2>", f'<div class="sides">{"".join(shown)}</div>'] if shown else []
 
 
-def _portrait(sight: Sight) -> bytes:
+def _portrait(sight: SceneView) -> bytes:
     return sight.picture(around=sight.points(), width=380, height=400)
 
 
@@ -178,7 +178,7 @@ def _look_at(warnings: Sequence[Any]) -> list[str]:
     if not warnings:
         return []
     rows = []
-    for message, elements in told_once(warnings):
+    for message, elements in unique_warnings(warnings):
         named = [element for element in elements if element]
         who = ", ".join(named[:4]) + (f" and {len(named) - 4} more" if len(named) > 4 else "")
         rows.append(f"<li>{f'<b>{escape(who)}</b>: ' if who else ''}{escape(message)}</li>")

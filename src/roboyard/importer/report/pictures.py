@@ -10,12 +10,12 @@ from typing import Literal
 import numpy as np
 
 from roboyard.description.model import Collision, Link, Mesh, RobotDescription, Visual
-from roboyard.description.robot_model import CollisionSphere, ImportedRobot
+from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.importer.planning.rest_posture import nearest_to_zero
 from roboyard.kinematics.description_poses import forward_kinematics, vector_joints
 from roboyard.morphology.shape_geometry import geometry_mesh
 from roboyard.rendering import RenderShape
-from roboyard.reports.pictures import PLAIN, RGBA, Sight, gathered
+from roboyard.reports.pictures import PLAIN, RGBA, SceneView, gathered
 from roboyard.shapes import primitives
 from roboyard.shapes.simplify import for_small_pictures
 from roboyard.transforms import Array, matrix_from_quaternion
@@ -40,13 +40,13 @@ SEGMENTS = 20
 """Round the equator of a planner's sphere; a robot has hundreds, each drawn in several see-through layers."""
 
 
-def sight_of_robot(
-    robot: ImportedRobot,
+def view_of_robot(
+    robot: RobotModel,
     kind: Kind,
     only: Collection[str] | None = None,
     *,
     frames: Mapping[str, Array] | None = None,
-) -> Sight:
+) -> SceneView:
     """The robot (or some of its links) with each joint at its nearest to zero, ready to be photographed.
 
     `frames` are those of `resting_frames`, or another posture's.
@@ -69,10 +69,12 @@ def resting_frames(description: RobotDescription) -> dict[str, Array]:
 
 
 def link_pictures(
-    robot: ImportedRobot, link: str, frames: Mapping[str, Array], *, width: int, height: int
+    robot: RobotModel, link: str, frames: Mapping[str, Array], *, width: int, height: int
 ) -> dict[Kind, bytes]:
     """PNG of one link alone in each way that it has, all from one place."""
-    sights: dict[Kind, Sight] = {kind: sight_of_robot(robot, kind, (link,), frames=frames) for kind in KINDS}
+    sights: dict[Kind, SceneView] = {
+        kind: view_of_robot(robot, kind, (link,), frames=frames) for kind in KINDS
+    }
     around = np.concatenate([sight.points() for sight in sights.values()])
     return {
         kind: sight.picture(around=around, width=width, height=height, plain=True)
@@ -81,7 +83,7 @@ def link_pictures(
     }
 
 
-def _shapes(robot: ImportedRobot, link: Link, kind: Kind, frame: int) -> Iterator[RenderShape]:
+def _shapes(robot: RobotModel, link: Link, kind: Kind, frame: int) -> Iterator[RenderShape]:
     if kind == "collision shapes":
         drawn = (_drawn(shape, frame, None) for shape in link.collisions)
         seen = [shape for shape in drawn if shape is not None]

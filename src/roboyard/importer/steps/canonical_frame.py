@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from roboyard.description.model import Link
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.shape_geometry import robot_bounds, shifted
 
 
-def canonical_frame(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def canonical_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
     """The robot with its lowest point, joints at zero, at z = 0 of the root link."""
     bounds = robot_bounds(robot.description)
     if bounds is None:

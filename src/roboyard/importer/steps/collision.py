@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from roboyard.description.model import Box, Capsule, Collision, Cylinder, Link, Mesh, Plane, Sphere, Visual
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.importer.mesh_files import write_obj
 from roboyard.shapes.convex.batch import decompose_many
@@ -49,7 +49,7 @@ class _Plan:
     """Shapes that hulls are made of."""
 
 
-def collision(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def collision(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Collision shapes as the configuration wants them; what each link really looks like goes to `solids`."""
     links = robot.description.links
     plans = {link.name: _plan(link, context) for link in links}

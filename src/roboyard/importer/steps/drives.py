@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from roboyard.description.model import Joint
-from roboyard.description.robot_model import DriveKind, ImportedRobot
+from roboyard.description.robot_model import DriveKind, RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.kinematics.joint_order import ONE_NUMBER
 from roboyard.morphology.motor_limits import with_motors
@@ -13,7 +13,7 @@ from roboyard.morphology.motor_limits import with_motors
 DRIVEN_VIRTUAL = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
 
 
-def drives(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def drives(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Position drives on joints with a range, velocity drives on those that turn for ever and on the base."""
     description, given = with_motors(robot.description)
     if given:

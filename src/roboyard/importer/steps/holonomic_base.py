@@ -12,7 +12,7 @@ import math
 from dataclasses import replace
 
 from roboyard.description.model import Joint, Limit, Link, Vector3
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.importer.config.checks import VIRTUAL_AXES
 from roboyard.importer.context import ImportContext
 
@@ -23,7 +23,7 @@ LINEAR_SPEED, ANGULAR_SPEED = 1.5, math.pi
 """m/s and rad/s: the same."""
 
 
-def holonomic_base(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def holonomic_base(robot: RobotModel, context: ImportContext) -> RobotModel:
     """The robot on its virtual joints, where `use_holonomic_joints` asks for it."""
     base = context.config.base_motion
     if not base.use_holonomic_joints:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from roboyard.description.model import Collision, Inertial, Joint, Link, Pose, RobotDescription
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.shape_geometry import placed, pose_of
@@ -21,7 +21,7 @@ from roboyard.shapes.inertia import MassProperties, combined
 from roboyard.transforms import Array
 
 
-def merge_fixed(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def merge_fixed(robot: RobotModel, context: ImportContext) -> RobotModel:
     """The robot without the fixed joints that can go, where `merge_fixed_joints` asks for it."""
     if not context.config.merge_fixed_joints:
         return robot

@@ -6,12 +6,12 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from roboyard.description.robot_model import ImportedRobot, Metadata
+from roboyard.description.robot_model import Metadata, RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.shape_geometry import robot_bounds
 
 
-def metadata(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def metadata(robot: RobotModel, context: ImportContext) -> RobotModel:
     """The robot with its size; the box is that of the visual shapes, of all shapes where there are none."""
     bounds = robot_bounds(robot.description, collision=False)
     if bounds is None:
@@ -24,7 +24,7 @@ def metadata(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
     return replace(robot, metadata=Metadata(bbox_size=(sx, sy, sz), base_link_offset=(cx, cy, cz)))
 
 
-def write_metadata(robot: ImportedRobot, path: Path) -> None:
+def write_metadata(robot: RobotModel, path: Path) -> None:
     """Write `metadata.json`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     data = {

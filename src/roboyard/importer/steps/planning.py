@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from roboyard.description.robot_model import CollisionSphere, EndEffector, ImportedRobot, PlanningData
+from roboyard.description.robot_model import CollisionSphere, EndEffector, PlanningData, RobotModel
 from roboyard.importer.context import ImportContext
-from roboyard.importer.planning.ik_rest_posture import bent_rest
+from roboyard.importer.planning.ik_rest_posture import ik_rest_posture
 from roboyard.importer.planning.link_spheres import fit_links
 from roboyard.importer.planning.rest_posture import end_effectors, lock_joints, rest_posture, torso_joints
 
 
-def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def planning(robot: RobotModel, context: ImportContext) -> RobotModel:
     """The robot with its planning data, and the pairs whose shapes overlap at rest."""
     curobo = context.config.curobo
     rest = _rest(robot, context)
@@ -49,9 +49,9 @@ def planning(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
     return replace(robot, planning=data)
 
 
-def _rest(robot: ImportedRobot, context: ImportContext) -> dict[str, float]:
+def _rest(robot: RobotModel, context: ImportContext) -> dict[str, float]:
     straight = rest_posture(robot, context.config)
-    rest = bent_rest(robot, context.config, straight)
+    rest = ik_rest_posture(robot, context.config, straight)
     turned = [f"{name} {rest[name]:.2f}" for name in rest if rest[name] != straight[name]]
     if turned:
         context.log.note(f"rest: {', '.join(turned)}, as the arm can hardly move its tip when stretched out")
@@ -65,7 +65,7 @@ def _told(effectors: Sequence[EndEffector]) -> str:
     return f"end effectors: {hands}, where chains of joints part into fingers"
 
 
-def _spheres(robot: ImportedRobot, context: ImportContext) -> dict[str, tuple[CollisionSphere, ...]]:
+def _spheres(robot: RobotModel, context: ImportContext) -> dict[str, tuple[CollisionSphere, ...]]:
     given = context.config.curobo.collision_spheres
     if given:
         context.log.note(f"{sum(map(len, given.values()))} collision spheres on {len(given)} links, as given")
@@ -80,7 +80,7 @@ def _spheres(robot: ImportedRobot, context: ImportContext) -> dict[str, tuple[Co
 
 
 def _touching(
-    robot: ImportedRobot, rest: Mapping[str, float], context: ImportContext
+    robot: RobotModel, rest: Mapping[str, float], context: ImportContext
 ) -> list[tuple[str, str, float]]:
     """Links whose collision shapes overlap at zero or at rest, with depth (m), in link order."""
     from roboyard.importer.planning.self_collision import contacts_at
@@ -105,16 +105,16 @@ def _touching(
 
 
 def _ignore(
-    robot: ImportedRobot,
+    robot: RobotModel,
     spheres: Mapping[str, tuple[CollisionSphere, ...]],
     rest: Mapping[str, float],
     touching: list[tuple[str, str, float]],
     context: ImportContext,
 ) -> dict[str, tuple[str, ...]]:
-    from roboyard.importer.planning.self_collision import judge
+    from roboyard.importer.planning.self_collision import self_collision_matrix
 
     context.log.tell(0.9, "self-collision")
-    found = judge(robot.description, spheres, rest, touching)
+    found = self_collision_matrix(robot.description, spheres, rest, touching)
     context.log.facts["self_collision"] = {
         "samples": found.samples,
         "adjacent": len(found.adjacent),
@@ -130,7 +130,7 @@ def _ignore(
 
 
 def _compare(
-    robot: ImportedRobot,
+    robot: RobotModel,
     ignore: Mapping[str, tuple[str, ...]],
     touching: list[tuple[str, str, float]],
     context: ImportContext,

@@ -10,13 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from roboyard.description.model import Geometry, Mesh
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.importer.mesh_files import write_obj
 from roboyard.shapes.load import load_mesh, scaled
 
 
-def positive_scale(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def positive_scale(robot: RobotModel, context: ImportContext) -> RobotModel:
     """No mesh of the result has a negative scale factor; shapes stay where they were."""
     made: dict[tuple[Path, tuple[float, float, float]], Path] = {}
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 
-from roboyard.audit import BLOCKS, Finding
+from roboyard.audit import ERROR, Finding
 from roboyard.description.model import Geometry, Mesh, RobotDescription
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.description.urdf.read import load_urdf
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.names import planned_names, renamed
-from roboyard.repair import Repair, repair
+from roboyard.repair import Repair, repair_urdf
 
 MAX_LINKS = 1000
 """A robot beyond this is a mistake, or needs days of sphere fitting."""
@@ -23,14 +23,14 @@ NO_FILE = ("mesh-missing", "mesh-outside")
 """Told of the vendor's file: only there do the places that were searched mean anything."""
 
 
-def stage_and_clean(context: ImportContext) -> ImportedRobot:
+def repair_and_copy_files(context: ImportContext) -> RobotModel:
     """The mended robot; its meshes and images lie in `build/urdf` under plain names.
 
     Raises:
         DescriptionError: the robot cannot be used even after repair.
         ConfigError: the robot is too large to import.
     """
-    made = repair(context.urdf, context.urdf_folder, keep=KEPT, packages=context.packages)
+    made = repair_urdf(context.urdf, context.urdf_folder, keep=KEPT, packages=context.packages)
     _record(context, made)
     if made.after.facts.links > MAX_LINKS:
         raise ConfigError(
@@ -38,7 +38,7 @@ def stage_and_clean(context: ImportContext) -> ImportedRobot:
             f"({MAX_LINKS}); split the robot"
         )
     left = [f for f in made.before.findings if f.code in NO_FILE]
-    left += [f for f in made.after.findings if f.severity == BLOCKS and f.code not in NO_FILE]
+    left += [f for f in made.after.findings if f.severity == ERROR and f.code not in NO_FILE]
     if left:
         raise DescriptionError.collect([_error(context, made, finding) for finding in left])
     description = load_urdf(made.urdf)
@@ -54,7 +54,7 @@ def stage_and_clean(context: ImportContext) -> ImportedRobot:
     description = renamed(description, renames)
     description = replace(_plain(description), name=context.config.name)
     description = _free_grippers(description, context)
-    return ImportedRobot(
+    return RobotModel(
         name=context.config.name,
         description=description,
         base_link=description.root.name,
@@ -79,7 +79,7 @@ def _record(context: ImportContext, made: Repair) -> None:
     if made.staged:
         log.note(f"{len(made.staged)} mesh and image files staged under plain names")
     for finding in made.left:
-        if finding.severity != BLOCKS and finding.code not in KEPT:
+        if finding.severity != ERROR and finding.code not in KEPT:
             log.warn(
                 f"{finding.message}; {finding.remedy} [{finding.code}]", finding.element, code=finding.code
             )

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from roboyard.description.model import Joint, Link, Pose
-from roboyard.description.robot_model import ImportedRobot, Sensor, SensorKind
+from roboyard.description.robot_model import RobotModel, Sensor, SensorKind
 from roboyard.errors import ConfigError
 from roboyard.importer.config.schema import Offset, SensorLink
 from roboyard.importer.context import ImportContext
@@ -19,7 +19,7 @@ from roboyard.importer.context import ImportContext
 PRIM_NAMES: dict[SensorKind, str] = {"visual_sphere": "VisualSphere", "camera": "Camera", "lidar": "Lidar"}
 
 
-def sensors(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
     """The robot with its sensors."""
     config = context.config
     groups: tuple[tuple[SensorKind, Sequence[SensorLink]], ...] = (
@@ -33,9 +33,7 @@ def sensors(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
     return robot
 
 
-def with_sensor(
-    robot: ImportedRobot, kind: SensorKind, entry: SensorLink, context: ImportContext
-) -> ImportedRobot:
+def with_sensor(robot: RobotModel, kind: SensorKind, entry: SensorLink, context: ImportContext) -> RobotModel:
     """The robot with one more sensor.
 
     Raises:

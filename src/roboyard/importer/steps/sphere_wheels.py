@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from roboyard.description.model import Collision, Link, Mesh, Visual
-from roboyard.description.robot_model import Approximation, ImportedRobot
+from roboyard.description.robot_model import Approximation, RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.collision import MAX_VERTICES, hull_collision
 from roboyard.morphology.shape_geometry import shape_meshes
@@ -15,7 +15,7 @@ from roboyard.morphology.wheels import find_wheels
 from roboyard.shapes.convex.hulls import convex_hull
 
 
-def sphere_wheels(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def sphere_wheels(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Mark each wheel's collision mesh as its bounding sphere; a wheel of several shapes gets one hull."""
     base = context.config.base_motion
     wheels = tuple(name for name in base.wheel_links if name in robot.description.link_by_name)

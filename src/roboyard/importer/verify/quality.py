@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from roboyard.description.model import Link
-from roboyard.description.robot_model import CollisionSphere, ImportedRobot
+from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.shape_geometry import shape_meshes
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
-from roboyard.shapes.coverage import Cover, measure_cover
+from roboyard.shapes.coverage import Coverage, measure_coverage
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.transforms import Array
 
@@ -24,7 +24,7 @@ REACH = 1e-4
 FIGURES = ("excess", "missing", "coverage", "sphere_excess")
 
 
-def quality(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
+def quality(robot: RobotModel, context: ImportContext) -> RobotModel:
     """The robot as it is; facts `links` hold each link's figures, warnings name hulls that are mostly air."""
     overlaps = neighbour_overlaps(robot)
     planned = robot.planning.spheres if robot.planning is not None else {}
@@ -40,7 +40,7 @@ def quality(robot: ImportedRobot, context: ImportContext) -> ImportedRobot:
     return robot
 
 
-def _link_facts(robot: ImportedRobot, link: Link, spheres: Sequence[CollisionSphere]) -> dict[str, object]:
+def _link_facts(robot: RobotModel, link: Link, spheres: Sequence[CollisionSphere]) -> dict[str, object]:
     facts: dict[str, object] = {
         "mass": None if link.inertial is None else link.inertial.mass,
         "shapes": len(link.collisions),
@@ -65,8 +65,8 @@ def _link_facts(robot: ImportedRobot, link: Link, spheres: Sequence[CollisionSph
 
 def _cover(
     solid: Sequence[TriangleMesh], hulls: Sequence[TriangleMesh], spheres: Sequence[CollisionSphere]
-) -> Cover:
-    """`measure_cover`, kept on disk."""
+) -> Coverage:
+    """`measure_coverage`, kept on disk."""
     centers = np.array([ball.center for ball in spheres]).reshape(-1, 3)
     radii = np.array([ball.radius for ball in spheres])
     parts: list[object] = [VERSION, centers, radii, len(solid)]
@@ -75,13 +75,13 @@ def _cover(
     key = content_key(*parts)
     known = load_arrays("covers", key)
     if known is not None and set(known) == set(FIGURES):
-        return Cover(**{name: float(known[name]) for name in FIGURES})
-    cover = measure_cover(solid, hulls, centers, radii)
+        return Coverage(**{name: float(known[name]) for name in FIGURES})
+    cover = measure_coverage(solid, hulls, centers, radii)
     store_arrays("covers", key, {name: np.asarray(getattr(cover, name)) for name in FIGURES})
     return cover
 
 
-def neighbour_overlaps(robot: ImportedRobot) -> dict[tuple[str, str], float]:
+def neighbour_overlaps(robot: RobotModel) -> dict[tuple[str, str], float]:
     """How deep the collision shapes of links joined by a joint reach into one another at rest; m."""
     import mujoco
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from roboyard.description.model import RobotDescription
-from roboyard.description.robot_model import ImportedRobot
+from roboyard.description.robot_model import RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.transforms import Array
@@ -21,7 +21,7 @@ MASS = 1e-6
 """kg/kg"""
 
 
-def read_back(robot: ImportedRobot, context: ImportContext) -> None:
+def read_back(robot: RobotModel, context: ImportContext) -> None:
     """Check each file that was written; findings go to the log, nothing is raised."""
     build, name = context.build, robot.name
     checks: tuple[tuple[str, Callable[[], list[str]]], ...] = (
@@ -45,7 +45,7 @@ def read_back(robot: ImportedRobot, context: ImportContext) -> None:
     context.log.facts["read_back"] = results
 
 
-def check_urdf(robot: ImportedRobot, file: Path) -> list[str]:
+def check_urdf(robot: RobotModel, file: Path) -> list[str]:
     """Links, joints, masses and poses of the written URDF."""
     from roboyard.description import load_urdf
 
@@ -62,7 +62,7 @@ def check_urdf(robot: ImportedRobot, file: Path) -> list[str]:
     return problems + _poses(robot.description, forward_kinematics(found))
 
 
-def check_mjcf(robot: ImportedRobot, file: Path) -> list[str]:
+def check_mjcf(robot: RobotModel, file: Path) -> list[str]:
     """Stock MuJoCo compiles the file; its bodies stand where they should."""
     import mujoco
 
@@ -86,7 +86,7 @@ def check_mjcf(robot: ImportedRobot, file: Path) -> list[str]:
     return problems + _poses(robot.description, {name: to_root @ frame for name, frame in frames.items()})
 
 
-def check_usd(robot: ImportedRobot, file: Path) -> list[str]:
+def check_usd(robot: RobotModel, file: Path) -> list[str]:
     """The stage opens; every link is a rigid body and every joint is there, once."""
     try:
         usd: Any = import_module("pxr.Usd")
@@ -108,7 +108,7 @@ def check_usd(robot: ImportedRobot, file: Path) -> list[str]:
     return problems
 
 
-def check_curobo(robot: ImportedRobot, file: Path) -> list[str]:
+def check_curobo(robot: RobotModel, file: Path) -> list[str]:
     """Every name in the planner's file is a link or joint of the robot, or one that the file makes."""
     import yaml
 

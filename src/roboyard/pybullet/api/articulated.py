@@ -16,7 +16,7 @@ from roboyard.transforms import Array, matrix_from_quaternion, multiply, rotate
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
 Rows = tuple[tuple[float, ...], ...]
@@ -211,7 +211,7 @@ def _all_numbers(values: Vector | Array, message: str) -> Array:
         raise failure(message, f"numbers are needed, got {values!r}") from None
 
 
-def _at(scene: Scene, record: BodyRecord, q: Array, base: Array | None = None) -> Any:
+def _at(scene: PhysicsScene, record: BodyRecord, q: Array, base: Array | None = None) -> Any:
     """Spare MjData with a body's joints at `q` (and its base's inertial frame at `base`); all else as it
     is.
     """

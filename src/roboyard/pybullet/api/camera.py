@@ -20,7 +20,7 @@ from roboyard.transforms import rotate
 
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.rendering import DebugLines
 
 Vector = Sequence[float]
@@ -113,7 +113,7 @@ def _matrices(
     return to_camera, to_clip
 
 
-def _ids(scene: Scene, owners: np.ndarray, flags: int) -> np.ndarray:
+def _ids(scene: PhysicsScene, owners: np.ndarray, flags: int) -> np.ndarray:
     """(h, w) int32 ids of scripts from the World's (h, w, 2) owners."""
     from roboyard.pybullet.bullet_rules.image_kernels import segmentation_ids
 
@@ -129,7 +129,7 @@ def _ids(scene: Scene, owners: np.ndarray, flags: int) -> np.ndarray:
     return out
 
 
-def debug_lines(client: Client, scene: Scene) -> DebugLines | None:
+def debug_lines(client: Client, scene: PhysicsScene) -> DebugLines | None:
     """The client's debug lines and points in the world, or None; texts are not drawn into pictures."""
     from roboyard.rendering import DebugLines
 
@@ -159,7 +159,7 @@ def debug_lines(client: Client, scene: Scene) -> DebugLines | None:
     )
 
 
-def _in_world(scene: Scene, parent: tuple[int, int], points: np.ndarray) -> np.ndarray | None:
+def _in_world(scene: PhysicsScene, parent: tuple[int, int], points: np.ndarray) -> np.ndarray | None:
     """Points of a link's inertial frame in the world; None where the body is gone."""
     body, link = parent
     record = scene.bodies.get(body)

@@ -14,7 +14,7 @@ from roboyard.pybullet.face.commands import command
 
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
 Point = tuple[Any, ...]
@@ -46,14 +46,14 @@ def getContactPoints(
     return tuple([row for row in rows if row is not None]) if rows else ()
 
 
-def touching(scene: Scene) -> Iterable[tuple[tuple[Place, Place], Point]]:
+def touching(scene: PhysicsScene) -> Iterable[tuple[tuple[Place, Place], Point]]:
     """The links of each contact in Bullet's order, and the row of getContactPoints from point on A on."""
     if scene.world.is_stale or scene.world.live_data.ncon == 0:
         return ()
     return _touching(scene)
 
 
-def _touching(scene: Scene) -> Iterator[tuple[tuple[Place, Place], Point]]:
+def _touching(scene: PhysicsScene) -> Iterator[tuple[tuple[Place, Place], Point]]:
     from roboyard.sim.queries.contacts import contact_arrays
 
     arrays = contact_arrays(scene.world)
@@ -72,7 +72,7 @@ def _touching(scene: Scene) -> Iterator[tuple[tuple[Place, Place], Point]]:
         yield ((b, a) if is_turned else (a, b)), point
 
 
-def _comes_second(scene: Scene, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
+def _comes_second(scene: PhysicsScene, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
     """Whether Bullet names b first."""
     for body, link in (a, b):
         if (body, link) not in kinds:
@@ -211,7 +211,7 @@ def _nearest(
     )
 
 
-def geoms_of(scene: Scene, body: int, link: int) -> list[tuple[int, int, int]]:
+def geoms_of(scene: PhysicsScene, body: int, link: int) -> list[tuple[int, int, int]]:
     """(body, link, MuJoCo geom) of a body's collision shapes, or of one link's."""
     if body not in scene.bodies:
         return []

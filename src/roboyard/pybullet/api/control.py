@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.api.joints import OUT_OF_RANGE, joint_of
-from roboyard.pybullet.bullet_rules.motor_commands import Drives
-from roboyard.pybullet.bullet_rules.spherical_motors import drive_ball_joint
+from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
+from roboyard.pybullet.bullet_rules.spherical_motors import drive_spherical_joint
 from roboyard.pybullet.connect import CLIENTS
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import floats, indices, number, whole
@@ -19,7 +19,7 @@ from roboyard.pybullet.state.joint_tables import VELOCITY_COUNT
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
 LARGEST_FORCE = 100000.0
@@ -237,7 +237,8 @@ def _each(values: Vector | None, count: int, default: float, message: str) -> Se
 
 
 def _drive(
-    scene: Scene, record: BodyRecord, joint: int, mode: int, position: float, velocity: float, force: float,
+    scene: PhysicsScene, record: BodyRecord, joint: int, mode: int, position: float, velocity: float,
+    force: float,
     kp: float, kd: float, fastest: float,
 ) -> None:  # fmt: skip
     if record.joint_type(joint) not in (0, 1):
@@ -253,7 +254,7 @@ def _drive(
         return
     scene.give_motors_to(record)
     if record.drives is None:
-        record.drives = Drives(record, scene.world.motors.of(record.body))
+        record.drives = MotorCommands(record, scene.world.motors.of(record.body))
     record.drives.flush()
     record.drives.bounds_changed()
     scene.keep_applied(record, joint, off=force == 0.0)
@@ -271,7 +272,8 @@ def _drive(
 
 
 def _drive_many(
-    scene: Scene, record: BodyRecord, joint: int, mode: int, position: Vector | None, velocity: Vector | None,
+    scene: PhysicsScene, record: BodyRecord, joint: int, mode: int, position: Vector | None, velocity:
+    Vector | None,
     force: Vector | None, kp: float, kd: float, fastest: float, damping: float = 1.0,
 ) -> None:  # fmt: skip
     kind = record.joint_type(joint)
@@ -287,7 +289,7 @@ def _drive_many(
     if mode == c.TORQUE_CONTROL:
         scene.add_spherical_torque(record, joint, forces)
         return
-    drive_ball_joint(scene, record, joint, position, velocity, forces, kp, damping)
+    drive_spherical_joint(scene, record, joint, position, velocity, forces, kp, damping)
 
 
 def _spread(values: Vector, size: int) -> list[float]:
@@ -304,7 +306,8 @@ class SpringDamper:
     __slots__ = ("_joint", "_kd", "_kp", "_largest", "_position", "_record", "_scene", "_velocity")
 
     def __init__(
-        self, scene: Scene, record: BodyRecord, joint: int, position: float, velocity: float, kp: float, kd:
+        self, scene: PhysicsScene, record: BodyRecord, joint: int, position: float, velocity: float, kp:
+        float, kd:
         float,
         largest: float,
     ) -> None:  # fmt: skip

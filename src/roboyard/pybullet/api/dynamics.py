@@ -15,7 +15,7 @@ from roboyard.pybullet.state.body_records import RIGID_BODY
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
     from roboyard.pybullet.state.body_records import BodyRecord, LinkState
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
 IMMOVABLE_MASS = 1e6
@@ -123,7 +123,11 @@ def changeDynamics(
 
 
 def _set_mass(
-    scene: Scene, record: BodyRecord, link: int, mass: float, moments: tuple[float, float, float] | None
+    scene: PhysicsScene,
+    record: BodyRecord,
+    link: int,
+    mass: float,
+    moments: tuple[float, float, float] | None,
 ) -> None:
     state = record.links[link + 1]
     if moments is None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
     from roboyard.pybullet.connect import Client
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
 _FAILED = "Error in calculateInverseKinematics"
@@ -114,7 +114,7 @@ def _orientation(given: Vector | None) -> Vector | None:
 
 
 def _solve(
-    scene: Scene, body: int, links: list[int], goals: list[tuple[Vector, Vector | None]],
+    scene: PhysicsScene, body: int, links: list[int], goals: list[tuple[Vector, Vector | None]],
     null_space: tuple[Vector | None, ...], damping: Vector | None, current: Vector | None, iterations: int,
     threshold: float,
 ) -> tuple[float, ...]:  # fmt: skip

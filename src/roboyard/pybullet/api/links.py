@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.link_groups import LinkReader
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 State = tuple[Any, ...]
 
@@ -79,14 +79,14 @@ def getLinkStates(
     return link_group(scene, record, links).read()
 
 
-def _known(scene: Scene, body: int) -> BodyRecord:
+def _known(scene: PhysicsScene, body: int) -> BodyRecord:
     """The record of a body whose links are read."""
     if body not in scene.bodies and whole(body) < 0:
         raise failure("getLinkState failed; invalid bodyUniqueId", "bodies count from 0")
     return scene.ready(body, "getLinkState failed.")
 
 
-def _reader(scene: Scene, record: BodyRecord) -> LinkReader:
+def _reader(scene: PhysicsScene, record: BodyRecord) -> LinkReader:
     if record.link_reader is not None:
         return record.link_reader
     from roboyard.pybullet.state.link_groups import link_reader

@@ -18,7 +18,7 @@ from roboyard.transforms import rotate
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.queries.rays import RayHits
 
 Vector = Sequence[float]
@@ -154,7 +154,9 @@ def _points(values: Sequence[Vector]) -> np.ndarray:
     raise failure("Items in the from/to positions need to be an [x,y,z] list of 3 floats/doubles")
 
 
-def _cast(scene: Scene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int) -> tuple[Hit, ...]:
+def _cast(
+    scene: PhysicsScene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int
+) -> tuple[Hit, ...]:
     """Hits of rays; they pass shapes that they start in and shapes outside the mask."""
     if not scene.bodies or not len(starts):
         return (_MISS,) * len(starts)
@@ -180,7 +182,7 @@ def _cast(scene: Scene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted:
     return tuple(hits)
 
 
-def _nearer(scene: Scene, found: RayHits, ways: np.ndarray) -> np.ndarray:
+def _nearer(scene: PhysicsScene, found: RayHits, ways: np.ndarray) -> np.ndarray:
     """(k,) fractions of hits, those of hulls with Bullet's margin around them."""
     margins = scene.hull_margins()[found.geoms] * (found.geoms >= 0)
     if not margins.any():
@@ -192,14 +194,14 @@ def _nearer(scene: Scene, found: RayHits, ways: np.ndarray) -> np.ndarray:
     return np.maximum(found.fraction - shift, 0.0)
 
 
-def _chosen(scene: Scene, start: Triple, way: Triple, mask: int, wanted: int) -> Hit:
+def _chosen(scene: PhysicsScene, start: Triple, way: Triple, mask: int, wanted: int) -> Hit:
     """The `wanted`-th (from 0) of all shapes that a ray enters, counted from the one made last."""
     hits = list(_entered(scene, start, way, mask))
     hits.sort(key=lambda hit: (-scene.bodies[hit[0]].body.id, -hit[1], hit[2]))
     return hits[wanted] if wanted < len(hits) else _MISS
 
 
-def _entered(scene: Scene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
+def _entered(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
     """Hits of all shapes that a ray enters and the mask lets it see, the nearest first."""
     world = scene.world
     found = first_shape(world, start, way)

@@ -16,7 +16,7 @@ from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 _NOT_SAVED, _NOT_RESTORED = "Couldn't save .bullet file.", "Couldn't restore state."
 _FORMAT = 1
@@ -81,7 +81,7 @@ def restore_from_file(client: Client, file_name: str) -> None:
     scene.mark_moved()
 
 
-def _joint_counts(scene: Scene) -> np.ndarray:
+def _joint_counts(scene: PhysicsScene) -> np.ndarray:
     """How many joints each body has, in the order of listing."""
     return np.array([scene.bodies[number].joint_count for number in scene.order], dtype=np.int64)
 

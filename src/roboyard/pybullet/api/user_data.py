@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from roboyard.pybullet.face.arguments import text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.ids import Recycler
+from roboyard.pybullet.state.ids import IdPool
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class UserDataKey:
     """What an entry hangs on, and its key."""
 
     body: int
@@ -32,12 +32,12 @@ class UserData:
     """Entries by id, counted from 0; ids freed last come back first."""
 
     def __init__(self) -> None:
-        self._ids = Recycler()
+        self._ids = IdPool()
         self._values: dict[int, bytes] = {}
-        self._places: dict[int, Place] = {}
-        self._numbers: dict[Place, int] = {}
+        self._places: dict[int, UserDataKey] = {}
+        self._numbers: dict[UserDataKey, int] = {}
 
-    def put(self, place: Place, value: str) -> int:
+    def put(self, place: UserDataKey, value: str) -> int:
         """Id of the entry: the same one where the place has an entry."""
         number = self._numbers.get(place)
         if number is None:
@@ -47,7 +47,7 @@ class UserData:
         self._values[number] = value.encode()
         return number
 
-    def find(self, place: Place) -> int:
+    def find(self, place: UserDataKey) -> int:
         return self._numbers.get(place, -1)
 
     def value(self, number: int) -> bytes | None:
@@ -62,7 +62,7 @@ class UserData:
         self._ids.free(number)
         return True
 
-    def of_body(self, body: int) -> list[tuple[int, Place]]:
+    def of_body(self, body: int) -> list[tuple[int, UserDataKey]]:
         """Entries of a body in the order in which their ids were given out."""
         return [(n, self._places[n]) for n in self._places if self._places[n].body == body]
 
@@ -87,7 +87,7 @@ def _attach(client: Client, body: int, link: int, shape: int, extra: tuple[Eleme
         for entry in element.findall("user-data") if element.tag == "bullet" else ():
             key = entry.get("key")
             if key is not None:
-                client.user_data.put(Place(body, link, shape, key), entry.text or "")
+                client.user_data.put(UserDataKey(body, link, shape, key), entry.text or "")
 
 
 @command()
@@ -95,7 +95,7 @@ def addUserData(
     client: Client, bodyUniqueId: int, key: str, value: str, linkIndex: int = -1, visualShapeIndex: int = -1
 ) -> int:
     """Attach text under a key to a body, link or visual shape and give its id; the key's old text goes."""
-    place = Place(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
+    place = UserDataKey(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
     record = client.scene.bodies.get(place.body)
     if record is None:
         raise failure("Error in addUserData command.", f"there is no body {place.body}")
@@ -114,7 +114,7 @@ def getUserDataId(
 ) -> int:
     """Id of an entry, or -1."""
     return client.user_data.find(
-        Place(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
+        UserDataKey(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
     )
 
 

@@ -37,7 +37,7 @@ class _Group:
         self.scratch = np.zeros((len(key), 5))
 
 
-class Drives:
+class MotorCommands:
     """Position and velocity motors of one body, for commands that leave them switched on.
 
     Attributes:

@@ -11,10 +11,10 @@ from roboyard.transforms import Array, matrix_from_quaternion, multiply
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 
-def reaction(scene: Scene, record: BodyRecord, joint: int) -> tuple[float, ...]:
+def reaction(scene: PhysicsScene, record: BodyRecord, joint: int) -> tuple[float, ...]:
     """Force (N) and torque (N m) in a joint during the last step, as six numbers.
 
     What the parent does to the child link through the joint's structure, at the child's centre of mass and

@@ -13,7 +13,7 @@ from roboyard.pybullet.face.arguments import number
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.joint import Joint
 
 Vector = Sequence[float]
@@ -24,8 +24,13 @@ ERP = 0.2
 """Share of an error that Bullet's constraints mend in a step."""
 
 
-def aim_ball_joint(
-    scene: Scene, joint: Joint, target: Vector, kp: float, impulse: Sequence[float], damping: float = 1.0
+def set_spherical_target(
+    scene: PhysicsScene,
+    joint: Joint,
+    target: Vector,
+    kp: float,
+    impulse: Sequence[float],
+    damping: float = 1.0,
 ) -> None:
     """Give a spherical joint a target (x, y, z, w) and bounds (3,) on its motor in a step; N m s."""
     scene.world.motors.set(
@@ -33,8 +38,8 @@ def aim_ball_joint(
     )
 
 
-def drive_ball_joint(
-    scene: Scene, record: BodyRecord, joint: int, position: Vector | None, velocity: Vector | None,
+def drive_spherical_joint(
+    scene: PhysicsScene, record: BodyRecord, joint: int, position: Vector | None, velocity: Vector | None,
     forces: Sequence[float], kp: float, damping: float,
 ) -> None:  # fmt: skip
     """POSITION_CONTROL; without four numbers of position or three of velocity nothing changes."""
@@ -45,4 +50,4 @@ def drive_ball_joint(
     scene.keep_applied(record, joint, off=not any(forces))
     target = tuple(map(number, position)) if position is not None and is_aimed else IDENTITY
     impulse = [force * scene.time_step for force in forces]
-    aim_ball_joint(scene, record.body.joints[joint], target, kp, impulse, damping)
+    set_spherical_target(scene, record.body.joints[joint], target, kp, impulse, damping)

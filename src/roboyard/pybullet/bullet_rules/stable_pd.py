@@ -16,11 +16,11 @@ from roboyard.transforms import Array, conjugate, multiply
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 
 def drive(
-    scene: Scene,
+    scene: PhysicsScene,
     record: BodyRecord,
     joints: Sequence[int],
     positions: Sequence[Any],

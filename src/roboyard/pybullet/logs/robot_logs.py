@@ -18,7 +18,7 @@ from roboyard.pybullet.face.errors import failure
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 START = b"\xaa\xbb"
 _MINITAUR_NAMES = ("t", "r", "p", "y", *(f"q{i}" for i in range(8)), *(f"u{i}" for i in range(8)), "dx", "mo")
@@ -104,7 +104,7 @@ class RobotLog(_RecordFile):
         self.steps += 1
 
     def _torques_of(
-        self, scene: Scene, record: BodyRecord, joints: Sequence[int], states: Sequence[Any]
+        self, scene: PhysicsScene, record: BodyRecord, joints: Sequence[int], states: Sequence[Any]
     ) -> list[float]:
         """What motors and scripts applied to joints in the last step, as far as the flags ask; N m or N."""
         torques = [0.0] * len(joints)

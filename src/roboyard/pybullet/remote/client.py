@@ -7,14 +7,14 @@ import sys
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
-from roboyard.pybullet.api.user_data import Place
+from roboyard.pybullet.api.user_data import UserDataKey
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import error, failure
 from roboyard.pybullet.remote import rendezvous, wire
 from roboyard.pybullet.remote.datagrams import DatagramChannel
-from roboyard.pybullet.remote.user_data_cache import KnownUserData
+from roboyard.pybullet.remote.user_data_cache import UserDataCache
 
 DEFAULT_PORTS = {c.TCP: 6667, c.UDP: 6667}
 CONNECT_SECONDS = 5.0
@@ -70,7 +70,7 @@ class RemoteClient:
         self.is_alive = True
         self._channel = channel
         self._requests = 0
-        self.known_user_data = KnownUserData(self.ask)
+        self.user_data_cache = UserDataCache(self.ask)
 
     def ask(self, name: str, *arguments: Any) -> Any:
         """The answer to a command.
@@ -100,33 +100,33 @@ class RemoteClient:
 
     def addUserData(self, body: int, key: str, value: str, link: int = -1, shape: int = -1) -> int:
         """See `roboyard.pybullet.api.user_data`; entries of others are known after a sync."""
-        return self.known_user_data.add(body, key, value, link, shape)
+        return self.user_data_cache.add(body, key, value, link, shape)
 
     def getUserData(self, number: int) -> bytes | None:
-        return self.known_user_data.value(number)
+        return self.user_data_cache.value(number)
 
     def getUserDataId(self, body: int, key: str, link: int = -1, shape: int = -1) -> int:
-        return self.known_user_data.find(Place(body, link, shape, key))
+        return self.user_data_cache.find(UserDataKey(body, link, shape, key))
 
     def getNumUserData(self, body: int) -> int:
-        return len(self.known_user_data.of_body(body))
+        return len(self.user_data_cache.of_body(body))
 
     def getUserDataInfo(self, body: int, index: int) -> tuple[int, bytes, int, int, int]:
-        return self.known_user_data.info(body, index)
+        return self.user_data_cache.info(body, index)
 
     def removeUserData(self, number: int) -> None:
-        self.known_user_data.remove(number)
+        self.user_data_cache.remove(number)
 
     def syncUserData(self, bodies: int | Iterable[int] = -1) -> None:
-        self.known_user_data.sync(bodies)
+        self.user_data_cache.sync(bodies)
 
     def removeBody(self, body: int) -> None:
         self.ask("removeBody", body)
-        self.known_user_data.forget([body])
+        self.user_data_cache.forget([body])
 
     def resetSimulation(self, flags: int = 0) -> None:
         self.ask("resetSimulation", flags)
-        self.known_user_data.clear()
+        self.user_data_cache.clear()
 
     def setTimeOut(self, timeOutInSeconds: float) -> None:
         """How long to wait for an answer; s."""
@@ -173,7 +173,7 @@ def open_at(method: int, host: str, port: int | None) -> RemoteClient | None:
 
 def _greeted(client: RemoteClient) -> RemoteClient:
     """A new client that knows what user data there is."""
-    client.known_user_data.sync(-1)
+    client.user_data_cache.sync(-1)
     return client
 
 

@@ -15,7 +15,7 @@ from roboyard.pybullet.remote.server import Server
 _START_TIMEOUT = 10.0  # s
 
 
-class OwnServerClient(RemoteClient):
+class SharedMemoryServerClient(RemoteClient):
     """A client whose server ends with it."""
 
     def __init__(self, channel: StreamChannel, thread: ServerThread) -> None:
@@ -78,11 +78,11 @@ class ServerThread:
         await self._server.stop()
 
 
-def open_own_server(key: int) -> OwnServerClient:
+def open_shared_memory_server(key: int) -> SharedMemoryServerClient:
     """Start a server that goes by a key, and be its client."""
     thread = ServerThread(key)
     try:
         host, port = thread.start()
     except RoboyardError as problem:
         raise failure("Not connected to physics server.", str(problem)) from None
-    return OwnServerClient(StreamChannel(host, port), thread)
+    return SharedMemoryServerClient(StreamChannel(host, port), thread)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from roboyard.pybullet.api.user_data import Place
+from roboyard.pybullet.api.user_data import UserDataKey
 from roboyard.pybullet.face.errors import failure
 
 Ask = Callable[..., Any]
@@ -17,11 +17,11 @@ Ask = Callable[..., Any]
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    place: Place
+    place: UserDataKey
     value: bytes
 
 
-class KnownUserData:
+class UserDataCache:
     """Entries by the server's ids."""
 
     def __init__(self, ask: Ask) -> None:
@@ -30,7 +30,7 @@ class KnownUserData:
 
     def add(self, body: int, key: str, value: str, link: int, shape: int) -> int:
         number = self._ask("addUserData", body, key, value, link, shape)
-        self._entries[number] = _Entry(Place(body, link, shape, key), value.encode())
+        self._entries[number] = _Entry(UserDataKey(body, link, shape, key), value.encode())
         return number
 
     def remove(self, number: int) -> None:
@@ -41,10 +41,10 @@ class KnownUserData:
         entry = self._entries.get(number)
         return None if entry is None else entry.value
 
-    def find(self, place: Place) -> int:
+    def find(self, place: UserDataKey) -> int:
         return next((number for number, entry in self._entries.items() if entry.place == place), -1)
 
-    def of_body(self, body: int) -> list[tuple[int, Place]]:
+    def of_body(self, body: int) -> list[tuple[int, UserDataKey]]:
         """Entries of a body, in the order of their ids."""
         return [(n, e.place) for n, e in sorted(self._entries.items()) if e.place.body == body]
 
@@ -69,7 +69,7 @@ class KnownUserData:
             for index in range(self._ask("getNumUserData", body)):
                 number, key, at, link, shape = self._ask("getUserDataInfo", body, index)
                 value = self._ask("getUserData", number)
-                self._entries[number] = _Entry(Place(at, link, shape, key.decode()), value)
+                self._entries[number] = _Entry(UserDataKey(at, link, shape, key.decode()), value)
 
     def forget(self, bodies: Iterable[int]) -> None:
         gone = set(bodies)

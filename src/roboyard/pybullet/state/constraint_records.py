@@ -13,7 +13,7 @@ from roboyard.pybullet.face import constants as c
 if TYPE_CHECKING:
     from roboyard.description.model import Pose
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.joint import Joint
     from roboyard.sim.link import Link
     from roboyard.sim.stepping.constraints import Constraint
@@ -49,7 +49,7 @@ class ConstraintRecord:
         return body in (self.parent[0], self.child[0])
 
 
-def build(scene: Scene, record: ConstraintRecord) -> None:
+def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
     """Make, or make anew, the World's constraint.
 
     Raises:
@@ -106,25 +106,25 @@ def build(scene: Scene, record: ConstraintRecord) -> None:
         )
 
 
-def remove(scene: Scene, record: ConstraintRecord) -> None:
+def remove(scene: PhysicsScene, record: ConstraintRecord) -> None:
     """Let go, if it holds."""
     made, record.made = record.made, None
     if made is not None:
         scene.world.constraints.remove(made)
 
 
-def parent_frame(scene: Scene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
+def parent_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
     """The parent's side, in its link frame."""
     return _in_link_frame(scene, record.parent, record.parent_position, record.parent_orientation)
 
 
-def child_frame(scene: Scene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
+def child_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
     """The child's side, in its link frame or in the world."""
     return _in_link_frame(scene, record.child, record.child_position, record.child_orientation)
 
 
 def _in_link_frame(
-    scene: Scene, place: tuple[int, int], position: Vector3, orientation: Quaternion
+    scene: PhysicsScene, place: tuple[int, int], position: Vector3, orientation: Quaternion
 ) -> tuple[np.ndarray, np.ndarray]:
     from roboyard.transforms import multiply, rotate
 
@@ -135,14 +135,14 @@ def _in_link_frame(
     return at, multiply(frame.quaternion, orientation)
 
 
-def _link(scene: Scene, place: tuple[int, int]) -> Link:
+def _link(scene: PhysicsScene, place: tuple[int, int]) -> Link:
     found = scene.link(*place)
     if found is None:
         raise RoboyardError(f"there is no body {place[0]} with a link {place[1]}")
     return found
 
 
-def _joint(scene: Scene, place: tuple[int, int]) -> Joint:
+def _joint(scene: PhysicsScene, place: tuple[int, int]) -> Joint:
     record = scene.bodies.get(place[0])
     if record is None or not 0 <= place[1] < record.joint_count:
         raise RoboyardError(f"there is no body {place[0]} with a joint {place[1]}; gears couple joints")

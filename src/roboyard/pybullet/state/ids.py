@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class Recycler:
+class IdPool:
     """Ids from 0; the one freed last is given out first."""
 
     __slots__ = ("_free", "_next")

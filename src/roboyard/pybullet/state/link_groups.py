@@ -12,7 +12,7 @@ from roboyard.pybullet.state.state_kernels import link_pose, link_poses, link_st
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 State = tuple[Any, ...]
 LinkReader = Callable[[int, object], State]
@@ -20,7 +20,7 @@ _MOST = 64
 _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
 
 
-def link_reader(scene: Scene, record: BodyRecord) -> LinkReader:
+def link_reader(scene: PhysicsScene, record: BodyRecord) -> LinkReader:
     """`read(link, with_velocity)` of a body's links, as long as MuJoCo's arrays stay where they are."""
     world, rows = scene.world, record.rows
     data, rootid = world.live_data, world.live_model.body_rootid
@@ -51,7 +51,7 @@ class LinkGroup:
 
     __slots__ = ("_arrays", "_centres", "_parts", "_turns")
 
-    def __init__(self, scene: Scene, record: BodyRecord, links: list[int]) -> None:
+    def __init__(self, scene: PhysicsScene, record: BodyRecord, links: list[int]) -> None:
         data = scene.world.live_data
         places = np.array([link + 1 for link in links], dtype=np.int64)
         rows = np.array([record.rows[place] for place in places], dtype=np.int64)
@@ -73,7 +73,7 @@ class LinkGroup:
         )  # fmt: skip
 
 
-def link_group(scene: Scene, record: BodyRecord, links: list[int]) -> LinkGroup:
+def link_group(scene: PhysicsScene, record: BodyRecord, links: list[int]) -> LinkGroup:
     """The group of these links, kept for the next time."""
     if len(record.link_groups) > _MOST:
         record.link_groups.clear()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Place = tuple[int, int]
 """Body and link, -1 for the base."""
@@ -15,7 +15,7 @@ Place = tuple[int, int]
 class PairFilters:
     """What scripts said of links and pairs of links, brought to the World's own filters."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: PhysicsScene) -> None:
         self._scene = scene
         self._groups: dict[Place, tuple[int, int]] = {}
         self._pairs: dict[tuple[Place, Place], bool] = {}

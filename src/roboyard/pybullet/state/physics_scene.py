@@ -9,23 +9,23 @@ from roboyard.pybullet.api.parameters import EngineParameters
 from roboyard.pybullet.api.shapes.textures import Textures
 from roboyard.pybullet.bullet_rules.hull_margins import margins_of_hulls
 from roboyard.pybullet.bullet_rules.models import BodyModel
-from roboyard.pybullet.bullet_rules.motor_commands import Drives
+from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
-from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_BALL_GAIN, IDENTITY, aim_ball_joint
+from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_BALL_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord
-from roboyard.pybullet.state.ids import Counter, Recycler, drop_from_order
+from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
 from roboyard.pybullet.state.pair_filters import PairFilters
 from roboyard.sim.link import Link
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.query_shapes import LooseShapes
+    from roboyard.pybullet.state.query_shapes import QueryShapes
 
 
-class Scene:
+class PhysicsScene:
     """Bodies by id, shapes by id, and how time passes."""
 
     def __init__(self, parameters: EngineParameters, first_texture: int = 0) -> None:
@@ -37,15 +37,15 @@ class Scene:
         self.bodies: dict[int, BodyRecord] = {}
         self.order: list[int] = []
         """Ids as getBodyUniqueId lists them."""
-        self._ids = Recycler()
+        self._ids = IdPool()
         self._records_of_world: dict[int, BodyRecord] = {}
         self.collision_shapes: dict[int, Any] = {}
         self.visual_shapes: dict[int, Any] = {}
-        self.collision_ids, self.visual_ids = Recycler(), Recycler()
+        self.collision_ids, self.visual_ids = IdPool(), IdPool()
         self.constraints: dict[int, ConstraintRecord] = {}
         self.constraint_ids = Counter(1)
         self.states: dict[int, Any] = {}
-        self.state_ids = Recycler()
+        self.state_ids = IdPool()
         self.solid = SolidScene()
         self.textures = Textures(first_texture)
         self.efforts: dict[tuple[int, int], Any] = {}
@@ -54,10 +54,10 @@ class Scene:
         self.given_torques: Any = None
         """(nv,) what scripts applied to joints in the last step, where a log wants to know."""
         self._without_motors: list[BodyRecord] = []
-        self.waiting: set[Drives] = set()
+        self.waiting: set[MotorCommands] = set()
         """Bodies with motor commands that have not reached the World yet."""
         self.filters = PairFilters(self)
-        self._loose: LooseShapes | None = None
+        self._loose: QueryShapes | None = None
         self._hull_margins: Any = None
         self._spare: Any = None
         self._spare_revision = -1
@@ -105,7 +105,7 @@ class Scene:
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self._without_motors.append(record)
         self.filters.add(record)
-        self.textures.came(record)
+        self.textures.add_body(record)
         return record
 
     def set_damping(self, record: BodyRecord, linear: float, angular: float) -> None:
@@ -146,7 +146,7 @@ class Scene:
         self.waiting.discard(record.drives)
         for key in [key for key, held in self.constraints.items() if held.concerns(number)]:
             del self.constraints[key]
-        self.textures.went(record, self.world)
+        self.textures.remove_body(record, self.world)
         self.world.remove(record.body)
         del self._records_of_world[record.body.id]
         drop_from_order(self.order, number)
@@ -238,7 +238,9 @@ class Scene:
                 kind = record.joint_type(joint.index)
                 impulse = DEFAULT_IMPULSE.get(kind)
                 if kind == 2:
-                    aim_ball_joint(self, joint, IDENTITY, DEFAULT_BALL_GAIN, [DEFAULT_IMPULSE[kind]] * 3)
+                    set_spherical_target(
+                        self, joint, IDENTITY, DEFAULT_BALL_GAIN, [DEFAULT_IMPULSE[kind]] * 3
+                    )
                 elif impulse is not None:
                     self.world.motors.set(joint, velocity=0.0, max_impulse=impulse)
         self._without_motors.clear()
@@ -333,12 +335,12 @@ class Scene:
         return world.live_data.xfrc_applied.copy(), world.live_data.qfrc_applied.copy()
 
     @property
-    def loose_shapes(self) -> LooseShapes:
+    def loose_shapes(self) -> QueryShapes:
         """Where shapes are put that are part of no body, made on first use."""
         if self._loose is None:
-            from roboyard.pybullet.state.query_shapes import LooseShapes
+            from roboyard.pybullet.state.query_shapes import QueryShapes
 
-            self._loose = LooseShapes()
+            self._loose = QueryShapes()
         return self._loose
 
     def let_go(self) -> None:

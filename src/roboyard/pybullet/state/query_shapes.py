@@ -9,7 +9,7 @@ from typing import Any
 from roboyard.description.model import Link, RobotDescription
 from roboyard.pybullet.face.arguments import quaternion, vector3
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.physics_scene import Scene
+from roboyard.pybullet.state.physics_scene import PhysicsScene
 from roboyard.sim.body import Body
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
@@ -20,14 +20,14 @@ LOOSE = -2
 Side = tuple[int, int, int, Sequence[float] | None, Sequence[float] | None]
 
 
-class LooseShapes:
+class QueryShapes:
     """A world beside the scene's, where two shapes are put to ask how near they are."""
 
     def __init__(self) -> None:
         self._world = World(profile=BULLET, visual_geoms=False)
         self._kept: dict[tuple[int, int], tuple[Any, Body]] = {}
 
-    def placed(self, scene: Scene, first: Side, second: Side) -> tuple[World, Geoms, Geoms]:
+    def placed(self, scene: PhysicsScene, first: Side, second: Side) -> tuple[World, Geoms, Geoms]:
         """The world and (-1, -2, MuJoCo geom) of both sides."""
         bodies = [self._body(scene, number, side) for number, side in enumerate((first, second))]
         for body, side in zip(bodies, (first, second), strict=True):
@@ -40,7 +40,7 @@ class LooseShapes:
         vars(self._world).clear()
         self._kept.clear()
 
-    def _body(self, scene: Scene, number: int, side: Side) -> Body:
+    def _body(self, scene: PhysicsScene, number: int, side: Side) -> Body:
         shapes = _shapes(scene, side)
         held = self._kept.get((number, side[2]))
         if held is not None and held[0] is shapes:
@@ -53,7 +53,7 @@ class LooseShapes:
 
 
 @contextmanager
-def placed(scene: Scene, first: Side, second: Side) -> Iterator[tuple[World, Geoms, Geoms]]:
+def placed(scene: PhysicsScene, first: Side, second: Side) -> Iterator[tuple[World, Geoms, Geoms]]:
     """A world and (body, link, MuJoCo geom) of both sides: body, link, shape id, position, orientation each.
 
     Shapes are there while the context lasts; they count as body -1, link -2.
@@ -77,7 +77,7 @@ def placed(scene: Scene, first: Side, second: Side) -> Iterator[tuple[World, Geo
         yield scene.world, found[0], found[1]
 
 
-def _put(scene: Scene, side: Side) -> Body:
+def _put(scene: PhysicsScene, side: Side) -> Body:
     return _add(scene.world, side, _shapes(scene, side))
 
 
@@ -87,7 +87,7 @@ def _add(world: World, side: Side, shapes: Any) -> Body:
     return world.add_description(description, *_pose(side), fixed_base=True, drives=False)
 
 
-def _shapes(scene: Scene, side: Side) -> Any:
+def _shapes(scene: PhysicsScene, side: Side) -> Any:
     shapes = scene.collision_shapes.get(side[2])
     if shapes is None:
         raise failure("Couldn't get closest points", f"there is no collision shape {side[2]}")

@@ -11,7 +11,7 @@ from roboyard.transforms import conjugate, rotate
 from roboyard.viewer.scene.drags import Drag
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.stepping.constraints import Constraint
     from roboyard.sim.world import World
 
@@ -57,7 +57,7 @@ class Dragging:
         if client is None or (wanted is not None and wanted.client == client):
             self._wanted, self._start, self._fresh = None, None, True
 
-    def apply(self, scene: Scene) -> None:
+    def apply(self, scene: PhysicsScene) -> None:
         """Take hold, pull along or let go."""
         if not self._fresh:
             return
@@ -75,7 +75,7 @@ class Dragging:
         if self._held is not None:
             world.constraints.set_frame(self._held[1], "b", drag.target)
 
-    def _take_hold(self, scene: Scene, drag: Drag) -> None:
+    def _take_hold(self, scene: PhysicsScene, drag: Drag) -> None:
         world = scene.world
         body = world.body_by_id.get(drag.owner[0])
         if body is None or not 0 <= drag.owner[1] < len(body.links):

@@ -15,12 +15,12 @@ from roboyard.viewer.scene.texts import SceneText
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Parent = tuple[int, int] | None
 
 
-def drawing_of(items: Iterable[Item], scene: Scene) -> Drawing:
+def drawing_of(items: Iterable[Item], scene: PhysicsScene) -> Drawing:
     """What to draw; items whose parent is gone are left out."""
     lines: dict[tuple[Parent, float], list[Line]] = {}
     drawn: list[SceneLines] = []
@@ -63,7 +63,7 @@ def _rows(triples: list[tuple[float, float, float]]) -> np.ndarray:
     return np.fromiter(chain.from_iterable(triples), float, 3 * len(triples)).reshape(-1, 3)
 
 
-def _text(item: Text, scene: Scene) -> SceneText:
+def _text(item: Text, scene: PhysicsScene) -> SceneText:
     turn = item.orientation
     if item.parent is None:
         return SceneText(
@@ -84,15 +84,15 @@ def _text(item: Text, scene: Scene) -> SceneText:
     )
 
 
-def _record(parent: tuple[int, int], scene: Scene) -> BodyRecord:
+def _record(parent: tuple[int, int], scene: PhysicsScene) -> BodyRecord:
     return scene.bodies[parent[0]]
 
 
-def _is_gone(parent: Parent, scene: Scene) -> bool:
+def _is_gone(parent: Parent, scene: PhysicsScene) -> bool:
     return parent is not None and scene.link(*parent) is None
 
 
-def _owner(parent: Parent, scene: Scene) -> Parent:
+def _owner(parent: Parent, scene: PhysicsScene) -> Parent:
     """Body id and link index of the World for those of the script."""
     if parent is None:
         return None
@@ -101,7 +101,7 @@ def _owner(parent: Parent, scene: Scene) -> Parent:
     return (link.body.id, link.index)
 
 
-def _placed(points: np.ndarray, parent: Parent, scene: Scene) -> np.ndarray:
+def _placed(points: np.ndarray, parent: Parent, scene: PhysicsScene) -> np.ndarray:
     """Points of a link's inertial frame in its link frame."""
     if parent is None:
         return points

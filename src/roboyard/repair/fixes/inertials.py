@@ -9,16 +9,16 @@ import numpy as np
 
 from roboyard.audit.registry import Fault
 from roboyard.audit.solids import link_solid
-from roboyard.audit.urdf_elements import DraftLink
+from roboyard.audit.urdf_elements import LinkElement
 from roboyard.description.model import INERTIA_KEYS
-from roboyard.repair.registry import Bench, Change, Changes, change, mend, rounded
+from roboyard.repair.registry import Change, Changes, RepairContext, change, fix, rounded
 from roboyard.shapes.inertia import DEFAULT_DENSITY
-from roboyard.shapes.valid_inertia import raised_inertia, rod_inertia
+from roboyard.shapes.valid_inertia import rod_inertia, valid_inertia
 from roboyard.transforms import Array
 
 
-def _links(faults: Sequence[Fault]) -> list[tuple[Fault, DraftLink]]:
-    return [(fault, fault.at) for fault in faults if isinstance(fault.at, DraftLink)]
+def _links(faults: Sequence[Fault]) -> list[tuple[Fault, LinkElement]]:
+    return [(fault, fault.at) for fault in faults if isinstance(fault.at, LinkElement)]
 
 
 def _child(parent: ET.Element, tag: str) -> ET.Element:
@@ -59,20 +59,20 @@ def _from_shapes(faults: Sequence[Fault]) -> Changes:
         yield change(fault, before, f"{_described(element)} ({solid.solid} at {DEFAULT_DENSITY:g} kg/m³)")
 
 
-@mend("inertial-missing")
-def new_inertial(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("inertial-missing")
+def new_inertial(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write an `<inertial>` of the link's shapes at 1000 kg/m³."""
     yield from _from_shapes(faults)
 
 
-@mend("mass-missing")
-def new_mass(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mass-missing")
+def new_mass(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the `<inertial>` of the link's shapes at 1000 kg/m³."""
     yield from _from_shapes(faults)
 
 
-@mend("mass-zero")
-def real_mass(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mass-zero")
+def real_mass(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the `<inertial>` of the link's shapes at 1000 kg/m³."""
     yield from _from_shapes(faults)
 
@@ -92,20 +92,20 @@ def _tensor_from_shapes(faults: Sequence[Fault]) -> Changes:
         yield change(fault, before, f"{_described(inertial.element)} ({solid.solid} at the given mass)")
 
 
-@mend("inertia-missing")
-def new_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("inertia-missing")
+def new_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Compute the tensor from the shapes and the mass."""
     yield from _tensor_from_shapes(faults)
 
 
-@mend("inertia-zero")
-def real_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("inertia-zero")
+def real_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Compute the tensor from the shapes and the mass."""
     yield from _tensor_from_shapes(faults)
 
 
-@mend("inertia-not-positive")
-def positive_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("inertia-not-positive")
+def positive_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Raise a rod's moment that was rounded to zero; else compute the tensor from the shapes and the mass."""
     others = []
     for fault, link in _links(faults):
@@ -118,13 +118,13 @@ def positive_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
     yield from _tensor_from_shapes(others)
 
 
-@mend("inertia-triangle")
-def possible_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("inertia-triangle")
+def possible_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Compute the tensor from the shapes and the mass; without shapes raise the two smaller moments."""
     others = []
     for fault, link in _links(faults):
         tensor = None if link_solid(link) is not None else _tensor(link)
-        raised = None if tensor is None else raised_inertia(tensor)
+        raised = None if tensor is None else valid_inertia(tensor)
         if raised is None:
             others.append(fault)
         else:
@@ -132,11 +132,11 @@ def possible_tensor(bench: Bench, faults: Sequence[Fault]) -> Changes:
     yield from _tensor_from_shapes(others)
 
 
-def _tensor(link: DraftLink) -> Array | None:
+def _tensor(link: LinkElement) -> Array | None:
     return None if link.inertial is None else link.inertial.matrix()
 
 
-def _retold(fault: Fault, link: DraftLink, tensor: Array, why: str) -> Change:
+def _retold(fault: Fault, link: LinkElement, tensor: Array, why: str) -> Change:
     """Write a tensor, and say so."""
     assert link.inertial is not None
     element = link.inertial.element

@@ -7,16 +7,16 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import DraftJoint
-from roboyard.repair.registry import Bench, Changes, change, mend, shown, text
+from roboyard.audit.urdf_elements import JointElement
+from roboyard.repair.registry import Changes, RepairContext, change, fix, shown, text
 
 
-@mend("axis-missing")
-def default_axis(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("axis-missing")
+def default_axis(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the axis that URDF takes by default."""
     for fault in faults:
         joint = fault.at
-        assert isinstance(joint, DraftJoint)
+        assert isinstance(joint, JointElement)
         axis = joint.element.find("axis")
         if axis is None:
             axis = ET.SubElement(joint.element, "axis")
@@ -24,12 +24,12 @@ def default_axis(bench: Bench, faults: Sequence[Fault]) -> Changes:
         yield change(fault, "no <axis>", shown(axis))
 
 
-@mend("axis-not-unit")
-def unit_axis(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("axis-not-unit")
+def unit_axis(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Scale the axis to length 1."""
     for fault in faults:
         joint = fault.at
-        assert isinstance(joint, DraftJoint)
+        assert isinstance(joint, JointElement)
         axis = joint.element.find("axis")
         assert axis is not None
         assert joint.axis is not None
@@ -39,12 +39,12 @@ def unit_axis(bench: Bench, faults: Sequence[Fault]) -> Changes:
         yield change(fault, before, shown(axis))
 
 
-@mend("continuous-with-limits")
-def unlimited(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("continuous-with-limits")
+def unlimited(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Remove the range that a continuous joint does not obey; effort and velocity stay."""
     for fault in faults:
         joint = fault.at
-        assert isinstance(joint, DraftJoint)
+        assert isinstance(joint, JointElement)
         assert joint.limit is not None
         before = shown(joint.limit)
         for key in ("lower", "upper"):

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import DraftMaterial
-from roboyard.repair.registry import Bench, Changes, change, mend, rounded, shown, text
+from roboyard.audit.urdf_elements import MaterialElement
+from roboyard.repair.registry import Changes, RepairContext, change, fix, rounded, shown, text
 
 
-@mend("color-alpha-missing")
-def opaque(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("color-alpha-missing")
+def opaque(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Add an alpha of 1 (or of 255, on that scale)."""
     for fault in faults:
         material = fault.at
-        assert isinstance(material, DraftMaterial)
+        assert isinstance(material, MaterialElement)
         color = material.element.find("color")
         assert color is not None
         assert material.rgba is not None
@@ -23,12 +23,12 @@ def opaque(bench: Bench, faults: Sequence[Fault]) -> Changes:
         yield change(fault, before, shown(color))
 
 
-@mend("color-range")
-def from_255(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("color-range")
+def from_255(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Divide a colour on a scale of 0 to 255 by 255; an alpha within 0 to 1 stays."""
     for fault in faults:
         material = fault.at
-        assert isinstance(material, DraftMaterial)
+        assert isinstance(material, MaterialElement)
         color = material.element.find("color")
         assert color is not None
         assert material.rgba is not None

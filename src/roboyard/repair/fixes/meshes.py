@@ -6,29 +6,29 @@ from collections.abc import Sequence
 
 from roboyard.audit.checks.mesh_sizes import is_plainly_in_millimetres, unit_slip
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import DraftLink, DraftShape
+from roboyard.audit.urdf_elements import LinkElement, ShapeElement
 from roboyard.description.urdf.xml import line_of
-from roboyard.repair.registry import Bench, Change, Changes, change, mend, rounded, shown, text
+from roboyard.repair.registry import Change, Changes, RepairContext, change, fix, rounded, shown, text
 
 
-@mend("mesh-scale-single")
-def three_factors(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mesh-scale-single")
+def three_factors(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the one factor three times."""
     for fault in faults:
         shape = fault.at
-        assert isinstance(shape, DraftShape)
+        assert isinstance(shape, ShapeElement)
         assert shape.mesh is not None
         before = shown(shape.mesh.element)
         shape.mesh.element.set("scale", text(shape.mesh.scale))
         yield change(fault, before, shown(shape.mesh.element))
 
 
-@mend("mesh-units-differ")
-def in_metres(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mesh-units-differ")
+def in_metres(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Divide the scale of meshes that are plainly in millimetres by 1000."""
     for fault in faults:
         link = fault.at
-        assert isinstance(link, DraftLink)
+        assert isinstance(link, LinkElement)
         for big, small in ((link.collisions, link.visuals), (link.visuals, link.collisions)):
             if unit_slip(big, small) is None or not is_plainly_in_millimetres(big, small):
                 continue

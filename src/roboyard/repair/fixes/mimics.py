@@ -5,47 +5,47 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import DraftJoint
-from roboyard.repair.registry import Bench, Changes, change, mend, shown, text
+from roboyard.audit.urdf_elements import JointElement
+from roboyard.repair.registry import Changes, RepairContext, change, fix, shown, text
 
 
 def _without_mimic(faults: Sequence[Fault]) -> Changes:
     for fault in faults:
         joint = fault.at
-        assert isinstance(joint, DraftJoint)
+        assert isinstance(joint, JointElement)
         for mimic in joint.element.findall("mimic"):
             joint.element.remove(mimic)
             yield change(fault, shown(mimic), "removed")
 
 
-@mend("mimic-unknown")
-def unknown_leader(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mimic-unknown")
+def unknown_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Remove a `<mimic>` of a joint that does not exist; the joint moves freely, as every reader has it."""
     yield from _without_mimic(faults)
 
 
-@mend("mimic-itself")
-def own_leader(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mimic-itself")
+def own_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Remove a `<mimic>` of the joint itself."""
     yield from _without_mimic(faults)
 
 
-@mend("mimic-fixed")
-def fixed_leader(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mimic-fixed")
+def fixed_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Remove a `<mimic>` of a fixed joint, or on one."""
     yield from _without_mimic(faults)
 
 
-@mend("mimic-chain")
-def first_leader(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mimic-chain")
+def first_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Follow the first joint of the chain: q = a (b p + c) + d = (a b) p + (a c + d)."""
     joints = bench.draft.joint_by_name
     resolved: dict[str, tuple[str, float, float]] = {}
     for fault in faults:
         joint = fault.at
-        assert isinstance(joint, DraftJoint)
+        assert isinstance(joint, JointElement)
         assert joint.mimic is not None
-        way: list[DraftJoint] = []
+        way: list[JointElement] = []
         current = joint
         while current.name not in resolved and current.mimic is not None and current.mimic_of in joints:
             way.append(current)

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from roboyard.audit.registry import Fault
 from roboyard.audit.renames import planned_renames
-from roboyard.audit.urdf_elements import DraftJoint, DraftLink
-from roboyard.repair.registry import Bench, Changes, change, mend
+from roboyard.audit.urdf_elements import JointElement, LinkElement
+from roboyard.repair.registry import Changes, RepairContext, change, fix
 
 
 def link_references(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
@@ -48,21 +48,21 @@ def rename(references: Iterator[tuple[ET.Element, str]], renames: Mapping[str, s
             element.set(attribute, new)
 
 
-@mend("link-name-odd")
-def plain_link_names(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("link-name-odd")
+def plain_link_names(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Rename links to identifiers."""
     bench.link_renames.update(planned_renames(bench.draft).links)
     rename(link_references(bench.draft.root), bench.link_renames)
     for fault in faults:
-        assert isinstance(fault.at, DraftLink)
+        assert isinstance(fault.at, LinkElement)
         yield change(fault, fault.at.name, bench.link_renames[fault.at.name])
 
 
-@mend("joint-name-odd")
-def plain_joint_names(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("joint-name-odd")
+def plain_joint_names(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Rename joints to identifiers."""
     bench.joint_renames.update(planned_renames(bench.draft).joints)
     rename(joint_references(bench.draft.root), bench.joint_renames)
     for fault in faults:
-        assert isinstance(fault.at, DraftJoint)
+        assert isinstance(fault.at, JointElement)
         yield change(fault, fault.at.name, bench.joint_renames[fault.at.name])

@@ -8,54 +8,54 @@ from collections.abc import Sequence
 
 from roboyard.audit.checks.xml import NUMBERS, read_elements
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import DraftJoint, DraftShape
+from roboyard.audit.urdf_elements import JointElement, ShapeElement
 from roboyard.description.urdf.numbers import read_number, read_vector
 from roboyard.description.urdf.problems import Problems
 from roboyard.description.urdf.read_context import UNIT_TOLERANCE, unit_quaternion
 from roboyard.description.urdf.xml import line_of
-from roboyard.repair.registry import Bench, Change, Changes, change, mend, shown, text
+from roboyard.repair.registry import Change, Changes, RepairContext, change, fix, shown, text
 
 
-@mend("xml-tolerated")
-def plain_xml(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("xml-tolerated")
+def plain_xml(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Nothing to change in the tree: writing it gives well-formed UTF-8."""
     for fault in faults:
         yield change(fault, fault.message.partition(": ")[2], "well-formed XML in UTF-8")
 
 
-@mend("robot-name-missing")
-def robot_name(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("robot-name-missing")
+def robot_name(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Call the robot as the file is called, which is what the reader does."""
     for fault in faults:
         bench.draft.root.set("name", bench.draft.file.stem)
         yield change(fault, "<robot>", shown(bench.draft.root))
 
 
-@mend("joint-type-spelling")
-def joint_type(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("joint-type-spelling")
+def joint_type(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the type in lower case."""
     for fault in faults:
         joint = fault.at
-        assert isinstance(joint, DraftJoint)
+        assert isinstance(joint, JointElement)
         before = shown(joint.element)
         joint.element.set("type", joint.type)
         yield change(fault, before, shown(joint.element))
 
 
-@mend("geometry-missing")
-def empty_shape(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("geometry-missing")
+def empty_shape(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Remove visuals and collisions that hold no shape; the reader ignores them."""
     for fault in faults:
         shape = fault.at
-        assert isinstance(shape, DraftShape)
+        assert isinstance(shape, ShapeElement)
         for link in bench.draft.root.iterfind("link"):
             if shape.element in list(link):
                 link.remove(shape.element)
         yield change(fault, shown(shape.element), "removed")
 
 
-@mend("number-sloppy")
-def plain_numbers(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("number-sloppy")
+def plain_numbers(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write numbers as the reader understood them; leave out attributes that are blank."""
     for element, owner in read_elements(bench.draft):
         for key in list(element.attrib):

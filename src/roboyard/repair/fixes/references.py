@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import DraftShape
+from roboyard.audit.urdf_elements import ShapeElement
 from roboyard.description.urdf.xml import line_of
-from roboyard.repair.registry import Bench, Change, Changes, mend
+from roboyard.repair.registry import Change, Changes, RepairContext, fix
 
 
-def _restaged(bench: Bench, uris: set[str]) -> Changes:
+def _restaged(bench: RepairContext, uris: set[str]) -> Changes:
     """Point the references at the staged files."""
     told: set[str] = set()
     for shape, mesh in bench.draft.mesh_shapes:
@@ -26,23 +26,23 @@ def _restaged(bench: Bench, uris: set[str]) -> Changes:
 
 def _uris(faults: Sequence[Fault]) -> set[str]:
     shapes = [fault.at for fault in faults]
-    return {shape.mesh.uri for shape in shapes if isinstance(shape, DraftShape) and shape.mesh is not None}
+    return {shape.mesh.uri for shape in shapes if isinstance(shape, ShapeElement) and shape.mesh is not None}
 
 
-@mend("mesh-found-nearby")
-def as_on_disk(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mesh-found-nearby")
+def as_on_disk(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Name the file that was found."""
     yield from _restaged(bench, _uris(faults))
 
 
-@mend("mesh-file-name")
-def plain_file_name(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mesh-file-name")
+def plain_file_name(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Stage the mesh under a plain name."""
     yield from _restaged(bench, _uris(faults))
 
 
-@mend("mesh-reference")
-def relative_reference(bench: Bench, faults: Sequence[Fault]) -> Changes:
+@fix("mesh-reference")
+def relative_reference(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Name the staged meshes by relative paths."""
     if faults:
         uris = {mesh.uri for _, mesh in bench.draft.mesh_shapes}

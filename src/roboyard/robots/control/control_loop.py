@@ -20,7 +20,7 @@ from roboyard.robots.control.gains import (
     GRIPPER_FREQUENCY,
     NATURAL_FREQUENCY,
     SATURATED_SPEED,
-    firmness,
+    effort_per_error,
     position_damping,
     position_gain,
     velocity_gain,
@@ -28,7 +28,7 @@ from roboyard.robots.control.gains import (
 from roboyard.robots.control.setup import Group
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
 from roboyard.robots.joint_arrays import JointArrays
-from roboyard.robots.stability.support_polygon import Footing
+from roboyard.robots.stability.support_polygon import SupportPolygon
 from roboyard.transforms import Array
 
 POSITION, VELOCITY, EFFORT, FREE = range(4)
@@ -50,7 +50,7 @@ class ControlLoop:
         *,
         rest: Array,
         steps_per_control: int,
-        footing: Footing | None = None,
+        support_polygon: SupportPolygon | None = None,
     ) -> None:
         """Start with no goals.
 
@@ -66,13 +66,13 @@ class ControlLoop:
         self.limits = limits
         self.groups = dict(groups)
         self.steps_per_control = steps_per_control
-        self._footing = footing
+        self._footing = support_polygon
         count = len(joints.names)
         self._countdown = 0
         self._stale = True
         self._kinds = np.full(count, FREE)
         self._slides = slides = np.array([joint.type == "prismatic" for joint in joints.joints], dtype=bool)
-        self._firm = firmness(limits.effort, slides)
+        self._firm = effort_per_error(limits.effort, slides)
         self._given_kp, self._given_kd = np.full(count, np.nan), np.full(count, np.nan)
         self._damping_frequency = np.full(count, NATURAL_FREQUENCY)
         for group in self.groups.values():

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.robots.control.scaling import LimitSetting, Scaling
-from roboyard.robots.stability.zmp import Balance
+from roboyard.robots.stability.zmp import BalanceMargins
 from roboyard.transforms import Array
 
 MotorType = Literal["position", "velocity", "effort"]
@@ -68,7 +68,7 @@ class GroupState:
     """(n, n) of the group's joints, all others held; for controllers with `needs_mass_matrix`"""
     bias: Array | None = None
     """(n,) effort that gravity, Coriolis and centrifugal forces take; N m or N"""
-    balance: Callable[[], Balance | None] | None = None
+    balance: Callable[[], BalanceMargins | None] | None = None
     """How these joints tip a robot that stands; for controllers with `keeps_balance`, worked out if asked"""
     mount: Array = field(default_factory=lambda: EYE4)
     """(4, 4) pose, in the robot's base frame, of the frame that the group hangs from. For a base: pose of the

@@ -37,7 +37,7 @@ SATURATED_SPEED = 0.1
 """Share of the velocity limit."""
 
 
-def firmness(effort: Array, is_slide: np.ndarray) -> Array:
+def effort_per_error(effort: Array, is_slide: np.ndarray) -> Array:
     """(n,) E / e of joints with these effort limits."""
     return np.where(np.isfinite(effort), effort, 0.0) / np.where(
         is_slide, FULL_EFFORT_SLIDE, FULL_EFFORT_TURN
@@ -45,7 +45,7 @@ def firmness(effort: Array, is_slide: np.ndarray) -> Array:
 
 
 def position_gain(inertia: Array, firm: Array, is_slide: np.ndarray) -> Array:
-    """(n,) kp in N m/rad or N/m, for joints that see this inertia; `firm` as `firmness` gives it."""
+    """(n,) kp in N m/rad or N/m, for joints that see this inertia; `firm` as `effort_per_error` gives it."""
     saturated = firm * np.where(
         is_slide, FULL_EFFORT_SLIDE / SATURATED_SLIDE, FULL_EFFORT_TURN / SATURATED_TURN
     )

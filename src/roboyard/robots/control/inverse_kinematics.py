@@ -36,7 +36,7 @@ from roboyard.robots.control.controller import (
     acceleration,
     idle,
 )
-from roboyard.robots.control.rate_limiter import Approach
+from roboyard.robots.control.rate_limiter import RateLimiter
 from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.robots.control.task import TaskController, TaskSettings
 from roboyard.transforms import Array
@@ -87,7 +87,7 @@ class InverseKinematicsController(TaskController):
         super().__init__(limits, settings, chain=chain, rest=rest)
         self.needs_mass_matrix = settings.use_impedances  # type: ignore[misc]
         self.keeps_balance = settings.keep_balance  # type: ignore[misc]
-        self._approach = Approach(limits)
+        self._approach = RateLimiter(limits)
         self._kd = 2.0 * np.sqrt(settings.pos_kp) * settings.pos_damping_ratio
         self._weight = 0.0 if self.is_orientation_free else 1.0
         self.reset()

@@ -36,7 +36,7 @@ from roboyard.robots.control.controller import (
     idle,
     meaningless,
 )
-from roboyard.robots.control.rate_limiter import Approach
+from roboyard.robots.control.rate_limiter import RateLimiter
 from roboyard.robots.control.velocity_tracking import VelocityTracking
 from roboyard.transforms import Array, multiply, normalized, quaternion_from_rpy
 
@@ -95,7 +95,7 @@ class JointController(Controller):
         damping = 1.0 if settings.pos_damping_ratio is None else settings.pos_damping_ratio
         self._kd = 2.0 * np.sqrt(self._kp) * damping
         self._vel_kp = 2.0 if settings.vel_kp is None else settings.vel_kp
-        self._approach = Approach(limits)
+        self._approach = RateLimiter(limits)
         self._history: list[Array] = []
         self._tracking = VelocityTracking(limits.velocity, hold_position=settings.hold_position)
         for triple in settings.compute_delta_in_quat_space or ():

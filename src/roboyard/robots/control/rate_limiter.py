@@ -16,7 +16,7 @@ from roboyard.robots.stability.kernels_lazy import kernels
 from roboyard.transforms import Array
 
 
-class Approach:
+class RateLimiter:
     """n joints' reference on its way."""
 
     def __init__(self, limits: GroupLimits) -> None:
@@ -41,9 +41,18 @@ class Approach:
         allowed = np.ones(len(rise), dtype=bool)
         balance = state.balance() if state.balance is not None else None
         if balance is not None:
-            kernels().temper(
-                *(rise, fastest, self._speed, way, state.q, self.reference, balance.lean, balance.sway),
-                *(balance.room, balance.slack, balance.swing, allowed),
+            kernels().limit_acceleration(
+                *(
+                    rise,
+                    fastest,
+                    self._speed,
+                    way,
+                    state.q,
+                    self.reference,
+                    balance.com_shift,
+                    balance.zmp_shift,
+                ),
+                *(balance.com_margin, balance.zmp_margin, balance.swing, allowed),
             )
         self.reference, self._speed = self.reference.copy(), self._speed.copy()
         kernels().advance(self.reference, self._speed, goal, way, allowed, rise, fastest, state.dt)

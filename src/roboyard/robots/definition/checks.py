@@ -11,7 +11,7 @@ from roboyard.robots.definition.names import Found, Where, joint_names, link_nam
 from roboyard.robots.definition.schema import NEED_RESET_POSE, VIRTUAL_JOINTS, RobotDefinition
 from roboyard.robots.joint_order import robot_joint_names
 
-BLOCKS = {
+ERROR = {
     "trunk": "articulated_trunk",
     "camera": "active_camera",
     "arm": "manipulation",
@@ -21,7 +21,7 @@ BLOCKS = {
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Problem:
+class ConfigProblem:
     """One wrong field."""
 
     where: Where
@@ -30,7 +30,7 @@ class Problem:
     """What is wrong and how to mend it."""
 
 
-def check_alone(definition: RobotDefinition, *, with_lengths: bool = True) -> list[Problem]:
+def check_alone(definition: RobotDefinition, *, with_lengths: bool = True) -> list[ConfigProblem]:
     """What contradicts itself without looking at the robot; lengths of postures where nobody else compares
     them with the robot's.
     """
@@ -41,10 +41,10 @@ def check_alone(definition: RobotDefinition, *, with_lengths: bool = True) -> li
         *_twice(definition),
         *_postures(definition, with_lengths),
     ]
-    return [Problem(where=where, text=text) for where, text in found]
+    return [ConfigProblem(where=where, text=text) for where, text in found]
 
 
-def check_against(definition: RobotDefinition, description: RobotDescription) -> list[Problem]:
+def check_against(definition: RobotDefinition, description: RobotDescription) -> list[ConfigProblem]:
     """What names links or joints that the robot has not, or vectors of another length."""
     links = [link.name for link in description.links]
     joints = robot_joint_names(description)
@@ -54,7 +54,7 @@ def check_against(definition: RobotDefinition, description: RobotDescription) ->
         *_lengths(definition, joints),
         *_virtual_joints(definition, joints),
     ]
-    return [Problem(where=where, text=text) for where, text in found]
+    return [ConfigProblem(where=where, text=text) for where, text in found]
 
 
 def _roots(definition: RobotDefinition) -> Found:
@@ -62,7 +62,7 @@ def _roots(definition: RobotDefinition) -> Found:
     allowed = definition.allowed_controllers()
     lacking: dict[str, list[str]] = {}
     for group in definition.raw_controller_order:
-        block = BLOCKS.get(group.split("_", 1)[0])
+        block = ERROR.get(group.split("_", 1)[0])
         if group not in allowed and block is not None and getattr(definition, block) is None:
             lacking.setdefault(block, []).append(group)
     for block, groups in lacking.items():

@@ -10,7 +10,7 @@ import numpy as np
 from roboyard.description.model import Collision, Link, Mesh, Pose, RobotDescription, Sphere
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots.definition.schema import RobotDefinition
-from roboyard.robots.stability.ground_clearance import cut, scraping
+from roboyard.robots.stability.ground_clearance import links_below_floor, trim
 from roboyard.robots.stability.wheels import Wheel, driven_wheels, mesh_points, rolling
 
 
@@ -39,12 +39,12 @@ def _rolling(
 ) -> tuple[Link, ...]:
     """Driven wheels that roll, and nothing beside them that scrapes."""
     radius = definition.two_wheel.wheel_radius if definition.two_wheel is not None else 0.0
-    heights = scraping(definition, description, driven.values())
+    heights = links_below_floor(definition, description, driven.values())
     poses = forward_kinematics(description)
     return tuple(
         rolling(link, driven[link.name], radius)
         if link.name in driven
-        else cut(link, poses[link.name], heights[link.name])
+        else trim(link, poses[link.name], heights[link.name])
         if link.name in heights
         else link
         for link in links

@@ -10,11 +10,11 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from roboyard.config.validation_errors import told_plainly
+from roboyard.config.validation_errors import format_validation_error
 from roboyard.config.yaml_lines import YamlFile, parse_yaml, read_yaml
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError
-from roboyard.robots.definition.checks import Problem, check_against, check_alone
+from roboyard.robots.definition.checks import ConfigProblem, check_against, check_alone
 from roboyard.robots.definition.names import Where
 from roboyard.robots.definition.schema import EndEffectorVariant, RobotDefinition
 
@@ -101,9 +101,9 @@ def _judged(yaml_file: YamlFile, name: str, description: RobotDescription | None
     return definition
 
 
-def _once(problems: Iterable[Problem]) -> list[Problem]:
+def _once(problems: Iterable[ConfigProblem]) -> list[ConfigProblem]:
     """Without those at, above or below a place that another one names already."""
-    kept: list[Problem] = []
+    kept: list[ConfigProblem] = []
     for problem in problems:
         mine = problem.where
         if not any(one.where[: len(mine)] == mine[: len(one.where)] for one in kept):
@@ -111,7 +111,7 @@ def _once(problems: Iterable[Problem]) -> list[Problem]:
     return kept
 
 
-def _told(problem: Problem, name: str, yaml_file: YamlFile | None) -> str:
+def _told(problem: ConfigProblem, name: str, yaml_file: YamlFile | None) -> str:
     line = None if yaml_file is None else yaml_file.line(problem.where)
     at = f"{name}:{line}" if line else name
     return f"{at}: {dotted(problem.where)}: {problem.text}"
@@ -125,17 +125,17 @@ def dotted(where: Where) -> str:
     return text
 
 
-def _typed_problems(error: ValidationError, data: Any) -> list[Problem]:
+def _typed_problems(error: ValidationError, data: Any) -> list[ConfigProblem]:
     """Pydantic's errors as sentences, one a field."""
-    found: dict[Where, Problem] = {}
+    found: dict[Where, ConfigProblem] = {}
     for detail in error.errors(include_url=False):
         where = _place(detail["loc"], data)
         if where not in found:
-            found[where] = Problem(where=where, text=_text(detail, where))
+            found[where] = ConfigProblem(where=where, text=_text(detail, where))
     return [problem for where, problem in found.items() if not _is_misspelled(where, found)]
 
 
-def _is_misspelled(where: Where, found: Mapping[Where, Problem]) -> bool:
+def _is_misspelled(where: Where, found: Mapping[Where, ConfigProblem]) -> bool:
     """Whether what is missing at a place stands beside it under a wrong name."""
     if found[where].text != MISSING:
         return False
@@ -163,7 +163,7 @@ def _place(location: Sequence[str | int], data: Any) -> Where:
 
 
 def _text(detail: Any, where: Where) -> str:
-    plain = told_plainly(detail)
+    plain = format_validation_error(detail)
     if plain is not None:
         return plain
     kind, context = detail["type"], detail.get("ctx", {})

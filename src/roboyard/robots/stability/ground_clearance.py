@@ -42,7 +42,7 @@ CORNERS = 60
 """Most corners of a hull that is cut."""
 
 
-def scraping(
+def links_below_floor(
     definition: RobotDefinition, description: RobotDescription, wheels: Collection[Wheel]
 ) -> dict[str, float]:
     """Links whose collision shapes are to be cut, with the height for each; m, in the root link's frame."""
@@ -87,7 +87,7 @@ def _centre_of_mass(description: RobotDescription, poses: Mapping[str, Array]) -
     return weighted / total if total > 0 else np.full(3, np.nan)
 
 
-def cut(link: Link, T_root_link: Array, height: float) -> Link:
+def trim(link: Link, T_root_link: Array, height: float) -> Link:
     """The link with the hulls of its collision shapes ending at a height (m) of the root link's frame."""
     kept = []
     for shape in link.collisions:

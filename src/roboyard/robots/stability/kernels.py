@@ -106,7 +106,7 @@ def hull_edges(points, count, normals, bounds, middle):
 
 
 @kernel
-def tipping(shift, spin, dofs, com, mass, height, weight, normals, lean, sway):
+def tipping(shift, spin, dofs, com, mass, height, weight, normals, com_shift, zmp_shift):
     """(e, k) how far joints move the centre of mass outwards, and their accelerations the floor's answer.
 
     shift, spin (3, nv): Jacobian of the centre of mass and of the angular momentum about it.
@@ -116,8 +116,8 @@ def tipping(shift, spin, dofs, com, mass, height, weight, normals, lean, sway):
         x, y = shift[0, dof], shift[1, dof]
         about_x, about_y = spin[0, dof] - mass * height * y, spin[1, dof] + mass * height * x
         for e in range(len(normals)):
-            lean[e, k] = normals[e, 0] * x + normals[e, 1] * y
-            sway[e, k] = (normals[e, 1] * about_x - normals[e, 0] * about_y) / weight
+            com_shift[e, k] = normals[e, 0] * x + normals[e, 1] * y
+            zmp_shift[e, k] = (normals[e, 1] * about_x - normals[e, 0] * about_y) / weight
 
 
 @kernel
@@ -136,57 +136,59 @@ def first_moment(bodies, body_mass, inertia, place, turn, floor, x, y, out):
 
 
 @kernel
-def share(room, push):
+def share(com_margin, push):
     """The largest share of pushes (e,) that stays within the room on every side; 0 to 1."""
     found = 1.0
-    for e in range(len(room)):
+    for e in range(len(com_margin)):
         if push[e] > TINY:
-            found = min(found, room[e] / push[e])
+            found = min(found, com_margin[e] / push[e])
     return min(max(found, 0.0), 1.0)
 
 
 @kernel
-def together(sway, slack, acceleration):
+def together(zmp_shift, zmp_margin, acceleration):
     """Share of (k,) accelerations that joints may take at once, 1 for any alone; see `Balance.together`."""
     found = 1.0
-    for e in range(len(slack)):
+    for e in range(len(zmp_margin)):
         total = parts = 0.0
         for k in range(len(acceleration)):
-            part = sway[e, k] * acceleration[k]
+            part = zmp_shift[e, k] * acceleration[k]
             total += part
             parts += abs(part)
-        found = min(found, slack[e] / max(0.5 * (abs(total) + parts), slack[e]))
+        found = min(found, zmp_margin[e] / max(0.5 * (abs(total) + parts), zmp_margin[e]))
     return found
 
 
 @kernel
-def temper(rise, fastest, speed, way, q, reference, lean, sway, room, slack, swing, allowed):
+def limit_acceleration(
+    rise, fastest, speed, way, q, reference, com_shift, zmp_shift, com_margin, zmp_margin, swing, allowed
+):
     """What of (k,) accelerations `rise` and speeds `fastest` the footing bears, in place.
 
     way (k,): from the reference to its goal. allowed (k,): whether a joint may go on that way.
     """
-    calm = math.sqrt(share(slack, swing))
-    count, edges = len(rise), len(slack)
+    calm = math.sqrt(share(zmp_margin, swing))
+    count, edges = len(rise), len(zmp_margin)
     wanted = np.empty(count)
     for k in range(count):
         if calm < 1.0:
             fastest[k] = min(fastest[k], abs(speed[k]) * calm)
         for e in range(edges):
-            rise[k] = min(rise[k], slack[e] / max(abs(sway[e, k]), TINY))
+            rise[k] = min(rise[k], zmp_margin[e] / max(abs(zmp_shift[e, k]), TINY))
         towards = speed[k] if way[k] == 0.0 else way[k]
         wanted[k] = rise[k] * np.sign(towards)
-    part = together(sway, slack, wanted)
+    part = together(zmp_shift, zmp_margin, wanted)
     for k in range(count):
         rise[k] *= part
         wanted[k] = reference[k] - q[k] + speed[k] * abs(speed[k]) / (2.0 * rise[k])
         allowed[k] = True
     for e in range(edges):
-        left = room[e]
+        left = com_margin[e]
         for k in range(count):
-            left -= lean[e, k] * wanted[k]
+            left -= com_shift[e, k] * wanted[k]
         if left < 0.0:
             for k in range(count):
-                if lean[e, k] * np.sign(way[k]) > TINY:
+                if com_shift[e, k] * np.sign(way[k]) > TINY:
                     allowed[k] = False
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
 from roboyard.robots.joint_arrays import Indices, JointArrays
 from roboyard.robots.stability.kernels_lazy import kernels
-from roboyard.robots.stability.zmp import TINY, Balance
+from roboyard.robots.stability.zmp import TINY, BalanceMargins
 from roboyard.sim.link import Link
 from roboyard.transforms import Array
 
@@ -32,7 +32,7 @@ SETTLING = 1.0
 """s"""
 
 
-class Footing:
+class SupportPolygon:
     """The support of one robot: the parts that touch the floor."""
 
     def __init__(
@@ -45,7 +45,7 @@ class Footing:
         self._joints = joints
         self._base = base
         self._links = tuple(zip(links, rolling, strict=True))
-        self._last: Balance | None = None
+        self._last: BalanceMargins | None = None
         self._rolls = [i for name, i in joints.index.items() if name in VIRTUAL_JOINTS[3:5]]
         self._upright, self._seen = np.zeros(2), -np.inf
         self._fresh = False
@@ -56,7 +56,7 @@ class Footing:
         """The robot has moved since."""
         self._fresh = False
 
-    def balance(self, places: Indices) -> Balance | None:
+    def balance(self, places: Indices) -> BalanceMargins | None:
         """Of some joints, at the last step before `forget` was called last; None while the support is no
         area, as with everything on one line.
         """
@@ -65,10 +65,10 @@ class Footing:
         last = self._last
         if last is None:
             return None
-        lean, sway = last.lean.take(places, axis=1), last.sway.take(places, axis=1)
-        return replace(last, lean=lean, sway=sway)
+        com_shift, zmp_shift = last.com_shift.take(places, axis=1), last.zmp_shift.take(places, axis=1)
+        return replace(last, com_shift=com_shift, zmp_shift=zmp_shift)
 
-    def _balance(self) -> Balance | None:
+    def _balance(self) -> BalanceMargins | None:
         world = self._joints.world
         model, data = world.model, world.data
         support = self._ground(model, data)
@@ -88,8 +88,8 @@ class Footing:
         x, y, z = model.opt.gravity.tolist()
         gravity = max(math.sqrt(x * x + y * y + z * z), TINY)
         weight = mass * gravity
-        lean, sway = np.empty((len(normals), len(dofs))), np.empty((len(normals), len(dofs)))
-        kernels().tipping(shift, spin, dofs, com, mass, height, weight, normals, lean, sway)
+        com_shift, zmp_shift = np.empty((len(normals), len(dofs))), np.empty((len(normals), len(dofs)))
+        kernels().tipping(shift, spin, dofs, com, mass, height, weight, normals, com_shift, zmp_shift)
         way, edge = bounds - normals @ middle, bounds - normals @ com[:2]
         lost = self._lost(normals, base, height, gravity)
         swing = normals @ (self._support(model, data, weight) - com[:2])
@@ -98,11 +98,11 @@ class Footing:
             *(self._joints.body.mujoco_ids, model.body_mass, model.body_inertia, data.xipos, data.ximat),
             *(floor, *data.xpos[base, :2].tolist(), moment),
         )
-        return Balance(
-            lean=lean,
-            sway=sway,
-            room=edge - (1.0 - LEAN) * way - lost,
-            slack=SWAY * way,
+        return BalanceMargins(
+            com_shift=com_shift,
+            zmp_shift=zmp_shift,
+            com_margin=edge - (1.0 - LEAN) * way - lost,
+            zmp_margin=SWAY * way,
             edge=edge,
             lost=lost,
             reserve=RESERVE * way,
@@ -168,7 +168,7 @@ class Footing:
         self._revision = self._joints.world.revision
 
 
-def footing_of(robot: RobotBody) -> Footing | None:
+def support_polygon_of(robot: RobotBody) -> SupportPolygon | None:
     """What a robot on wheels stands on; None for one that is fixed, walks, or does not say what else than two
     driven wheels touches the floor.
     """
@@ -181,4 +181,4 @@ def footing_of(robot: RobotBody) -> Footing | None:
             return None
     above = robot.description.parent_joint
     rolling = [link.name in above and above[link.name].is_moving for link in links]
-    return Footing(robot.joints, robot.base_link, links, rolling) if links else None
+    return SupportPolygon(robot.joints, robot.base_link, links, rolling) if links else None

@@ -96,7 +96,7 @@ def driven_wheels(definition: RobotDefinition, description: RobotDescription) ->
 def rolling(link: Link, wheel: Wheel, radius: float) -> Link:
     """A driven wheel as one ball of this radius (m), z along the axle.
 
-    `Link.flatten_balls` then makes it as narrow as the wheel.
+    `Link.flatten_spheres` then makes it as narrow as the wheel.
     """
     x, y, z = wheel.joint.axis
     middle = np.asarray(wheel.joint.axis) * wheel.centre

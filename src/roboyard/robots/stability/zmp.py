@@ -48,16 +48,16 @@ TINY = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Balance:
+class BalanceMargins:
     """How k joints move the balance of their robot, edge by edge of its support (e of them)."""
 
-    lean: Array
+    com_shift: Array
     """(e, k) m/rad or m/m: centre of mass outwards for each joint's position"""
-    sway: Array
+    zmp_shift: Array
     """(e, k) m s²/rad or s²: the floor's answer outwards for each joint's acceleration"""
-    room: Array
+    com_margin: Array
     """(e,) m from the centre of mass to where it may be led; negative beyond"""
-    slack: Array
+    zmp_margin: Array
     """(e,) m that accelerations may take"""
     edge: Array
     """(e,) m from the centre of mass to the edge"""
@@ -76,7 +76,7 @@ class Balance:
 
     def calm(self) -> float:
         """Share of their present speeds that joints may have, as far as they swing the robot about."""
-        return kernels().share(self.slack, self.swing) ** 0.5
+        return kernels().share(self.zmp_margin, self.swing) ** 0.5
 
     def together(self, acceleration: Array) -> float:
         """Share of (k,) accelerations that joints may take at once, 1 for any alone.
@@ -84,7 +84,7 @@ class Balance:
         What they do to the floor's answer may cancel; but joints come to rest at different times, so only
         half of that is counted on.
         """
-        return kernels().together(self.sway, self.slack, acceleration)
+        return kernels().together(self.zmp_shift, self.zmp_margin, acceleration)
 
     def push(self, twist: Array, change: Array) -> Array:
         """(e,) m outwards that driving shifts the floor's answer.
@@ -105,8 +105,8 @@ class Balance:
 
         Never less than `SLOWEST`.
         """
-        room = CURVE * np.maximum(self.edge - self.lost - self.reserve, 0.0)
-        return max(SLOWEST, kernels().share(room, self.push(twist, np.zeros(3))) ** 0.5)
+        com_margin = CURVE * np.maximum(self.edge - self.lost - self.reserve, 0.0)
+        return max(SLOWEST, kernels().share(com_margin, self.push(twist, np.zeros(3))) ** 0.5)
 
     def bearable(self, twist: Array, change: Array) -> float:
         """Share of a change of twist (see `push`) that the footing bears on top of the twist itself.
@@ -125,7 +125,7 @@ class Balance:
             acceleration: rad/s² or m/s².
             shift: (k,) rad or m from where the joints are to where they come to rest without springs.
         """
-        beyond = self.room - self.lean @ shift < 0.0
-        if np.any(beyond & (self.lean @ acceleration > TINY)):
+        beyond = self.com_margin - self.com_shift @ shift < 0.0
+        if np.any(beyond & (self.com_shift @ acceleration > TINY)):
             return 0.0
         return self.together(acceleration) * self.calm() ** 2

@@ -11,7 +11,7 @@ from typing import Literal
 
 from roboyard.description.model import RGBA, Joint, Link, RobotDescription
 from roboyard.scenes.home.colors import STEEL
-from roboyard.scenes.parts import Part, bar, between, hinge, link, runner
+from roboyard.scenes.parts import Part, between, handle, hinge, link, slider
 
 BOARD = 0.018
 """m: thickness of all boards"""
@@ -113,7 +113,7 @@ def cabinet(
             if cell.kind == "drawer":
                 title = f"drawer_{sum(j.type == 'prismatic' for j in joints)}"
                 links.append(_drawer(title, room, deep, front, rgba))
-                joints.append(runner(title, "body", f"{title}_box", (0, y0, 0), length=deep * 0.66))
+                joints.append(slider(title, "body", f"{title}_box", (0, y0, 0), length=deep * 0.66))
             elif cell.kind == "blank":
                 parts.append(between((room[0], y0 - BOARD, room[2]), (room[1], y0, room[3]), front))
             elif cell.kind in ("left", "right"):
@@ -145,7 +145,7 @@ def _drawer(
         between((inner0, 0, z0 + 0.022), (inner0 + wall, back, rim), rgba),
         between((inner1 - wall, 0, z0 + 0.022), (inner1, back, rim), rgba),
         between((inner0, back - wall, z0 + 0.022), (inner1, back, rim), rgba),
-        *bar(((x0 + x1) / 2, -BOARD, z0 + 0.62 * (z1 - z0)), min(0.16, 0.5 * (x1 - x0)), STEEL),
+        *handle(((x0 + x1) / 2, -BOARD, z0 + 0.62 * (z1 - z0)), min(0.16, 0.5 * (x1 - x0)), STEEL),
     ]
     return link(f"{title}_box", parts, 2.5)
 
@@ -161,6 +161,6 @@ def _leaf(title: str, room: tuple[float, float, float, float], side: Kind, front
     grip_z = high if z1 < 1.2 else min(max(1.05, low), high)
     parts = [
         between((a, -BOARD, z0), (b, 0, z1), front),
-        *bar((at, -BOARD, grip_z), length, STEEL, standing=True),
+        *handle((at, -BOARD, grip_z), length, STEEL, standing=True),
     ]
     return link(f"{title}_leaf", parts, 4.0 * max(wide * (z1 - z0), 0.1) / 0.3)

@@ -18,13 +18,13 @@ from roboyard.scenes.home.colors import (
     TERRACOTTA,
     WATER,
 )
-from roboyard.scenes.parts import Part, between, box, capsule, cylinder, hidden, skin, thing
-from roboyard.scenes.revolve import turned
+from roboyard.scenes.parts import Part, between, box, capsule, collision_only, cylinder, object_of, skin
+from roboyard.scenes.revolve import revolve
 
 
 def floor_lamp(name: str) -> RobotDescription:
     """A lamp 1.6 m high."""
-    return thing(
+    return object_of(
         name,
         [
             cylinder(0.15, 0.03, (0, 0, 0.015), BLACK),
@@ -37,11 +37,11 @@ def floor_lamp(name: str) -> RobotDescription:
 def table_lamp(name: str, base: float) -> RobotDescription:
     """A lamp standing at height `base` m."""
     foot = [(0, 0), (0.06, 0), (0.075, 0.05), (0.05, 0.13), (0.015, 0.17), (0, 0.17)]
-    return thing(
+    return object_of(
         name,
         [
-            skin(turned(foot), TERRACOTTA, (0, 0, base)),
-            hidden(cylinder(0.07, 0.17, (0, 0, base + 0.085), TERRACOTTA)),
+            skin(revolve(foot), TERRACOTTA, (0, 0, base)),
+            collision_only(cylinder(0.07, 0.17, (0, 0, base + 0.085), TERRACOTTA)),
             *_shade(base + 0.19, 0.6),
         ],
     )
@@ -51,8 +51,8 @@ def _shade(base: float, size: float = 1.0) -> list[Part]:
     wide, narrow, high = 0.20 * size, 0.13 * size, 0.28 * size
     profile = [(wide, 0), (narrow, high), (narrow - 0.005, high), (wide - 0.005, 0), (wide, 0)]
     return [
-        skin(turned(profile), GLOW, (0, 0, base)),
-        hidden(cylinder((wide + narrow) / 2, high, (0, 0, base + high / 2), GLOW)),
+        skin(revolve(profile), GLOW, (0, 0, base)),
+        collision_only(cylinder((wide + narrow) / 2, high, (0, 0, base + high / 2), GLOW)),
     ]
 
 
@@ -60,8 +60,8 @@ def plant(name: str, height: float = 1.1) -> RobotDescription:
     """A pot plant."""
     pot = [(0, 0), (0.13, 0), (0.17, 0.32), (0.155, 0.32), (0.15, 0.28), (0, 0.28)]
     parts: list[Part] = [
-        skin(turned(pot), TERRACOTTA),
-        hidden(cylinder(0.16, 0.32, (0, 0, 0.16), TERRACOTTA)),
+        skin(revolve(pot), TERRACOTTA),
+        collision_only(cylinder(0.16, 0.32, (0, 0, 0.16), TERRACOTTA)),
         cylinder(0.018, height - 0.45, (0, 0, 0.28 + (height - 0.45) / 2), (0.35, 0.26, 0.16, 1.0)),
     ]
     for k in range(11):
@@ -71,13 +71,13 @@ def plant(name: str, height: float = 1.1) -> RobotDescription:
         at = (reach * math.cos(angle), reach * math.sin(angle), z + 0.08)
         green: RGBA = (LEAF[0] + 0.02 * (k % 3), LEAF[1] + 0.03 * (k % 3), LEAF[2], 1.0)
         parts.append(box((0.32, 0.12, 0.008), at, green, rpy=(0, -tilt, angle), solid=False))
-    return thing(name, parts)
+    return object_of(name, parts)
 
 
 def television(name: str, width: float, base: float) -> RobotDescription:
     """A screen standing at height `base` m."""
     high = width * 0.57
-    return thing(
+    return object_of(
         name,
         [
             box((width, 0.05, high), (0, 0, base + 0.06 + high / 2), BLACK),
@@ -115,7 +115,7 @@ def picture(name: str, size: tuple[float, float], base: float, rgba: RGBA, accen
     """A framed picture whose lower edge hangs at height `base` m, its back at y = 0."""
     wide, high = size
     z = base + high / 2
-    return thing(
+    return object_of(
         name,
         [
             box((wide, 0.03, high), (0, -0.015, z), OAK),
@@ -132,7 +132,7 @@ def picture(name: str, size: tuple[float, float], base: float, rgba: RGBA, accen
 def rug(name: str, size: tuple[float, float], rgba: RGBA, edge: RGBA) -> RobotDescription:
     """A rug to look at; wheels do not feel it."""
     x, y = size
-    return thing(
+    return object_of(
         name,
         [
             box((x, y, 0.008), (0, 0, 0.004), edge, solid=False),
@@ -164,11 +164,11 @@ def hob(top: float, x: float) -> list[Part]:
 def toilet(name: str) -> RobotDescription:
     """A toilet, its cistern at +y."""
     bowl = [(0, 0), (0.13, 0), (0.12, 0.20), (0.19, 0.38), (0.19, 0.41), (0, 0.41)]
-    return thing(
+    return object_of(
         name,
         [
-            skin(turned(bowl), PORCELAIN, (0, -0.08, 0)),
-            hidden(cylinder(0.18, 0.41, (0, -0.08, 0.205), PORCELAIN)),
+            skin(revolve(bowl), PORCELAIN, (0, -0.08, 0)),
+            collision_only(cylinder(0.18, 0.41, (0, -0.08, 0.205), PORCELAIN)),
             cylinder(0.195, 0.025, (0, -0.08, 0.425), PAINT),
             box((0.38, 0.18, 0.42), (0, 0.20, 0.60), PORCELAIN),
             cylinder(0.02, 0.012, (0, 0.20, 0.816), STEEL),
@@ -180,7 +180,7 @@ def bathtub(name: str, length: float = 1.7) -> RobotDescription:
     """A tub along x, filled."""
     wide, high, rim = 0.75, 0.55, 0.07
     x, y = length / 2, wide / 2
-    return thing(
+    return object_of(
         name,
         [
             between((-x, -y, 0), (x, -y + rim, high), PORCELAIN),
@@ -198,7 +198,7 @@ def mirror(name: str, size: tuple[float, float], base: float) -> RobotDescriptio
     """A mirror (which does not mirror) whose back is at y = 0."""
     wide, high = size
     glass: RGBA = (0.78, 0.86, 0.90, 1.0)
-    return thing(
+    return object_of(
         name,
         [
             box((wide, 0.02, high), (0, -0.01, base + high / 2), STEEL),
@@ -209,7 +209,7 @@ def mirror(name: str, size: tuple[float, float], base: float) -> RobotDescriptio
 
 def hood(name: str) -> RobotDescription:
     """A cooker hood whose back is at y = 0."""
-    return thing(
+    return object_of(
         name,
         [box((0.60, 0.45, 0.08), (0, -0.225, 1.60), STEEL), box((0.24, 0.24, 0.76), (0, -0.13, 2.02), STEEL)],
     )
@@ -219,11 +219,11 @@ def basin(name: str, base: float) -> RobotDescription:
     """A wash basin standing on a cabinet of height `base` m, with its tap."""
     profile = [(0, 0), (0.10, 0), (0.19, 0.12), (0.175, 0.12), (0.09, 0.02), (0, 0.02)]
     at: Vector3 = (0, -0.04, base)
-    return thing(
+    return object_of(
         name,
         [
-            skin(turned(profile), PORCELAIN, at),
-            hidden(cylinder(0.18, 0.02, (0, -0.04, base + 0.01), PORCELAIN)),
+            skin(revolve(profile), PORCELAIN, at),
+            collision_only(cylinder(0.18, 0.02, (0, -0.04, base + 0.01), PORCELAIN)),
             cylinder(0.014, 0.22, (0, 0.17, base + 0.11), STEEL),
             capsule(0.012, 0.10, (0, 0.12, base + 0.215), STEEL, rpy=(math.pi / 2, 0, 0)),
         ],
@@ -232,7 +232,7 @@ def basin(name: str, base: float) -> RobotDescription:
 
 def shower_screen(name: str, length: float, height: float = 1.4) -> RobotDescription:
     """A pane of glass along x on the rim of a tub."""
-    return thing(name, [box((length, 0.012, height), (0, 0, 0.55 + height / 2), GLASS)])
+    return object_of(name, [box((length, 0.012, height), (0, 0, 0.55 + height / 2), GLASS)])
 
 
 def low_table(name: str, size: tuple[float, float], height: float, rgba: RGBA = OAK) -> RobotDescription:
@@ -244,4 +244,4 @@ def low_table(name: str, size: tuple[float, float], height: float, rgba: RGBA = 
         for k in (-1, 1)
     ]
     shelf = box((x - 0.12, y - 0.12, 0.016), (0, 0, 0.14), rgba)
-    return thing(name, [*legs, shelf, box((x, y, 0.03), (0, 0, height - 0.015), STONE)])
+    return object_of(name, [*legs, shelf, box((x, y, 0.03), (0, 0, height - 0.015), STONE)])

@@ -25,7 +25,7 @@ from roboyard.scenes.home.colors import (
 )
 from roboyard.scenes.home.doors import door
 from roboyard.scenes.home.walls import Opening, wall
-from roboyard.scenes.parts import between, box, thing
+from roboyard.scenes.parts import between, box, object_of
 from roboyard.scenes.scene import Scene, let_sleep, world_or_new
 from roboyard.scenes.tabletop import table
 from roboyard.transforms import quaternion_from_rpy
@@ -113,7 +113,7 @@ def _shell(flat: Flat) -> None:
         between((BATH, ACROSS, -0.02), (STUDY, NORTH, 0.002), (0.78, 0.83, 0.84, 1.0), solid=False),
         between((STUDY, ACROSS, -0.02), (EAST, NORTH, 0.002), PARQUET, solid=False),
     ]
-    flat.stand(thing("floors", floors), 0, 0)
+    flat.stand(object_of("floors", floors), 0, 0)
     window = {"bottom": 0.9, "top": 2.05}
     half = 0.06
     walls = [
@@ -130,7 +130,7 @@ def _shell(flat: Flat) -> None:
         *wall("y", BATH, ACROSS + half, NORTH - half),
         *wall("y", STUDY, ACROSS + half, NORTH - half),
     ]  # fmt: skip
-    flat.stand(thing("walls", walls), 0, 0)
+    flat.stand(object_of("walls", walls), 0, 0)
 
 
 def _doors(flat: Flat) -> None:
@@ -235,7 +235,7 @@ def _study(flat: Flat) -> None:
     flat.stand(fixtures.rug("study_rug", (1.5, 1.2), TERRACOTTA, (0.85, 0.78, 0.66, 1)), 2.95, 2.35)
     desk_top = box((1.5, 0.7, 0.03), (0, 0, 0.735), OAK)
     legs = [box((0.05, 0.6, 0.72), (-0.70, 0, 0.36), OAK), box((1.3, 0.02, 0.3), (0.0, 0.3, 0.55), OAK)]
-    flat.stand(thing("desk", [desk_top, *legs]), 2.95, NORTH - 0.43)
+    flat.stand(object_of("desk", [desk_top, *legs]), 2.95, NORTH - 0.43)
     flat.stand(
         cabinet("desk_drawers", (0.42, 0.6, 0.72), [drawers(3)], rgba=OAK, front=NAVY), 3.47, NORTH - 0.43
     )

@@ -6,7 +6,7 @@ import math
 
 from roboyard.description.model import RGBA, RobotDescription
 from roboyard.scenes.home.colors import LINEN, OAK, PAINT, WALNUT
-from roboyard.scenes.parts import Part, box, capsule, cylinder, thing
+from roboyard.scenes.parts import Part, box, capsule, cylinder, object_of
 
 
 def sofa(name: str, width: float, rgba: RGBA, pillow: RGBA) -> RobotDescription:
@@ -34,7 +34,7 @@ def sofa(name: str, width: float, rgba: RGBA, pillow: RGBA) -> RobotDescription:
     parts.append(
         box((0.40, 0.12, 0.36), (-width / 2 + arm + 0.24, 0.06, 0.62), pillow, rpy=(-0.3, 0.1, 0.15))
     )
-    return thing(name, parts)
+    return object_of(name, parts)
 
 
 def chair(name: str, rgba: RGBA = OAK, seat: RGBA = LINEN) -> RobotDescription:
@@ -42,7 +42,7 @@ def chair(name: str, rgba: RGBA = OAK, seat: RGBA = LINEN) -> RobotDescription:
     legs = [cylinder(0.018, 0.44, (i * 0.18, -0.18, 0.22), rgba) for i in (-1, 1)]
     posts = [cylinder(0.018, 0.86, (i * 0.18, 0.19, 0.43), rgba) for i in (-1, 1)]
     back = [box((0.36, 0.018, 0.08), (0, 0.19, z), rgba) for z in (0.62, 0.79)]
-    return thing(name, [*legs, *posts, *back, box((0.42, 0.42, 0.035), (0, 0, 0.4575), seat)], 5.0)
+    return object_of(name, [*legs, *posts, *back, box((0.42, 0.42, 0.035), (0, 0, 0.4575), seat)], 5.0)
 
 
 def stool(name: str, rgba: RGBA, height: float = 0.62) -> RobotDescription:
@@ -51,7 +51,7 @@ def stool(name: str, rgba: RGBA, height: float = 0.62) -> RobotDescription:
         cylinder(0.015, height - 0.02, (0.13 * math.cos(a), 0.13 * math.sin(a), (height - 0.02) / 2), OAK)
         for a in (0.8, 2.37, 3.94, 5.5)
     ]
-    return thing(name, [*legs, cylinder(0.17, 0.04, (0, 0, height - 0.02), rgba)], 4.0)
+    return object_of(name, [*legs, cylinder(0.17, 0.04, (0, 0, height - 0.02), rgba)], 4.0)
 
 
 def bed(name: str, width: float, cover: RGBA) -> RobotDescription:
@@ -78,7 +78,7 @@ def bed(name: str, width: float, cover: RGBA) -> RobotDescription:
             for s in (-1, 1)
         ),
     ]
-    return thing(name, parts)
+    return object_of(name, parts)
 
 
 def desk_chair(name: str, rgba: RGBA) -> RobotDescription:
@@ -96,7 +96,7 @@ def desk_chair(name: str, rgba: RGBA) -> RobotDescription:
         cylinder(0.02, 0.03, (0.28 * math.cos(a), 0.28 * math.sin(a), 0.015), dark)
         for a in (math.tau * k / 5 for k in range(5))
     ]
-    return thing(
+    return object_of(
         name,
         [
             *feet,

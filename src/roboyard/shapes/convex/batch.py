@@ -16,12 +16,12 @@ from queue import PriorityQueue, SimpleQueue
 
 from roboyard.shapes.convex.decomposition import (
     TIME_LIMIT,
-    Begun,
     Decomposition,
     Method,
+    PendingDecomposition,
     Settings,
-    begin,
-    finish,
+    start_decomposition,
+    wait_decomposition,
 )
 from roboyard.shapes.mesh import TriangleMesh
 
@@ -85,7 +85,7 @@ class _Crew:
         # own parts are made under Python's lock: a second thread would only keep CoACD from its core
         self._beginners = 1 if settings.method == "coacd" else workers
         self._beginning = self._beginners
-        self._begun: PriorityQueue[tuple[float, int, Begun | None]] = PriorityQueue()
+        self._begun: PriorityQueue[tuple[float, int, PendingDecomposition | None]] = PriorityQueue()
 
     def work(self) -> None:
         """Make own parts as long as there are meshes and not enough threads at it, then ask CoACD."""
@@ -98,7 +98,9 @@ class _Crew:
             _, index, begun = self._begun.get()
             if begun is None:
                 return
-            self._do(index, lambda begun=begun: finish(begun, self.settings, self._stop, self.deadline))
+            self._do(
+                index, lambda begun=begun: wait_decomposition(begun, self.settings, self._stop, self.deadline)
+            )
 
     def _begin_all(self) -> None:
         while not self.stopped.is_set():
@@ -106,20 +108,22 @@ class _Crew:
                 if not self._todo:
                     break
                 index = self._todo.pop()
-            self._do(index, lambda index=index: begin(self.meshes[index], self.settings, self._stop))
+            self._do(
+                index, lambda index=index: start_decomposition(self.meshes[index], self.settings, self._stop)
+            )
         with self._lock:
             self._beginning -= 1
             if self._beginning == 0:
                 for thread in range(self.workers):
                     self._begun.put((math.inf, len(self.meshes) + thread, None))
 
-    def _do(self, index: int, task: Callable[[], Decomposition | Begun]) -> None:
+    def _do(self, index: int, task: Callable[[], Decomposition | PendingDecomposition]) -> None:
         try:
             made = task()
         except BaseException as error:  # told to the thread that waits
             self.done.put((index, error))
             return
-        if isinstance(made, Begun):
+        if isinstance(made, PendingDecomposition):
             self._begun.put((-made.air, index, made))
         else:
             self.done.put((index, made))

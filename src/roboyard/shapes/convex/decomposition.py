@@ -67,7 +67,7 @@ class Settings:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Begun:
+class PendingDecomposition:
     """A mesh whose hull and own parts are made, for which CoACD is still to be asked."""
 
     mesh: TriangleMesh
@@ -137,13 +137,13 @@ def decompose(
         MeshError: the mesh has no finite vertex.
     """
     settings = Settings(method, hull_count, max_vertices, time_limit, use_cache)
-    begun = begin(mesh, settings, stop)
-    return begun if isinstance(begun, Decomposition) else finish(begun, settings, stop, deadline)
+    begun = start_decomposition(mesh, settings, stop)
+    return begun if isinstance(begun, Decomposition) else wait_decomposition(begun, settings, stop, deadline)
 
 
-def begin(
+def start_decomposition(
     mesh: TriangleMesh, settings: Settings, stop: Callable[[], bool] = lambda: False
-) -> Decomposition | Begun:
+) -> Decomposition | PendingDecomposition:
     """All that needs no CoACD; the result where that is all there is to do, or where it is known already.
 
     Raises:
@@ -171,7 +171,7 @@ def begin(
         parts = split_convex(mesh, grid, settings.hull_count, vertices, stop=stop)
         parts_fit = measure_hulls([hull.mesh for hull in parts], grid)
         asks_coacd, lasting = _asks_coacd(method, grid, notes)
-    begun = Begun(
+    begun = PendingDecomposition(
         mesh=mesh,
         key=key,
         grid=grid,
@@ -196,8 +196,11 @@ def _asks_coacd(method: str, grid: VoxelGrid, notes: list[str]) -> tuple[bool, b
     return True, True
 
 
-def finish(
-    begun: Begun, settings: Settings, stop: Callable[[], bool] = lambda: False, deadline: float = math.inf
+def wait_decomposition(
+    begun: PendingDecomposition,
+    settings: Settings,
+    stop: Callable[[], bool] = lambda: False,
+    deadline: float = math.inf,
 ) -> Decomposition:
     """Ask CoACD, and take its parts or Roboyard's own; `deadline` as of `decompose`."""
     since = time.perf_counter()
@@ -220,7 +223,7 @@ def finish(
 
 
 def _kept(
-    begun: Begun,
+    begun: PendingDecomposition,
     settings: Settings,
     parts: list[Hull],
     fit: HullFit,

@@ -34,7 +34,7 @@ _IMAGES = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "PPM", "DDS")
 _log = logging.getLogger("roboyard.shapes")
 
 
-def find_companion(mesh_file: Path, name: str) -> Path | None:
+def find_external_file(mesh_file: Path, name: str) -> Path | None:
     """The file that a mesh names, if it lies in the mesh's own folders; else None, and the log says why.
 
     The mesh's folders are its own and, as long as they are called as mesh folders are (`meshes/visual/`),
@@ -69,7 +69,7 @@ def pixels(image: Image) -> NDArray[np.uint8]:
 
 def load_image(mesh_file: Path, name: str) -> NDArray[np.uint8] | None:
     """(h, w, 4) RGBA pixels of an image that a mesh names; None, logged, where there is none to read."""
-    file = find_companion(mesh_file, name)
+    file = find_external_file(mesh_file, name)
     return None if file is None else load_image_file(file, f"{mesh_file.name}: {file.name}")
 
 

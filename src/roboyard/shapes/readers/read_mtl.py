@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.shapes.readers.external_files import find_companion, load_image
+from roboyard.shapes.readers.external_files import find_external_file, load_image
 
 REMEMBERED = 16
 """Libraries."""
@@ -36,7 +36,7 @@ def read_mtl(obj_file: Path, libraries: Sequence[str], wanted: Collection[str]) 
     finishes: dict[str, Finish] = {}
     images: dict[str, NDArray[np.uint8] | None] = {}
     for library in libraries:
-        file = find_companion(obj_file, library)
+        file = find_external_file(obj_file, library)
         if file is None:
             continue
         state = file.stat()

@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.shapes.readers.external_files import find_companion, pixels
+from roboyard.shapes.readers.external_files import find_external_file, pixels
 from roboyard.shapes.readers.parts import Part
 
 MAX_ITEMS = 100_000_000
@@ -65,7 +65,7 @@ class _Resolver:
         self.file = file
 
     def get(self, name: str) -> bytes:
-        found = find_companion(self.file, name)
+        found = find_external_file(self.file, name)
         if found is None:
             raise FileNotFoundError(f"{name} was not found in the mesh's folders")
         return found.read_bytes()

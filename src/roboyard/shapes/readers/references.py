@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from roboyard.shapes.readers.external_files import find_companion
+from roboyard.shapes.readers.external_files import find_external_file
 
 _MTLLIB = re.compile(rb"^([ \t]*mtllib[ \t]+)([^\r\n]+)", re.M)
 _MAP = re.compile(
@@ -31,7 +31,7 @@ def named_files(mesh: Path, part: Path | None = None) -> Iterator[tuple[str, Pat
     """
     file = mesh if part is None else part
     for name in names_in(file):
-        found = find_companion(mesh, name)
+        found = find_external_file(mesh, name)
         if found is None or found == file:
             continue
         yield name, found
@@ -64,7 +64,7 @@ def missing_files(mesh: Path, names: Iterable[str]) -> list[str]:
     """Those of the `names_in` a mesh, and in its material libraries, that are not in its folders."""
     named = list(names)
     for name in tuple(named):
-        found = find_companion(mesh, name)
+        found = find_external_file(mesh, name)
         if found is not None and found.suffix.lower() == ".mtl":
             named += names_in(found)
-    return [name for name in dict.fromkeys(named) if find_companion(mesh, name) is None]
+    return [name for name in dict.fromkeys(named) if find_external_file(mesh, name) is None]

@@ -22,7 +22,7 @@ from roboyard.errors import ConfigError, unknown_name
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.sampling import surface_points
 from roboyard.shapes.spheres.growth import hold_surface
-from roboyard.shapes.spheres.objective import REACH, Problem, Weights
+from roboyard.shapes.spheres.objective import REACH, SphereFitObjective, Weights
 from roboyard.shapes.voxels.grid import VoxelGrid, voxelize
 
 Array = NDArray[np.float64]
@@ -129,7 +129,7 @@ def fit_spheres(
     grid = voxelize(meshes, cells=cells, fill_cavities=True)
     rng = np.random.default_rng(seed)
     skin = surface_points(meshes, 4000, rng)
-    problem = Problem.sample(grid, skin, rng)
+    problem = SphereFitObjective.sample(grid, skin, rng)
     if count is not None:
         spheres = _solve(problem, count, replace(goal, surface=0.0))
     else:
@@ -170,7 +170,7 @@ def _resolve(preset: str | SpherePreset) -> SpherePreset:
     return PRESETS[preset]
 
 
-def _is_crude(problem: Problem, spheres: Array, goal: SpherePreset) -> bool:
+def _is_crude(problem: SphereFitObjective, spheres: Array, goal: SpherePreset) -> bool:
     """True where more spheres would serve better."""
     if np.median(spheres[:, 3]) * problem.scale < FINE_ENOUGH:
         return False
@@ -178,7 +178,7 @@ def _is_crude(problem: Problem, spheres: Array, goal: SpherePreset) -> bool:
     return problem.outside(spheres, near) > goal.bulge
 
 
-def _solve(problem: Problem, number: int, goal: SpherePreset) -> Array:
+def _solve(problem: SphereFitObjective, number: int, goal: SpherePreset) -> Array:
     """(n, 4) fitted centres and radii in working units."""
     starts = [problem.start(number, turn) for turn in range(1 if number == 1 else STARTS)]
     typical = float(starts[0][:, 3].mean())
@@ -200,7 +200,9 @@ def _solve(problem: Problem, number: int, goal: SpherePreset) -> Array:
     return spheres
 
 
-def _judge(grid: VoxelGrid, problem: Problem, centers: Array, radii: Array, skin: Array) -> SphereFit:
+def _judge(
+    grid: VoxelGrid, problem: SphereFitObjective, centers: Array, radii: Array, skin: Array
+) -> SphereFit:
     spheres = np.concatenate([(centers - grid.origin), radii[:, None]], axis=1) / problem.scale
     gap = problem.gaps(spheres, (skin - grid.origin) / problem.scale) * problem.scale
     return SphereFit(

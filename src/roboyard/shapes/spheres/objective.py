@@ -35,7 +35,7 @@ class Weights:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Problem:
+class SphereFitObjective:
     """Sampled volume in working units: the cube root of the solid's volume is 1, the grid's origin is 0."""
 
     grid: VoxelGrid
@@ -55,14 +55,14 @@ class Problem:
     """Volume that one outer point stands for / volume of the solid."""
 
     @staticmethod
-    def sample(grid: VoxelGrid, surface: Array, rng: np.random.Generator) -> Problem:
+    def sample(grid: VoxelGrid, surface: Array, rng: np.random.Generator) -> SphereFitObjective:
         """`surface`: (s, 3) points spread evenly over it; m."""
         scale = float(np.cbrt(grid.volume))
         inner = rng.permutation(grid.interior_samples(6000, rng))
         skin = grid.surface_samples(2000, rng)
         # where there is little to see (sheets, single points), the fit must see it all
         seen, unseen = (inner[::2], inner[1::2]) if len(inner) >= ENOUGH else (inner, inner)
-        return Problem(
+        return SphereFitObjective(
             grid=grid,
             scale=scale,
             inner=(seen - grid.origin) / scale,
@@ -73,7 +73,7 @@ class Problem:
             outer_volume=0.0,
         )
 
-    def around(self, band: float, count: int = 4000) -> Problem:
+    def around(self, band: float, count: int = 4000) -> SphereFitObjective:
         """The same with points outside, no farther than `band` (working units) from the surface."""
         skin = (self.grid.surface_points - self.grid.origin) / self.scale
         lower, upper = skin.min(axis=0) - band, skin.max(axis=0) + band

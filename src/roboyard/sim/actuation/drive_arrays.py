@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from roboyard.sim.world import World
 
 
-class DriveVector:
+class DriveArrays:
     """Drives of n joints; each applies kp (position - q) + kd (velocity - v) + effort within its limit.
 
     Arrays are (n,) in the order of the joints given. Joints without a drive (mimics) are an error.

@@ -26,7 +26,7 @@ from roboyard.errors import RoboyardError
 from roboyard.sim.build.joints import NO_EFFORT_LIMIT
 
 if TYPE_CHECKING:
-    from roboyard.sim.actuation.drive_arrays import DriveVector
+    from roboyard.sim.actuation.drive_arrays import DriveArrays
     from roboyard.sim.joint import Joint
     from roboyard.sim.world import World
 
@@ -92,11 +92,11 @@ class Drives:
         bound = float(self._actuator(joint).forcerange[1])
         return np.inf if bound >= NO_EFFORT_LIMIT else bound
 
-    def vector(self, joints: Sequence[Joint]) -> DriveVector:
+    def vector(self, joints: Sequence[Joint]) -> DriveArrays:
         """The drives of several joints, written to as arrays."""
-        from roboyard.sim.actuation.drive_arrays import DriveVector
+        from roboyard.sim.actuation.drive_arrays import DriveArrays
 
-        return DriveVector(self._world, joints)
+        return DriveArrays(self._world, joints)
 
     # ------------------------------------------------------------------------------------------------------
 

@@ -29,7 +29,7 @@ _PACK = struct.Struct("5d").pack_into
 MOTORED = ("revolute", "continuous", "prismatic", "spherical")
 
 
-class Motors:
+class VelocityMotors:
     """The motors of one world: at most one a joint, in place of the joint's dry friction while it acts."""
 
     def __init__(self, world: World) -> None:
@@ -218,7 +218,7 @@ class BodyMotors:
 
     __slots__ = ("_all", "_body", "_buffer", "_goals", "bounds", "motors", "targets")
 
-    def __init__(self, every: Motors, body: Body) -> None:
+    def __init__(self, every: VelocityMotors, body: Body) -> None:
         count = body.joint_dofs
         self._all, self._body = every, body
         self.move_to(np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))
@@ -245,7 +245,7 @@ class BodyMotors:
         max_impulse: float,
         max_velocity: float,
     ) -> None:
-        """Give the joint of one dof at `row` a motor: mode 1 velocity, 2 position; see `Motors.set`."""
+        """Give the joint of one dof at `row` a motor: mode 1 velocity, 2 position; see `set`."""
         self.aim(row, mode, target, velocity, kp, kd, max_velocity)
         self.bound(row, max_impulse, max_force)
 

@@ -37,7 +37,7 @@ def color_of(model: Any, geom: int) -> tuple[float, float, float, float]:
 
 
 @dataclass(eq=False)
-class Coats:
+class TextureMaps:
     """Textures of one compiled model; equal geoms share images and meshes."""
 
     model: Any
@@ -98,15 +98,15 @@ class Coats:
         return wrap_in_cube(mesh, scale, unit, image.shape[1], max(image.shape[0] // image.shape[1], 1))
 
 
-_of_worlds: WeakKeyDictionary[World, Coats] = WeakKeyDictionary()
+_of_worlds: WeakKeyDictionary[World, TextureMaps] = WeakKeyDictionary()
 
 
-def coats_of(world: World) -> Coats:
+def texture_maps_of(world: World) -> TextureMaps:
     """Textures of a world's compiled model, remembered until it is compiled again."""
     model = world.live_model
     kept = _of_worlds.get(world)
     if kept is None or kept.model is not model:
-        kept = _of_worlds[world] = Coats(model)
+        kept = _of_worlds[world] = TextureMaps(model)
     return kept
 
 

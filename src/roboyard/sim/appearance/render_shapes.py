@@ -37,19 +37,19 @@ CHECKER_SQUARE = 1.0
 
 
 @dataclass(kw_only=True, slots=True)
-class Look:
-    """One visual shape of a link; change its fields through `Looks.change`."""
+class ShapeAppearance:
+    """One visual shape of a link; change its fields through `RenderShapes.change`."""
 
     geometry: Geometry
     shape: RenderShape
 
 
-class Looks:
+class RenderShapes:
     """Visual shapes by body and link. Nothing is loaded before the first picture."""
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._by_body: dict[int, dict[int, list[Look]]] = {}
+        self._by_body: dict[int, dict[int, list[ShapeAppearance]]] = {}
         self._scene = RenderScene()
         self._dirty = True
 
@@ -66,7 +66,7 @@ class Looks:
         """MuJoCo's rows moved."""
         self._dirty = True
 
-    def of(self, body: Body) -> dict[int, list[Look]]:
+    def of(self, body: Body) -> dict[int, list[ShapeAppearance]]:
         """Shapes of a body by link index."""
         if body.id not in self._by_body:
             looks = _gather(body)
@@ -109,19 +109,19 @@ class Looks:
         return self._scene
 
 
-def _keep_textures(looks: dict[int, list[Look]]) -> None:
+def _keep_textures(looks: dict[int, list[ShapeAppearance]]) -> None:
     for look in (look for of_link in looks.values() for look in of_link):
         shape = look.shape
         if shape.texture is None and shape.mesh.texture is not None:
             look.shape = replace(shape, texture=shape.mesh.texture)
 
 
-def _gather(body: Body) -> dict[int, list[Look]]:
+def _gather(body: Body) -> dict[int, list[ShapeAppearance]]:
     if body.description is None:
         from roboyard.sim.mjcf import looks_of_model
 
         return looks_of_model(body)
-    found: dict[int, list[Look]] = {}
+    found: dict[int, list[ShapeAppearance]] = {}
     links = [record.link for record in body.built.links]
     draw_collisions = not any(link.visuals for link in links if link is not None)
     for index, link in enumerate(links):
@@ -131,7 +131,7 @@ def _gather(body: Body) -> dict[int, list[Look]]:
             material = None if draw_collisions else getattr(shape, "material", None)
             render = render_shape(shape.geometry, shape.origin, material, body.scale, (body.id, index))
             if render is not None:
-                found.setdefault(index, []).append(Look(geometry=shape.geometry, shape=render))
+                found.setdefault(index, []).append(ShapeAppearance(geometry=shape.geometry, shape=render))
     return found
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     import mujoco
 
-    from roboyard.sim.physics_profile import Profile
+    from roboyard.sim.physics_profile import PhysicsProfile
 
 Solver = Literal["auto", "newton", "cg"]
 
@@ -52,7 +52,7 @@ def apply_options(
     gravity: tuple[float, float, float],
     dofs: int,
     solver: Solver,
-    profile: Profile,
+    profile: PhysicsProfile,
 ) -> None:
     """Write a world's options into those of its spec before it compiles, or of its MjModel.
 

@@ -17,7 +17,7 @@ from roboyard.description.mass_properties import MassProperties, mass_properties
 from roboyard.description.model import RGBA, Box, Capsule, Cylinder, Pose, RobotDescription, Sphere
 from roboyard.sim.build.geoms import SMALLEST, paint, plain_size
 from roboyard.sim.build.records import BuildOptions
-from roboyard.sim.pool.templates import Mould
+from roboyard.sim.pool.templates import BodyTemplate
 from roboyard.transforms import Array, matrix_from_quaternion, to_wxyz
 
 NEARLY = 1e-9
@@ -86,9 +86,11 @@ def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers 
     )
 
 
-def cast(mould: Mould, numbers: Numbers, description: RobotDescription) -> Mould:
+def analytic_template(
+    template: BodyTemplate, numbers: Numbers, description: RobotDescription
+) -> BodyTemplate:
     """The mould of a body that differs from another's only in numbers."""
-    family, mass = mould.family, numbers.mass
+    family, mass = template.family, numbers.mass
     position, quaternion = np.array(numbers.pose.position), to_wxyz(numbers.pose.quaternion)
     body, geoms, blocks, is_free = family.body, family.geoms, {}, not family.options.fixed_base
     if mass is not None:
@@ -106,7 +108,7 @@ def cast(mould: Mould, numbers: Numbers, description: RobotDescription) -> Mould
         assert mass is not None
         length = _length(mass, reach, numbers.pose)
         blocks["dof_length"] = np.array([1.0, 1.0, 1.0, length, length, length])
-    return Mould(
+    return BodyTemplate(
         description=description,
         options=family.options,
         mass=mass,
@@ -188,7 +190,7 @@ def _mass_blocks(mass: MassProperties, wxyz: Array, *, is_free: bool) -> dict[st
 
 
 def _add_geom_blocks(
-    blocks: dict[str, np.ndarray], family: Mould, numbers: Numbers, position: Array, wxyz: list[float]
+    blocks: dict[str, np.ndarray], family: BodyTemplate, numbers: Numbers, position: Array, wxyz: list[float]
 ) -> float:
     """Arrays that follow from the geoms' common size and pose; gives the radius around each geom (m)."""
     count, kinds = len(family.geoms), mujoco.mjtGeom

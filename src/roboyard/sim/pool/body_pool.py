@@ -27,9 +27,9 @@ import numpy as np
 
 from roboyard.description.model import RobotDescription
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
-from roboyard.sim.pool.rows import Spare, SpareRows, add_spare, is_apart
-from roboyard.sim.pool.template_cache import MouldStore
-from roboyard.sim.pool.templates import Mould, can_wait
+from roboyard.sim.pool.rows import PooledBody, PoolRows, add_pooled_body, is_apart
+from roboyard.sim.pool.template_cache import TemplateCache
+from roboyard.sim.pool.templates import BodyTemplate, can_wait
 from roboyard.transforms import Array, to_wxyz
 
 if TYPE_CHECKING:
@@ -57,16 +57,16 @@ _NAME, _GONE = "spare{}", "gone{}"
 Recent = tuple[RobotDescription, BuildOptions]
 
 
-class Spares:
+class BodyPool:
     """The spares of one world."""
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
-        self._rows = SpareRows(engine)
-        self._slots: list[Spare] = []
+        self._rows = PoolRows(engine)
+        self._slots: list[PooledBody] = []
         self._next = 0
         """First spare that may be taken; those before it have an owner or were passed over."""
-        self._slot_of: dict[int, Spare] = {}
+        self._slot_of: dict[int, PooledBody] = {}
         """By id of the body that lives there."""
         self._gone: list[Built] = []
         """What removed bodies have left in the spec."""
@@ -77,7 +77,7 @@ class Spares:
         self._patience = STREAK
         self._idle = 0
         self._recent: deque[Recent] = deque(maxlen=REMEMBERED)
-        self._moulds = MouldStore()
+        self._moulds = TemplateCache()
         self._steps: deque[float] = deque(maxlen=STREAK)
         """Between the last additions, and before the first of them."""
         self._time = 0.0
@@ -95,19 +95,19 @@ class Spares:
         return len(self._slots) - self._next
 
     @property
-    def parked(self) -> int:
+    def inactive(self) -> int:
         """How many bodies lie in MuJoCo's arrays that are nobody's."""
         return len(self._slots) - len(self._slot_of) + len(self._gone)
 
     @property
-    def habits(self) -> tuple[Recent, ...]:
+    def history(self) -> tuple[Recent, ...]:
         """What came lately, if that was worth spares, for a world that takes this one's place."""
         return tuple(self._recent) if self._taken >= STREAK else ()
 
-    def take_up(self, habits: tuple[Recent, ...]) -> None:
+    def restore_history(self, history: tuple[Recent, ...]) -> None:
         """Expect what came to the world whose place this one takes."""
-        self._recent.extend(habits)
-        self._eager = bool(habits)
+        self._recent.extend(history)
+        self._eager = bool(history)
 
     # ------------------------------------------------------------------------------------ coming and going
 
@@ -134,9 +134,9 @@ class Spares:
             self._engine.mark_stale()
         self._idle += steps
 
-    def dismiss(self) -> None:
+    def clear(self) -> None:
         """Somebody wants MuJoCo's arrays or the spec as they are without anything parked."""
-        if self.parked:
+        if self.inactive:
             if self.free:
                 self._discourage()
             self._drop()
@@ -159,16 +159,16 @@ class Spares:
         self._idle = 0
         if self._streak < self._patience or spec.sensors or _may_sleep(spec):
             return 0
-        moulds = self._wanted()
-        if not moulds:
+        templates = self._wanted()
+        if not templates:
             return 0
-        self._with_joints = any(mould.description.joints for mould in moulds)
+        self._with_joints = any(template.description.joints for template in templates)
         fewest = FEWEST_WITH_JOINTS if self._with_joints else REMEMBERED if is_first else FEWEST
         size = self._size()
         count = max(fewest, fresh, min(size, MORE + size // 2, MOST))
-        for number, mould in enumerate(islice(cycle(moulds), count)):
-            self._slots.append(add_spare(spec, self._engine.assets, mould, _NAME.format(number)))
-        return sum(slot.mould.counts["geom"] for slot in self._slots)
+        for number, template in enumerate(islice(cycle(templates), count)):
+            self._slots.append(add_pooled_body(spec, self._engine.assets, template, _NAME.format(number)))
+        return sum(slot.template.counts["geom"] for slot in self._slots)
 
     def settle(self) -> None:
         """After a compile: see where spares lie, and park them."""
@@ -181,12 +181,12 @@ class Spares:
             return len(bodies)
         return sum(len(body.links) for body in bodies) + MESH * self._engine.assets.count
 
-    def weigh_anew(self) -> None:
+    def update_inertia(self) -> None:
         """Inertias were written: what is parked counts for nothing."""
-        if self.parked:
-            self._rows.weigh_anew()
+        if self.inactive:
+            self._rows.update_inertia()
 
-    def _wanted(self) -> list[Mould]:
+    def _wanted(self) -> list[BodyTemplate]:
         """Moulds like those of the last additions, without makes that came only once."""
         hasty = max(self._steps) < HASTE + 0.5
         jointed = [description for description, _ in self._recent if description.joints]
@@ -194,15 +194,15 @@ class Spares:
         found = [self._moulds.find(description, options) for description, options in recent]
         has = self._engine.assets.has  # meshes of bodies that have gone are not there
         there = (m for m in found if m is not None and (m.description.joints or all(map(has, m.meshes))))
-        moulds = [mould.family for mould in there]
-        seen = Counter(mould.make for mould in moulds)
-        return [mould for mould in moulds if seen[mould.make] > 1]
+        templates = [template.family for template in there]
+        seen = Counter(template.make for template in templates)
+        return [template for template in templates if seen[template.make] > 1]
 
     def _drop(self) -> None:
         """Take all that is parked out of the spec, all at once: a single one costs as much."""
         going = [slot for slot in self._slots if slot.owner < 0]
         elements = [slot.element for slot in going] + [built.links[0].element for built in self._gone]
-        meshes = [mesh for slot in going for mesh in slot.mould.meshes]
+        meshes = [mesh for slot in going for mesh in slot.template.meshes]
         meshes += [mesh for built in self._gone for mesh in built.links[0].meshes]
         self._slots, self._next, self._slot_of, self._gone = [], 0, {}, []
         self._with_joints = False
@@ -233,24 +233,24 @@ class Spares:
     ) -> Built | None:
         """Make a spare the body of a description; None where there is none that fits.
 
-        Arguments as of `roboyard.sim.build.bodies.build`. `settle_in` has to follow.
+        Arguments as of `roboyard.sim.build.bodies.build`. `activate` has to follow.
         """
         if self._engine.is_stale or not self.free or not can_wait(description, options):
             return None
         if position.shape != (3,) or not np.isfinite(position).all():
             return None  # the compile says what is wrong
-        mould = self._moulds.find(description, options)
-        if mould is None:
+        template = self._moulds.find(description, options)
+        if template is None:
             return None
-        make, slots = mould.make, self._slots
+        make, slots = template.make, self._slots
         fitting = (
-            k for k in range(self._next, len(slots)) if slots[k].mould.make == make and slots[k].is_free
+            k for k in range(self._next, len(slots)) if slots[k].template.make == make and slots[k].is_free
         )
         found = next(fitting, None)
         if found is None:
             return None
         slot, root = slots[found], description.root
-        self._rows.fill(slot, mould, options, position, to_wxyz(quaternion))
+        self._rows.fill(slot, template, options, position, to_wxyz(quaternion))
         slot.rename(prefix)
         self._next = found + 1
         self._taken += 1
@@ -262,15 +262,15 @@ class Spares:
             parent=-1,
             element=slot.element,
             link=root,
-            geoms=slot.geoms[: mould.collisions],
-            visuals=slot.geoms[mould.collisions :],
-            meshes=list(mould.meshes),
-            mass=mould.mass,
+            geoms=slot.geoms[: template.collisions],
+            visuals=slot.geoms[template.collisions :],
+            meshes=list(template.meshes),
+            mass=template.mass,
         )
         dofs = 0 if slot.free_joint is None else 6
-        return Built(links=[record], free_joint=slot.free_joint, notes=list(mould.notes), dofs=dofs)
+        return Built(links=[record], free_joint=slot.free_joint, notes=list(template.notes), dofs=dofs)
 
-    def settle_in(self, body: Body) -> None:
+    def activate(self, body: Body) -> None:
         """The body that took the last spare has its id now."""
         slot = self._slots[self._next - 1]
         slot.owner = body.id

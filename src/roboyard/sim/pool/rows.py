@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
-from roboyard.sim.pool.templates import Mould, row_starts
+from roboyard.sim.pool.templates import BodyTemplate, row_starts
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -27,12 +27,12 @@ _NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
-class Spare:
+class PooledBody:
     """Rows of one body in MuJoCo's arrays, and its elements in the spec."""
 
     name: str
     """While it is nobody's."""
-    mould: Mould
+    template: BodyTemplate
     """What its elements in the spec say."""
     element: Any
     """Of the root link."""
@@ -56,7 +56,7 @@ class Spare:
     def rename(self, name: str) -> None:
         """Give its elements the names that a body has whose own begins so (ending in "/")."""
         if self.built is None:
-            self.element.name = f"{name}{self.mould.description.root.name}"
+            self.element.name = f"{name}{self.template.description.root.name}"
         else:
             for record in self.built.links:
                 record.element.name = f"{name}{record.name}"
@@ -66,24 +66,26 @@ class Spare:
             self.free_joint.name = f"{self.element.name}/free"
 
 
-def add_spare(spec: Any, assets: MeshAssets, mould: Mould, name: str) -> Spare:
+def add_pooled_body(spec: Any, assets: MeshAssets, template: BodyTemplate, name: str) -> PooledBody:
     """Add a spare of a mould's make to a spec."""
     built = None
-    if mould.description.joints:
-        built = build(spec, assets, mould.description, f"{name}/", _NOWHERE, _UNTURNED, mould.options)
+    if template.description.joints:
+        built = build(spec, assets, template.description, f"{name}/", _NOWHERE, _UNTURNED, template.options)
         root = built.links[0]
         element, joint, geoms = root.element, built.free_joint, [*root.geoms, *root.visuals]
     else:
-        of_body, of_geoms = mould.given()
+        of_body, of_geoms = template.given()
         element = spec.worldbody.add_body(name=name, **of_body)
-        joint = None if mould.options.fixed_base else element.add_freejoint(name=name, align=0)
+        joint = None if template.options.fixed_base else element.add_freejoint(name=name, align=0)
         geoms = [element.add_geom(**fields) for fields in of_geoms]
-        for mesh in mould.meshes:
+        for mesh in template.meshes:
             assets.retain(mesh)
-    return Spare(name=name, mould=mould, element=element, free_joint=joint, geoms=geoms, built=built)
+    return PooledBody(
+        name=name, template=template, element=element, free_joint=joint, geoms=geoms, built=built
+    )
 
 
-class SpareRows:
+class PoolRows:
     """Writes single bodies into a compiled world's arrays."""
 
     def __init__(self, engine: Engine) -> None:
@@ -94,17 +96,17 @@ class SpareRows:
         self._away: dict[int, tuple[dict[str, int], dict[str, int]]] = {}
         """First rows and counts of all that is parked, by row of the root."""
 
-    def look(self, spares: list[Spare]) -> None:
+    def look(self, pool: list[PooledBody]) -> None:
         """After a compile: see where spares lie, and park them."""
         model = self._engine.live_model
         self._arrays, self._away = {}, {}
-        for spare in spares:
-            counts = spare.mould.counts
+        for spare in pool:
+            counts = spare.template.counts
             spare.starts = row_starts(model, spare.element.id, counts["body"])
             self._park(spare.starts, counts)
-        self.weigh_anew()
+        self.update_inertia()
 
-    def weigh_anew(self) -> None:
+    def update_inertia(self) -> None:
         """Masses or inertias were written, or MuJoCo has summed them up itself."""
         model = self._engine.live_model
         self._mass, self._inertia = float(model.body_mass.sum()), float(model.dof_M0.sum())
@@ -114,7 +116,9 @@ class SpareRows:
         if self._away:
             self._weigh()
 
-    def fill(self, spare: Spare, mould: Mould, options: BuildOptions, position: Array, wxyz: Array) -> None:
+    def fill(
+        self, spare: PooledBody, template: BodyTemplate, options: BuildOptions, position: Array, wxyz: Array
+    ) -> None:
         """Make a parked spare the body of a mould.
 
         Args:
@@ -124,43 +128,43 @@ class SpareRows:
             position: (3,) m.
             wxyz: (4,) unit.
         """
-        starts, related = spare.starts, spare.is_pristine and spare.mould.family is mould.family
-        if not (related and spare.mould is mould):
-            _write_elements(spare, mould, plainly=related)
+        starts, related = spare.starts, spare.is_pristine and spare.template.family is template.family
+        if not (related and spare.template is template):
+            _write_elements(spare, template, plainly=related)
         spare.element.pos, spare.element.quat = position, wxyz
         if not related:
-            names: Any = mould.blocks
-        elif spare.mould is mould:
+            names: Any = template.blocks
+        elif spare.template is template:
             names = PARKED_FIELDS if spare.built is None else (*PARKED_FIELDS, *PARKED_JOINTS)
         else:
-            names = (*PARKED_FIELDS, *mould.varied, *spare.mould.varied)
-        blocks, kinds = mould.blocks, mould.kinds
+            names = (*PARKED_FIELDS, *template.varied, *spare.template.varied)
+        blocks, kinds = template.blocks, template.kinds
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
             self._array(label)[start : start + len(block)] = block
-        if spare.built is not None and options.contype != mould.options.contype:
+        if spare.built is not None and options.contype != template.options.contype:
             self._set_masks(spare, options)
-        spare.mould, spare.is_pristine = mould, False
+        spare.template, spare.is_pristine = template, False
         row, first, data = starts["body"], starts["qpos"], self._engine.live_data
         self._array("body_pos")[row] = position
         self._array("body_quat")[row] = wxyz
         if first >= 0:
-            self._rest(starts, mould.counts)
-            places = slice(first, first + mould.counts["qpos"])
+            self._rest(starts, template.counts)
+            places = slice(first, first + template.counts["qpos"])
             data.qpos[places] = blocks["qpos0"]
         if spare.free_joint is not None:
             for values in (self._array("qpos0"), self._array("qpos_spring"), data.qpos):
                 values[first : first + 3] = position
                 values[first + 3 : first + 7] = wxyz
-        self._count(starts, mould.counts, 1)
+        self._count(starts, template.counts, 1)
         del self._away[row]
         self._weigh()
 
-    def park(self, spare: Spare) -> None:
+    def park(self, spare: PooledBody) -> None:
         """Nobody's from now on."""
         spare.owner = -1
         spare.rename(f"{spare.name}/")
-        self._put_away(spare.starts, spare.mould.counts)
+        self._put_away(spare.starts, spare.template.counts)
 
     def park_body(self, built: Built, name: str) -> None:
         """A body of one link is gone; its rows stay for now, under another name."""
@@ -194,13 +198,13 @@ class SpareRows:
             values[dofs] = 0.0
         data.xfrc_applied[_rows("body", starts, counts)] = 0.0
 
-    def _set_masks(self, spare: Spare, options: BuildOptions) -> None:
+    def _set_masks(self, spare: PooledBody, options: BuildOptions) -> None:
         """Give all that touches anything the masks of a body that has some of its own."""
         assert spare.built is not None
         for name in MASKS:
-            block = spare.mould.blocks[name]
+            block = spare.template.blocks[name]
             mask = options.contype if name.endswith("contype") else options.conaffinity
-            rows = _rows(name[:4], spare.starts, spare.mould.counts)
+            rows = _rows(name[:4], spare.starts, spare.template.counts)
             self._array(name)[rows] = np.where(block != 0, mask, 0)
         for geom in (geom for record in spare.built.links for geom in record.geoms):
             geom.contype, geom.conaffinity = options.contype, options.conaffinity
@@ -256,10 +260,10 @@ def _rows(kind: str, starts: dict[str, int], counts: dict[str, int]) -> slice:
     return slice(first, first + counts[kind]) if first >= 0 else slice(0, 0)
 
 
-def _write_elements(spare: Spare, mould: Mould, *, plainly: bool) -> None:
+def _write_elements(spare: PooledBody, template: BodyTemplate, *, plainly: bool) -> None:
     """Make a body of one link and its geoms in the spec what a mould says; `plainly`: only numbers differ."""
-    pairs = [(spare.element, mould.body, spare.mould.body)]
-    pairs += zip(spare.geoms, mould.geoms, spare.mould.geoms, strict=True)
+    pairs = [(spare.element, template.body, spare.template.body)]
+    pairs += zip(spare.geoms, template.geoms, spare.template.geoms, strict=True)
     for element, fields, before in pairs:
         for name, value in fields.items():
             if not (plainly and value is before[name]):

@@ -7,26 +7,26 @@ from typing import Any
 
 from roboyard.description.model import RobotDescription
 from roboyard.sim.build.records import BuildOptions
-from roboyard.sim.pool.analytic_templates import cast, numbers_of
-from roboyard.sim.pool.templates import Mould, make_mould
+from roboyard.sim.pool.analytic_templates import analytic_template, numbers_of
+from roboyard.sim.pool.templates import BodyTemplate, make_template
 from roboyard.sim.stepping.collision_filters import ALL
 
 KEPT, KEPT_COMPILED = 256, 16
-_FAMILIES: dict[Any, Mould] = {}
+_FAMILIES: dict[Any, BodyTemplate] = {}
 """Compiled moulds of bodies that differ in numbers only, by what those have in common; of all worlds."""
 
 
-class MouldStore:
+class TemplateCache:
     """The moulds that one world has used lately."""
 
     def __init__(self) -> None:
-        self._moulds: dict[tuple[int, BuildOptions], tuple[RobotDescription, Mould]] = {}
+        self._moulds: dict[tuple[int, BuildOptions], tuple[RobotDescription, BodyTemplate]] = {}
         """By id of a description, which is kept so that no other can have that id."""
-        self._compiled: list[Mould] = []
+        self._compiled: list[BodyTemplate] = []
         """Of bodies that are not told by numbers."""
 
-    def find(self, description: RobotDescription, options: BuildOptions) -> Mould | None:
-        """The mould of a description; None where there can be none (see `make_mould`)."""
+    def find(self, description: RobotDescription, options: BuildOptions) -> BodyTemplate | None:
+        """The mould of a description; None where there can be none (see `make_template`)."""
         if options.contype != 1:  # masks of its own are a body's, not a mould's
             options = replace(options, contype=1, conaffinity=ALL)
         key = (id(description), options)
@@ -38,26 +38,26 @@ class MouldStore:
         if numbers is None:
             found = self._find_compiled(description, options)
         elif numbers.signature in _FAMILIES:
-            found = cast(_FAMILIES[numbers.signature], numbers, description)
+            found = analytic_template(_FAMILIES[numbers.signature], numbers, description)
         else:
-            found = make_mould(description, options)
+            found = make_template(description, options)
             if found is not None:
                 _keep(_FAMILIES, numbers.signature, found)
         if found is not None:
             _keep(self._moulds, key, (description, found))
         return found
 
-    def _find_compiled(self, description: RobotDescription, options: BuildOptions) -> Mould | None:
-        for mould in self._compiled:
-            if mould.is_of(description, options):
-                return mould
-        made = make_mould(description, options)
+    def _find_compiled(self, description: RobotDescription, options: BuildOptions) -> BodyTemplate | None:
+        for template in self._compiled:
+            if template.is_of(description, options):
+                return template
+        made = make_template(description, options)
         if made is not None:
             self._compiled = [made, *self._compiled[: KEPT_COMPILED - 1]]
         return made
 
 
-def _keep(moulds: dict[Any, Any], key: Any, value: Any) -> None:
-    moulds[key] = value
-    while len(moulds) > KEPT:
-        del moulds[next(iter(moulds))]
+def _keep(templates: dict[Any, Any], key: Any, value: Any) -> None:
+    templates[key] = value
+    while len(templates) > KEPT:
+        del templates[next(iter(templates))]

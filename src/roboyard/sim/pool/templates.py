@@ -42,7 +42,7 @@ way, with the same meshes. A body of several links is a make of its own."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
-class Mould:
+class BodyTemplate:
     """A body as its description and a compile of it alone give it."""
 
     description: RobotDescription
@@ -65,14 +65,14 @@ class Mould:
     counts: dict[str, int]
     """Rows in each kind of array."""
     make: Make
-    origin: Mould | None = None
+    origin: BodyTemplate | None = None
     """The mould whose numbers this one has but for `varied`; None for one that was compiled."""
     varied: tuple[str, ...] = ()
     """Names of those blocks."""
     _given: tuple[dict[str, Any], list[dict[str, Any]]] | None = None
 
     @property
-    def family(self) -> Mould:
+    def family(self) -> BodyTemplate:
         """The compiled mould that this one comes from."""
         return self if self.origin is None else self.origin
 
@@ -107,7 +107,7 @@ def can_wait(description: RobotDescription, options: BuildOptions) -> bool:
     return not any(isinstance(shape.geometry, endless) for shape in shapes)
 
 
-def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | None:
+def make_template(description: RobotDescription, options: BuildOptions) -> BodyTemplate | None:
     """The mould of a description; None where its mesh files are gone or MuJoCo refuses it."""
     spec = new_spec()
     nowhere, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
@@ -142,7 +142,7 @@ def make_mould(description: RobotDescription, options: BuildOptions) -> Mould | 
             blocks[name], kinds[name] = block, kind
     meshes = tuple(mesh for record in built.links for mesh in record.meshes)
     single = len(built.links) == 1
-    return Mould(
+    return BodyTemplate(
         description=description,
         options=options,
         mass=root.mass,

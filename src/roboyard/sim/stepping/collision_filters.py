@@ -60,7 +60,7 @@ class CollisionFilters:
         """Whether this pair was not switched off."""
         return _key(a, b) not in self._disabled
 
-    def claim(self, body: Body) -> None:
+    def assign_masks(self, body: Body) -> None:
         """The body whose masks were handed out last now exists."""
         if self._next is not None:
             self._owned[body.id] = self._next

@@ -23,12 +23,12 @@ class _Alarm(threading.local):
     message: str | None = None
 
 
-alarm = _Alarm()
+solver_warning = _Alarm()
 
 
 def _on_warning(message: str) -> None:
     if "unstable" in message:
-        alarm.message = message
+        solver_warning.message = message
     else:
         log.warning("MuJoCo: %s", message)
 

@@ -12,9 +12,9 @@ from roboyard.validation.gates.rest import drift, self_collision, settle
 from roboyard.validation.gates.sensors import sensors
 from roboyard.validation.gates.tuck import tuck
 from roboyard.validation.report import Gate
-from roboyard.validation.test_world import Bench
+from roboyard.validation.test_world import TestWorld
 
-GATES: dict[str, Callable[[Bench], tuple[Gate, ...]]] = {
+GATES: dict[str, Callable[[TestWorld], tuple[Gate, ...]]] = {
     "limits": limits,
     "self_collision": self_collision,
     "settle": settle,

@@ -13,7 +13,7 @@ from roboyard.robots.control import DifferentialDriveController, HolonomicBaseJo
 from roboyard.robots.stability.wheels import driven_wheels
 from roboyard.transforms import Array
 from roboyard.validation.report import Curve, Gate
-from roboyard.validation.test_world import Bench, advance, zero_action
+from roboyard.validation.test_world import TestWorld, advance, zero_action
 
 SPEED, TURN = 0.3, 0.8
 """m/s and rad/s, or half of what the base can do where that is less"""
@@ -25,7 +25,7 @@ SIZE_OFF = 0.1
 TITLE = "The base follows its commands"
 
 
-def drive(bench: Bench) -> tuple[Gate, ...]:
+def drive(bench: TestWorld) -> tuple[Gate, ...]:
     """Largest error of any twist."""
     robot = bench.robot()
     group = robot.groups.get("base")
@@ -95,7 +95,7 @@ def _told(twist: Array) -> str:
     return f"({', '.join(f'{v:.3f}' for v in linear)} m/s, {turn:.3f} rad/s)"
 
 
-def _sizes(bench: Bench) -> list[str]:
+def _sizes(bench: TestWorld) -> list[str]:
     """Where the wheels' shapes are not what the definition says."""
     block, source = bench.definition.two_wheel, bench.source
     description = source.description(bench.definition) if isinstance(source, RegisteredRobot) else source

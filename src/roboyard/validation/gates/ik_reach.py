@@ -16,7 +16,7 @@ from roboyard.robots.control.task import TaskController
 from roboyard.robots.joint_arrays import Indices
 from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Curve, Gate
-from roboyard.validation.test_world import Bench, all_contacts
+from roboyard.validation.test_world import TestWorld, all_contacts
 
 POSES = 20
 """For each arm."""
@@ -37,7 +37,7 @@ STEP = 0.25
 """rad or m between the postures looked at between reset and pose."""
 
 
-def ik_reach(bench: Bench, poses: int = POSES) -> tuple[Gate, ...]:
+def ik_reach(bench: TestWorld, poses: int = POSES) -> tuple[Gate, ...]:
     """Share of poses reached, and the errors."""
     arms = [
         group

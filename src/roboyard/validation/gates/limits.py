@@ -8,13 +8,13 @@ from roboyard.robots import Robot
 from roboyard.robots.definition.postures import tuck_posture
 from roboyard.robots.limits import LIMITLESS
 from roboyard.validation.report import Gate
-from roboyard.validation.test_world import Bench
+from roboyard.validation.test_world import TestWorld
 
 SLACK = 1e-4
 """rad or m that a posture may lie outside"""
 
 
-def limits(bench: Bench) -> tuple[Gate, ...]:
+def limits(bench: TestWorld) -> tuple[Gate, ...]:
     """Count joints and posture entries that cannot be."""
     robot = bench.robot()
     findings = [*_joints(robot), *_postures(robot)]

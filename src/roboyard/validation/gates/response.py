@@ -12,7 +12,7 @@ from roboyard.robots import Robot
 from roboyard.robots.joint_arrays import Indices
 from roboyard.transforms import Array
 from roboyard.validation.report import Curve, Gate
-from roboyard.validation.test_world import Bench
+from roboyard.validation.test_world import TestWorld
 
 SECONDS = 0.5
 NUDGE = 0.1
@@ -23,7 +23,7 @@ LEAK = 0.1
 """Share of the response that other joints may show"""
 
 
-def response(bench: Bench) -> tuple[Gate, ...]:
+def response(bench: TestWorld) -> tuple[Gate, ...]:
     """Least response of any command, and largest motion of joints that were not meant."""
     robot = bench.robot()
     if robot.action_dim == 0:

@@ -8,7 +8,7 @@ from roboyard.robots import Robot
 from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Curve, Gate
-from roboyard.validation.test_world import Bench, own_contacts, zero_action
+from roboyard.validation.test_world import TestWorld, own_contacts, zero_action
 
 OVERLAP = 2e-4
 """m: contacts this deep push."""
@@ -24,7 +24,7 @@ JOINT_DRIFT = 5e-3
 """rad or m"""
 
 
-def self_collision(bench: Bench) -> tuple[Gate, ...]:
+def self_collision(bench: TestWorld) -> tuple[Gate, ...]:
     """Count pairs of links that overlap in the reset posture."""
     robot = bench.robot()
     pairs = [(a, b, depth) for a, b, depth in own_contacts(robot) if depth > OVERLAP]
@@ -43,7 +43,7 @@ def self_collision(bench: Bench) -> tuple[Gate, ...]:
     )
 
 
-def settle(bench: Bench) -> tuple[Gate, ...]:
+def settle(bench: TestWorld) -> tuple[Gate, ...]:
     """Fastest joint and base speed after two seconds of zero actions."""
     robot = bench.robot()
     action = zero_action(robot)
@@ -84,7 +84,7 @@ def settle(bench: Bench) -> tuple[Gate, ...]:
     )
 
 
-def drift(bench: Bench) -> tuple[Gate, ...]:
+def drift(bench: TestWorld) -> tuple[Gate, ...]:
     """How far base and joints are, after ten seconds of zero actions, from where they came to rest."""
     robot = bench.robot()
     action = zero_action(robot)

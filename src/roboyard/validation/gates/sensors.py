@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from roboyard.robots import Robot
 from roboyard.robots.sensor_frames import CameraFrame
-from roboyard.sensors.occlusion import NEAR, RAYS, blocked_share
+from roboyard.sensors.occlusion import NEAR, RAYS, occluded_fraction
 from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Gate
-from roboyard.validation.test_world import Bench
+from roboyard.validation.test_world import TestWorld
 
 BLOCKED = 0.5
 """Share of the view that may be blocked"""
 
 
-def sensors(bench: Bench) -> tuple[Gate, ...]:
+def sensors(bench: TestWorld) -> tuple[Gate, ...]:
     """Share of the most obstructed camera's view that the robot itself blocks from near by."""
     title = "Cameras see past the robot"
     if not bench.cameras:
@@ -36,7 +36,7 @@ def sensors(bench: Bench) -> tuple[Gate, ...]:
             shares.append(1.0)
             continue
         position, rotation = _pose(robot, camera)
-        share = blocked_share(robot.body, position, rotation)
+        share = occluded_fraction(robot.body, position, rotation)
         shares.append(share)
         if share > BLOCKED:
             findings.append(f"{camera.name}: {share:.0%} of the view is blocked within {NEAR * 100:g} cm")

@@ -6,7 +6,7 @@ import numpy as np
 
 from roboyard.robots.definition.postures import ResetMode
 from roboyard.validation.report import Gate
-from roboyard.validation.test_world import Bench, own_contacts
+from roboyard.validation.test_world import TestWorld, own_contacts
 
 SECONDS = 1.0
 OVERLAP = 2e-4
@@ -15,7 +15,7 @@ STAYS = 0.05
 """rad or m: how far a joint may move away from the posture"""
 
 
-def tuck(bench: Bench) -> tuple[Gate, ...]:
+def tuck(bench: TestWorld) -> tuple[Gate, ...]:
     """Largest motion away from either posture."""
     if bench.definition.mobile_manipulation is None:
         return (

@@ -1,6 +1,7 @@
 """From what is held, pulled and dragged on a page to actions of a robot.
 
-Keys mean what they mean in the terminal (`roboyard.teleop.Teleop`), but act for as long as they are held.
+Keys mean what they mean in the terminal (`roboyard.teleop.KeyBindings`), but act for as long as they are
+held.
 On a
 page the base of a holonomic robot has keys and sticks too, and each hand may have a pose to go to.
 """
@@ -14,7 +15,7 @@ import numpy as np
 
 from roboyard.robots.control.rotations import inverse, vector_of_matrix
 from roboyard.robots.control.task import TaskController
-from roboyard.teleop import Teleop
+from roboyard.teleop import KeyBindings
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -50,13 +51,13 @@ camera.
 """
 
 
-class Pilot:
+class ActionSource:
     """What a page asks of one robot, as one action a control step."""
 
     def __init__(self, robot: Robot) -> None:
         """Look at the robot's controllers; make a new pilot when they change."""
         self.robot = robot
-        self.teleop = Teleop(robot)
+        self.teleop = KeyBindings(robot)
         self.speed = SPEED
         """Share of the base's largest speed that a held key or a full pull means."""
         self.targets: dict[str, Array] = {}
@@ -69,7 +70,7 @@ class Pilot:
         return tuple(name for name, *_ in self.teleop.hands)
 
     @property
-    def sticks(self) -> tuple[str, ...]:
+    def joysticks(self) -> tuple[str, ...]:
         """Names of the sticks that this robot has a use for."""
         if self._base is None:
             return ()
@@ -94,7 +95,7 @@ class Pilot:
         self.targets.clear()
 
     def action(
-        self, held: Iterable[str] = (), sticks: Mapping[str, tuple[float, float]] | None = None
+        self, held: Iterable[str] = (), joysticks: Mapping[str, tuple[float, float]] | None = None
     ) -> Array:
         """(action_dim,) for the next control step.
 
@@ -114,10 +115,12 @@ class Pilot:
             self.targets.pop(hand[0], None)
         for group, target in tuple(self.targets.items()):
             action[parts[group]] = self._towards(group, target)
-        self._move_base(action, names, sticks or {})
+        self._move_base(action, names, joysticks or {})
         return action
 
-    def _move_base(self, action: Array, names: list[str], sticks: Mapping[str, tuple[float, float]]) -> None:
+    def _move_base(
+        self, action: Array, names: list[str], joysticks: Mapping[str, tuple[float, float]]
+    ) -> None:
         if self._base is None:
             return
         kind, start = self._base
@@ -126,8 +129,8 @@ class Pilot:
             if name in BASE_KEYS:
                 direction, sign = BASE_KEYS[name]
                 wanted[direction] += sign
-        right, up = sticks.get("move", sticks.get("drive", (0.0, 0.0)))
-        turn, _ = sticks.get("turn", (right, 0.0) if kind == "differential" else (0.0, 0.0))
+        right, up = joysticks.get("move", joysticks.get("drive", (0.0, 0.0)))
+        turn, _ = joysticks.get("turn", (right, 0.0) if kind == "differential" else (0.0, 0.0))
         wanted += [up, -right if kind == "holonomic" else 0.0, -turn]
         wanted = self.speed * np.clip(wanted, -1.0, 1.0)
         if kind == "holonomic":

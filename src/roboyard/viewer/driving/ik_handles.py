@@ -9,27 +9,27 @@ import numpy as np
 from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix, to_wxyz
 
 if TYPE_CHECKING:
-    from roboyard.viewer.driving.action_source import Pilot
+    from roboyard.viewer.driving.action_source import ActionSource
     from roboyard.viewer.viewer import Viewer
 
 SCALE = 0.22
 """m: size of a handle"""
 
 
-class Hands:
+class IkHandles:
     """One handle for each hand that can be given a pose; it rides along with the robot's base.
 
     A handle stays with its hand until someone drags it; then the hand goes to the handle.
     """
 
-    def __init__(self, viewer: Viewer, pilot: Pilot) -> None:
+    def __init__(self, viewer: Viewer, action_source: ActionSource) -> None:
         """Add the handles; call it from the thread that steps the world."""
-        self._pilot = pilot
-        base = viewer.path_of(pilot.robot.base_link)
+        self._pilot = action_source
+        base = viewer.path_of(action_source.robot.base_link)
         self.handles: dict[str, Any] = {}
         self._dragged: set[str] = set()
-        for group in pilot.hands:
-            only_places = pilot.robot.controllers[group].command_dim < 6
+        for group in action_source.hands:
+            only_places = action_source.robot.controllers[group].command_dim < 6
             handle = viewer.server.scene.add_transform_controls(
                 f"{base}/handle of {group}",
                 scale=SCALE,

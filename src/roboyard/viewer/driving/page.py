@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.recording import Recorder, Stage, set_up
+from roboyard.recording import Recorder, SceneSetup, set_up
 from roboyard.recording.state_log import StateLog
 from roboyard.rendering import Camera
-from roboyard.viewer.driving.action_source import NAMES, Pilot
+from roboyard.viewer.driving.action_source import NAMES, ActionSource
 from roboyard.viewer.driving.aim import look_from_behind
-from roboyard.viewer.driving.ik_handles import Hands
+from roboyard.viewer.driving.ik_handles import IkHandles
 from roboyard.viewer.driving.panel import DrivingPanel
 from roboyard.viewer.driving.video import HEIGHT, WIDTH, Filming, free_file, moment_of, same_words
-from roboyard.viewer.page.joysticks import Sticks
+from roboyard.viewer.page.joysticks import Joysticks
 from roboyard.viewer.page.keys import KeyEvent, Keys
-from roboyard.viewer.page.requests import Wishes
+from roboyard.viewer.page.requests import RequestQueue
 from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.scene.follow import Follow
 from roboyard.viewer.scene.scans import Scans, lidars_of
@@ -65,14 +65,14 @@ class DrivingPage:
             MissingExtraError: viser is not installed.
         """
         self.folder = Path() if folder is None else folder
-        self.stage: Stage = set_up(setup)
+        self.stage: SceneSetup = set_up(setup)
         self.viewer = Viewer(self.stage.scene.world, host, port, title="Roboyard: drive", quiet=quiet)
         server = self.viewer.server
-        self.wishes = Wishes(self.complain)
+        self.requests = RequestQueue(self.complain)
         self.keys = Keys(server, grab=NAMES)
         self._events: queue.SimpleQueue[KeyEvent] = queue.SimpleQueue()
         self.keys.subscribe(self._events.put)
-        self.sticks = Sticks(server)
+        self.joysticks = Joysticks(server)
         self.follow = Follow(server)
         self.filming = Filming()
         self.scans = Scans(server)
@@ -99,12 +99,12 @@ class DrivingPage:
 
     def _begin(self) -> None:
         """Everything that depends on the robot, after it or its controllers changed."""
-        speed = self.pilot.speed if hasattr(self, "pilot") else None
-        self.pilot = Pilot(self.robot)
+        speed = self.action_source.speed if hasattr(self, "pilot") else None
+        self.action_source = ActionSource(self.robot)
         if speed is not None:
-            self.pilot.speed = speed
-        self.hands = Hands(self.viewer, self.pilot)
-        self.sticks.show(self.pilot.sticks)
+            self.action_source.speed = speed
+        self.hands = IkHandles(self.viewer, self.action_source)
+        self.joysticks.show(self.action_source.joysticks)
         self._start = self.stage.scene.world.save_state()
         self.panel.show_robot()
         self.follow.set(self.viewer.path_of(self.robot.base_link) if self.panel.follow_box.value else None)
@@ -148,7 +148,7 @@ class DrivingPage:
         """Back to the beginning."""
         self.stage.scene.world.restore_state(self._start)
         self.robot.reset()
-        self.pilot.reset()
+        self.action_source.reset()
         self._moved_by_hand()
 
     def save_moment(self) -> str:
@@ -167,7 +167,7 @@ class DrivingPage:
         self.robot.loop.invalidate()
         for controller in self.robot.controllers.values():
             controller.reset()
-        self.pilot.targets.clear()
+        self.action_source.targets.clear()
         self._moved_by_hand()
 
     def _moved_by_hand(self) -> None:
@@ -203,21 +203,21 @@ class DrivingPage:
             last = now
             rest = TICK - (perf_counter() - now)
             if rest > 0:
-                self.wishes.wait(rest)
+                self.requests.wait(rest)
 
     def _is_done(self) -> bool:
         return self._most is not None and self.taken >= self._most
 
     def tick(self, elapsed: float) -> None:
         """Fulfil what the page asked for, then let `elapsed` seconds pass, if time runs."""
-        self.wishes.fulfil_all()
+        self.requests.fulfil_all()
         tapped = self._tapped()
         if self.is_playing:
             self._behind = min(self._behind + elapsed, max(LONGEST_CATCH_UP, 1.0 / self.robot.control_freq))
             period = self.robot.steps_per_control * self.stage.scene.world.timestep
             while self._behind >= period and self.is_playing and not self._is_done():
                 self._behind -= period
-                if not self.wishes.fulfil(lambda tapped=tapped: self._act(tapped)):
+                if not self.requests.fulfil(lambda tapped=tapped: self._act(tapped)):
                     self.play(False)
                 tapped = ()
         now = perf_counter()
@@ -235,7 +235,7 @@ class DrivingPage:
     def _act(self, tapped: tuple[str, ...]) -> None:
         """One control step."""
         held = dict.fromkeys((*self.keys.held, *tapped))
-        self.robot.apply_action(self.pilot.action(held, self.sticks.values))
+        self.robot.apply_action(self.action_source.action(held, self.joysticks.values))
         self.stage.scene.world.step(self.robot.steps_per_control)
         self.taken += 1
         if self.recorder is not None:
@@ -251,8 +251,8 @@ class DrivingPage:
             if not event.is_down:
                 continue
             if event.key == "r":
-                self.wishes.fulfil(self.reset)
-            self.pilot.press(event.key)
+                self.requests.fulfil(self.reset)
+            self.action_source.press(event.key)
             tapped.append(event.key)
         return tuple(tapped)
 
@@ -272,7 +272,7 @@ class DrivingPage:
         passed = perf_counter() - wall
         rate = (world.time - time) / passed if passed > 0.2 else 1.0
         state = f"{max(rate, 0.0):.2f}x real time" if self.is_playing else "paused"
-        self.panel.status.content = f"{world.time:.1f} s, {state}. {self.pilot.status()}"
+        self.panel.status.content = f"{world.time:.1f} s, {state}. {self.action_source.status()}"
 
     def complain(self, words: str) -> None:
         """Show what went wrong for a while."""

@@ -51,12 +51,14 @@ class DrivingPanel:
             self._add_film(gui)
         with tabs.add_tab("Moments"):
             self._add_moments(gui)
-        do = page.wishes.do
+        do = page.requests.do
         self.play_button.on_click(lambda _: do(lambda: page.play(not page.is_playing)))
         self.reset_button.on_click(lambda _: do(page.reset))
         self.follow_box.on_update(lambda event: do(lambda on=event.target.value: self._follow(on)))
         self.handles_box.on_update(lambda event: do(lambda on=event.target.value: page.hands.show(on)))
-        self.speed_slider.on_update(lambda event: setattr(page.pilot, "speed", float(event.target.value)))
+        self.speed_slider.on_update(
+            lambda event: setattr(page.action_source, "speed", float(event.target.value))
+        )
 
     def _add_set_up(self, gui: Any) -> None:
         page = self._page
@@ -67,14 +69,14 @@ class DrivingPanel:
         )
         self.load_button = gui.add_button("Set up", hint="loads the scene and puts the robot into it")
         self._controllers = gui.add_folder("Controllers")
-        self.load_button.on_click(lambda _: page.wishes.do(self._set_up))
+        self.load_button.on_click(lambda _: page.requests.do(self._set_up))
 
     def _add_film(self, gui: Any) -> None:
         page = self._page
         self.ending_choice = gui.add_dropdown("format", endings(), initial_value=endings()[0])
         self.film_button = gui.add_button("Record", color="red", hint="what this page looks at")
         self.film_text = gui.add_markdown("")
-        self.film_button.on_click(lambda event: page.wishes.do(lambda: self._film(event.client)))
+        self.film_button.on_click(lambda event: page.requests.do(lambda: self._film(event.client)))
 
     def _add_moments(self, gui: Any) -> None:
         page = self._page
@@ -84,11 +86,11 @@ class DrivingPanel:
         self.keep_button = gui.add_button("Write it to a file", hint="for later, or for `roboyard replay`")
         self.upload_button = gui.add_upload_button("Load a file", mime_type=".npz")
         self.moment_text = gui.add_markdown("")
-        self.save_button.on_click(lambda _: page.wishes.do(self._save))
-        self.restore_button.on_click(lambda _: page.wishes.do(self._restore))
-        self.keep_button.on_click(lambda event: page.wishes.do(lambda: self._keep(event.client)))
+        self.save_button.on_click(lambda _: page.requests.do(self._save))
+        self.restore_button.on_click(lambda _: page.requests.do(self._restore))
+        self.keep_button.on_click(lambda event: page.requests.do(lambda: self._keep(event.client)))
         self.upload_button.on_upload(
-            lambda event: page.wishes.do(lambda data=event.target.value.content: self._take_in(data))
+            lambda event: page.requests.do(lambda data=event.target.value.content: self._take_in(data))
         )
 
     # ------------------------------------------------------------------------------------------------ shown
@@ -98,12 +100,12 @@ class DrivingPanel:
         for handle in self._of_robot:
             handle.remove()
         self._of_robot.clear()
-        page, robot, teleop = self._page, self._page.robot, self._page.pilot.teleop
+        page, robot, teleop = self._page, self._page.robot, self._page.action_source.teleop
         with self._grippers:
             for index, (group, _) in enumerate(teleop.grippers):
                 buttons = self._gui.add_button_group(group.removeprefix("gripper_"), ("open", "close"))
                 buttons.on_click(
-                    lambda event, k=index: page.wishes.do(
+                    lambda event, k=index: page.requests.do(
                         lambda on=event.target.value == "open": teleop.set_gripper(k, is_open=on)
                     )
                 )
@@ -116,7 +118,7 @@ class DrivingPanel:
                     self._of_robot.append(self._controller_choice(group, allowed))
         self.handles_box.visible = bool(page.hands.handles)
         self.scans_box.visible = bool(lidars_of(robot))
-        self.speed_slider.visible = bool(page.pilot.sticks)
+        self.speed_slider.visible = bool(page.action_source.joysticks)
         page.hands.show(self.handles_box.value)
         self.scene_choice.value = str(page.stage.setup["scene"])
         self.robot_choice.value = str(page.stage.setup["robot"])
@@ -131,7 +133,7 @@ class DrivingPanel:
         def _(event: Any) -> None:
             if event.client_id is not None:
                 chosen = {group: str(event.target.value)}
-                page.wishes.do(lambda: page.set_controllers(chosen))
+                page.requests.do(lambda: page.set_controllers(chosen))
 
         return choice
 

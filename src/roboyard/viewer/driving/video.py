@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from roboyard.errors import ConfigError
-from roboyard.recording import Film, Recorder, Stage
+from roboyard.recording import Recorder, SceneSetup, VideoWriter
 from roboyard.recording.state_log import StateLog, load_log
 from roboyard.rendering import Camera
 
@@ -34,15 +34,15 @@ class Filming:
     """A film that runs along with the world, or none."""
 
     def __init__(self) -> None:
-        self.film: Film | None = None
+        self.film: VideoWriter | None = None
         self._next = 0.0
 
     def start(self, path: Path, time: float) -> None:
-        """Begin a film; raises as `Film` does."""
+        """Begin a film; raises as `VideoWriter` does."""
         self.stop()
-        self.film, self._next = Film(path, fps=FPS), time
+        self.film, self._next = VideoWriter(path, fps=FPS), time
 
-    def take(self, stage: Stage, camera: Camera) -> None:
+    def take(self, stage: SceneSetup, camera: Camera) -> None:
         """Add a picture, when one is due."""
         time = stage.scene.world.time
         if self.film is None or self._next - 2.0 / FPS <= time < self._next - 1e-9:
@@ -58,7 +58,7 @@ class Filming:
         return None if film is None else film.close()
 
 
-def moment_of(stage: Stage) -> StateLog:
+def moment_of(stage: SceneSetup) -> StateLog:
     """The present moment."""
     recorder = Recorder(stage.scene.world, setup=stage.setup)
     recorder.take()

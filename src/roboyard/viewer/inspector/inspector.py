@@ -16,7 +16,7 @@ from roboyard.viewer.inspector.panels.all_panels import Panels
 from roboyard.viewer.inspector.panels.link_panel import plain
 from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
-from roboyard.viewer.page.requests import Wishes
+from roboyard.viewer.page.requests import RequestQueue
 from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.viewer import Viewer
 
@@ -64,7 +64,7 @@ class Inspector:
         """
         self._fixed_base, self._self_collision = fixed_base, self_collision
         self._packages = packages
-        self._wishes = Wishes(self._complain)
+        self._wishes = RequestQueue(self._complain)
         self._wiggle: Iterator[str] | None = None
         self._behind = 0.0
         self._last_status = 0.0

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from roboyard.audit import Audit, audit
+from roboyard.audit import Audit, audit_urdf
 from roboyard.description import load_urdf
 from roboyard.description.model import RobotDescription
-from roboyard.viewer.inspector.edits.edit_state import Notes, read_notes
+from roboyard.viewer.inspector.edits.edit_state import EditState, read_edit_state
 from roboyard.viewer.inspector.robot_source import RobotSource
 
 
@@ -18,7 +18,7 @@ class ReadRobot:
     """What was read of one robot."""
 
     source: RobotSource
-    notes: Notes
+    notes: EditState
     description: RobotDescription
     audit: Audit
 
@@ -32,7 +32,7 @@ def read_robot(source: RobotSource, packages: Mapping[str, Path] | None) -> Read
     """
     return ReadRobot(
         source=source,
-        notes=read_notes(source),
+        notes=read_edit_state(source),
         description=load_urdf(source.urdf, packages=packages, missing_meshes="note"),
-        audit=audit(source.urdf, packages=packages),
+        audit=audit_urdf(source.urdf, packages=packages),
     )

@@ -72,7 +72,7 @@ _SCRIPT = """
 """
 
 
-class Sticks:
+class Joysticks:
     """Hears the sticks of all pages of a server; the page that pulled a stick last has it."""
 
     def __init__(self, server: Any) -> None:

@@ -13,7 +13,7 @@ log = logging.getLogger("roboyard.viewer")
 Wish = Callable[[], None]
 
 
-class Wishes:
+class RequestQueue:
     """A queue that any thread may fill and one thread empties.
 
     What goes wrong in a wish is told, never raised: one page must not end the page of everyone.

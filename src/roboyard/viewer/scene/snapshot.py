@@ -78,7 +78,7 @@ def node_name(name: str) -> str:
     return name.replace("/", "∕") or "unnamed"
 
 
-class Poser:
+class PoseSender:
     """Works out link poses from joint positions with arrays of its own, so that it may run in any thread."""
 
     def __init__(self) -> None:

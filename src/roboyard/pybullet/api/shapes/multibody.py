@@ -32,7 +32,7 @@ from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
 
 if TYPE_CHECKING:
     from roboyard.pybullet.connect import Client
-    from roboyard.pybullet.state.physics_scene import Scene
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
 _FAILED = "createMultiBody failed."
@@ -132,7 +132,7 @@ def createMultiBody(
     return ids[0] if batchPositions is None or not len(batchPositions) else tuple(ids)
 
 
-def _link(scene: Scene, name: str, mass: float, collision: int, visual: int, frame: Pose) -> LinkModel:
+def _link(scene: PhysicsScene, name: str, mass: float, collision: int, visual: int, frame: Pose) -> LinkModel:
     shapes: tuple[Collision, ...] = ()
     visuals: tuple[Visual, ...] = ()
     if whole(collision) in scene.collision_shapes:
@@ -157,7 +157,8 @@ def _moments(mass: float, frame: Pose, shapes: tuple[Collision, ...]) -> Moments
 
 
 def _jointed_link(
-    scene: Scene, number_: int, links: list[LinkModel], mass: float, collision: int, visual: int, position:
+    scene: PhysicsScene, number_: int, links: list[LinkModel], mass: float, collision: int, visual: int,
+    position:
     Vector,
     orientation: Vector, frame_position: Vector, frame_orientation: Vector, parent: int, kind: int, axis:
     Vector,

@@ -39,12 +39,12 @@ class Textures:
         """By body: the number of each of its shapes that has one; shapes by link from 0 and index."""
         self._waiting: list[BodyRecord] = []
 
-    def came(self, record: BodyRecord) -> None:
+    def add_body(self, record: BodyRecord) -> None:
         """A body was made; it may have pictures."""
         if _may_have_pictures(record.model):
             self._waiting.append(record)
 
-    def went(self, record: BodyRecord, world: World) -> None:
+    def remove_body(self, record: BodyRecord, world: World) -> None:
         """A body is about to be taken away; its numbers stay taken."""
         if record in self._waiting:
             self.catch_up(world)
@@ -54,7 +54,7 @@ class Textures:
         """Give numbers to the pictures of the bodies that came since."""
         for record in self._waiting:
             found = self._of_shapes[record.number] = {}
-            for link, looks in sorted(world.looks.of(record.body).items()):
+            for link, looks in sorted(world.render_shapes.of(record.body).items()):
                 for index, look in enumerate(looks):
                     image = look.shape.texture
                     if image is None and look.shape.use_mesh_colors:
@@ -130,7 +130,7 @@ def changeTexture(
     image[..., :3] = values.reshape(height, width, 3)
     old = scene.textures.replace(textureUniqueId, image)
     for record in scene.bodies.values():
-        for link, looks in scene.world.looks.of(record.body).items():
+        for link, looks in scene.world.render_shapes.of(record.body).items():
             for index, look in enumerate(looks):
                 if look.shape.texture is old:
-                    scene.world.looks.change(record.body, link, index, texture=image)
+                    scene.world.render_shapes.change(record.body, link, index, texture=image)

@@ -129,7 +129,7 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
     if record is None:
         return ()
     with_textures = bool(whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS)
-    looks = scene.world.looks.of(record.body)
+    looks = scene.world.render_shapes.of(record.body)
     rows = []
     for index, link in enumerate(record.model.links):
         shapes = link.visuals or link.collisions
@@ -320,7 +320,7 @@ def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:
 
 
 def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: dict[str, Any]) -> None:
-    looks = client.scene.world.looks
+    looks = client.scene.world.render_shapes
     for index in range(len(looks.of(record.body).get(link + 1, ()))):
         if shape in (-1, index):
             looks.change(record.body, link + 1, index, **fields)

@@ -8,9 +8,9 @@ from roboyard.viewer.inspector.checks.audit_findings import joints, masses, self
 from roboyard.viewer.inspector.checks.motion import gripper, settles
 from roboyard.viewer.inspector.checks.sensors import cameras
 from roboyard.viewer.inspector.checks.shapes import base_frame, collision_fits, wheels
-from roboyard.viewer.inspector.checks.status import Offence, Subject, Verdict
+from roboyard.viewer.inspector.checks.status import CheckContext, CheckResult, Violation
 
-CHECKS: Mapping[str, Callable[[Subject], Verdict]] = {
+CHECKS: Mapping[str, Callable[[CheckContext], CheckResult]] = {
     "collision shapes fit": collision_fits,
     "links keep clear of one another": self_collision,
     "masses and inertias are sane": masses,
@@ -23,4 +23,4 @@ CHECKS: Mapping[str, Callable[[Subject], Verdict]] = {
 }
 """What is claimed, and the function that tries it."""
 
-__all__ = ["CHECKS", "Offence", "Subject", "Verdict"]
+__all__ = ["CHECKS", "CheckContext", "CheckResult", "Violation"]

@@ -7,7 +7,7 @@ import numpy as np
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
 from roboyard.sim.body import Body
-from roboyard.viewer.inspector.checks.status import Offence, Subject, Verdict
+from roboyard.viewer.inspector.checks.status import CheckContext, CheckResult, Violation
 
 SECONDS = 2.0
 STILL = 0.01
@@ -21,7 +21,7 @@ MOVED = 0.3
 """Of a finger's range: where two fingers meet they need not reach the limit, but must have come this far"""
 
 
-def _copy(subject: Subject) -> Body:
+def _copy(subject: CheckContext) -> Body:
     """The robot alone, bolted, in the posture of the page, with everything colliding that shall."""
     world, before = World(), subject.body
     body = world.add_description(subject.description, fixed_base=True, self_collision=True, name="copy")
@@ -42,12 +42,12 @@ def _hold(body: Body, followers: set[str]) -> None:
             joint.drive_position(float(joint.position))
 
 
-def _followers(subject: Subject) -> set[str]:
+def _followers(subject: CheckContext) -> set[str]:
     """Joints that follow another one and have no drive of their own."""
     return {joint.name for joint in subject.description.joints if joint.mimic is not None}
 
 
-def settles(subject: Subject) -> Verdict:
+def settles(subject: CheckContext) -> CheckResult:
     """Bolt the base, let drives hold the posture, and watch the joints for two seconds."""
     body = _copy(subject)
     world = body.world
@@ -58,7 +58,7 @@ def settles(subject: Subject) -> Verdict:
             world.step()
             fastest = np.maximum(fastest, np.abs(body.joint_velocities))
     except RoboyardError as error:
-        return Verdict(told="The simulation did not survive.", offences=[Offence(told=str(error))])
+        return CheckResult(told="The simulation did not survive.", offences=[Violation(told=str(error))])
     last = np.abs(body.joint_velocities)
     offences = []
     for k in np.argsort(-fastest, kind="stable"):
@@ -69,18 +69,18 @@ def settles(subject: Subject) -> Verdict:
             told = f"{joint.name} jumped, at up to {fastest[k]:.3g} {_unit(joint.type)}"
         else:
             continue
-        offences.append(Offence(told=told, link=joint.child.name))
+        offences.append(Violation(told=told, link=joint.child.name))
     peak = float(fastest.max(initial=0.0))
     told = f"Fastest joint after {SECONDS:g} s: {last.max(initial=0.0):.2g}; at any time: {peak:.2g}."
-    return Verdict(told=told, offences=offences)
+    return CheckResult(told=told, offences=offences)
 
 
-def gripper(subject: Subject) -> Verdict:
+def gripper(subject: CheckContext) -> CheckResult:
     """Drive the fingers to both their limits."""
     wanted = set(subject.fingers)
     names = [n for n in subject.body.joint_names if n in wanted and subject.body.joint(n).limits is not None]
     if not names:
-        return Verdict(
+        return CheckResult(
             told="No gripper is named: a definition or an import configuration does.", is_open=True
         )
     body = _copy(subject)
@@ -104,8 +104,8 @@ def gripper(subject: Subject) -> Verdict:
         meets = _touches(body, joint.child.name)
         if way < MOVED or (max(left) > REACHED and not meets):
             told = f"{joint.name} moves over {way:.0%} of its range"
-            offences.append(Offence(told=told, link=joint.child.name))
-    return Verdict(told=f"{len(names)} fingers driven to both limits.", offences=offences)
+            offences.append(Violation(told=told, link=joint.child.name))
+    return CheckResult(told=f"{len(names)} fingers driven to both limits.", offences=offences)
 
 
 def _touches(body: Body, link: str) -> bool:

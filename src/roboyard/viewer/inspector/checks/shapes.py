@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.transforms import Array
-from roboyard.viewer.inspector.checks.status import Offence, Subject, Verdict, points_of, world_points
+from roboyard.viewer.inspector.checks.status import (
+    CheckContext,
+    CheckResult,
+    Violation,
+    points_of,
+    world_points,
+)
 
 SMALL = 0.03
 """m: links smaller than this may go without a collision shape"""
@@ -19,7 +25,7 @@ AT_BOTTOM = 0.005
 """m"""
 
 
-def collision_fits(subject: Subject) -> Verdict:
+def collision_fits(subject: CheckContext) -> CheckResult:
     """Compare the box around each link's collision shapes with the box around what is seen of it."""
     offences, compared = [], 0
     bare = set(_without_collision(subject))
@@ -32,7 +38,7 @@ def collision_fits(subject: Subject) -> Verdict:
         if not len(felt):
             if size.max() > SMALL and link.name not in bare:
                 told = f"{link.name} is {size.max() * 100:.0f} cm large and has no collision shape"
-                offences.append(Offence(told=told, link=link.name))
+                offences.append(Violation(told=told, link=link.name))
             continue
         compared += 1
         allowed = np.maximum(MARGIN, SHARE * size)
@@ -42,21 +48,21 @@ def collision_fits(subject: Subject) -> Verdict:
             k = int(np.argmax(gap - allowed))
             if gap[k] > allowed[k]:
                 told = f"the collision shape of {link.name} {how} what is seen by {gap[k] * 1000:.0f} mm"
-                offences.append(Offence(told=f"{told} along {'xyz'[k]}", link=link.name))
-    return Verdict(told=f"{compared} links compared with what is seen of them.", offences=offences)
+                offences.append(Violation(told=f"{told} along {'xyz'[k]}", link=link.name))
+    return CheckResult(told=f"{compared} links compared with what is seen of them.", offences=offences)
 
 
-def _without_collision(subject: Subject) -> list[str]:
+def _without_collision(subject: CheckContext) -> list[str]:
     """Links that somebody said go without."""
     named = None if subject.definition is None else subject.definition.disabled_collision_link_names
     return [*(named or ()), *subject.notes.bare_links]
 
 
-def wheels(subject: Subject) -> Verdict:
+def wheels(subject: CheckContext) -> CheckResult:
     """Lowest point of each wheel against the robot's lowest, and its radius all around."""
     names = list(subject.wheels) or _guessed_wheels(subject)
     if not names:
-        return Verdict(
+        return CheckResult(
             told="This robot has no wheels that anyone named or that look like some.", is_open=True
         )
     body = subject.body
@@ -69,19 +75,19 @@ def wheels(subject: Subject) -> Verdict:
     for name in names:
         felt = world_points(body, name, collision=True)
         if not len(felt):
-            offences.append(Offence(told=f"{name} has no collision shape to stand on", link=name))
+            offences.append(Violation(told=f"{name} has no collision shape to stand on", link=name))
             continue
         above = float(felt[:, 2].min()) - floor
         if above > ON_FLOOR:
-            offences.append(Offence(told=f"{name} ends {above * 1000:.1f} mm above the floor", link=name))
+            offences.append(Violation(told=f"{name} ends {above * 1000:.1f} mm above the floor", link=name))
         off = out_of_round(points_of(body, name, collision=True), _axes(subject, name))
         if off > ROUND:
             told = f"{name} is no wheel to roll on: its radius varies by {off:.0%}"
-            offences.append(Offence(told=told, link=name))
-    return Verdict(told=f"{len(names)} wheels: {', '.join(names)}.", offences=offences)
+            offences.append(Violation(told=told, link=name))
+    return CheckResult(told=f"{len(names)} wheels: {', '.join(names)}.", offences=offences)
 
 
-def _axes(subject: Subject, name: str) -> list[Array]:
+def _axes(subject: CheckContext, name: str) -> list[Array]:
     """Directions that a wheel may turn about: its joint's, or where that is fixed any of its frame's."""
     joint = subject.body.link(name).joint
     if joint is not None and joint.type in ("continuous", "revolute"):
@@ -108,7 +114,7 @@ def out_of_round(points: Array, axes: list[Array]) -> float:
     return best
 
 
-def _guessed_wheels(subject: Subject) -> list[str]:
+def _guessed_wheels(subject: CheckContext) -> list[str]:
     """Links on endless, level axes that reach down to the robot's lowest point."""
     body, found = subject.body, []
     lowest = float(body.bounds[0, 2])
@@ -124,7 +130,7 @@ def _guessed_wheels(subject: Subject) -> list[str]:
     return found
 
 
-def base_frame(subject: Subject) -> Verdict:
+def base_frame(subject: CheckContext) -> CheckResult:
     """Height of the base frame over the robot's lowest point."""
     body, definition = subject.body, subject.definition
     name = None if definition is None else definition.base_footprint_link_name
@@ -132,6 +138,6 @@ def base_frame(subject: Subject) -> Verdict:
     above = float(base.pose[0][2] - body.bounds[0, 2])
     told = f"The frame of {base.name} is {above * 1000:.1f} mm above the robot's lowest point."
     if abs(above) <= AT_BOTTOM:
-        return Verdict(told=told)
+        return CheckResult(told=told)
     advice = "an import with canonical_frame puts it at the bottom"
-    return Verdict(told=told, offences=[Offence(told=f"{told[:-1]}; {advice}", link=base.name)])
+    return CheckResult(told=told, offences=[Violation(told=f"{told[:-1]}; {advice}", link=base.name)])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard.transforms import Array
-from roboyard.viewer.inspector.edits.edit_state import Notes
+from roboyard.viewer.inspector.edits.edit_state import EditState
 
 if TYPE_CHECKING:
     from roboyard.audit import Audit
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Subject:
+class CheckContext:
     """The robot on the page, standing as it stands now."""
 
     body: Body
     audit: Audit
-    notes: Notes
+    notes: EditState
     definition: RobotDefinition | None = None
     wheels: Sequence[str] = ()
     """Links that somebody says are wheels."""
@@ -39,7 +39,7 @@ class Subject:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Offence:
+class Violation:
     """One thing to look at."""
 
     told: str
@@ -48,12 +48,12 @@ class Offence:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Verdict:
+class CheckResult:
     """The answer of one check."""
 
     told: str
     """What was measured, in a sentence."""
-    offences: Sequence[Offence] = field(default=())
+    offences: Sequence[Violation] = field(default=())
     is_open: bool = False
     """There was nothing to judge."""
 

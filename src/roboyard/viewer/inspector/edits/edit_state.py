@@ -24,7 +24,7 @@ Pair = tuple[str, str]
 
 
 @dataclass(kw_only=True, slots=True)
-class Mount:
+class SensorPose:
     """A camera, a lidar or the frame of a hand."""
 
     kind: MountKind
@@ -43,7 +43,7 @@ class Mount:
 
 
 @dataclass(kw_only=True, slots=True)
-class Ball:
+class EditedSphere:
     """A planning sphere in its link's frame; m"""
 
     center: tuple[float, float, float]
@@ -51,11 +51,11 @@ class Ball:
 
 
 @dataclass(kw_only=True, slots=True)
-class Notes:
+class EditState:
     """Everything that is edited, as it stands."""
 
-    mounts: list[Mount] = field(default_factory=list)
-    balls: dict[str, list[Ball]] = field(default_factory=dict)
+    mounts: list[SensorPose] = field(default_factory=list)
+    balls: dict[str, list[EditedSphere]] = field(default_factory=dict)
     """Link name to its planning spheres."""
     planner_pairs: set[Pair] = field(default_factory=set)
     """Pairs that the planner does not check (`self_collision_ignore`)."""
@@ -64,11 +64,11 @@ class Notes:
     bare_links: tuple[str, ...] = ()
     """Links that are to have no collision shape; read, not edited."""
 
-    def copy(self) -> Notes:
+    def copy(self) -> EditState:
         """As it stands now, on its own."""
         return copy.deepcopy(self)
 
-    def place_of(self, mount: Mount) -> tuple[str, Array]:
+    def place_of(self, mount: SensorPose) -> tuple[str, Array]:
         """A link and the (4, 4) pose of a mount in its frame; mounts may sit on links that mounts make."""
         name, pose = (mount.link if mount.parent is None else mount.parent), mount.pose
         makers = {one.link: one for one in self.mounts if one.parent is not None}
@@ -86,17 +86,17 @@ def pair(a: str, b: str) -> Pair:
     return (a, b) if a <= b else (b, a)
 
 
-def read_notes(source: RobotSource) -> Notes:
+def read_edit_state(source: RobotSource) -> EditState:
     """What a robot's files say: its package's, else its import configuration's.
 
     Raises:
         ConfigError: a file cannot be used.
     """
-    notes = Notes()
+    notes = EditState()
     config = _checked(source.config) if source.config is not None else None
     if config is not None:
         notes.mounts = [
-            Mount(
+            SensorPose(
                 kind=kind,
                 link=entry.link,
                 parent=entry.parent_link,
@@ -107,7 +107,7 @@ def read_notes(source: RobotSource) -> Notes:
             for entry in getattr(config, kind)
         ]
         notes.balls = {
-            link: [Ball(center=ball.center, radius=ball.radius) for ball in balls]
+            link: [EditedSphere(center=ball.center, radius=ball.radius) for ball in balls]
             for link, balls in config.curobo.collision_spheres.items()
         }
         notes.bare_links = tuple(config.collision.no_collision_links)
@@ -131,11 +131,11 @@ def _checked(file: Path) -> Any:
     return load_config(file).config
 
 
-def _cameras(mjcf: Path) -> list[Mount]:
+def _cameras(mjcf: Path) -> list[SensorPose]:
     from roboyard.robots.sensor_frames import camera_frames
 
     return [
-        Mount(
+        SensorPose(
             kind="camera_links",
             link=camera.link,
             position=_three(camera.position),
@@ -145,12 +145,15 @@ def _cameras(mjcf: Path) -> list[Mount]:
     ]
 
 
-def _read_planner(file: Path, notes: Notes) -> None:
+def _read_planner(file: Path, notes: EditState) -> None:
     from roboyard.config.yaml_lines import read_yaml
     from roboyard.viewer.inspector.edits.planner_spheres import read_spheres
 
     notes.balls = {
-        link: [Ball(center=_three(c), radius=float(r)) for c, r in zip(some.centers, some.radii, strict=True)]
+        link: [
+            EditedSphere(center=_three(c), radius=float(r))
+            for c, r in zip(some.centers, some.radii, strict=True)
+        ]
         for link, some in read_spheres(file).items()
     }
     for table in ignore_tables(read_yaml(file).data):

@@ -21,10 +21,10 @@ from roboyard.config.yaml_lines import read_yaml
 from roboyard.errors import ConfigError
 from roboyard.viewer.inspector.edits.edit_state import (
     KINDS,
-    Ball,
-    Mount,
-    Notes,
+    EditedSphere,
+    EditState,
     Pair,
+    SensorPose,
     ignore_tables,
     pair,
     sphere_tables,
@@ -35,7 +35,7 @@ DIGITS = 6
 
 
 def write_config(
-    target: Path, notes: Notes, before: Notes, *, source: Path | None, urdf: Path, name: str
+    target: Path, notes: EditState, before: EditState, *, source: Path | None, urdf: Path, name: str
 ) -> Path:
     """Bring an import configuration up to date, or write a new one; its path.
 
@@ -71,14 +71,14 @@ def write_config(
     return _write(target, text, data)
 
 
-def _curobo(data: dict[str, Any], notes: Notes, before: Notes) -> None:
+def _curobo(data: dict[str, Any], notes: EditState, before: EditState) -> None:
     block = dict(data.get("curobo") or {})
     if notes.balls != before.balls:
         table = block.get("collision_spheres") or {}
         if isinstance(table, list):  # Lula's list of one-key mappings
             table = {link: balls for item in table for link, balls in item.items()}
         # a table that is given takes the place of everything that would be worked out
-        block["collision_spheres"] = _ball_table(table, notes, before if table else Notes())
+        block["collision_spheres"] = _ball_table(table, notes, before if table else EditState())
     if notes.planner_pairs != before.planner_pairs:
         table = dict(block.get("self_collision_ignore") or {})
         given = before.planner_pairs if table else set()
@@ -87,7 +87,7 @@ def _curobo(data: dict[str, Any], notes: Notes, before: Notes) -> None:
         data["curobo"] = block
 
 
-def write_planner_files(folder: Path, notes: Notes, before: Notes) -> list[Path]:
+def write_planner_files(folder: Path, notes: EditState, before: EditState) -> list[Path]:
     """Bring every planner file below a package's `curobo` folder up to date; those that changed."""
     written = []
     if notes.balls == before.balls and notes.planner_pairs == before.planner_pairs:
@@ -108,7 +108,7 @@ def write_planner_files(folder: Path, notes: Notes, before: Notes) -> list[Path]
     return written
 
 
-def write_definition(file: Path, notes: Notes, before: Notes) -> Path | None:
+def write_definition(file: Path, notes: EditState, before: EditState) -> Path | None:
     """Bring `disabled_collision_pairs` of a definition up to date; its path, None where nothing changed."""
     if notes.physics_pairs == before.physics_pairs:
         return None
@@ -124,7 +124,7 @@ def write_definition(file: Path, notes: Notes, before: Notes) -> Path | None:
 # ------------------------------------------------------------------------------------------------- entries
 
 
-def _mount_entries(mounts: list[Mount], old: list[Mount], given: list[Any]) -> list[Any]:
+def _mount_entries(mounts: list[SensorPose], old: list[SensorPose], given: list[Any]) -> list[Any]:
     """Entries of the configuration; those that are as before stay as they were written."""
     entries = []
     for k, mount in enumerate(mounts):
@@ -132,7 +132,7 @@ def _mount_entries(mounts: list[Mount], old: list[Mount], given: list[Any]) -> l
             entries.append(given[old.index(mount)])
             continue
         entry = dict(given[k]) if k < len(given) and given[k].get("link") == mount.link else {}
-        was = old[k] if entry and k < len(old) else Mount(kind=mount.kind, link=mount.link)
+        was = old[k] if entry and k < len(old) else SensorPose(kind=mount.kind, link=mount.link)
         offset = dict(entry.get("offset") or {})
         if mount.position != was.position:
             offset["position"] = _rounded(mount.position)
@@ -142,7 +142,7 @@ def _mount_entries(mounts: list[Mount], old: list[Mount], given: list[Any]) -> l
     return entries
 
 
-def _ball_table(table: Mapping[str, Any], notes: Notes, before: Notes) -> dict[str, Any]:
+def _ball_table(table: Mapping[str, Any], notes: EditState, before: EditState) -> dict[str, Any]:
     """Link name to spheres: the links whose spheres changed anew, all others as they are."""
     new = dict(table)
     for link in {**before.balls, **notes.balls}:
@@ -158,7 +158,7 @@ def _ball_table(table: Mapping[str, Any], notes: Notes, before: Notes) -> dict[s
     return new
 
 
-def _entry(ball: Ball) -> dict[str, Any]:
+def _entry(ball: EditedSphere) -> dict[str, Any]:
     return {"center": _rounded(ball.center), "radius": round(ball.radius, DIGITS)}
 
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from roboyard.rendering.scene import RenderShape
 from roboyard.transforms import Array, quaternion_from_matrix, to_wxyz
-from roboyard.viewer.inspector.edits.edit_state import Notes
-from roboyard.viewer.inspector.layers.sensor_layer import MountLayer
-from roboyard.viewer.inspector.layers.sphere_layer import BallLayer
+from roboyard.viewer.inspector.edits.edit_state import EditState
+from roboyard.viewer.inspector.layers.sensor_layer import SensorLayer
+from roboyard.viewer.inspector.layers.sphere_layer import SphereLayer
 from roboyard.viewer.scene.glb import glb
 
 if TYPE_CHECKING:
@@ -34,7 +34,9 @@ FORCE_LENGTH = 0.2
 class Overlays:
     """One switch for each kind; nodes are made when a kind is first switched on and move with their links."""
 
-    def __init__(self, viewer: Viewer, body: Body, notes: Notes, on_pick: Callable[[str, int], None]) -> None:
+    def __init__(
+        self, viewer: Viewer, body: Body, notes: EditState, on_pick: Callable[[str, int], None]
+    ) -> None:
         """Begin with nothing drawn; `on_pick` is told link and number of a clicked planning sphere."""
         self._viewer = viewer
         self._scene = viewer.server.scene
@@ -51,9 +53,9 @@ class Overlays:
             "joint axes": self._axes,
             "contacts": self._contacts,
         }
-        self.balls = BallLayer(viewer, body, notes, on_pick)
-        self.mounts = MountLayer(viewer, body, notes, self.size)
-        self._layers: dict[str, BallLayer | MountLayer] = {
+        self.balls = SphereLayer(viewer, body, notes, on_pick)
+        self.mounts = SensorLayer(viewer, body, notes, self.size)
+        self._layers: dict[str, SphereLayer | SensorLayer] = {
             "planning spheres": self.balls,
             "sensors and hands": self.mounts,
         }

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from roboyard.sensors.camera import FOVX
 from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix, to_wxyz
-from roboyard.viewer.inspector.edits.edit_state import Mount, Notes
+from roboyard.viewer.inspector.edits.edit_state import EditState, SensorPose
 from roboyard.viewer.scene.scans import Scans
 
 if TYPE_CHECKING:
@@ -30,19 +30,19 @@ NEAREST = 0.05
 """m: from here on a live scan sees"""
 
 
-class MountLayer:
+class SensorLayer:
     """Nodes of all mounts; made when they are first shown, made again when they change."""
 
-    def __init__(self, viewer: Viewer, body: Body, notes: Notes, size: float) -> None:
+    def __init__(self, viewer: Viewer, body: Body, notes: EditState, size: float) -> None:
         """Begin with nothing shown; `size` of the robot in m scales what is drawn."""
         self._viewer, self._body, self._notes = viewer, body, notes
         self._length = 0.07 * size
         self.nodes: list[Any] = []
         self.is_on = False
-        self.picked: Mount | None = None
+        self.picked: SensorPose | None = None
         self.scans = Scans(viewer.server)
 
-    def path_of(self, mount: Mount) -> tuple[str, Array] | None:
+    def path_of(self, mount: SensorPose) -> tuple[str, Array] | None:
         """Node that a mount hangs from and its (4, 4) pose there; None where the robot lacks the link."""
         name, pose = self._notes.place_of(mount)
         node = self.node_of(name)
@@ -77,7 +77,7 @@ class MountLayer:
                 if place is not None:
                     self.nodes.append(self._add(f"{place[0]}/mount {k + 1}", mount, place[1]))
 
-    def _add(self, name: str, mount: Mount, pose: Array) -> Any:
+    def _add(self, name: str, mount: SensorPose, pose: Array) -> Any:
         scene, color = self._viewer.server.scene, PICKED if mount is self.picked else PLAIN
         if mount.kind == "camera_links":
             return scene.add_camera_frustum(
@@ -109,7 +109,7 @@ class MountLayer:
             **_at(pose),
         )
 
-    def picture(self, mount: Mount, width: int, height: int, kind: str) -> NDArray[np.uint8] | None:
+    def picture(self, mount: SensorPose, width: int, height: int, kind: str) -> NDArray[np.uint8] | None:
         """(height, width, 3) uint8 that a camera sees now; None where the robot lacks its link.
 
         `kind` is "colour", "depth" or "segmentation".
@@ -129,7 +129,7 @@ class MountLayer:
         )
         return shown_as(sensor.image(), kind)
 
-    def scan(self, mount: Mount) -> None:
+    def scan(self, mount: SensorPose) -> None:
         """Show where the rays of a lidar end now; nothing where the robot lacks its link.
 
         The pattern is the one that an import writes, and what the robot itself blocks shows from 5 cm on.
@@ -150,7 +150,7 @@ class MountLayer:
         self.scans.show([lidar])
 
 
-def world_pose(body: Body, notes: Notes, mount: Mount) -> Array | None:
+def world_pose(body: Body, notes: EditState, mount: SensorPose) -> Array | None:
     """(4, 4) pose of a mount in the world now; None where the robot lacks its link."""
     name, pose = notes.place_of(mount)
     link = next((link for link in body.links if link.name == name), None)

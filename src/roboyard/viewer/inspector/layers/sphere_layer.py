@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.viewer.inspector.edits.edit_state import Ball, Notes
+from roboyard.viewer.inspector.edits.edit_state import EditedSphere, EditState
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -16,15 +16,17 @@ if TYPE_CHECKING:
 BLUE, PICKED = (40, 110, 230), (250, 120, 10)
 
 
-class BallLayer:
+class SphereLayer:
     """One node for each link with spheres."""
 
-    def __init__(self, viewer: Viewer, body: Body, notes: Notes, on_pick: Callable[[str, int], None]) -> None:
+    def __init__(
+        self, viewer: Viewer, body: Body, notes: EditState, on_pick: Callable[[str, int], None]
+    ) -> None:
         """Begin with nothing shown; `on_pick` is told link and number of a clicked sphere, in any thread."""
         self._viewer, self._body, self._notes, self._on_pick = viewer, body, notes, on_pick
         self.nodes: dict[str, Any] = {}
         self.is_on = False
-        self.picked: Ball | None = None
+        self.picked: EditedSphere | None = None
 
     def path_of(self, name: str) -> str:
         """Node of a link."""

@@ -10,8 +10,8 @@ import numpy as np
 from roboyard.audit import Audit
 from roboyard.sim import World
 from roboyard.sim.body import Body
-from roboyard.viewer.inspector.checks import Subject
-from roboyard.viewer.inspector.edits.edit_state import Notes
+from roboyard.viewer.inspector.checks import CheckContext
+from roboyard.viewer.inspector.edits.edit_state import EditState
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
 from roboyard.viewer.inspector.layers.overlays import Overlays
 from roboyard.viewer.inspector.overlaps import overlaps
@@ -21,8 +21,8 @@ from roboyard.viewer.inspector.panels.joint_panel import JointPanel
 from roboyard.viewer.inspector.panels.link_panel import LinkPanel, findings_text
 from roboyard.viewer.inspector.panels.pair_panel import PairPanel
 from roboyard.viewer.inspector.panels.save_panel import SavePanel
-from roboyard.viewer.inspector.panels.sensor_panel import MountPanel
-from roboyard.viewer.inspector.panels.sphere_panel import BallPanel
+from roboyard.viewer.inspector.panels.sensor_panel import SensorPanel
+from roboyard.viewer.inspector.panels.sphere_panel import SpherePanel
 from roboyard.viewer.inspector.panels.velocity_plot import VelocityPlot
 from roboyard.viewer.inspector.robot_source import RobotSource
 from roboyard.viewer.viewer import Viewer
@@ -49,7 +49,7 @@ class Panels:
         body: Body,
         source: RobotSource,
         audit: Audit,
-        notes: Notes,
+        notes: EditState,
         do: Do,
         wiggle: Callable[[], None],
         reload: Callable[[RobotSource, str], None],
@@ -95,11 +95,11 @@ class Panels:
         with self._tabs.add_tab("Camera"):
             self.camera = CameraPanel(gui, world, do)
         with self._tabs.add_tab("Sensors"):
-            self.mounts = MountPanel(
+            self.mounts = SensorPanel(
                 gui, body, notes, self.overlays.mounts, self._gizmo, do, lambda: self._reveal(MOUNTS)
             )
         with self._tabs.add_tab("Spheres"):
-            self.balls = BallPanel(
+            self.balls = SpherePanel(
                 gui, body, notes, self.overlays.balls, self._gizmo, do, lambda: self._reveal(BALLS)
             )
         with self._tabs.add_tab("Pairs"):
@@ -125,7 +125,7 @@ class Panels:
     def _pick_ball(self, link: str, index: int) -> None:
         self._do(lambda: self.balls.pick(link, index))
 
-    def subject(self) -> Subject:
+    def subject(self) -> CheckContext:
         """The robot as it stands now, for the checks."""
         definition = self._definition
         wheels: list[str] = []
@@ -137,7 +137,7 @@ class Panels:
             named = definition.manipulation.finger_joint_names if definition.manipulation else {}
             fingers = [name for names in named.values() for name in names]
         names = {link.name for link in self._body.links}
-        return Subject(
+        return CheckContext(
             body=self._body,
             audit=self._audit,
             notes=self.notes,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from roboyard.errors import RoboyardError
-from roboyard.viewer.inspector.checks import CHECKS, Offence, Subject, Verdict
+from roboyard.viewer.inspector.checks import CHECKS, CheckContext, CheckResult, Violation
 from roboyard.viewer.inspector.panels.link_panel import plain
 
 MOST_SHOWN = 6
@@ -19,13 +19,13 @@ class CheckPanel:
     def __init__(
         self,
         gui: Any,
-        subject: Callable[[], Subject],
+        subject: Callable[[], CheckContext],
         do: Callable[[Callable[[], None]], None],
         point: Callable[[str], None],
     ) -> None:
         """Add the buttons; `subject` gives the robot as it stands, `point` shows a link."""
         self._subject, self._do, self._point = subject, do, point
-        self.verdicts: dict[str, Verdict] = {}
+        self.verdicts: dict[str, CheckResult] = {}
         self._pointed: dict[str, int] = {}
         self.all_button = gui.add_button("Check everything", color="blue")
         self.summary = gui.add_markdown("In the posture in which the robot stands now.")
@@ -55,11 +55,11 @@ class CheckPanel:
             self._pointed[title] = index % len(places)
             self._point(places[self._pointed[title]])
 
-    def _judge(self, title: str) -> Verdict:
+    def _judge(self, title: str) -> CheckResult:
         try:
             verdict = CHECKS[title](self._subject())
         except RoboyardError as error:
-            verdict = Verdict(told="This could not be tried.", offences=[Offence(told=str(error))])
+            verdict = CheckResult(told="This could not be tried.", offences=[Violation(told=str(error))])
         self.verdicts[title] = verdict
         mark, color = ("–", "gray") if verdict.is_open else ("✓", "green") if verdict.passed else ("✗", "red")
         button = self.buttons[title]
@@ -69,7 +69,7 @@ class CheckPanel:
         return verdict
 
 
-def _told(verdict: Verdict) -> str:
+def _told(verdict: CheckResult) -> str:
     lines = [plain(verdict.told), ""]
     lines += [f"- {plain(offence.told)}" for offence in verdict.offences[:MOST_SHOWN]]
     if len(verdict.offences) > MOST_SHOWN:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from roboyard.errors import ConfigError
-from roboyard.viewer.inspector.edits.edit_state import Notes, Pair, pair
+from roboyard.viewer.inspector.edits.edit_state import EditState, Pair, pair
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -23,7 +23,7 @@ class PairPanel:
         self,
         gui: Any,
         body: Body,
-        notes: Notes,
+        notes: EditState,
         do: Callable[[Callable[[], None]], None],
         highlight: Callable[[Link | None], None],
         touching: Callable[[], list[tuple[str, str, float]]],

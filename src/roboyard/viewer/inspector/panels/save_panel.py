@@ -10,7 +10,7 @@ from typing import Any
 
 from roboyard.config.yaml_edit import write_with_backup
 from roboyard.errors import ConfigError, RoboyardError
-from roboyard.viewer.inspector.edits.edit_state import Notes
+from roboyard.viewer.inspector.edits.edit_state import EditState
 from roboyard.viewer.inspector.edits.save_edits import write_config, write_definition, write_planner_files
 from roboyard.viewer.inspector.panels.link_panel import plain
 from roboyard.viewer.inspector.robot_source import RobotSource, package_source
@@ -38,7 +38,7 @@ class SavePanel:
         self,
         gui: Any,
         source: RobotSource,
-        notes: Notes,
+        notes: EditState,
         do: Callable[[Callable[[], None]], None],
         reload: Callable[[RobotSource, str], None],
     ) -> None:
@@ -180,10 +180,10 @@ class SavePanel:
 
         data = read_yaml(definition).data
         there = {pair(*one) for one in (data or {}).get("disabled_collision_pairs") or ()}
-        before = Notes(physics_pairs=there)
+        before = EditState(physics_pairs=there)
         removed = self._before.physics_pairs - self._notes.physics_pairs
         wanted = (there | self._notes.physics_pairs) - removed
-        write_definition(definition, Notes(physics_pairs=wanted), before)
+        write_definition(definition, EditState(physics_pairs=wanted), before)
 
     def _finish(self, source: RobotSource, told: str) -> None:
         """Show the new robot, or why it cannot be shown."""

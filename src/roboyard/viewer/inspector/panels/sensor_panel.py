@@ -10,9 +10,9 @@ import numpy as np
 
 from roboyard.errors import ConfigError
 from roboyard.transforms import matrix_from_quaternion, quaternion_from_rpy, rpy_from_matrix
-from roboyard.viewer.inspector.edits.edit_state import KINDS, Mount, MountKind, Notes
+from roboyard.viewer.inspector.edits.edit_state import KINDS, EditState, MountKind, SensorPose
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
-from roboyard.viewer.inspector.layers.sensor_layer import MountLayer
+from roboyard.viewer.inspector.layers.sensor_layer import SensorLayer
 from roboyard.viewer.inspector.panels.camera_panel import HEIGHT, WIDTH, blank
 from roboyard.viewer.inspector.panels.camera_panel import KINDS as PICTURES
 
@@ -24,15 +24,15 @@ PERIOD = 0.2
 """s between live pictures"""
 
 
-class MountPanel:
+class SensorPanel:
     """Pick a sensor or a hand, see through it, move it, add another."""
 
     def __init__(
         self,
         gui: Any,
         body: Body,
-        notes: Notes,
-        layer: MountLayer,
+        notes: EditState,
+        layer: SensorLayer,
         gizmo: Gizmo,
         do: Callable[[Callable[[], None]], None],
         reveal: Callable[[], None],
@@ -85,7 +85,7 @@ class MountPanel:
         self.delete_button.on_click(lambda _: self._do(self._delete))
 
     @property
-    def picked(self) -> Mount | None:
+    def picked(self) -> SensorPose | None:
         """The one that is shown and edited."""
         return self._layer.picked
 
@@ -100,7 +100,7 @@ class MountPanel:
             labels.append(label)
         return labels
 
-    def named(self, label: str) -> Mount | None:
+    def named(self, label: str) -> SensorPose | None:
         """The mount of a label."""
         return dict(zip(self.labels(), self._notes.mounts, strict=True)).get(label)
 
@@ -113,7 +113,7 @@ class MountPanel:
             self._layer.picked = self._notes.mounts[0]
         self.pick(self.picked)
 
-    def pick(self, mount: Mount | None) -> None:
+    def pick(self, mount: SensorPose | None) -> None:
         """Show and edit another one."""
         self._layer.picked = mount
         if mount is None:
@@ -130,7 +130,7 @@ class MountPanel:
         self._show_handle()
         self._last_picture = 0.0
 
-    def _show_numbers(self, mount: Mount) -> None:
+    def _show_numbers(self, mount: SensorPose) -> None:
         self.position.value = tuple(round(v, 6) for v in mount.position)
         rpy = np.degrees(rpy_from_matrix(matrix_from_quaternion(mount.quaternion)))
         self.turn.value = tuple(round(float(v), 4) for v in rpy)
@@ -146,7 +146,7 @@ class MountPanel:
         self._moved(mount)
         self._gizmo.put(*self._anchored(mount)[1:])
 
-    def move(self, mount: Mount, position: Any, quaternion: Any) -> None:
+    def move(self, mount: SensorPose, position: Any, quaternion: Any) -> None:
         """Give a mount another offset; m and x, y, z, w."""
         mount.position = tuple(float(v) for v in position)  # type: ignore[assignment]
         mount.quaternion = tuple(float(v) for v in quaternion)  # type: ignore[assignment]
@@ -154,11 +154,11 @@ class MountPanel:
             self._show_numbers(mount)
         self._moved(mount)
 
-    def _moved(self, _: Mount) -> None:
+    def _moved(self, _: SensorPose) -> None:
         self._layer.draw()
         self._last_picture = 0.0
 
-    def _anchored(self, mount: Mount) -> tuple[str, Any, Any]:
+    def _anchored(self, mount: SensorPose) -> tuple[str, Any, Any]:
         """Link that the offset counts from, and the offset."""
         own = mount.link if mount.parent is None else mount.parent
         return own, mount.position, mount.quaternion
@@ -186,7 +186,7 @@ class MountPanel:
         taken = {link.name for link in self._body.links} | {mount.link for mount in self._notes.mounts}
         if name in taken:
             raise ConfigError(f"there is a link {name!r} already; give the new one another name")
-        mount = Mount(kind=kind, link=name or on, parent=on if name else None)
+        mount = SensorPose(kind=kind, link=name or on, parent=on if name else None)
         self._notes.mounts.append(mount)
         self._layer.picked = mount
         self._reveal()

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.viewer.inspector.edits.edit_state import Ball, Notes
+from roboyard.viewer.inspector.edits.edit_state import EditedSphere, EditState
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
-from roboyard.viewer.inspector.layers.sphere_layer import BallLayer
+from roboyard.viewer.inspector.layers.sphere_layer import SphereLayer
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -19,15 +19,15 @@ SMALLEST = 0.001
 """m"""
 
 
-class BallPanel:
+class SpherePanel:
     """Pick a sphere here or on the robot; type its numbers or drag its handle."""
 
     def __init__(
         self,
         gui: Any,
         body: Body,
-        notes: Notes,
-        layer: BallLayer,
+        notes: EditState,
+        layer: SphereLayer,
         gizmo: Gizmo,
         do: Callable[[Callable[[], None]], None],
         reveal: Callable[[], None],
@@ -64,11 +64,11 @@ class BallPanel:
         """The link whose spheres are listed."""
         return str(self.link_choice.value)
 
-    def _balls(self) -> list[Ball]:
+    def _balls(self) -> list[EditedSphere]:
         return self._notes.balls.get(self.link, [])
 
     @property
-    def picked(self) -> Ball | None:
+    def picked(self) -> EditedSphere | None:
         """The sphere that is edited."""
         balls = self._balls()
         return balls[self._index] if self._index is not None and self._index < len(balls) else None
@@ -107,7 +107,7 @@ class BallPanel:
         self._layer.draw(self.link)
         self._gizmo.put(ball.center)
 
-    def move(self, ball: Ball, position: Any) -> None:
+    def move(self, ball: EditedSphere, position: Any) -> None:
         """Put a sphere elsewhere in its link's frame; m."""
         x, y, z = (round(float(v), 6) for v in position)
         ball.center = (x, y, z)
@@ -120,9 +120,9 @@ class BallPanel:
         near = self.picked
         if near is not None:
             center = (near.center[0], near.center[1], near.center[2] + near.radius)
-            new = Ball(center=center, radius=near.radius)
+            new = EditedSphere(center=center, radius=near.radius)
         else:
-            new = Ball(center=self._middle(), radius=max(float(self.radius.value), SMALLEST))
+            new = EditedSphere(center=self._middle(), radius=max(float(self.radius.value), SMALLEST))
         balls = self._notes.balls.setdefault(self.link, [])
         balls.append(new)
         self.pick(self.link, len(balls) - 1)
