@@ -8,9 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from roboyard._version import __version__
 from roboyard.errors import RoboyardError
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "Camera": "roboyard.rendering",

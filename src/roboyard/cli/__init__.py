@@ -95,7 +95,7 @@ def _run(words: list[str]) -> int:
 
 def _show_version(asked: bool) -> None:
     if asked:
-        from roboyard import __version__
+        from roboyard._version import __version__
 
         print(f"roboyard {__version__}")
         raise typer.Exit

@@ -99,10 +99,10 @@ def importing(
     At the end the robot is tried out on a floor. What then fails is told, and the package stays.
     """
     del headless
-    from roboyard import import_robot
     from roboyard.cli.packages import read_packages
     from roboyard.errors import ConfigError
     from roboyard.importer.import_log import unique_warnings
+    from roboyard.importer.pipeline import import_robot
 
     if (urdf is None) == (config is None):
         raise ConfigError("give either a URDF or --config FILE; roboyard import --help shows an example")

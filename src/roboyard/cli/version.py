@@ -6,7 +6,7 @@ import platform
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed
 
-from roboyard import __version__
+from roboyard._version import __version__
 
 _PACKAGES = ("mujoco", "numpy", "scipy", "numba", "trimesh", "pillow")
 _EXTRAS = {"viser": "gui", "usd-core": "usd", "coacd": "convex", "imageio-ffmpeg": "video", "torch": "torch"}

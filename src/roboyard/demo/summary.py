@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from roboyard import __version__
+from roboyard._version import __version__
 from roboyard.demo.demo_world import DemoWorld
 from roboyard.demo.load import LoadedRobot, told_findings, told_repairs
 from roboyard.demo.motion_sequence import MotionSequence

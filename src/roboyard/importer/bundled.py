@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from roboyard import __version__
+from roboyard._version import __version__
 from roboyard.assets import asset_path
 from roboyard.paths import DEFAULT_DATASET, data_folder, models_folder
 

@@ -77,7 +77,7 @@ class ImportLog:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data for JSON."""
-        from roboyard import __version__
+        from roboyard._version import __version__
 
         return {
             "roboyard": __version__,

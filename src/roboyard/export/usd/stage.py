@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roboyard import __version__
+from roboyard._version import __version__
 from roboyard.export.usd.geometry import MeshPrototypes
 from roboyard.export.usd.joints import add_joints
 from roboyard.export.usd.library import Gf, Sdf, Usd, UsdGeom, UsdPhysics, Vt

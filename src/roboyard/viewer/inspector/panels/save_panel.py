@@ -140,7 +140,7 @@ class SavePanel:
 
     def _run(self, job: _Import) -> None:
         """In its own thread."""
-        from roboyard import import_robot
+        from roboyard.importer.pipeline import import_robot
 
         steps: list[str] = []
 
