@@ -52,7 +52,7 @@ def robots(
 
 def _row(robot: RegisteredRobot, render: bool) -> dict[str, Any]:
     from roboyard.errors import RoboyardError
-    from roboyard.robots.joint_order import robot_joint_names
+    from roboyard.kinematics.joint_order import breadth_first_joint_names
     from roboyard.robots.pictures import picture_of
     from roboyard.robots.registry import REGISTERED_ROBOTS
 
@@ -71,7 +71,7 @@ def _row(robot: RegisteredRobot, render: bool) -> dict[str, Any]:
         row["capabilities"] = list(definition.capabilities)
         row["groups"] = definition.controller_names()
         if robot.is_imported:
-            row["joints"] = len(robot_joint_names(robot.description(definition)))
+            row["joints"] = len(breadth_first_joint_names(robot.description(definition)))
             if render and row["picture"] is None:
                 with suppress(OSError):  # a data folder that cannot be written to is no reason not to list it
                     row["picture"] = str(picture_of(robot, REGISTERED_ROBOTS))

@@ -21,7 +21,7 @@
 | files | - | - | `urdf_path` relative to this file |
 
 Joint vectors are in one order everywhere: link by link depth first, each link's own joints in file order
-(`orders.prim_order_joints`); each number of the rest posture carries its joint's name as a comment.
+(`joint_order.prim_order_joints`); each number of the rest posture carries its joint's name as a comment.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from roboyard.export.export_result import ExportResult
 from roboyard.export.names import free_name
 from roboyard.export.planner import Planner
 from roboyard.kinematics.description_poses import chain
-from roboyard.kinematics.joint_order import ONE_NUMBER, breadth_first_joints
+from roboyard.kinematics.joint_order import SINGLE_DOF_TYPES, breadth_first_joints, single_dof_joints
 from roboyard.morphology.wheels import WheelPair, find_wheel_pair, find_wheels
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _trunk_and_arms(robot: RobotModel) -> tuple[tuple[Joint, ...], tuple[Arm, ..
         way = [
             joint
             for joint in chain(description, robot.base_link, effector.link)
-            if joint.type in ONE_NUMBER and joint.mimic is None and joint.name not in grips
+            if joint.type in SINGLE_DOF_TYPES and joint.mimic is None and joint.name not in grips
         ]
         if effector.gripper_links or len(way) >= ARM_JOINTS:
             chains.append((effector, way))
@@ -141,7 +141,7 @@ def _controllers(groups: dict[str, str]) -> str:
 
 
 def _general(robot: RobotModel) -> str:
-    joints = [joint for joint in breadth_first_joints(robot.description) if joint.type in ONE_NUMBER]
+    joints = single_dof_joints(breadth_first_joints(robot.description))
     data: dict[str, Any] = {"base_footprint_link_name": robot.base_link}
     text = "# The link that counts as the base, below virtual joints.\n" + dump(data)
     if joints and robot.planning is not None:

@@ -9,8 +9,7 @@ import numpy as np
 
 from roboyard.description.model import Joint
 from roboyard.export.names import identifier
-from roboyard.export.orders import prim_order_joints
-from roboyard.kinematics.joint_order import ONE_NUMBER
+from roboyard.kinematics.joint_order import prim_order_joints, single_dof_joints
 
 if TYPE_CHECKING:
     from roboyard.description.robot_model import PlanningData, RobotModel
@@ -48,7 +47,7 @@ class Planner:
     @property
     def joints(self) -> tuple[Joint, ...]:
         """All joints of one number in the order of every vector; followers of other joints included."""
-        return tuple(j for j in prim_order_joints(self.robot.description) if j.type in ONE_NUMBER)
+        return single_dof_joints(prim_order_joints(self.robot.description))
 
     @property
     def locked(self) -> dict[str, float]:

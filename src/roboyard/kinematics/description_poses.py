@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import unknown_name
+from roboyard.kinematics.joint_order import single_dof_joints
 from roboyard.transforms import (
     Array,
     normalized,
@@ -92,9 +93,8 @@ def forward_kinematics(
 
 def vector_joints(description: RobotDescription) -> tuple[Joint, ...]:
     """The joints that an array of positions holds: one number each, no mimics, depth first in file order."""
-    return tuple(
-        joint for joint in description.depth_first_joints if position_size(joint) == 1 and joint.mimic is None
-    )
+    joints = single_dof_joints(description.depth_first_joints)
+    return tuple(joint for joint in joints if joint.mimic is None)
 
 
 def joint_transform(joint: Joint, position: ArrayLike) -> Array:

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from roboyard.description.model import RobotDescription
 from roboyard.errors import RoboyardError
+from roboyard.kinematics.joint_order import breadth_first_joint_names
 from roboyard.robots import capabilities
 from roboyard.robots.backends import Backend, as_backend, as_numpy
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS, RobotDefinition
 from roboyard.robots.joint_arrays import JointArrays
-from roboyard.robots.joint_order import robot_joint_names
 from roboyard.robots.limits import joint_limits
 from roboyard.sim.body import Body
 from roboyard.sim.link import Link
@@ -48,7 +48,7 @@ class RobotBody:
         self.model = model
         """Name of the robot's kind; `name` is the name in the world."""
         self.backend: Backend = backend
-        self.joints = JointArrays(body, robot_joint_names(description))
+        self.joints = JointArrays(body, breadth_first_joint_names(description))
         self.limits = joint_limits(self.joints)
         base = definition.base_footprint_link_name
         self.base_link: Link = body.links[0] if base is None else body.link(base)

@@ -9,7 +9,7 @@ from roboyard.config.yaml_lines import Where
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import unknown_name
 from roboyard.importer.config.schema import ImportConfig, SensorLink
-from roboyard.kinematics.joint_order import breadth_first_joints, planned_joints
+from roboyard.kinematics.joint_order import breadth_first_joints, single_dof_joints
 
 VIRTUAL_AXES = ("x", "y", "z", "rx", "ry", "rz")
 COLLISION_LISTS = ("no_collision_links", "coacd_links", "convex_links", "no_decompose_links")
@@ -176,7 +176,7 @@ def _default_qpos(config: ImportConfig, description: RobotDescription) -> list[C
     where: Where = ("curobo", "default_qpos")
     if given is None:
         return []
-    order = planned_joints(breadth_first_joints(description), frozen_joints(config))
+    order = single_dof_joints(breadth_first_joints(description), frozen_joints(config))
     if isinstance(given, dict):
         names = [joint.name for joint in order]
         unknown = [

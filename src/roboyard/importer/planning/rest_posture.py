@@ -11,7 +11,7 @@ from roboyard.description.robot_model import EndEffector, RobotModel
 from roboyard.importer.config.checks import frozen_joints, virtual_joints
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.kinematics.description_poses import chain
-from roboyard.kinematics.joint_order import breadth_first_joints, planned_joints
+from roboyard.kinematics.joint_order import breadth_first_joints, single_dof_joints
 from roboyard.morphology.grippers import find_grippers
 
 UNDRIVEN_VIRTUAL = ("base_footprint_z_joint", "base_footprint_rx_joint", "base_footprint_ry_joint")
@@ -26,11 +26,11 @@ def rest_posture(robot: RobotModel, config: ImportConfig) -> dict[str, float]:
     description = robot.description
     given = named_qpos(robot, config)
     rest: dict[str, float] = {}
-    for joint in planned_joints(description.joints):
+    for joint in single_dof_joints(description.joints):
         rest[joint.name] = given.get(joint.name, nearest_to_zero(joint))
     for _ in range(len(description.joints)):
         changed = False
-        for joint in planned_joints(description.joints):
+        for joint in single_dof_joints(description.joints):
             if joint.mimic is None or joint.mimic.joint not in rest:
                 continue
             value = joint.mimic.multiplier * rest[joint.mimic.joint] + joint.mimic.offset
@@ -48,7 +48,7 @@ def named_qpos(robot: RobotModel, config: ImportConfig) -> dict[str, float]:
         return {}
     if isinstance(given, dict):
         return dict(given)
-    order = planned_joints(breadth_first_joints(robot.description), frozen_joints(config))
+    order = single_dof_joints(breadth_first_joints(robot.description), frozen_joints(config))
     names = [joint.name for joint in order if not (robot.holonomic and joint.name in virtual_joints())]
     return dict(zip(names, given, strict=True))
 
@@ -99,7 +99,7 @@ def torso_joints(
         return tuple(given)
     ways = [chain(robot.description, robot.base_link, effector.link) for effector in effectors]
     shared = [joint for joint in ways[0] if all(joint in way for way in ways[1:])]
-    return tuple(joint.name for joint in planned_joints(shared) if joint.mimic is None)
+    return tuple(joint.name for joint in single_dof_joints(shared) if joint.mimic is None)
 
 
 def longest_chain_tip(description: RobotDescription) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.importer.planning.sphere_pairs import PairCounts, SphereSets
-from roboyard.kinematics.joint_order import ONE_NUMBER
+from roboyard.kinematics.joint_order import single_dof_joints
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ class PostureSampler:
         self.rows = {
             link.name: int(row) for link, row in zip(self.body.links, self.body.mujoco_ids, strict=True)
         }
-        self.joints = [joint for joint in description.joints if joint.type in ONE_NUMBER]
+        self.joints = list(single_dof_joints(description.joints))
         self.address = {j.name: self.body.joint(j.name).qpos_slice.start for j in self.joints}
 
     def posture(self, positions: Mapping[str, float]) -> Array:

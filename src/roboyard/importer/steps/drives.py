@@ -7,7 +7,7 @@ from dataclasses import replace
 from roboyard.description.model import Joint
 from roboyard.description.robot_model import DriveKind, RobotModel
 from roboyard.importer.context import ImportContext
-from roboyard.kinematics.joint_order import ONE_NUMBER
+from roboyard.kinematics.joint_order import SINGLE_DOF_TYPES
 from roboyard.morphology.motor_limits import with_motors
 
 DRIVEN_VIRTUAL = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
@@ -25,7 +25,7 @@ def drives(robot: RobotModel, context: ImportContext) -> RobotModel:
         )
     found: dict[str, DriveKind] = {}
     for joint in robot.description.joints:
-        if joint.type not in ONE_NUMBER:
+        if joint.type not in SINGLE_DOF_TYPES:
             continue
         if robot.holonomic and joint.name.startswith("base_footprint_"):
             found[joint.name] = "velocity" if joint.name in DRIVEN_VIRTUAL else "none"

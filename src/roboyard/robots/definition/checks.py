@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from roboyard.description.model import RobotDescription
+from roboyard.kinematics.joint_order import breadth_first_joint_names
 from roboyard.robots.definition.names import Found, Where, joint_names, link_names
 from roboyard.robots.definition.schema import NEED_RESET_POSE, VIRTUAL_JOINTS, RobotDefinition
-from roboyard.robots.joint_order import robot_joint_names
 
 ERROR = {
     "trunk": "articulated_trunk",
@@ -47,7 +47,7 @@ def check_alone(definition: RobotDefinition, *, with_lengths: bool = True) -> li
 def check_against(definition: RobotDefinition, description: RobotDescription) -> list[ConfigProblem]:
     """What names links or joints that the robot has not, or vectors of another length."""
     links = [link.name for link in description.links]
-    joints = robot_joint_names(description)
+    joints = breadth_first_joint_names(description)
     found = [
         *_unknown(link_names(definition), "link", links),
         *_unknown(joint_names(definition), "moving joint", joints),
