@@ -1,0 +1,103 @@
+"""The import graph of the package, read with `ast`: type-only, function-level and lazy imports included."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src"
+PACKAGE = "roboyard"
+
+
+@dataclass(frozen=True, slots=True)
+class Import:
+    """One import of one of our modules by another."""
+
+    importer: str
+    imported: str
+    line: int
+
+
+def modules() -> dict[str, Path]:
+    """Module name to file."""
+    found = {}
+    for path in sorted((SOURCE / PACKAGE).rglob("*.py")):
+        parts = path.relative_to(SOURCE).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def imports() -> list[Import]:
+    """All imports inside the package; an import of a package's name counts as one of its `__init__`."""
+    known = modules()
+    found = [
+        Import(name, imported, line)
+        for name, path in known.items()
+        for imported, line in _imports_of(path, known)
+        if imported != name
+    ]
+    assert len(found) > 1000, "the import graph was not read"
+    return found
+
+
+def _imports_of(path: Path, known: dict[str, Path]) -> Iterator[tuple[str, int]]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.ImportFrom(module=str(module), names=names, level=0) if module.split(".")[0] == PACKAGE:
+                for alias in names:
+                    whole = f"{module}.{alias.name}"
+                    yield (whole if whole in known else module), node.lineno
+            case ast.ImportFrom(level=level) if level:
+                raise AssertionError(f"{path}: relative import in line {node.lineno}; import by full name")
+            case ast.Import(names=names):
+                for alias in names:
+                    if alias.name.split(".")[0] == PACKAGE:
+                        yield alias.name, node.lineno
+            case ast.Constant(value=str(text)) if text != PACKAGE and text in known:
+                yield text, node.lineno  # lazily loaded: `lazy_module("roboyard.sim.stepping.kernels")`
+
+
+def folder(module: str) -> str:
+    """First folder below the package, or the file's own name where it lies in none."""
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else "__init__"
+
+
+def circles(edges: list[Import]) -> list[list[str]]:
+    """Sets of two or more files that import one another (strongly connected components, Tarjan 1972)."""
+    neighbours: dict[str, set[str]] = {}
+    for edge in edges:
+        neighbours.setdefault(edge.importer, set()).add(edge.imported)
+        neighbours.setdefault(edge.imported, set())
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found: list[list[str]] = []
+    for start in sorted(neighbours):
+        work: list[tuple[str, Iterator[str]]] = []
+        if start not in index:
+            index[start] = low[start] = len(index)
+            stack.append(start)
+            work.append((start, iter(sorted(neighbours[start]))))
+        while work:
+            node, rest = work[-1]
+            following = next(rest, None)
+            if following is None:
+                work.pop()
+                if work:
+                    low[work[-1][0]] = min(low[work[-1][0]], low[node])
+                if low[node] == index[node]:
+                    group = stack[stack.index(node) :]
+                    del stack[stack.index(node) :]
+                    if len(group) > 1:
+                        found.append(sorted(group))
+            elif following not in index:
+                index[following] = low[following] = len(index)
+                stack.append(following)
+                work.append((following, iter(sorted(neighbours[following]))))
+            elif following in stack:
+                low[node] = min(low[node], index[following])
+    return found
