@@ -77,9 +77,9 @@ def own_arm() -> tuple[RobotDescription, str, list[float]]:
 def panda() -> tuple[RobotDescription, str, list[float]]:
     import pybullet_data
 
-    from roboyard.description import load_urdf
+    from roboyard.description import load_description
 
-    robot = load_urdf(Path(pybullet_data.getDataPath()) / "franka_panda" / "panda.urdf")
+    robot = load_description(Path(pybullet_data.getDataPath()) / "franka_panda" / "panda.urdf")
     return robot, "panda_hand", [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]
 
 

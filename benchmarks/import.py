@@ -22,7 +22,7 @@ from pathlib import Path
 import yaml
 
 from roboyard.assets import asset_path
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 
 
 def main() -> None:
@@ -37,7 +37,7 @@ def main() -> None:
         "--all-links", action="store_true", help="also links with collision shapes of their own"
     )
     arguments = parser.parse_args()
-    description = load_urdf(arguments.urdf)
+    description = load_description(arguments.urdf)
     collision: dict[str, object] = {"decompose_method": arguments.method}
     if arguments.all_links:
         collision[f"{arguments.method}_links"] = [link.name for link in description.links if link.visuals]

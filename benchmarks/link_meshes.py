@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.description.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Sphere, Visual
 from roboyard.shapes import primitives
 from roboyard.shapes.load import load_mesh, scaled
@@ -44,7 +44,7 @@ def site_folders() -> list[str]:
 
 def link_meshes(urdf: Path, kind: str = "collision") -> dict[str, list[TriangleMesh]]:
     """Meshes of each link that has any; `kind` is "collision" or "visual"."""
-    robot = load_urdf(urdf, missing_meshes="note")
+    robot = load_description(urdf, missing_meshes="note")
     out: dict[str, list[TriangleMesh]] = {}
     for link in robot.links:
         shapes = link.collisions if kind == "collision" else link.visuals

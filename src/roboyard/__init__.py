@@ -16,13 +16,21 @@ _HOMES = {
     "RobotDescription": "roboyard.description",
     "World": "roboyard.sim",
     "import_robot": "roboyard.importer.pipeline",
-    "load_urdf": "roboyard.description",
+    "load_description": "roboyard.description",
 }
 
-__all__ = ["Camera", "RobotDescription", "RoboyardError", "World", "__version__", "import_robot", "load_urdf"]
+__all__ = [
+    "Camera",
+    "RobotDescription",
+    "RoboyardError",
+    "World",
+    "__version__",
+    "import_robot",
+    "load_description",
+]
 
 if TYPE_CHECKING:
-    from roboyard.description import RobotDescription, load_urdf
+    from roboyard.description import RobotDescription, load_description
     from roboyard.importer.pipeline import import_robot
     from roboyard.rendering import Camera
     from roboyard.sim import World

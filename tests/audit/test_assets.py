@@ -7,7 +7,7 @@ import pytest
 
 import roboyard
 from roboyard.audit import audit_urdf
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.repair import repair_urdf
 
 FOLDER = Path(roboyard.__file__).parent / "assets"
@@ -33,7 +33,7 @@ def test_repaired_bundled_robots_are_read_strictly_and_settle(file: Path, tmp_pa
     from roboyard.sim import World
 
     result = repair_urdf(file, tmp_path / "out")
-    robot = load_urdf(result.urdf, strict=True)
+    robot = load_description(result.urdf, strict=True)
     assert "inertial-missing" not in result.after.codes
     world = World()
     world.add_plane()

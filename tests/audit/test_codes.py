@@ -7,7 +7,7 @@ import pytest
 from audit_cases import CASES, arm, write_case
 
 from roboyard.audit import CHECKS, ERROR, audit_urdf
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 
 TESTED_ELSEWHERE = {"file-unreadable", "not-loadable"}  # no robot at all; any robot
 
@@ -53,7 +53,7 @@ def test_the_verdict_agrees_with_the_reader(code: str, tmp_path: Path) -> None:
     assert "not-loadable" not in result.codes
     blocked = any(finding.severity == ERROR for finding in result.findings)
     try:
-        load_urdf(file)
+        load_description(file)
         # meshes are not opened yet, and masses are read as they are written
         assert not blocked or code.startswith("mesh-") or code == "mass-negative"
     except DescriptionError:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from roboyard.audit import ERROR, audit_urdf
 from roboyard.audit.checks.xml import ATTRIBUTES, CHILDREN
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.errors import RoboyardError
 from roboyard.repair import repair_urdf
 
@@ -117,7 +117,7 @@ def mutated(draw) -> bytes:
 
 def read_quietly(file: Path) -> None:
     with np.errstate(all="ignore"):
-        load_urdf(file)
+        load_description(file)
 
 
 def survives(data: bytes) -> None:

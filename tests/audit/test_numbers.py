@@ -7,7 +7,7 @@ import pytest
 from audit_cases import arm, both, inertial, write_case
 
 from roboyard.audit import ERROR, audit_urdf
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.errors import RoboyardError
 from roboyard.repair import repair_urdf
 
@@ -73,10 +73,10 @@ def test_odd_numbers_get_a_verdict_without_a_warning(place: str, tmp_path: Path)
             assert "not-loadable" not in result.codes or place == "axis"
             assert all(len(finding.message) <= 400 for finding in result.findings)
             if not any(finding.severity == ERROR for finding in result.findings):
-                load_urdf(file)
+                load_description(file)
             elif place not in ("mass", "inertia") or not result.of("number-huge"):  # kept as written
                 with pytest.raises(RoboyardError) as caught:
-                    load_urdf(file)
+                    load_description(file)
                 assert len(str(caught.value)) < 1000
 
 
@@ -92,7 +92,9 @@ def test_what_may_mean_two_things_is_not_guessed_at(text: str, tmp_path: Path) -
 def test_a_quaternion_of_any_length_is_a_direction(tmp_path: Path) -> None:
     file = write_case(arm(origin='<origin xyz="0 0 0.2" quat_xyzw="0 0 3e307 4e307"/>'), tmp_path)
     assert audit_urdf(file).codes == ("number-sloppy",)
-    assert load_urdf(file).joints[0].origin.quaternion == pytest.approx((0, 0, 0.6, 0.8), abs=1e-15)
+    assert load_description(file).joints[0].origin.quaternion == pytest.approx((0, 0, 0.6, 0.8), abs=1e-15)
     mended = repair_urdf(file, tmp_path / "out")
     assert mended.after.codes == ()
-    assert load_urdf(mended.urdf).joints[0].origin.quaternion == pytest.approx((0, 0, 0.6, 0.8), abs=1e-15)
+    assert load_description(mended.urdf).joints[0].origin.quaternion == pytest.approx(
+        (0, 0, 0.6, 0.8), abs=1e-15
+    )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from roboyard.description import RobotDescription, load_urdf
+from roboyard.description import RobotDescription, load_description
 
 
 def _link(name: str, mass: float, shape: str, origin: str = "0 0 0") -> str:
@@ -72,17 +72,17 @@ def walker_urdf() -> str:
 
 @pytest.fixture
 def cart() -> RobotDescription:
-    return load_urdf(cart_urdf())
+    return load_description(cart_urdf())
 
 
 @pytest.fixture
 def arm() -> RobotDescription:
-    return load_urdf(arm_urdf())
+    return load_description(arm_urdf())
 
 
 @pytest.fixture
 def walker() -> RobotDescription:
-    return load_urdf(walker_urdf())
+    return load_description(walker_urdf())
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 
 from roboyard.demo.plan import make_plan
 from roboyard.demo.sweep import Sweep, first_sweep, full_range
-from roboyard.description import Joint, Limit, RobotDescription, load_urdf
+from roboyard.description import Joint, Limit, RobotDescription, load_description
 from roboyard.morphology.point_model import PointModel, extreme_points
 from roboyard.morphology.support_mode import decide
 
@@ -126,7 +126,7 @@ def test_an_arm_whose_hand_hangs_lower_than_its_base_is_mounted() -> None:
             ("elbow", "right", "0.4 -0.1 -0.2"),
         )
     )
-    stance = decide(PointModel(load_urdf(f'<robot name="arm">{links}{joints}</robot>')))
+    stance = decide(PointModel(load_description(f'<robot name="arm">{links}{joints}</robot>')))
     assert stance.kind == "mounted"
     assert "reaches the floor" in stance.reason
 
@@ -136,7 +136,7 @@ def test_a_root_called_world_is_the_world() -> None:
       <link name="box"><visual><geometry><box size="1 1 1"/></geometry></visual></link>
       <joint name="j" type="fixed"><parent link="world"/><child link="box"/></joint>
     </robot>"""
-    assert decide(PointModel(load_urdf(text))).kind == "mounted"
+    assert decide(PointModel(load_description(text))).kind == "mounted"
 
 
 def test_a_standing_robot_keeps_its_balance_at_every_moment(cart: RobotDescription) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 
 from roboyard.demo.demo_world import DemoWorld
 from roboyard.demo.plan import make_plan
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.morphology.point_model import PointModel
 
 
@@ -47,7 +47,7 @@ def hand() -> str:
 
 
 def test_strong_light_fingers_with_followers_do_not_chatter() -> None:
-    figure = PointModel(load_urdf(hand()))
+    figure = PointModel(load_description(hand()))
     stage = DemoWorld(figure, make_plan(figure))
     stage.world.step(720)
     fastest = 0.0

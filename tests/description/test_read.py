@@ -20,7 +20,7 @@ from roboyard.description import (
     Plane,
     RobotDescription,
     Sphere,
-    load_urdf,
+    load_description,
 )
 from roboyard.errors import DescriptionError
 
@@ -30,7 +30,7 @@ ARM = DATA / "urdf" / "arm.urdf"
 
 @pytest.fixture(scope="module")
 def arm() -> RobotDescription:
-    return load_urdf(ARM)
+    return load_description(ARM)
 
 
 def test_links_and_joints_keep_file_order_and_any_name(arm):
@@ -126,7 +126,7 @@ def test_what_is_not_read_is_kept(arm):
 
 
 def test_absent_numbers_are_none_never_zero():
-    robot = load_urdf(
+    robot = load_description(
         '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute">'
         '<parent link="a"/><child link="b"/><limit effort="3"/></joint></robot>'
     )
@@ -137,7 +137,7 @@ def test_absent_numbers_are_none_never_zero():
 
 @pytest.mark.parametrize("mass", ["-2", "0", "1e30"])
 def test_absurd_masses_and_tensors_are_kept_as_written(mass):
-    robot = load_urdf(
+    robot = load_description(
         f'<robot name="r"><link name="a"><inertial><mass value="{mass}"/>'
         '<inertia ixx="-1" ixy="9" ixz="0" iyy="0" iyz="0" izz="1e-30"/></inertial></link></robot>'
     )
@@ -147,7 +147,7 @@ def test_absurd_masses_and_tensors_are_kept_as_written(mass):
 
 
 def test_limits_far_out_and_reversed_are_kept():
-    robot = load_urdf(
+    robot = load_description(
         '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute">'
         '<parent link="a"/><child link="b"/><limit lower="1e16" upper="-1e16"/></joint></robot>'
     )
@@ -159,11 +159,11 @@ def test_reads_path_string_text_tree_and_element():
     text = ARM.read_text(encoding="utf-8")
     folder = [DATA / "urdf"]
     trees = [
-        load_urdf(ARM),
-        load_urdf(str(ARM)),
-        load_urdf(text, search_paths=[*folder, DATA]),
-        load_urdf(ET.parse(ARM), search_paths=[*folder, DATA]),
-        load_urdf(ET.parse(ARM).getroot(), search_paths=[*folder, DATA]),
+        load_description(ARM),
+        load_description(str(ARM)),
+        load_description(text, search_paths=[*folder, DATA]),
+        load_description(ET.parse(ARM), search_paths=[*folder, DATA]),
+        load_description(ET.parse(ARM).getroot(), search_paths=[*folder, DATA]),
     ]
     for tree in trees:
         assert [joint.axis for joint in tree.joints] == [joint.axis for joint in trees[0].joints]
@@ -172,7 +172,7 @@ def test_reads_path_string_text_tree_and_element():
 
 
 def test_quaternion_origin():
-    robot = load_urdf(
+    robot = load_description(
         '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="fixed">'
         '<origin xyz="1 2 3" quat_xyzw="0 0 2 2"/><parent link="a"/><child link="b"/></joint></robot>'
     )
@@ -182,7 +182,7 @@ def test_quaternion_origin():
 
 def test_missing_meshes_can_be_noted():
     file = DATA / "urdf" / "errors" / "missing_mesh.urdf"
-    robot = load_urdf(file, missing_meshes="note")
+    robot = load_description(file, missing_meshes="note")
     assert robot.links[0].visuals[0].geometry == Mesh(uri="meshes/gone.stl", path=None)
     assert len(robot.notes) == 1
     assert "missing_mesh.urdf:5" in robot.notes[0]
@@ -196,7 +196,7 @@ def test_all_problems_are_reported_at_once():
         '<limit lower="nan"/>\n</joint>\n</robot>'
     )
     with pytest.raises(DescriptionError) as caught:
-        load_urdf(text)
+        load_description(text)
     assert len(caught.value.problems) == 2
     assert "unknown joint type 'hinge'" in caught.value.problems[0]
     assert "'nan' is not finite" in caught.value.problems[1]
@@ -211,6 +211,6 @@ def test_a_long_chain_neither_recurses_nor_crawls():
         f'<joint name="j{i}" type="fixed"><parent link="l{i}"/><child link="l{i + 1}"/></joint>'
         for i in range(count - 1)
     )
-    robot = load_urdf(f'<robot name="chain">{links}{joints}</robot>')
+    robot = load_description(f'<robot name="chain">{links}{joints}</robot>')
     assert len(robot.depth_first_joints) == count - 1
     assert robot.depth_first_joints[-1].child == f"l{count - 1}"

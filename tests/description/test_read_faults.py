@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.errors import DescriptionError
 
 DATA = Path(__file__).parents[1] / "data" / "urdf"
@@ -80,7 +80,7 @@ REPAIRS = {
 def test_refused_with_file_line_element_and_remedy(fault):
     file = DATA / "errors" / f"{fault}.urdf"
     with pytest.raises(DescriptionError) as caught:
-        load_urdf(file)
+        load_description(file)
     assert ERRORS[fault] in str(caught.value)
     assert len(caught.value.problems) == 1
     assert "\n" not in str(caught.value)
@@ -90,7 +90,7 @@ def test_refused_with_file_line_element_and_remedy(fault):
 
 @pytest.mark.parametrize("fault", REPAIRS)
 def test_put_right_and_noted(fault):
-    robot = load_urdf(DATA / "repairs" / f"{fault}.urdf")
+    robot = load_description(DATA / "repairs" / f"{fault}.urdf")
     assert any(REPAIRS[fault] in note for note in robot.notes), robot.notes
     assert all(note.startswith(f"{fault}.urdf:") for note in robot.notes)
 
@@ -98,7 +98,7 @@ def test_put_right_and_noted(fault):
 @pytest.mark.parametrize("fault", REPAIRS)
 def test_strict_refuses_what_would_be_put_right(fault):
     with pytest.raises(DescriptionError) as caught:
-        load_urdf(DATA / "repairs" / f"{fault}.urdf", strict=True)
+        load_description(DATA / "repairs" / f"{fault}.urdf", strict=True)
     assert REPAIRS[fault] in str(caught.value)
 
 
@@ -108,39 +108,39 @@ def test_every_fault_file_is_tested():
 
 
 def test_sloppy_numbers_have_the_value_that_strtod_reads():
-    joint = load_urdf(DATA / "repairs" / "comma_after_number.urdf").joints[0]
+    joint = load_description(DATA / "repairs" / "comma_after_number.urdf").joints[0]
     assert (joint.limit.lower, joint.limit.upper) == (-0.07, 1.57)
-    joint = load_urdf(DATA / "repairs" / "optenv_default.urdf").joints[0]
+    joint = load_description(DATA / "repairs" / "optenv_default.urdf").joints[0]
     assert joint.origin.position == (0.1, 0, 0.2)
-    joint = load_urdf(DATA / "repairs" / "commas_between_numbers.urdf").joints[0]
+    joint = load_description(DATA / "repairs" / "commas_between_numbers.urdf").joints[0]
     assert joint.origin.position == (0.1, 0.2, 0.3)
 
 
 def test_non_unit_axis_is_scaled():
-    axis = load_urdf(DATA / "repairs" / "long_axis.urdf").joints[0].axis
+    axis = load_description(DATA / "repairs" / "long_axis.urdf").joints[0].axis
     assert axis == pytest.approx((0, 0.6, 0.8), abs=1e-15)
 
 
 def test_unusable_mimic_is_kept_as_xml():
-    joint = load_urdf(DATA / "repairs" / "mimic_of_nothing.urdf").joints[0]
+    joint = load_description(DATA / "repairs" / "mimic_of_nothing.urdf").joints[0]
     assert joint.mimic is None
     assert [(element.tag, element.get("joint")) for element in joint.extra] == [("mimic", "ghost")]
 
 
 def test_mended_text_keeps_names_and_lines():
-    robot = load_urdf(DATA / "repairs" / "bare_ampersand.urdf")
+    robot = load_description(DATA / "repairs" / "bare_ampersand.urdf")
     assert robot.links[0].name == "nuts & bolts"
-    robot = load_urdf(DATA / "repairs" / "blank_line_before_declaration.urdf")
+    robot = load_description(DATA / "repairs" / "blank_line_before_declaration.urdf")
     assert robot.links[0].source.line == 4
-    robot = load_urdf(DATA / "repairs" / "attribute_twice.urdf")
+    robot = load_description(DATA / "repairs" / "attribute_twice.urdf")
     assert robot.joints[0].name == "hinge"
 
 
 def test_missing_file_and_folder(tmp_path):
     with pytest.raises(DescriptionError, match=r"nowhere\.urdf: no such file in .*; check the path"):
-        load_urdf(tmp_path / "nowhere.urdf")
+        load_description(tmp_path / "nowhere.urdf")
     with pytest.raises(DescriptionError, match="this is a folder; give the URDF file in it"):
-        load_urdf(tmp_path)
+        load_description(tmp_path)
 
 
 def test_a_loop_of_mimics_moves_freely():
@@ -150,6 +150,6 @@ def test_a_loop_of_mimics_moves_freely():
         for i in range(3)
     )
     links = "".join(f'<link name="l{i}"/>' for i in range(4))
-    robot = load_urdf(f'<robot name="r">{links}{joints}</robot>')
+    robot = load_description(f'<robot name="r">{links}{joints}</robot>')
     assert [joint.mimic for joint in robot.joints] == [None, None, None]
     assert len(robot.notes) == 3

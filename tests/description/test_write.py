@@ -14,7 +14,7 @@ from roboyard.description import (
     Pose,
     RobotDescription,
     Visual,
-    load_urdf,
+    load_description,
     write_urdf,
 )
 from roboyard.description.urdf.write import to_element
@@ -42,9 +42,9 @@ REPAIRED = sorted((DATA / "repairs").glob("*.urdf"))
 
 @pytest.mark.parametrize("file", [DATA / "arm.urdf", *REPAIRED], ids=lambda file: file.stem)
 def test_round_trip_gives_equal_data(file, tmp_path):
-    first = load_urdf(file)
+    first = load_description(file)
     write_urdf(first, tmp_path / "out.urdf")
-    second = load_urdf(tmp_path / "out.urdf", search_paths=[file.parent, DATA.parent])
+    second = load_description(tmp_path / "out.urdf", search_paths=[file.parent, DATA.parent])
     assert plain(second) == plain(first)
 
 
@@ -65,7 +65,7 @@ def bag(root: ET.Element) -> list:
 
 def test_everything_in_the_file_is_in_the_output():
     file = DATA / "arm.urdf"
-    written = bag(to_element(load_urdf(file)))
+    written = bag(to_element(load_description(file)))
     for row in bag(ET.parse(file).getroot()):
         assert row in written
 
@@ -84,7 +84,7 @@ def test_numbers_read_back_exactly(tmp_path):
     )
     robot = RobotDescription(name="r", links=(Link(name="a"), Link(name="b")), joints=(joint,))
     write_urdf(robot, tmp_path / "r.urdf")
-    again = load_urdf(tmp_path / "r.urdf").joints[0]
+    again = load_description(tmp_path / "r.urdf").joints[0]
     assert again.origin.position == joint.origin.position
     np.testing.assert_allclose(again.axis, joint.axis, rtol=0, atol=2e-16)
 
@@ -97,20 +97,20 @@ def test_a_changed_rotation_wins_over_the_angles_of_the_file():
         links=(Link(name="a"), Link(name="b")),
         joints=(Joint(name="j", type="fixed", parent="a", child="b", origin=pose),),
     )
-    origin = load_urdf(to_element(robot)).joints[0].origin
+    origin = load_description(to_element(robot)).joints[0].origin
     np.testing.assert_allclose(origin.quaternion, pose.quaternion, atol=1e-15)
 
 
 def test_names_are_escaped(tmp_path):
     robot = RobotDescription(name='a "b" & <c>', links=(Link(name="nuts & bolts\u00e9"),))
     write_urdf(robot, tmp_path / "r.urdf")
-    again = load_urdf(tmp_path / "r.urdf")
+    again = load_description(tmp_path / "r.urdf")
     assert again.name == robot.name
     assert again.links[0].name == robot.links[0].name
 
 
 def test_extra_elements_of_the_description_are_not_shared():
-    robot = load_urdf(DATA / "arm.urdf")
+    robot = load_description(DATA / "arm.urdf")
     element = to_element(robot)
     element.find("transmission").set("name", "changed")
     assert robot.extra[0].get("name") == "drive"

@@ -25,7 +25,7 @@ from roboyard.description import (
     RobotDescription,
     Sphere,
     Visual,
-    load_urdf,
+    load_description,
 )
 from roboyard.description.robot_model import (
     CollisionSphere,
@@ -207,7 +207,7 @@ def bundled() -> Callable[[str], RobotModel]:
     """A bundled robot as it is, every joint with a range driven to positions."""
 
     def load(name: str) -> RobotModel:
-        description = load_urdf(asset_path(name))
+        description = load_description(asset_path(name))
         drives = {j.name: "position" for j in description.joints if j.position_limits() and j.mimic is None}
         return RobotModel(
             name=name,

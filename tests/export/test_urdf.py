@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roboyard.description import Heightfield, Mesh, Visual, load_urdf
+from roboyard.description import Heightfield, Mesh, Visual, load_description
 from roboyard.description.robot_model import RobotModel
 from roboyard.errors import DescriptionError
 from roboyard.export import urdf
@@ -38,7 +38,7 @@ def test_the_robot_is_the_same_but_for_file_names(
 ) -> None:
     robot = bundled("r1")
     urdf.write(robot, tmp_path)
-    read = load_urdf(tmp_path / "r1.urdf")
+    read = load_description(tmp_path / "r1.urdf")
     for old, new in zip(robot.description.links, read.links, strict=True):
         assert (old.name, old.contact) == (new.name, new.contact)
         if old.inertial is not None and new.inertial is not None:
@@ -60,7 +60,7 @@ def test_the_robot_is_the_same_but_for_file_names(
 def test_textures_come_along(bundled: Callable[[str], RobotModel], tmp_path: Path) -> None:
     robot = bundled("r1")
     urdf.write(robot, tmp_path)
-    read = load_urdf(tmp_path / "r1.urdf")
+    read = load_description(tmp_path / "r1.urdf")
     textured = 0
     for old, new in zip(robot.description.links, read.links, strict=True):
         for a, b in zip(old.visuals, new.visuals, strict=True):
@@ -81,7 +81,7 @@ def test_a_mesh_used_twice_is_copied_once(bundled: Callable[[str], RobotModel], 
 def test_meshes_made_in_memory_become_files(robot: RobotModel, tmp_path: Path) -> None:
     written = urdf.write(robot, tmp_path)
     assert ["colours" in note for note in written.notes] == [True]
-    read = load_urdf(tmp_path / "everything.urdf")
+    read = load_description(tmp_path / "everything.urdf")
     mesh = read.link_by_name["arm.1"].visuals[0].geometry
     assert isinstance(mesh, Mesh) and mesh.path is not None
     assert np.allclose(load_mesh(mesh.path).bounds, [[-0.1, -0.05, -0.05], [0.1, 0.05, 0.05]])
@@ -93,7 +93,7 @@ def test_files_that_lie_in_the_folder_stay(bundled: Callable[[str], RobotModel],
     robot = bundled("arm7")
     urdf.write(robot, tmp_path)
     before = sorted(p.name for p in (tmp_path / "meshes").iterdir())
-    again = replace(robot, description=load_urdf(tmp_path / "arm7.urdf"))
+    again = replace(robot, description=load_description(tmp_path / "arm7.urdf"))
     urdf.write(again, tmp_path)
     assert sorted(p.name for p in (tmp_path / "meshes").iterdir()) == before
 

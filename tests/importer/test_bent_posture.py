@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from roboyard import import_robot
-from roboyard.description import RobotDescription, load_urdf
+from roboyard.description import RobotDescription, load_description
 from roboyard.importer.planning.ik_rest_posture import ENOUGH, arm_of, dexterity, ik_posture
 from roboyard.kinematics import forward_kinematics
 from roboyard.robots import REGISTERED_ROBOTS
@@ -39,7 +39,7 @@ def stretched(sides: tuple[float, ...] = (0.0,)) -> RobotDescription:
                 "<limit lower='-2.8' upper='2.8' effort='60' velocity='3'/></joint>"
             )
             above = name
-    return load_urdf(f"<robot name='stretched'>{''.join(parts)}</robot>")
+    return load_description(f"<robot name='stretched'>{''.join(parts)}</robot>")
 
 
 def test_a_stretched_arm_is_bent_where_its_joints_allow() -> None:
@@ -67,7 +67,7 @@ def test_an_arm_of_slides_stays() -> None:
         "<limit lower='0' upper='0.1' effort='60' velocity='1'/></joint>"
         for i in range(5)
     ]
-    robot = load_urdf(f"<robot name='telescope'>{''.join(parts)}</robot>")
+    robot = load_description(f"<robot name='telescope'>{''.join(parts)}</robot>")
     rest = {joint.name: 0.0 for joint in robot.joints}
     arm = arm_of(robot, "link0", "link5", rest, ())
     assert arm is not None

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 import roboyard
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.importer.package import PackageFolders, building
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
@@ -168,7 +168,7 @@ def test_ten_kills_leave_a_whole_package(importer, count):
         killed += importer.run(new, moment, signal.SIGKILL) == -signal.SIGKILL
         for part, olds in zip(states(importer), zip(*wholes.values(), strict=True), strict=True):
             assert part in olds, f"killed at {moment} of {count}"
-        load_urdf(importer.data / "omnigibson-robot-assets/models/pair/urdf/pair.urdf")
+        load_description(importer.data / "omnigibson-robot-assets/models/pair/urdf/pair.urdf")
     assert killed == 10
     assert importer.run(2.0) == 0
     assert states(importer) == wholes[2.0]

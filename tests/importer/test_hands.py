@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.morphology.grippers import find_grippers
 
 AXIS = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
@@ -18,7 +18,7 @@ def robot(*edges):
         word = "fixed" if kind == "f" else "revolute"
         ends = f'<parent link="{parent}"/><child link="{child}"/>'
         text += f'<joint name="j_{child}" type="{word}">{ends}{body}</joint>'
-    return load_urdf(f'<robot name="r">{text}</robot>')
+    return load_description(f'<robot name="r">{text}</robot>')
 
 
 def arm(start, name, count=6):

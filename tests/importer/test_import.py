@@ -8,7 +8,7 @@ import yaml
 
 from roboyard import import_robot
 from roboyard.assets import asset_path
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.sim import World
@@ -150,8 +150,8 @@ def test_images_lie_in_the_packages_material_folder(r1):
 
 
 def test_the_robot_keeps_its_masses_and_gains_a_gliding_base(r1):
-    vendor = load_urdf(asset_path("r1"))
-    written = load_urdf(r1.folder / "urdf" / "r1.urdf")
+    vendor = load_description(asset_path("r1"))
+    written = load_description(r1.folder / "urdf" / "r1.urdf")
     assert written.root.name == "base_footprint_x"
     for link in vendor.links:
         if link.inertial is not None:
@@ -199,8 +199,8 @@ def test_the_imported_robot_passes_every_gate(r1):
 def test_a_bare_urdf_keeps_its_root_and_gets_spheres(tmp_path):
     result = import_robot(urdf=asset_path("husky"), data=tmp_path)
     assert result.name == "husky"
-    written = load_urdf(result.folder / "urdf" / "husky.urdf")
-    assert written.root.name == load_urdf(asset_path("husky")).root.name
+    written = load_description(result.folder / "urdf" / "husky.urdf")
+    assert written.root.name == load_description(asset_path("husky")).root.name
     planner = yaml.safe_load((result.folder / "curobo" / "husky_description_curobo_default.yaml").read_text())
     assert "front_left_wheel_link" in planner["robot_cfg"]["collision_spheres"]
 
@@ -212,7 +212,7 @@ def test_an_import_is_not_replaced_unasked(tmp_path):
         import_robot(urdf=asset_path("cube"), data=tmp_path, name="thing")
     assert (first.folder / "import_log.json").read_bytes() == before
     again = import_robot(urdf=asset_path("cube"), data=tmp_path, name="thing", overwrite=True)
-    assert load_urdf(again.folder / "urdf" / "thing.urdf").root.name != "plane_never"
+    assert load_description(again.folder / "urdf" / "thing.urdf").root.name != "plane_never"
 
 
 def test_every_problem_of_a_configuration_is_named_with_its_line(tmp_path):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.morphology.motor_limits import with_motors
 
 LINK = """<link name="{}"><inertial><origin xyz="0.5 0 0"/><mass value="2"/>
@@ -16,7 +16,7 @@ def robot(*joints):
     text = LINK.format("l0")
     for k, (kind, effort, velocity) in enumerate(joints):
         text += LINK.format(f"l{k + 1}") + JOINT.format(f"j{k}", kind, f"l{k}", f"l{k + 1}", effort, velocity)
-    return load_urdf(f'<robot name="r">{text}</robot>')
+    return load_description(f'<robot name="r">{text}</robot>')
 
 
 def limits(description):
@@ -52,6 +52,6 @@ def test_a_wrist_is_made_to_carry_more_than_its_flange():
     text = "".join(LINK.format(f"l{k}") for k in range(5)) + tip
     for k in range(5):
         text += JOINT.format(f"j{k}", "revolute", f"l{k}", f"l{k + 1}" if k < 4 else "tip", 0, 2)
-    made, _ = with_motors(load_urdf(f'<robot name="r">{text}</robot>'))
+    made, _ = with_motors(load_description(f'<robot name="r">{text}</robot>'))
     efforts = [effort for effort, _ in limits(made)]
     assert efforts[4] == pytest.approx(0.05 * efforts[0], rel=0.06)

@@ -49,9 +49,9 @@ def test_the_planner_and_the_definition_have_the_names(imported):
 
 
 def test_links_alike_but_for_the_slash_keep_their_own_hulls(imported):
-    from roboyard.description.urdf.read import load_urdf
+    from roboyard.description.loader import load_description
 
-    links = load_urdf(imported.folder / "urdf" / "r2.urdf").links
+    links = load_description(imported.folder / "urdf" / "r2.urdf").links
     assert [link.name for link in links] == list(LINKS)
     heights = [np.ptp(_vertices(link.collisions[0].geometry.path)[:, 2]) for link in links]
     assert heights == pytest.approx([0.1, 0.3, 0.2], abs=1e-6)

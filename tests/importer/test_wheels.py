@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from roboyard import import_robot
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.description.robot_model import RobotModel
 from roboyard.export import definition
 from roboyard.morphology.wheels import find_wheel_pair, find_wheels
@@ -44,11 +44,11 @@ def cart(*parts: str, axis: str = "0 1 0", radius: float = 0.1, wheel: str = WHE
 
 
 def found(text: str) -> list[str]:
-    return [wheel.link for wheel in find_wheels(load_urdf(text))]
+    return [wheel.link for wheel in find_wheels(load_description(text))]
 
 
 def test_two_wheels_make_an_axle() -> None:
-    wheels = find_wheels(load_urdf(cart()))
+    wheels = find_wheels(load_description(cart()))
     axle = find_wheel_pair(wheels)
     assert axle is not None
     assert (axle.left, axle.right) == ("left_joint", "right_joint")
@@ -69,7 +69,7 @@ def test_a_steered_wheel_is_one_but_makes_no_axle() -> None:
     knuckle = link("knuckle", '<box size="0.02 0.02 0.02"/>')
     knuckle += joint("base", "knuckle", "0.3 0 0", "0 0 1", "revolute")
     front = link("front", WHEEL, '<origin rpy="1.5707963 0 0"/>') + joint("knuckle", "front", "0 0 0")
-    wheels = find_wheels(load_urdf(cart(knuckle, front)))
+    wheels = find_wheels(load_description(cart(knuckle, front)))
     assert [(wheel.link, wheel.is_direct) for wheel in wheels] == [
         ("left", True),
         ("right", True),
@@ -80,7 +80,7 @@ def test_a_steered_wheel_is_one_but_makes_no_axle() -> None:
 
 @pytest.mark.parametrize("text", [cart(axis="0 -1 0"), cart(axis="0.3 1 0"), cart(radius=0.108)])
 def test_wheels_that_do_not_match_make_no_axle(text: str) -> None:
-    wheels = find_wheels(load_urdf(text))
+    wheels = find_wheels(load_description(text))
     assert len(wheels) == 2
     assert find_wheel_pair(wheels) is None
 
@@ -104,7 +104,7 @@ def test_the_import_of_a_cart_drives_on_its_wheels(tmp_path: Path) -> None:
 def test_wheels_without_an_axle_are_driven_one_by_one(tmp_path: Path) -> None:
     robot = RobotModel(
         name="cart",
-        description=load_urdf(cart(axis="0 -1 0")),
+        description=load_description(cart(axis="0 -1 0")),
         base_link="base",
         wheel_links=("left", "right"),
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.kinematics.description_poses import (
     chain,
     forward_kinematics,
@@ -20,7 +20,7 @@ ARM = Path(__file__).parents[1] / "data" / "urdf" / "arm.urdf"
 
 @pytest.fixture(scope="module")
 def arm():
-    return load_urdf(ARM)
+    return load_description(ARM)
 
 
 def transform(position=(0, 0, 0), rotation=None) -> np.ndarray:
@@ -97,7 +97,7 @@ def test_spherical_and_planar_joints(arm):
 
 
 def test_floating_joint():
-    robot = load_urdf(
+    robot = load_description(
         '<robot name="r"><link name="a"/><link name="b"/><joint name="free" type="floating">'
         '<origin xyz="0 0 1"/><parent link="a"/><child link="b"/></joint></robot>'
     )
@@ -115,7 +115,7 @@ def test_mimics_of_mimics_add_up():
         + "</joint>"
         for i in range(3)
     )
-    robot = load_urdf(
+    robot = load_description(
         '<robot name="r">' + "".join(f'<link name="l{i}"/>' for i in range(4)) + joints + "</robot>"
     )
     x = forward_kinematics(robot, {"j0": 1.0})["l3"][0, 3]

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from roboyard.description import RobotDescription, load_urdf
+from roboyard.description import RobotDescription, load_description
 from roboyard.kinematics.joint_order import (
     breadth_first_joint_names,
     breadth_first_joints,
@@ -35,7 +35,7 @@ BREADTH = ("j_left", "j_right", "j_left_tip", "j_right_tip")
 def tree(tmp_path) -> RobotDescription:
     file = tmp_path / "tree.urdf"
     file.write_text(TREE)
-    return load_urdf(file)
+    return load_description(file)
 
 
 def test_orders_of_a_tree_with_two_branches(tree: RobotDescription) -> None:

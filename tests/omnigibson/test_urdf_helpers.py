@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import roboyard
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.omnigibson import (
     copy_robot_to_models,
@@ -112,7 +112,7 @@ def test_the_documents_recipe_gives_a_clean_robot(vendor: Path, module: str) -> 
     assert [
         clean[k] for k in ("package_uris", "broken_relative_paths", "mimic_joints", "nonascii_paths")
     ] == [0] * 4
-    robot = load_urdf(vendor / "staging" / "robot.urdf")
+    robot = load_description(vendor / "staging" / "robot.urdf")
     assert [link.name for link in robot.links] == ["base__main__link", "left_finger", "right_finger"]
     limit = robot.joint_by_name["left_finger_joint"].limit
     assert limit is not None

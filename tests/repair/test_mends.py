@@ -7,7 +7,7 @@ import pytest
 from audit_cases import CASES, write_case
 
 from roboyard.audit import CHECKS, audit_urdf
-from roboyard.description import RobotDescription, load_urdf
+from roboyard.description import RobotDescription, load_description
 from roboyard.errors import DescriptionError
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.repair import FIXES, repair_urdf
@@ -63,11 +63,11 @@ def test_repairing_a_repaired_robot_changes_nothing(code: str, tmp_path: Path) -
 def test_the_robot_moves_as_before(code: str, tmp_path: Path) -> None:
     file = write_case(CASES[code][0], tmp_path)
     try:
-        before = load_urdf(file)
+        before = load_description(file)
     except DescriptionError:
         pytest.skip("the fault keeps the robot from being read")
     result = repair_urdf(file, tmp_path / "out")
-    after = load_urdf(result.urdf)
+    after = load_description(result.urdf)
     links, joints = result.renames["links"], result.renames["joints"]
     q = random_positions(before)
     old = forward_kinematics(before, q)
@@ -86,7 +86,7 @@ def test_a_rod_keeps_the_moments_that_were_not_rounded_away(tmp_path: Path) -> N
     )
     result = repair_urdf(file, tmp_path / "out")
     assert [mend.code for mend in result.mends if mend.element == 'link "tip"'] == ["inertia-not-positive"]
-    inertial = load_urdf(result.urdf).link_by_name["tip"].inertial
+    inertial = load_description(result.urdf).link_by_name["tip"].inertial
     assert inertial is not None
     np.testing.assert_allclose(inertial.matrix(), np.diag([1.2e-4, 1.2e-4, 1.2e-7]), rtol=1e-6)
 
@@ -102,7 +102,7 @@ def test_a_usable_robot_is_read_strictly_after_repair(code: str, tmp_path: Path)
         assert not result.after.is_usable
         return
     assert result.after.is_usable
-    assert load_urdf(result.urdf, strict=True).notes == ()
+    assert load_description(result.urdf, strict=True).notes == ()
 
 
 @pytest.mark.parametrize("code", MENDABLE)

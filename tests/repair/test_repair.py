@@ -26,7 +26,7 @@ from audit_cases import (
     write_case,
 )
 
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.repair import repair_urdf
 
@@ -56,7 +56,7 @@ def test_the_folder_is_complete_and_relative(tmp_path: Path) -> None:
         "repair_log.json",
         "textures/wood.png",
     ]
-    tip = load_urdf(result.urdf).link_by_name["tip"]
+    tip = load_description(result.urdf).link_by_name["tip"]
     assert [tip.visuals[0].geometry.uri, tip.collisions[0].geometry.uri] == names[:2]
     assert (out / names[0]).read_bytes() == stl(0.1 * CUBE)
     assert (out / names[1]).read_bytes() == stl(0.08 * CUBE)
@@ -82,7 +82,7 @@ def test_an_input_path_that_looks_like_a_staged_one_stays_itself(tmp_path: Path)
         arm(tip=INERTIAL + visual(mesh("package://arm/a/part.stl")) + collision(mesh("meshes/part.stl")))
     )
     result = repair_urdf(home / "arm.urdf", tmp_path / "out")
-    tip = load_urdf(result.urdf).link_by_name["tip"]
+    tip = load_description(result.urdf).link_by_name["tip"]
     for shape, size in ((tip.visuals[0], 0.1), (tip.collisions[0], 0.05)):
         assert shape.geometry.path is not None
         assert shape.geometry.path.read_bytes() == stl(size * CUBE)
@@ -108,7 +108,7 @@ def test_an_impossible_tensor_without_shapes_is_changed_as_little_as_helps(tmp_p
     tip = inertial(mass="1", tensor=(0.01, 0, 0, 0.01, 0, 0.04))
     result = repair_urdf(write_case(arm(tip=tip), tmp_path), tmp_path / "out")
     assert [mend.code for mend in result.mends] == ["inertia-triangle"]
-    mended = load_urdf(result.urdf).link_by_name["tip"].inertial
+    mended = load_description(result.urdf).link_by_name["tip"].inertial
     assert mended is not None
     np.testing.assert_allclose(mended.matrix(), np.diag([0.02, 0.02, 0.04]), rtol=1e-5, atol=1e-12)
 
@@ -138,7 +138,7 @@ def test_renames_are_told_and_followed(tmp_path: Path) -> None:
         "links": {"base-1": "base_1_1", "基座": "u57fa_u5ea7"},
         "joints": {"0": "_0", "右": "u53f3"},
     }
-    after = load_urdf(result.urdf)
+    after = load_description(result.urdf)
     assert after.joint_by_name["u53f3"].mimic.joint == "_0"
     root = ET.parse(result.urdf).getroot()
     assert root.find("transmission/joint").get("name") == "_0"
@@ -151,7 +151,9 @@ def test_renames_are_told_and_followed(tmp_path: Path) -> None:
 def test_a_missing_inertial_is_that_of_the_box_at_the_density_of_water(tmp_path: Path) -> None:
     text = arm(tip=both('<box size="0.1 0.2 0.3"/>', '<origin xyz="0.01 0 0"/>'))
     tip = (
-        load_urdf(repair_urdf(write_case(text, tmp_path), tmp_path / "out").urdf).link_by_name["tip"].inertial
+        load_description(repair_urdf(write_case(text, tmp_path), tmp_path / "out").urdf)
+        .link_by_name["tip"]
+        .inertial
     )
     assert tip.mass == pytest.approx(6.0, rel=1e-8)
     assert tip.origin.position == pytest.approx((0.01, 0, 0), abs=1e-9)
@@ -164,7 +166,7 @@ def test_an_impossible_tensor_keeps_mass_and_center(tmp_path: Path) -> None:
     origin = '<origin xyz="0.02 0 0" rpy="0 0 1.5707963267948966"/>'
     body = inertial("2", (1, 0, 0, 0.1, 0, 0.1), origin) + both('<cylinder radius="0.05" length="0.2"/>')
     tip = (
-        load_urdf(repair_urdf(write_case(arm(tip=body), tmp_path), tmp_path / "o").urdf)
+        load_description(repair_urdf(write_case(arm(tip=body), tmp_path), tmp_path / "o").urdf)
         .link_by_name["tip"]
         .inertial
     )
@@ -179,7 +181,7 @@ def test_a_mesh_tensor_uses_the_scale(tmp_path: Path) -> None:
     home.mkdir()
     (home / "part.stl").write_bytes(stl(100.0 * CUBE))
     (home / "arm.urdf").write_text(arm(tip=both(mesh("part.stl", "0.001 -0.002 0.003"))))
-    tip = load_urdf(repair_urdf(home / "arm.urdf", tmp_path / "out").urdf).link_by_name["tip"].inertial
+    tip = load_description(repair_urdf(home / "arm.urdf", tmp_path / "out").urdf).link_by_name["tip"].inertial
     assert tip.mass == pytest.approx(6.0, rel=1e-6)
     assert tip.inertia == pytest.approx(
         (6 * 0.13 / 12, 0, 0, 6 * 0.1 / 12, 0, 6 * 0.05 / 12), rel=1e-6, abs=1e-9
@@ -196,7 +198,7 @@ def test_a_body_with_mass_elsewhere_gets_none(tmp_path: Path) -> None:
     )
     result = repair_urdf(write_case(text, tmp_path), tmp_path / "out")
     assert result.mends == ()
-    assert load_urdf(result.urdf).link_by_name["cap"].inertial is None
+    assert load_description(result.urdf).link_by_name["cap"].inertial is None
 
 
 def test_millimetres_are_scaled_before_the_inertia_is_computed(tmp_path: Path) -> None:
@@ -206,9 +208,9 @@ def test_millimetres_are_scaled_before_the_inertia_is_computed(tmp_path: Path) -
         assert callable(case)
         return case(folder).replace(f'<link name="tip">{INERTIAL}', '<link name="tip">')
 
-    tip = load_urdf(repair_urdf(write_case(without_inertial, tmp_path), tmp_path / "out").urdf).link_by_name[
-        "tip"
-    ]
+    tip = load_description(
+        repair_urdf(write_case(without_inertial, tmp_path), tmp_path / "out").urdf
+    ).link_by_name["tip"]
     assert tip.collisions[0].geometry.scale == (0.001, 0.001, 0.001)
     assert tip.inertial.mass == pytest.approx(1.0, rel=1e-6)
 
@@ -220,7 +222,7 @@ def test_a_chain_of_mimics_is_flattened_exactly(tmp_path: Path) -> None:
         joint("q", "b", "c", more=mimic("p", "0.5", "0.1")),
         joint("r", "c", "d", more=mimic("q", "-2", "0.3")),
     )
-    after = load_urdf(repair_urdf(write_case(text, tmp_path), tmp_path / "out").urdf)
+    after = load_description(repair_urdf(write_case(text, tmp_path), tmp_path / "out").urdf)
     leader = after.joint_by_name["r"].mimic
     assert (leader.joint, leader.multiplier) == ("p", -1.0)
     assert leader.offset == pytest.approx(-2 * 0.1 + 0.3, abs=1e-15)
@@ -257,7 +259,7 @@ def test_what_needs_a_guess_is_left_and_reported(tmp_path: Path) -> None:
     file = write_case(arm_with_joint(limit='<limit lower="1" upper="-1" effort="0" velocity="1"/>'), tmp_path)
     result = repair_urdf(file, tmp_path / "out")
     assert {finding.code for finding in result.left} == {"limit-reversed", "limit-effort-zero"}
-    limit = load_urdf(result.urdf).joint_by_name["j"].limit
+    limit = load_description(result.urdf).joint_by_name["j"].limit
     assert (limit.lower, limit.upper, limit.effort) == (1, -1, 0)
 
 
@@ -268,7 +270,7 @@ def test_other_files_in_the_folder_stay(tmp_path: Path) -> None:
     (out / "arm.urdf").write_text("old")
     repair_urdf(write_case(arm(), tmp_path), out)
     assert (out / "notes.txt").read_text() == "mine"
-    assert load_urdf(out / "arm.urdf").name == "arm"
+    assert load_description(out / "arm.urdf").name == "arm"
 
 
 def test_unread_xml_survives(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from roboyard.assets import asset_path
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.kinematics import forward_kinematics, from_description, jacobian
 from roboyard.robots.control import (
@@ -343,7 +343,7 @@ def test_grasping_is_seen_by_fingers_that_stand_short_of_their_target() -> None:
 
 @pytest.fixture(scope="module")
 def arm():
-    chain = from_description(load_urdf(asset_path("arm7")), "tool")
+    chain = from_description(load_description(asset_path("arm7")), "tool")
     bounds = GroupLimits(
         lower=chain.lower, upper=chain.upper, velocity=chain.velocity, effort=np.full(7, 80.0)
     )
@@ -429,7 +429,7 @@ def test_free_joints_go_to_the_reset_posture_on_the_way(arm) -> None:
 
 
 def test_a_way_round_is_found_where_steps_stall() -> None:
-    chain = from_description(load_urdf(asset_path("arm7")), "tool", locked={"joint3": 0.0})
+    chain = from_description(load_description(asset_path("arm7")), "tool", locked={"joint3": 0.0})
     bounds = GroupLimits(
         lower=chain.lower, upper=chain.upper, velocity=chain.velocity, effort=np.full(6, 80.0)
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from roboyard.assets import asset_path, assets_root
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.errors import ConfigError
 from roboyard.robots import REGISTERED_ROBOTS, load_definition, parse_definition
 from roboyard.robots.definition.load import check_fits, dotted
@@ -280,7 +280,7 @@ def test_files_that_are_no_definition(tmp_path: Path, text: str, told: str) -> N
 
 
 def test_names_and_lengths_are_held_against_the_robot() -> None:
-    rover = load_urdf(asset_path("rover"))
+    rover = load_description(asset_path("rover"))
     check_fits(parse_definition(ROVER), rover)
     spoiled = ROVER.replace("left_wheel_joint", "left_wheel_jiont") + "default_joint_pos: [0, 0, 0]\n"
     with pytest.raises(ConfigError) as error:
@@ -295,7 +295,7 @@ def test_names_and_lengths_are_held_against_the_robot() -> None:
 
 
 def test_a_robot_without_virtual_joints_cannot_be_holonomic(r1_data: dict) -> None:
-    source = load_urdf(asset_path("r1"), missing_meshes="note")
+    source = load_description(asset_path("r1"), missing_meshes="note")
     with pytest.raises(
         ConfigError, match="holonomic_base: the robot has no joint 'base_footprint_x_joint'; import"
     ):

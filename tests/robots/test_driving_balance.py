@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.description.model import Pose, RobotDescription
 from roboyard.robots import REGISTERED_ROBOTS, Robot, add_robot
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
@@ -90,7 +90,7 @@ def mast_robot(height: float) -> Robot:
         "<joint name='up' type='fixed'><parent link='base_link'/><child link='mast'/>"
         f"<origin xyz='0.03 0 {height}'/></joint>"
     )
-    description = load_urdf(f"<robot name='mast'>{''.join(links + joints)}</robot>")
+    description = load_description(f"<robot name='mast'>{''.join(links + joints)}</robot>")
     base = [VIRTUAL_JOINTS[k] for k in (0, 1, 5)]
     definition = {
         "raw_controller_order": ["base"],

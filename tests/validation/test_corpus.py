@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from roboyard import import_robot
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.kinematics.joint_order import breadth_first_joint_names
 from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot, Robot, add_robot, parse_definition
 from roboyard.sim import World
@@ -176,7 +176,7 @@ def imported(name: str, data: Path) -> RegisteredRobot:
             validate=False,
             report=False,
         )
-        joints = breadth_first_joint_names(load_urdf(result.model_folder / "urdf" / f"{name}.urdf"))
+        joints = breadth_first_joint_names(load_description(result.model_folder / "urdf" / f"{name}.urdf"))
         rest = [float(recipe["rest"].get(joint, 0.0)) for joint in joints]
         definition = {**recipe["definition"], "default_joint_pos": rest}
         parse_definition(definition)

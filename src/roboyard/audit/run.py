@@ -17,7 +17,7 @@ from roboyard.audit.parse_elements import parse_elements, refused
 from roboyard.audit.registry import CHECKS, Fault, Faults, check
 from roboyard.audit.urdf_elements import UrdfElements
 from roboyard.description.files.resolver import Resolver
-from roboyard.description.urdf.read import load_urdf
+from roboyard.description.loader import load_description
 from roboyard.description.urdf.xml import read_xml
 from roboyard.errors import DescriptionError
 
@@ -35,7 +35,7 @@ def not_loadable(draft: UrdfElements) -> Faults:
     """The reader refuses the file for a reason that no other check names."""
     resolver = draft.resolver
     try:
-        load_urdf(
+        load_description(
             draft.file,
             packages=resolver.packages,
             search_paths=resolver.search_paths,

@@ -1,7 +1,7 @@
 """The description as the checks see it: every element that is there, right or wrong, with its line.
 
-Unlike `load_urdf`, reading a draft never fails once the file is XML: what cannot be read is None, and each
-number that is wrong or sloppy is recorded for the checks of `numbers`.
+Unlike `load_description`, reading a draft never fails once the file is XML: what cannot be read is None, and
+each number that is wrong or sloppy is recorded for the checks of `numbers`.
 """
 
 from __future__ import annotations

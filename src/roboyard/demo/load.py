@@ -27,15 +27,17 @@ def load_robot(file: Path, *, packages: Mapping[str, Path] | None, folder: Path)
     Raises:
         DescriptionError: the robot is beyond repair; the message names the original file.
     """
-    from roboyard.description import load_urdf
+    from roboyard.description import load_description
     from roboyard.repair import repair_urdf
 
     repaired = repair_urdf(file, folder, packages=packages)
     findings = tuple(finding.to_json() for finding in repaired.before.findings)
     if not repaired.before.is_usable:
-        return LoadedRobot(description=load_urdf(file, packages=packages), findings=findings, repairs=())
+        return LoadedRobot(
+            description=load_description(file, packages=packages), findings=findings, repairs=()
+        )
     return LoadedRobot(
-        description=load_urdf(repaired.urdf),
+        description=load_description(repaired.urdf),
         findings=findings,
         repairs=tuple(mend.to_json() for mend in repaired.mends),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from roboyard.description.files.resolver import Resolved, Resolver
+from roboyard.description.loader import load_description
 from roboyard.description.model import (
     Box,
     Capsule,
@@ -26,7 +27,6 @@ from roboyard.description.model import (
     Sphere,
     Visual,
 )
-from roboyard.description.urdf.read import load_urdf
 from roboyard.description.urdf.write import to_element, write_urdf
 
 __all__ = [
@@ -53,7 +53,7 @@ __all__ = [
     "Source",
     "Sphere",
     "Visual",
-    "load_urdf",
+    "load_description",
     "to_element",
     "write_urdf",
 ]

@@ -281,7 +281,10 @@ class Joint:
 
 @dataclass(frozen=True, kw_only=True)
 class RobotDescription:
-    """A tree of links and joints, in file order; `load_urdf` makes one, `dataclasses.replace` edits it."""
+    """A tree of links and joints, in file order.
+
+    `load_description` returns one; `dataclasses.replace` makes an edited copy.
+    """
 
     name: str
     links: tuple[Link, ...]

@@ -105,12 +105,12 @@ class RegisteredRobot:
             ConfigError: there is no URDF.
             DescriptionError: it cannot be used.
         """
-        from roboyard.description import load_urdf
+        from roboyard.description import load_description
 
         file = self.urdf_of(definition)
         if self.bundled and self.name in SOURCE_CONFIGS:
             file = bundled_urdf(self.name) or file
-        return load_urdf(file)
+        return load_description(file)
 
     @property
     def is_imported(self) -> bool:

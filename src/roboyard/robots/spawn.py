@@ -141,9 +141,9 @@ def _loaded(
     own, file = _read(definition)
     if isinstance(robot, RobotDescription):
         return robot.name, robot, own, file
-    from roboyard.description import load_urdf
+    from roboyard.description import load_description
 
-    return Path(robot).stem, load_urdf(robot), own, file
+    return Path(robot).stem, load_description(robot), own, file
 
 
 def _sensor_file(robot: str | Path | RegisteredRobot | RobotDescription) -> Path | None:

@@ -151,9 +151,9 @@ class World(Engine):
         if isinstance(source, RobotDescription):
             description = source
         else:
-            from roboyard.description import load_urdf
+            from roboyard.description import load_description
 
-            description = load_urdf(source, packages=packages, missing_meshes=missing_meshes)
+            description = load_description(source, packages=packages, missing_meshes=missing_meshes)
         if not scale > 0:
             raise RoboyardError(f"a scale is positive; got {scale}")
         return self.add_description(

@@ -103,9 +103,9 @@ def _bench(robot: Any, definition: Any, seed: int, scene: Any, options: Mapping[
     if isinstance(robot, RobotDescription):
         description = robot
     else:
-        from roboyard.description import load_urdf
+        from roboyard.description import load_description
 
-        description = load_urdf(robot)
+        description = load_description(robot)
     check_fits(own, description, name=file.name if file else f"definition of {description.name}", file=file)
     return TestWorld(
         name=description.name, source=description, definition=own, seed=seed, scene=scene, options=options

@@ -9,92 +9,15 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
 
-from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import RobotDescription
-from roboyard.description.urdf.problems import Problems
 from roboyard.description.urdf.read_context import Context, unread_attributes
 from roboyard.description.urdf.read_joint import read_joint
 from roboyard.description.urdf.read_link import read_link, read_material, resolve_materials
 from roboyard.description.urdf.tree import check_tree, drop_unusable_mimics
-from roboyard.description.urdf.xml import line_of, read_xml
+from roboyard.description.urdf.xml import line_of
 from roboyard.errors import DescriptionError
-
-MissingMeshes = Literal["error", "note"]
-
-
-def load_urdf(
-    source: Path | str | ET.ElementTree | ET.Element,
-    *,
-    packages: Mapping[str, Path] | None = None,
-    search_paths: Sequence[Path] = (),
-    missing_meshes: MissingMeshes = "error",
-    strict: bool = False,
-    words_are_zero: bool = False,
-) -> RobotDescription:
-    """The robot that a URDF describes, its mesh files found but not yet opened.
-
-    Args:
-        source: a URDF file; or XML text (a string that starts with `<`); or a parsed tree.
-        packages: ROS package name to folder, for `package://` and `model://`.
-        search_paths: more folders in which to look for packages and files; see
-        `roboyard.description.files.resolver`.
-        missing_meshes: "error", or "note" to keep such shapes with `Mesh.path` None.
-        strict: treat as an error everything that would otherwise be put right and noted.
-        words_are_zero: read every word among numbers as 0, as Bullet does, unexpanded xacro included.
-
-    Returns:
-        The description; its `notes` tell what was put right. Masses, inertias and limits are as written, also
-        impossible ones; axes are scaled to unit length; an absent `<limit>` is None.
-
-    Raises:
-        DescriptionError: the file cannot be used; `problems` lists everything that is wrong with it.
-    """
-    root, file, notes = _root_element(source)
-    problems = Problems(file, strict=strict, words_are_zero=words_are_zero)
-    for note in notes:
-        problems.note(None, "", note)
-    if root.tag != "robot":
-        raise DescriptionError(
-            f"the root element is <{_short(root.tag)}>, not <robot>; give a URDF",
-            file=file,
-            line=line_of(root),
-        )
-    _refuse_xacro(root, file)
-    base = None if file is None else Path(file).absolute().parent
-    real_base = None if file is None or not file.is_symlink() else file.resolve().parent
-    context = Context(
-        problems=problems,
-        resolver=Resolver(
-            base=base,
-            real_base=real_base,
-            packages={name: Path(folder) for name, folder in (packages or {}).items()},
-            search_paths=[Path(folder) for folder in search_paths],
-        ),
-        missing_meshes=missing_meshes,
-    )
-    return _read_robot(root, context)
-
-
-def _root_element(
-    source: Path | str | ET.ElementTree | ET.Element,
-) -> tuple[ET.Element, Path | None, tuple[str, ...]]:
-    if isinstance(source, ET.Element):
-        return source, None, ()
-    if isinstance(source, ET.ElementTree):
-        root = source.getroot()
-        if root is None:
-            raise DescriptionError("the tree is empty; a URDF starts with a <robot> element")
-        return root, None, ()
-    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        root, notes = read_xml(source)
-        return root, None, notes
-    file = Path(source)
-    root, notes = read_xml(file)
-    return root, file, notes
 
 
 def _refuse_xacro(root: ET.Element, file: Path | None) -> None:
@@ -111,8 +34,14 @@ def _short(tag: str) -> str:
     return tag if len(tag) <= 60 else tag[:57] + "..."
 
 
-def _read_robot(root: ET.Element, context: Context) -> RobotDescription:
+def read_urdf(root: ET.Element, context: Context) -> RobotDescription:
+    """Read a `<robot>` element.
+
+    Raises:
+        DescriptionError: the robot cannot be used; `problems` lists everything that is wrong with it.
+    """
     problems = context.problems
+    _refuse_xacro(root, problems.file)
     name = root.get("name")
     if name is None:
         name = problems.file.stem if problems.file is not None else "robot"

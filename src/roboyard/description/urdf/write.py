@@ -42,8 +42,8 @@ from roboyard.transforms import matrix_from_quaternion, quaternion_from_rpy, rpy
 def write_urdf(description: RobotDescription, path: Path | str) -> None:
     """Write the description to `path` as UTF-8 URDF.
 
-    `load_urdf(path)` from the same folder gives equal data back: numbers are written with as many digits as
-    they need, file names as they were (`Mesh.uri`, `Material.texture_uri`), unread XML from `extra` and
+    `load_description(path)` from the same folder returns equal data: numbers are written with as many digits
+    as they need, file names as they were (`Mesh.uri`, `Material.texture_uri`), unread XML from `extra` and
     `attributes`.
 
     Raises:

@@ -114,12 +114,12 @@ def _judge(
 
 
 def _against_urdf(config: ImportConfig, urdf: Path, packages: Mapping[str, Path]) -> list[ConfigProblem]:
-    from roboyard.description import load_urdf
+    from roboyard.description import load_description
 
     if not urdf.is_file():
         return [ConfigProblem(where=("urdf_path",), text=f"there is no file {str(urdf)!r}; check the path")]
     try:
-        description = load_urdf(urdf, packages=packages, missing_meshes="note")
+        description = load_description(urdf, packages=packages, missing_meshes="note")
     except DescriptionError as error:
         return [ConfigProblem(where=("urdf_path",), text=problem) for problem in error.problems]
     return check_against(config, renamed_view(description))

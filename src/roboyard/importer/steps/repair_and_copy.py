@@ -6,9 +6,9 @@ import shutil
 from dataclasses import replace
 
 from roboyard.audit import ERROR, Finding
+from roboyard.description.loader import load_description
 from roboyard.description.model import Geometry, Mesh, RobotDescription
 from roboyard.description.robot_model import RobotModel
-from roboyard.description.urdf.read import load_urdf
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.names import planned_names, renamed
@@ -41,7 +41,7 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     left += [f for f in made.after.findings if f.severity == ERROR and f.code not in NO_FILE]
     if left:
         raise DescriptionError.collect([_error(context, made, finding) for finding in left])
-    description = load_urdf(made.urdf)
+    description = load_description(made.urdf)
     for scrap in ("renames.json", "repair_log.json", made.urdf.name):
         (context.urdf_folder / scrap).unlink(missing_ok=True)
     misc = context.build / "misc"

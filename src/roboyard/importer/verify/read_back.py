@@ -47,9 +47,9 @@ def read_back(robot: RobotModel, context: ImportContext) -> None:
 
 def check_urdf(robot: RobotModel, file: Path) -> list[str]:
     """Links, joints, masses and poses of the written URDF."""
-    from roboyard.description import load_urdf
+    from roboyard.description import load_description
 
-    found = load_urdf(file)
+    found = load_description(file)
     problems = _names("link", robot.description.link_by_name, found.link_by_name)
     problems += _names("joint", robot.description.joint_by_name, found.joint_by_name)
     for link in robot.description.links:

@@ -134,14 +134,14 @@ def read_description(client: Client, path: Path) -> RobotDescription:
     Raises:
         DescriptionError: it cannot be used, or a joint lacks the limit that Bullet demands.
     """
-    from roboyard.description import load_urdf
+    from roboyard.description import load_description
 
     stamp = path.stat()
     key = (path, stamp.st_mtime_ns, stamp.st_size)
     found = _read.get(key) if client.parameters.file_caching else None
     if found is None:
         search = [client.search_path.absolute()] if client.search_path else []
-        found = load_urdf(path, search_paths=search, missing_meshes="note", words_are_zero=True)
+        found = load_description(path, search_paths=search, missing_meshes="note", words_are_zero=True)
         for joint in found.joints:
             if joint.type in ("revolute", "prismatic") and joint.limit is None:
                 raise DescriptionError(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.description.model import RobotDescription
 from roboyard.description.urdf.xml import LocatedElement, line_of, read_xml
 from roboyard.errors import DescriptionError
@@ -64,7 +64,9 @@ def _read_model(model: ET.Element, path: Path, search_paths: Sequence[Path]) -> 
     robot.extend(_link(link) for link in model.findall("link"))
     robot.extend(_joint(joint, poses) for joint in model.findall("joint"))
     try:
-        description = load_urdf(robot, search_paths=search_paths, missing_meshes="note", words_are_zero=True)
+        description = load_description(
+            robot, search_paths=search_paths, missing_meshes="note", words_are_zero=True
+        )
     except DescriptionError as problem:
         raise DescriptionError(
             str(problem), file=path, line=line_of(model), element=f'model "{model.get("name", "")}"'

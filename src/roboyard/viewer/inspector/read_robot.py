@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from roboyard.audit import Audit, audit_urdf
-from roboyard.description import load_urdf
+from roboyard.description import load_description
 from roboyard.description.model import RobotDescription
 from roboyard.viewer.inspector.edits.edit_state import EditState, read_edit_state
 from roboyard.viewer.inspector.robot_source import RobotSource
@@ -33,6 +33,6 @@ def read_robot(source: RobotSource, packages: Mapping[str, Path] | None) -> Read
     return ReadRobot(
         source=source,
         notes=read_edit_state(source),
-        description=load_urdf(source.urdf, packages=packages, missing_meshes="note"),
+        description=load_description(source.urdf, packages=packages, missing_meshes="note"),
         audit=audit_urdf(source.urdf, packages=packages),
     )
