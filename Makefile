@@ -1,6 +1,7 @@
 # make demo    a robot that moves, from nothing but Python >= 3.11 and make
-# make test    install the test extra and run the tests
-# make lint    ruff, format check and pyright
+# make test    install the test extra and run the tests, in parallel and without the slow ones
+# make test-all  every test, with all extras (and Chromium, where it is installed)
+# make lint    ruff, format check, pyright and the docstring counts
 # make format  rewrite the code the way lint wants it
 # make type    pyright alone
 # make check   lint and test
@@ -18,7 +19,7 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check 
 # The checker must not look for its own updates.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: demo test lint format type check clean help
+.PHONY: demo test test-all lint format type check clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -28,12 +29,16 @@ demo: $(VENV)/.installed
 	$(BIN)/roboyard demo --out $(OUT) $(ARGS)
 
 test: $(VENV)/.installed-test
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n auto -m "not slow" $(ARGS)
+
+test-all: $(VENV)/.installed-all
+	$(BIN)/python -m pytest -n auto $(ARGS)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright --pythonpath $(BIN)/python
+	$(BIN)/python tools/docstrings.py
 
 type: $(VENV)/.installed-dev
 	$(BIN)/pyright --pythonpath $(BIN)/python
@@ -60,6 +65,12 @@ $(VENV)/.installed-test: $(VENV)/.installed
 
 $(VENV)/.installed-dev: $(VENV)/.installed
 	$(PIP_INSTALL) -e ".[test,dev]"
+	@touch $@
+
+# The Stretch descriptions come as data; what their package would install beside them is not needed.
+$(VENV)/.installed-all: $(VENV)/.installed
+	$(PIP_INSTALL) -e ".[test-all,dev]"
+	$(PIP_INSTALL) --no-deps hello-robot-stretch-urdf
 	@touch $@
 
 $(VENV)/.created:
