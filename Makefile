@@ -8,7 +8,7 @@
 # make clean   remove everything that make made
 #
 # Variables: PYTHON (the interpreter to build .venv from), VENV (where), OUT (the demo's folder),
-# ARGS (more arguments, as in `make demo ARGS="--urdf my_robot.urdf"` or `make test ARGS="-k camera"`).
+# ARGS (more arguments, as in `make demo ARGS="my_robot.urdf"` or `make test ARGS="-k camera"`).
 
 VENV ?= .venv
 OUT ?= demo

@@ -34,7 +34,28 @@ HEAVY = (
 )
 
 
+PUBLIC = {
+    "Camera",
+    "Robot",
+    "RobotDescription",
+    "RobotModel",
+    "RoboyardError",
+    "Viewer",
+    "World",
+    "__version__",
+    "add_robot",
+    "audit_urdf",
+    "import_robot",
+    "list_robots",
+    "load_scene",
+    "load_description",
+    "repair_urdf",
+    "validate",
+}
+
+
 def test_every_exported_name_imports() -> None:
+    assert set(roboyard.__all__) == PUBLIC
     for name in roboyard.__all__:
         assert getattr(roboyard, name) is not None
     assert set(roboyard.__all__) <= set(dir(roboyard))

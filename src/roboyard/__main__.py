@@ -1,4 +1,4 @@
-"""`python -m roboyard` is `roboyard`; an interruption is quiet from the first import on."""
+"""`python -m roboyard`: the `roboyard` command; Ctrl-C exits quietly, also while modules are imported."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import sys
 
 
 def main() -> int:
-    """Run the command line with the words of the process; see `roboyard.cli.main`."""
+    """Run the command line with the arguments of the process and return its exit code.
+
+    See `roboyard.cli.main`; an interruption while it is imported returns 130.
+    """
     try:
         from roboyard.cli import main as run
 

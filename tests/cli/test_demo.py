@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from roboyard.assets import asset_path
 from roboyard.cli import main
+from roboyard.demo.load import find_source
 
 BALL = """<robot name="ball"><link name="ball"><inertial><mass value="1"/>
 <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial>
@@ -35,7 +37,7 @@ def test_a_bad_robot_is_told_with_its_file_and_nothing_is_written(
 ) -> None:
     file = tmp_path / "bad.urdf"
     file.write_text(BAD[fault], encoding="utf-8")
-    assert main(["demo", "--urdf", str(file), "--out", str(tmp_path / "out")]) == 1
+    assert main(["demo", str(file), "--out", str(tmp_path / "out")]) == 1
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("roboyard: error: ")]
     assert lines
     assert "bad.urdf" in lines[0]
@@ -44,7 +46,7 @@ def test_a_bad_robot_is_told_with_its_file_and_nothing_is_written(
 
 
 def test_a_robot_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["demo", "--urdf", str(tmp_path / "none.urdf"), "--out", str(tmp_path / "out")]) == 1
+    assert main(["demo", str(tmp_path / "none.urdf"), "--out", str(tmp_path / "out")]) == 1
     assert "none.urdf" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
@@ -68,7 +70,7 @@ def test_json_is_the_summary(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     file = tmp_path / "ball.urdf"
     file.write_text(BALL, encoding="utf-8")
     out = tmp_path / "out"
-    assert main(["demo", "--urdf", str(file), "--out", str(out), "--short", "--json"]) == 0
+    assert main(["demo", str(file), "--out", str(out), "--short", "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert summary == json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert summary["robot"] == "ball"
@@ -90,3 +92,30 @@ def test_the_bundled_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert not summary["stance"]["fell_when_moved"]
     assert {mend["code"] for mend in summary["repairs"]} >= {"inertial-missing", "mesh-file-name"}
     assert all("moved" in joint or "follows" in joint["not_moved"] for joint in summary["joints"].values())
+
+
+def test_a_bundled_robot_by_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "cartpole", "--out", str(tmp_path / "out"), "--short", "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["robot"], summary["source"]) == ("cartpole", "bundled cartpole")
+
+
+def test_a_robot_of_the_data_folder_precedes_a_bundled_one_of_the_same_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = tmp_path / "mine" / "models" / "rover"
+    (model / "urdf").mkdir(parents=True)
+    (model / "urdf" / "rover.urdf").write_text(BALL, encoding="utf-8")
+    definition = (
+        asset_path("rover/rover.yaml").read_text(encoding="utf-8").replace("urdf_path", "# urdf_path")
+    )
+    (model / "rover.yaml").write_text(definition, encoding="utf-8")
+    monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path))
+    assert find_source("rover") == (model / "urdf" / "rover.urdf", "rover")
+    assert find_source("arm7") == (asset_path("arm7"), "bundled arm7")
+
+
+def test_an_unknown_name_lists_the_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "cartpol", "--out", str(tmp_path / "out")]) == 1
+    assert "cartpole" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

@@ -41,7 +41,7 @@ def test_the_blocks_of_a_page_run(
             # a page is served for as long as the script runs; here for a few steps
             text = text.replace("while True:", "for _ in range(3):").replace("(world)", "(world, port=0)")
         if "run_demo" in text:
-            text = text.replace("run_demo(", "run_demo(short=True, urdf=")
+            text = text.replace("run_demo(", "run_demo(short=True, source=")
         code = compile("\n" * line + text, str(page), "exec")
         exec(code, names)
     viewer = names.get("viewer")

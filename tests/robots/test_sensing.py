@@ -7,7 +7,6 @@ import pytest
 
 from roboyard import import_robot
 from roboyard.errors import ConfigError
-from roboyard.robots import add_robot
 from roboyard.robots.registry import Registry
 from roboyard.sensors import CameraSensor, Lidar, ScanPattern
 from roboyard.sim import World
@@ -55,7 +54,7 @@ def world() -> World:
 
 
 def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Registry, world: World) -> None:
-    robot = add_robot(world, registry["mast"])
+    robot = world.add_robot(registry["mast"])
     assert robot.sensors.names == ("mast:eye:Camera:0", "mast:head:Lidar:0")
     seen, info = robot.get_obs()
     camera, lidar = seen["mast:eye:Camera:0"], seen["mast:head:Lidar:0"]
@@ -71,7 +70,7 @@ def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Regi
 
 
 def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
-    robot = add_robot(world, registry["mast"], sensor_options={"Camera": {"width": 8, "height": 8}})
+    robot = world.add_robot(registry["mast"], sensor_options={"Camera": {"width": 8, "height": 8}})
     robot.sensors["mast:head:Lidar:0"].rate = 5.0
     looks = dict.fromkeys(robot.sensors.names, 0)
     last: dict[str, object] = {}
@@ -87,8 +86,7 @@ def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
 
 def test_options_go_to_kinds_and_links(registry: Registry, world: World) -> None:
     pattern = ScanPattern(max_range=3.0)
-    robot = add_robot(
-        world,
+    robot = world.add_robot(
         registry["mast"],
         scale=2.0,
         sensor_options={
@@ -103,11 +101,11 @@ def test_options_go_to_kinds_and_links(registry: Registry, world: World) -> None
     assert np.allclose(lidar.mount.position, (0, 0, 0.4))
     for wrong, told in (({"nose": {}}, "nose"), ({"Lidar": {"colour": 1}}, "colour")):
         with pytest.raises(ConfigError, match=told):
-            add_robot(world, registry["mast"], sensor_options=wrong)
+            world.add_robot(registry["mast"], sensor_options=wrong)
 
 
 def test_r1_has_its_three_cameras(world: World) -> None:
-    robot = add_robot(world, "r1")
+    robot = world.add_robot("r1")
     links = [robot.sensors[name].link.name for name in robot.sensors.names]
     assert sorted(links) == ["eyes", "left_eef_link", "right_eef_link"]
     seen, info = robot.get_obs()

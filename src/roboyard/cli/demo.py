@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from roboyard.cli.completion import viewed_names
 from roboyard.cli.packages import PackageOption
 
 if TYPE_CHECKING:
@@ -22,8 +23,8 @@ EXAMPLES = """
 Examples:
 
 \b
-  roboyard demo                                      the bundled robot
-  roboyard demo --urdf my_robot.urdf --out my_demo   yours
+  roboyard demo                               the bundled robot r1
+  roboyard demo my_robot.urdf --out my_demo   your robot
 """
 
 _ACTS = {
@@ -37,8 +38,14 @@ _ACTS = {
 
 
 def demo(
-    urdf: Annotated[
-        Path | None, typer.Option("--urdf", help="Your robot; the bundled r1 by default.", show_default=False)
+    source: Annotated[
+        str | None,
+        typer.Argument(
+            help="A URDF file, or the name of a robot; the bundled r1 by default.",
+            metavar="SOURCE",
+            show_default=False,
+            autocompletion=viewed_names,
+        ),
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder to write.")] = Path("demo"),
     package: PackageOption = None,
@@ -62,7 +69,7 @@ def demo(
 
     packages = read_packages(package or [])
     with _progress(Console(stderr=True)) as report:
-        result = run_demo(urdf, out=out, packages=packages, overwrite=overwrite, short=short, report=report)
+        result = run_demo(source, out=out, packages=packages, overwrite=overwrite, short=short, report=report)
     if as_json:
         import json
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from roboyard.description.model import RobotDescription
+from roboyard.errors import ConfigError, unknown_name
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -19,6 +20,34 @@ class LoadedRobot:
     """Of the audit, worst first, as `Finding.to_json` gives them."""
     repairs: tuple[Mapping[str, Any], ...]
     """As `Mend.to_json` gives them, in the order they were done."""
+
+
+def find_source(source: str | Path | None) -> tuple[Path, str]:
+    """Return the file of a robot and its label for the summary.
+
+    Args:
+        source: a robot file, or the name of a robot of the data folder or of a bundled robot or object; None
+            is the bundled r1. A `Path`, and a name with a suffix or a folder in it, is always a file.
+
+    Raises:
+        ConfigError: `source` is neither a file nor a known name; the message lists the nearest names.
+    """
+    from roboyard.assets import ROBOTS, THINGS, asset_path
+
+    if source is None:
+        return asset_path("r1"), "bundled r1"
+    path = Path(source)
+    if isinstance(source, Path) or path.is_file() or path.suffix or len(path.parts) != 1:
+        return path, str(path)
+    from roboyard.robots.registry import REGISTERED_ROBOTS
+
+    registered = REGISTERED_ROBOTS.get(source)
+    if registered is not None and not registered.bundled:
+        return registered.urdf_of(registered.definition), source
+    bundled = ROBOTS | THINGS
+    if source in bundled:
+        return asset_path(source), f"bundled {source}"
+    raise ConfigError(unknown_name("file or robot", source, sorted({*REGISTERED_ROBOTS, *bundled})))
 
 
 def load_robot(file: Path, *, packages: Mapping[str, Path] | None, folder: Path) -> LoadedRobot:

@@ -32,7 +32,7 @@ class DemoResult:
 
 
 def run_demo(
-    urdf: Path | None = None,
+    source: str | Path | None = None,
     *,
     out: Path = Path("demo"),
     packages: Mapping[str, Path] | None = None,
@@ -43,7 +43,7 @@ def run_demo(
     """Read a robot, drop it on a floor beside an obstacle, move every joint, and write what was seen.
 
     Args:
-        urdf: the robot; the bundled r1 by default.
+        source: a robot file, or the name of a registered or bundled robot; the bundled r1 by default.
         out: folder for robot.gif, four views, joints.png and summary.json; made whole or not at all.
         packages: ROS package name to folder, for `package://`.
         overwrite: write also into a folder that holds other things (which stay).
@@ -52,18 +52,18 @@ def run_demo(
 
     Raises:
         DescriptionError: the robot cannot be read.
-        ConfigError: `out` holds something else.
+        ConfigError: `out` holds something else, or `source` is neither a file nor a known name.
     """
     check_target(out, overwrite=overwrite)
     tell = report or (lambda act, share: None)
     began = perf_counter()
     with _heard() as remarks, tempfile.TemporaryDirectory(prefix="roboyard-") as workshop:
-        summary = _perform(urdf, out, packages, short, tell, began, remarks, Path(workshop))
+        summary = _perform(source, out, packages, short, tell, began, remarks, Path(workshop))
     return DemoResult(folder=out, summary=summary)
 
 
 def _perform(
-    urdf: Path | None,
+    source: str | Path | None,
     out: Path,
     packages: Mapping[str, Path] | None,
     short: bool,
@@ -73,9 +73,8 @@ def _perform(
     workshop: Path,
 ) -> dict[str, Any]:
     tell("reading", 0.0)
-    from roboyard.assets import asset_path
     from roboyard.demo.demo_world import DemoWorld
-    from roboyard.demo.load import load_robot
+    from roboyard.demo.load import find_source, load_robot
     from roboyard.demo.motion_sequence import MotionRecorder
     from roboyard.demo.pictures import FPS, DemoVideo, still_views
     from roboyard.demo.plan import make_plan
@@ -83,7 +82,7 @@ def _perform(
     from roboyard.demo.summary import summarize, where_things_are
     from roboyard.morphology.point_model import PointModel
 
-    file = asset_path("r1") if urdf is None else urdf
+    file, label = find_source(source)
     intake = load_robot(file, packages=packages, folder=workshop)
     description = intake.description
     figure = PointModel(description)
@@ -129,7 +128,7 @@ def _perform(
         summary = summarize(
             stage,
             story,
-            source=str(file) if urdf is not None else "bundled r1",
+            source=label,
             intake=intake,
             notes=list(notes),
             places=places,

@@ -7,7 +7,7 @@ world.step(robot.steps_per_control)
 
 from roboyard.robots.definition.load import load_definition, parse_definition
 from roboyard.robots.definition.schema import RobotDefinition
-from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot, Registry
+from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot, Registry, list_robots
 from roboyard.robots.robot import Robot
 from roboyard.robots.spawn import add_robot
 
@@ -18,6 +18,7 @@ __all__ = [
     "Robot",
     "RobotDefinition",
     "add_robot",
+    "list_robots",
     "load_definition",
     "parse_definition",
 ]

@@ -191,3 +191,8 @@ class Registry(Mapping[str, RegisteredRobot]):
 
 REGISTERED_ROBOTS = Registry()
 """All robots of the data folder (see `roboyard.paths.data_folder`) and the bundled ones."""
+
+
+def list_robots() -> tuple[str, ...]:
+    """Return the names of all registered robots, sorted; `add_robot(world, name)` adds one."""
+    return tuple(REGISTERED_ROBOTS)

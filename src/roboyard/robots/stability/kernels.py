@@ -10,10 +10,9 @@ import math
 import numpy as np
 from numba import njit
 
-kernel = njit(cache=True, nogil=True, error_model="numpy")
+from roboyard.robots.stability.zmp import TINY
 
-TINY = 1e-9
-"""As in `roboyard.robots.stability.zmp`, which does not import this file: that would load numba."""
+kernel = njit(cache=True, nogil=True, error_model="numpy")
 
 
 @kernel
