@@ -6,7 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.robots.control.gains import effort_per_error, motor_inertia, wheel_inertia
+from roboyard.sim.actuation.gains import (
+    CONTROLLER,
+    carrying_motor_inertia,
+    effort_per_error,
+    motor_inertia,
+)
 
 if TYPE_CHECKING:
     from roboyard.robots.robot_body import RobotBody
@@ -57,9 +62,9 @@ def _add_motor_inertia(robot: RobotBody) -> None:
         joint = robot.joints.joints[place]
         if joint.armature == 0.0:
             is_slide = np.array([joint.type == "prismatic"])
-            firm = effort_per_error(robot.limits.effort[[place]], is_slide)
-            joint.armature = float(motor_inertia(firm)[0])
+            stiffness = effort_per_error(CONTROLLER, robot.limits.effort[[place]], is_slide)
+            joint.armature = float(motor_inertia(CONTROLLER, stiffness)[0])
     if robot.two_wheel is not None and robot.locomotion is not None and not robot.body.is_fixed:
         for joint in map(robot.body.joint, robot.locomotion.joint_names):
             if joint.armature == 0.0:
-                joint.armature = wheel_inertia(robot.body.mass, robot.two_wheel.wheel_radius)
+                joint.armature = carrying_motor_inertia(robot.body.mass / 2, robot.two_wheel.wheel_radius)

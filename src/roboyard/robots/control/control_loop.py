@@ -16,19 +16,19 @@ import numpy as np
 
 from roboyard.kinematics import forward_kinematics
 from roboyard.robots.control.controller import EYE4, GroupLimits, GroupState
-from roboyard.robots.control.gains import (
-    GRIPPER_FREQUENCY,
-    NATURAL_FREQUENCY,
-    SATURATED_SPEED,
-    effort_per_error,
-    position_damping,
-    position_gain,
-    velocity_gain,
-)
 from roboyard.robots.control.setup import Group
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
 from roboyard.robots.joint_arrays import JointArrays
 from roboyard.robots.stability.support_polygon import SupportPolygon
+from roboyard.sim.actuation.gains import (
+    CONTROLLER,
+    GRIPPER_FREQUENCY,
+    SATURATED_SPEED,
+    effort_per_error,
+    position_damping,
+    position_stiffness,
+    velocity_damping,
+)
 from roboyard.transforms import Array
 
 POSITION, VELOCITY, EFFORT, FREE = range(4)
@@ -72,9 +72,9 @@ class ControlLoop:
         self._stale = True
         self._kinds = np.full(count, FREE)
         self._slides = slides = np.array([joint.type == "prismatic" for joint in joints.joints], dtype=bool)
-        self._firm = effort_per_error(limits.effort, slides)
+        self._effort_per_error = effort_per_error(CONTROLLER, limits.effort, slides)
         self._given_kp, self._given_kd = np.full(count, np.nan), np.full(count, np.nan)
-        self._damping_frequency = np.full(count, NATURAL_FREQUENCY)
+        self._damping_frequency = np.full(count, CONTROLLER.frequency)
         for group in self.groups.values():
             settings = group.controller.settings
             if group.kind == "gripper":
@@ -214,13 +214,19 @@ class ControlLoop:
 
     def _write_gains(self) -> None:
         inertia = self.joints.inertia
-        kp = position_gain(inertia, self._firm, self._slides)
+        kp = position_stiffness(CONTROLLER, inertia, self._effort_per_error, self._slides)
         kp = np.where(np.isnan(self._given_kp), kp, self._given_kp)
         is_position = self._kinds == POSITION
         kd = np.where(
             is_position,
             position_damping(inertia, kp, self._damping_frequency),
-            velocity_gain(inertia, self.limits.effort, self.limits.velocity, self._resistance()),
+            velocity_damping(
+                CONTROLLER,
+                inertia,
+                resistance=self._resistance(),
+                effort=self.limits.effort,
+                largest_velocity=self.limits.velocity,
+            ),
         )
         kd = np.where(np.isnan(self._given_kd), kd, self._given_kd)
         kd[self._kinds >= EFFORT] = 0.0

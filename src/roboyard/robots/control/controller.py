@@ -112,7 +112,7 @@ class ControllerSettings(BaseModel):
     command_output_limits: LimitSetting = "default"
     """What the input limits are scaled to; "default": the limits of the joints; None: not scaled."""
     isaac_kp: float | None = Field(default=None, ge=0)
-    """N m/rad or N/m of the drives; by default from the joints' inertia (`roboyard.robots.control.gains`)."""
+    """N m/rad or N/m of the drives; by default from the joints' inertia (`roboyard.sim.actuation.gains`)."""
     isaac_kd: float | None = Field(default=None, ge=0)
     """N m s/rad or N s/m of the drives."""
     use_gravity_compensation: bool | None = None

@@ -1,45 +1,27 @@
-"""Drives: each joint of one degree of freedom has a pid actuator whose gains this file sets.
+"""Joint drives: each joint of one degree of freedom has a PID actuator whose gains this file sets.
 
-The force is kp (target - q) + kd (target velocity - v) + feedforward, clamped to the joint's effort limit
-(MuJoCo's pid actuator). Where no gains are given they follow from the joint's inertia M at the zero pose:
-
-    kp = min(max(M ω², E / e), M ω_s²),  kd = 2 kp / ω_m,  ω, ω_s, ω_m = 2π · 10, 30, 8 Hz
-
-with E the effort limit and e = 0.15 rad or 0.02 m, so that a joint which moves little (a wrist, a finger, a
-knee) uses its effort at a small error. With them comes the inertia of a motor, kp / ω_m² - M: half of what a
-shoulder moves, several times what a wrist does (0.1 kg m² in common robots, much as their makers say). So
-every joint is critically damped at ω_m, which means the same at every time step, since MuJoCo integrates kd
-implicitly. Without it joints chatter on what they touch: contacts are solved for the bare M, while the
-implicit step moves M + kd Δt, up to three times as much.
-
-Gains of the user's come without motor inertia (`Joint.armature` gives it); so do velocity and effort drives.
+The effort is kp (target - q) + kd (target velocity - v) + feedforward, clamped to the joint's effort limit
+(MuJoCo's `pid` actuator). Gains that are not given follow the drive law of `roboyard.sim.actuation.gains`
+with the profile `JOINT`, motor inertia included. Gains given by the user come without motor inertia (set
+`Joint.armature`); so do velocity and effort drives.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roboyard.errors import RoboyardError
+from roboyard.sim.actuation import gains
 from roboyard.sim.build.joints import NO_EFFORT_LIMIT
 
 if TYPE_CHECKING:
     from roboyard.sim.actuation.drive_arrays import DriveArrays
     from roboyard.sim.joint import Joint
     from roboyard.sim.world import World
-
-NATURAL_FREQUENCY = 2 * np.pi * 10.0
-"""rad/s"""
-STIFFEST_FREQUENCY = 2 * np.pi * 30.0
-"""rad/s: below 1 over the usual time step."""
-MOTOR_FREQUENCY = 2 * np.pi * 8.0
-"""rad/s: of every joint, with the motor that the usual gains bring along."""
-FULL_EFFORT_TURN, FULL_EFFORT_SLIDE = 0.15, 0.02
-"""rad and m: error at which a light joint uses its whole effort."""
-VELOCITY_GAIN_FREQUENCY = 2 * np.pi * 40.0
-"""rad/s: kd = M times this for velocity drives."""
 
 
 class Drives:
@@ -57,15 +39,21 @@ class Drives:
         damping: float | None,
         max_effort: float | None,
     ) -> None:
-        inertia = self._inertia(joint)
-        kp = self._usual_stiffness(joint, inertia) if stiffness is None else stiffness
-        chosen = stiffness is not None or damping is not None
-        motor = 0.0 if chosen else kp / MOTOR_FREQUENCY**2 - inertia
-        kd = 2 * np.sqrt(kp * (inertia + motor)) if damping is None else damping
+        inertia, motor = self._inertia(joint), 0.0
+        if stiffness is None:
+            effort, is_slide = self.effort_limit(joint), joint.type == "prismatic"
+            kp, usual_damping, motor_of_usual = _usual_gains(inertia, effort, is_slide)
+            if damping is None:
+                kd, motor = usual_damping, motor_of_usual
+            else:
+                kd = damping
+        else:
+            kp = stiffness
+            kd = 2.0 * np.sqrt(kp * inertia) if damping is None else damping
         self._write(joint, kp, kd, (target, velocity, 0.0), max_effort, motor)
 
     def velocity(self, joint: Joint, target: float, damping: float | None, max_effort: float | None) -> None:
-        kd = self._inertia(joint) * VELOCITY_GAIN_FREQUENCY if damping is None else damping
+        kd = float(gains.velocity_damping(gains.JOINT, self._inertia(joint))) if damping is None else damping
         self._write(joint, 0.0, kd, (0.0, target, 0.0), max_effort)
 
     def effort(self, joint: Joint, effort: float) -> None:
@@ -113,12 +101,6 @@ class Drives:
         dof = joint.body.dof_addresses[joint.index]
         return float(self._world.live_model.dof_M0[dof]) - joint._built.motor_inertia
 
-    def _usual_stiffness(self, joint: Joint, inertia: float) -> float:
-        effort = self.effort_limit(joint)
-        error = FULL_EFFORT_SLIDE if joint.type == "prismatic" else FULL_EFFORT_TURN
-        firm = effort / error if np.isfinite(effort) else 0.0
-        return min(max(inertia * NATURAL_FREQUENCY**2, firm), inertia * STIFFEST_FREQUENCY**2)
-
     def _write(
         self,
         joint: Joint,
@@ -161,3 +143,12 @@ class Drives:
         free = model.dof_invweight0[dof]  # diagonal of the inverse; a rank-one update (Sherman and Morrison)
         model.dof_invweight0[dof] = free / (1.0 + change * free)
         world.mark_moved()
+
+
+@lru_cache(maxsize=4096)
+def _usual_gains(inertia: float, effort: float, is_slide: bool) -> tuple[float, float, float]:
+    """Return stiffness, damping and motor inertia of a joint by the drive law; see `gains.JOINT`."""
+    per_error = gains.effort_per_error(gains.JOINT, effort, is_slide)
+    kp = gains.position_stiffness(gains.JOINT, inertia, per_error, is_slide)
+    motor = gains.motor_inertia(gains.JOINT, kp, inertia)
+    return float(kp), float(gains.position_damping(inertia + motor, kp)), float(motor)
