@@ -1,7 +1,8 @@
-"""Writes the bundled robots: meshes, textures and URDFs, the same bytes on every run.
+"""Write the bundled robots: meshes, textures and URDFs, the same bytes on every run.
 
-python tools/make_assets.py            rewrite src/roboyard/assets
-python tools/make_assets.py --check    compare it with what would be written; exit 1 on a difference
+python tools/make_assets.py              rewrite src/roboyard/assets, but not the finished packages
+python tools/make_assets.py --check      compare it with a fresh build; exit 1 on a difference
+python tools/make_assets.py --packages   rewrite the finished packages (R1's) by importing their sources
 """
 
 from __future__ import annotations
@@ -12,14 +13,14 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from assets import arm7, ground, husky, props, r1, r2d2, rover
+from assets import arm7, ground, husky, packages, props, r1, r2d2, rover
 
 ASSETS = Path(__file__).resolve().parents[1] / "src" / "roboyard" / "assets"
 GROUPS = (ground, r2d2, husky, r1, rover, arm7, props)
 
 
 def build() -> dict[str, bytes]:
-    """Every generated file by its path under the assets folder."""
+    """Return every generated file by its path under the assets folder; finished packages excepted."""
     files: dict[str, bytes] = {}
     for group in GROUPS:
         files.update(group.build())
@@ -27,16 +28,21 @@ def build() -> dict[str, bytes]:
 
 
 def is_definition(path: Path) -> bool:
-    """Robot definitions (`<name>/<name>.yaml`) are written by hand."""
+    """Return whether a file is a robot definition (`<name>/<name>.yaml`), which is written by hand."""
     return path.suffix == ".yaml" and path.stem == path.parent.name
 
 
 def differences(root: Path, files: dict[str, bytes]) -> list[str]:
-    """What is missing, stale or not generated under `root`."""
+    """List the files under `root` that are missing, stale or not generated; one line each.
+
+    Finished packages are compared among themselves: only where `files` holds one of their files.
+    """
+    of_package = any(packages.is_package_file(Path(name)) for name in files)
     found = {
         p.relative_to(root).as_posix(): p
         for p in root.rglob("*")
         if p.is_file() and p.suffix != ".py" and "__pycache__" not in p.parts and not is_definition(p)
+        if packages.is_package_file(p.relative_to(root)) == of_package
     }
     lines = [f"missing: {name}" for name in files if name not in found]
     lines += [f"not generated: {name}" for name in sorted(found) if name not in files]
@@ -45,7 +51,7 @@ def differences(root: Path, files: dict[str, bytes]) -> list[str]:
 
 
 def write(root: Path, files: dict[str, bytes]) -> None:
-    """Writes the files and removes generated ones that are no longer made."""
+    """Write the files and remove generated ones that are no longer made."""
     for line in differences(root, files):
         if line.startswith("not generated: "):
             (root / line.removeprefix("not generated: ")).unlink()
@@ -57,13 +63,15 @@ def write(root: Path, files: dict[str, bytes]) -> None:
 
 
 def main() -> int:
+    """Run the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--check", action="store_true", help="compare instead of writing")
+    parser.add_argument("--packages", action="store_true", help="the finished packages instead")
     parser.add_argument("--out", type=Path, default=ASSETS, help="another assets folder")
     args = parser.parse_args()
-    files = build()
+    files = packages.build() if args.packages else build()
     if args.check:
         problems = differences(args.out, files)
         print("\n".join(problems) or f"{len(files)} files are as generated")

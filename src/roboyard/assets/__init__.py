@@ -1,6 +1,8 @@
-"""The bundled robots and things: URDFs, meshes and textures, all made by Roboyard's own generator.
+"""The bundled robots and household objects: URDFs, meshes and textures, all made by Roboyard's own generator.
 
-`tools/make_assets.py` in the repository writes every file here.
+`tools/make_assets.py` in the repository writes every file here. R1 ships twice: as a vendor would publish it
+(`r1/r1_description`, to be imported) and as the finished package that the import makes (`r1/urdf`, `r1/mjcf`,
+`r1/curobo`), which `add_robot(world, "r1")` loads.
 """
 
 from __future__ import annotations
@@ -32,6 +34,9 @@ THINGS: dict[str, str] = {
     "tray": "tray/traybox.urdf",
 }
 """File of each bundled thing that is not a robot."""
+
+SOURCE_CONFIGS: dict[str, str] = {"r1": "r1/r1_description/urdf/r1_source_config.yaml"}
+"""Import configuration of each robot that also ships as a finished package, relative to the assets folder."""
 
 
 def assets_root() -> Path:

@@ -40,11 +40,9 @@ def robots(
         if row["problem"]:
             print(f"{row['name']}: broken: {row['problem'].splitlines()[0]}")
             continue
-        joints = (
-            f"{row['joints']} joints" if row["joints"] is not None else "joints known after its first import"
-        )
         where = "bundled" if row["bundled"] else row["file"]
-        print(f"{row['name']}: {joints}; {', '.join(row['capabilities']) or 'no capabilities'} ({where})")
+        capabilities = ", ".join(row["capabilities"]) or "no capabilities"
+        print(f"{row['name']}: {row['joints']} joints; {capabilities} ({where})")
         if row["picture"]:
             print(f"    picture: {row['picture']}")
     print(f"{len(rows)} robots; data folder: {REGISTERED_ROBOTS.data}")
@@ -70,11 +68,10 @@ def _row(robot: RegisteredRobot, render: bool) -> dict[str, Any]:
         definition = robot.definition
         row["capabilities"] = list(definition.capabilities)
         row["groups"] = definition.controller_names()
-        if robot.is_imported:
-            row["joints"] = len(breadth_first_joint_names(robot.description(definition)))
-            if render and row["picture"] is None:
-                with suppress(OSError):  # a data folder that cannot be written to is no reason not to list it
-                    row["picture"] = str(picture_of(robot, REGISTERED_ROBOTS))
+        row["joints"] = len(breadth_first_joint_names(robot.description(definition)))
+        if render and row["picture"] is None:
+            with suppress(OSError):  # a data folder that cannot be written to is no reason not to list it
+                row["picture"] = str(picture_of(robot, REGISTERED_ROBOTS))
     except RoboyardError as error:
         row["problem"] = str(error)
     return row

@@ -55,15 +55,11 @@ def view(
     Whoever can reach the port can move the robot on the page, so keep it on this machine (the default).
     """
     from roboyard.cli.packages import read_packages
-    from roboyard.robots import REGISTERED_ROBOTS
     from roboyard.viewer.inspector import Inspector, find_robot
     from roboyard.viewer.page.browser import open_page
     from roboyard.viewer.page.server import load_viser
 
     load_viser()
-    found = REGISTERED_ROBOTS.get(robot)
-    if found is not None and not found.is_imported:
-        print(f"{robot} is imported first; that is done once and takes a moment", flush=True)
     inspector = Inspector(
         find_robot(robot, spheres, config),
         host=host,

@@ -13,10 +13,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from roboyard.assets import asset_path, assets_root
+from roboyard.assets import assets_root
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, unknown_name
-from roboyard.importer.bundled import SOURCE_CONFIGS, bundled_urdf, imported_urdf
 from roboyard.paths import data_folder
 from roboyard.robots.definition.load import load_definition
 from roboyard.robots.definition.schema import RobotDefinition
@@ -68,8 +67,7 @@ class RegisteredRobot:
         return None
 
     def urdf_of(self, definition: RobotDefinition) -> Path:
-        """The URDF that the definition belongs to (of a bundled robot shipped like a vendor's, its import
-        configuration).
+        """Return the URDF that the definition belongs to.
 
         Raises:
             ConfigError: there is no such file.
@@ -88,8 +86,6 @@ class RegisteredRobot:
                     f"dataset; check it"
                 )
             return found
-        if self.bundled and self.name in SOURCE_CONFIGS:
-            return asset_path(SOURCE_CONFIGS[self.name])
         found = self.folder / "urdf" / f"{self.name}.urdf"
         if not found.is_file():
             raise ConfigError(
@@ -107,26 +103,12 @@ class RegisteredRobot:
         """
         from roboyard.description import load_description
 
-        file = self.urdf_of(definition)
-        if self.bundled and self.name in SOURCE_CONFIGS:
-            file = bundled_urdf(self.name) or file
-        return load_description(file)
-
-    @property
-    def is_imported(self) -> bool:
-        """Whether its URDF is there already; a bundled robot shipped like a vendor's is imported on first
-        use.
-        """
-        return not (self.bundled and self.name in SOURCE_CONFIGS) or imported_urdf(self.name).is_file()
+        return load_description(self.urdf_of(definition))
 
     @property
     def sensors(self) -> Path | None:
         """File that names the robot's cameras (the MJCF of an import), where there is one."""
-        folder = self.folder
-        if self.bundled and self.name in SOURCE_CONFIGS:
-            urdf = bundled_urdf(self.name)
-            folder = folder if urdf is None else urdf.parent.parent
-        found = folder / "mjcf" / f"{self.name}.xml"
+        found = self.folder / "mjcf" / f"{self.name}.xml"
         return found if found.is_file() else None
 
 

@@ -76,19 +76,16 @@ def find_robot(word: str, planner_file: Path | None = None, config: Path | None 
 
 
 def _registered(name: str, planner_file: Path | None, config: Path | None) -> RobotSource:
-    from roboyard.assets import asset_path
-    from roboyard.importer.bundled import SOURCE_CONFIGS, bundled_urdf
+    from roboyard.assets import SOURCE_CONFIGS, asset_path
     from roboyard.robots.registry import REGISTERED_ROBOTS
 
     robot = REGISTERED_ROBOTS[name]
-    urdf, folder = robot.urdf_of(robot.definition), robot.folder
-    if robot.bundled and name in SOURCE_CONFIGS:  # shipped as a vendor would, imported when first asked for
-        urdf = bundled_urdf(name) or urdf
-        folder, config = urdf.parent.parent, config or asset_path(SOURCE_CONFIGS[name])
-    own = package_source(folder, name, config)
+    if robot.bundled and name in SOURCE_CONFIGS:
+        config = config or asset_path(SOURCE_CONFIGS[name])
+    own = package_source(robot.folder, name, config)
     return replace(
         own,
-        urdf=urdf,
+        urdf=robot.urdf_of(robot.definition),
         planner_file=planner_file or own.planner_file,
         definition=robot.file,
         cameras=robot.sensors,
