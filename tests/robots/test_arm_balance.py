@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from roboyard.kinematics import forward_kinematics
-from roboyard.robots import Robot
+from roboyard.robots import Robot, add_robot
 from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.robots.control.task import TaskController
 from roboyard.robots.stability.support_polygon import support_polygon_of
@@ -28,8 +28,8 @@ def loaded(name: str, **keys) -> Robot:
         "command_output_limits": None,
         **keys,
     }
-    robot = world.add_robot(
-        "r1", action_normalize=False, controllers={"arm_left": settings, "arm_right": settings}
+    robot = add_robot(
+        world, "r1", action_normalize=False, controllers={"arm_left": settings, "arm_right": settings}
     )
     for side in ("left", "right"):
         world.model.body_mass[robot.body.link(f"{side}_arm_link6").mujoco_id] += PAYLOAD
@@ -75,7 +75,7 @@ def test_swing_of_a_turning_robot_is_its_centrifugal_push(speed: float) -> None:
     """The moment that MuJoCo asks for, against the closed form of a rigid body that turns about its base."""
     world = World()
     world.add_plane()
-    robot = world.add_robot("r1")
+    robot = add_robot(world, "r1")
     world.step(60)
     robot.joints.v = np.where(np.array(robot.joint_names) == "base_footprint_rz_joint", speed, 0.0)
     robot.joints.refresh()

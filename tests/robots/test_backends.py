@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from roboyard.errors import MissingExtraError, RoboyardError
-from roboyard.robots import Robot
+from roboyard.robots import Robot, add_robot
 from roboyard.robots.backends import as_backend, as_numpy
 from roboyard.sim import World
 
@@ -40,7 +40,7 @@ def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
 def rover(**options: Any) -> Robot:
     world = World()
     world.add_plane()
-    return world.add_robot("rover", **options)
+    return add_robot(world, "rover", **options)
 
 
 def test_getters_give_tensors_where_asked_and_setters_take_them(stand_in: None) -> None:

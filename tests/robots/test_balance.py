@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plain_balance import hull_edges
 
-from roboyard.robots import Robot
+from roboyard.robots import Robot, add_robot
 from roboyard.robots.stability.support_polygon import support_polygon_of
 from roboyard.sim import World
 
@@ -16,7 +16,7 @@ G = 9.81
 def floor(**options) -> Robot:
     world = World()
     world.add_plane()
-    robot = world.add_robot("r1", **options)
+    robot = add_robot(world, "r1", **options)
     world.step(60)
     return robot
 

@@ -24,7 +24,7 @@ FALLEN = 0.1
 def floor(**options) -> Robot:
     world = World()
     world.add_plane()
-    robot = world.add_robot("r1", action_normalize=False, **options)
+    robot = add_robot(world, "r1", action_normalize=False, **options)
     world.step(60)
     return robot
 

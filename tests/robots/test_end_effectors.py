@@ -11,6 +11,7 @@ import pytest
 
 from roboyard.assets import asset_path
 from roboyard.errors import ConfigError
+from roboyard.robots import add_robot
 from roboyard.sim import World
 
 HAND = """
@@ -87,7 +88,7 @@ def changer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_without_a_choice_the_definition_stands(changer: Path) -> None:
-    robot = World().add_robot("changer")
+    robot = add_robot(World(), "changer")
     assert robot.n_dof == 7
     assert list(robot.groups) == ["arm_0"]  # an arm without fingers has no gripper
     assert robot.model == "changer"
@@ -96,7 +97,7 @@ def test_without_a_choice_the_definition_stands(changer: Path) -> None:
 @pytest.mark.parametrize("hand", ["pinch", "other"])
 def test_a_hand_brings_its_links_joints_posture_and_file(changer: Path, hand: str) -> None:
     world = World()
-    robot = world.add_robot("changer", end_effector=hand)
+    robot = add_robot(world, "changer", end_effector=hand)
     assert robot.model == f"changer_{hand}"
     assert robot.joint_names[-1] == "finger_joint"
     assert list(robot.groups) == ["arm_0", "gripper_0"]
@@ -114,12 +115,12 @@ def test_a_hand_brings_its_links_joints_posture_and_file(changer: Path, hand: st
 
 def test_hands_that_cannot_be_had_are_refused(changer: Path) -> None:
     with pytest.raises(ConfigError, match="no end effector named 'pinhc'; did you mean 'pinch'"):
-        World().add_robot("changer", end_effector="pinhc")
+        add_robot(World(), "changer", end_effector="pinhc")
     with pytest.raises(ConfigError, match="'soft' has no URDF"):
-        World().add_robot("changer", end_effector="soft")
+        add_robot(World(), "changer", end_effector="soft")
     changer.write_text(changer.read_text().replace('{"0": palm}', '{"0": plam}'))
     with pytest.raises(
         ConfigError,
         match=r"changer\.yaml:\d+: manipulation\.end_effectors\.pinch\.eef_link_names\.0: .* no link 'plam'",
     ):
-        World().add_robot("changer", end_effector="pinch")
+        add_robot(World(), "changer", end_effector="pinch")

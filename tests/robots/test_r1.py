@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from roboyard.errors import ConfigError, RoboyardError
-from roboyard.robots import Robot
+from roboyard.robots import Robot, add_robot
 from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.sim import World
 from roboyard.transforms import matrix_from_quaternion, quaternion_from_rpy
@@ -22,7 +22,7 @@ FORWARD = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
 def floor(**options) -> Robot:
     world = World()
     world.add_plane()
-    return world.add_robot("r1", **options)
+    return add_robot(world, "r1", **options)
 
 
 def drive(robot: Robot, twist, seconds: float) -> None:
@@ -230,7 +230,7 @@ def test_actions_of_the_wrong_kind_are_refused(robot: Robot) -> None:
 def test_two_robots_and_a_removed_one_live_in_one_world() -> None:
     world = World()
     world.add_plane()
-    one, two = world.add_robot("r1"), world.add_robot("r1", (0, 3, 0))
+    one, two = add_robot(world, "r1"), add_robot(world, "r1", (0, 3, 0))
     assert (one.name, two.name) == ("r1", "r1_2")
     two.apply_action({"base": [0.2, 0, 0]})
     world.step(240)

@@ -13,7 +13,7 @@ from PIL import Image
 from roboyard.assets import asset_path
 from roboyard.cli import main
 from roboyard.errors import ConfigError
-from roboyard.robots import REGISTERED_ROBOTS, Registry
+from roboyard.robots import REGISTERED_ROBOTS, Registry, add_robot
 from roboyard.sim import World
 
 ARM = """
@@ -52,7 +52,7 @@ def test_files_are_seen_as_they_come_and_go(own: Path) -> None:
     folder = place(own, "gripper_bot", ARM)
     assert "gripper_bot" in REGISTERED_ROBOTS
     assert REGISTERED_ROBOTS["gripper_bot"].definition.arm_names == ("0",)
-    robot = World().add_robot("Gripper_Bot")
+    robot = add_robot(World(), "Gripper_Bot")
     assert robot.n_dof == 7
     shutil.rmtree(folder)
     assert "gripper_bot" not in REGISTERED_ROBOTS
@@ -81,7 +81,7 @@ def test_a_broken_file_is_reported_and_does_no_harm(own: Path, capsys: pytest.Ca
     assert told["bad"] == "bad.yaml:1: raw_controller_order: must be a list"
     assert "urdf/lost.urdf" in told["lost"]
     with pytest.raises(ConfigError, match=r"bad\.yaml:1: raw_controller_order"):
-        World().add_robot("bad")
+        add_robot(World(), "bad")
     assert main(["robots", "--json"]) == 0
     rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)["robots"]}
     assert rows["bad"]["problem"] == told["bad"]
@@ -91,7 +91,7 @@ def test_a_broken_file_is_reported_and_does_no_harm(own: Path, capsys: pytest.Ca
 
 def test_unknown_names_say_what_there_is(own: Path) -> None:
     with pytest.raises(ConfigError, match="no robot named 'rovr'; did you mean 'rover'"):
-        World().add_robot("rovr")
+        add_robot(World(), "rovr")
 
 
 def test_a_file_in_the_place_of_a_name_is_told_how_it_becomes_a_robot() -> None:
@@ -102,7 +102,7 @@ def test_a_file_in_the_place_of_a_name_is_told_how_it_becomes_a_robot() -> None:
 def test_paths_stay_inside_the_dataset(own: Path) -> None:
     place(own, "sly", ARM + "urdf_path: ../../secret.urdf\n")
     with pytest.raises(ConfigError, match="urdf_path: must be a path inside the dataset"):
-        World().add_robot("sly")
+        add_robot(World(), "sly")
 
 
 def test_a_registry_of_another_folder(tmp_path: Path) -> None:
@@ -140,7 +140,7 @@ def test_robots_are_listed_with_pictures_that_are_rendered_once(
 def test_a_robot_shows_itself_in_a_notebook(own: Path) -> None:
     place(own, "<one>", ARM)
     world = World()
-    html = world.add_robot("<one>")._repr_html_()
+    html = add_robot(world, "<one>")._repr_html_()
     assert "data:image/png;base64," in html
     assert "&lt;one&gt;" in html
     assert "<one>" not in html

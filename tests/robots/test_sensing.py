@@ -7,6 +7,7 @@ import pytest
 
 from roboyard import import_robot
 from roboyard.errors import ConfigError
+from roboyard.robots import add_robot
 from roboyard.robots.registry import Registry
 from roboyard.sensors import CameraSensor, Lidar, ScanPattern
 from roboyard.sim import World
@@ -54,7 +55,7 @@ def world() -> World:
 
 
 def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Registry, world: World) -> None:
-    robot = world.add_robot(registry["mast"])
+    robot = add_robot(world, registry["mast"])
     assert robot.sensors.names == ("mast:eye:Camera:0", "mast:head:Lidar:0")
     seen, info = robot.get_obs()
     camera, lidar = seen["mast:eye:Camera:0"], seen["mast:head:Lidar:0"]
@@ -70,7 +71,7 @@ def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Regi
 
 
 def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
-    robot = world.add_robot(registry["mast"], sensor_options={"Camera": {"width": 8, "height": 8}})
+    robot = add_robot(world, registry["mast"], sensor_options={"Camera": {"width": 8, "height": 8}})
     robot.sensors["mast:head:Lidar:0"].rate = 5.0
     looks = dict.fromkeys(robot.sensors.names, 0)
     last: dict[str, object] = {}
@@ -86,7 +87,8 @@ def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
 
 def test_options_go_to_kinds_and_links(registry: Registry, world: World) -> None:
     pattern = ScanPattern(max_range=3.0)
-    robot = world.add_robot(
+    robot = add_robot(
+        world,
         registry["mast"],
         scale=2.0,
         sensor_options={
@@ -101,11 +103,11 @@ def test_options_go_to_kinds_and_links(registry: Registry, world: World) -> None
     assert np.allclose(lidar.mount.position, (0, 0, 0.4))
     for wrong, told in (({"nose": {}}, "nose"), ({"Lidar": {"colour": 1}}, "colour")):
         with pytest.raises(ConfigError, match=told):
-            world.add_robot(registry["mast"], sensor_options=wrong)
+            add_robot(world, registry["mast"], sensor_options=wrong)
 
 
 def test_r1_has_its_three_cameras(world: World) -> None:
-    robot = world.add_robot("r1")
+    robot = add_robot(world, "r1")
     links = [robot.sensors[name].link.name for name in robot.sensors.names]
     assert sorted(links) == ["eyes", "left_eef_link", "right_eef_link"]
     seen, info = robot.get_obs()

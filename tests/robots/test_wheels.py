@@ -17,7 +17,7 @@ from roboyard.sim import World
 def rover() -> Robot:
     world = World()
     world.add_plane()
-    return world.add_robot("rover")
+    return add_robot(world, "rover")
 
 
 def drive(robot: Robot, twist, seconds: float) -> tuple[float, float]:

@@ -215,7 +215,7 @@ TWISTS = [(0.3, 0.0), (-0.1, 0.0), (0.0, 0.8), (0.0, -0.3), (0.3, 0.4), (-0.2, 0
 @pytest.mark.parametrize("twist", TWISTS)
 def test_tiago_follows_twists(data: Path, twist: tuple[float, float]) -> None:
     robot = imported("tiago", data)
-    assert followed(lambda world: world.add_robot(robot), twist) == pytest.approx(twist, rel=0.02, abs=0.003)
+    assert followed(lambda world: add_robot(world, robot), twist) == pytest.approx(twist, rel=0.02, abs=0.003)
 
 
 STRETCH = {

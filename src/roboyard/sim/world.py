@@ -33,7 +33,6 @@ from roboyard.transforms import Array, normalized
 if TYPE_CHECKING:
     from roboyard.rendering import Camera, Image
     from roboyard.rendering.scene import DebugLines, RenderScene
-    from roboyard.robots import Robot
 
 
 class World(Engine):
@@ -86,9 +85,9 @@ class World(Engine):
         return f"<World at {self.time:.3f} s with {len(self.body_by_id)} bodies>"
 
     def _repr_html_(self) -> str:
-        from roboyard.viewer.notebook import world_html
+        from roboyard.sim.notebook import world_html
 
-        return world_html(self)
+        return world_html(self.time, self.bodies, self.render)
 
     def _before_compile(self) -> None:
         self.filters.write()
@@ -271,18 +270,6 @@ class World(Engine):
     add_capsule = objects.add_capsule
     add_mesh = objects.add_mesh
     add_heightfield = objects.add_heightfield
-
-    def add_robot(
-        self,
-        robot: Any,
-        position: ArrayLike = (0, 0, 0),
-        orientation: ArrayLike = (0, 0, 0, 1),
-        **options: Any,
-    ) -> Robot:
-        """Add a robot with its controllers, by name or definition; see `roboyard.robots.add_robot`."""
-        from roboyard.robots import add_robot
-
-        return add_robot(self, robot, position, orientation, **options)
 
     def add_mjcf(self, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
         """Add everything in an MJCF file: each body at its top, and its fixed shapes as one more body."""

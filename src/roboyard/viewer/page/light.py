@@ -9,21 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.rendering.light import Light
+from roboyard.sim.queries.viewpoint import FOVY, viewpoint
 from roboyard.transforms import Array, quaternion_from_axis_angle, to_wxyz
 
 if TYPE_CHECKING:
     from roboyard.sim import World
 
-FOVY = math.radians(45.0)
-"""Vertical opening angle of a fresh page."""
-VIEW_FROM = (1.0, -0.75, 0.5)
-"""Direction from what is looked at towards a fresh page's camera: robots face +x."""
 SUN_GAIN, SKY_GAIN = 1.25, 0.6
 """Shares of the light of `roboyard.rendering`, which adds up display colours."""
-LEAST_EXTENT, MOST_EXTENT = 0.2, 12.0
-"""m: a fresh page shows at least and at most this much."""
-
-
 HAZE = (20.0, 60.0)
 """m: where it begins, and where nothing else is seen"""
 
@@ -78,25 +71,7 @@ def aim_camera(server: Any, world: World) -> None:
     """Let a fresh page look at the bodies that are no endless floor."""
     camera = server.initial_camera
     camera.fov = FOVY
-    camera.position, camera.look_at = viewpoint(world)
-
-
-def viewpoint(world: World) -> tuple[Array, Array]:
-    """(3,) eye and (3,) target, m, from where everything but endless floors is in the picture."""
-    lower, upper = extent(world)
-    centre = 0.5 * (lower + upper)
-    radius = 0.5 * float(np.clip(np.linalg.norm(upper - lower), LEAST_EXTENT, MOST_EXTENT))
-    direction = np.array(VIEW_FROM) / np.linalg.norm(VIEW_FROM)
-    return centre + direction * 0.9 * radius / math.sin(0.5 * FOVY), centre
-
-
-def extent(world: World) -> Array:
-    """(2, 3) box around all bodies that have a size; m."""
-    boxes = [body.bounds for body in world.bodies]
-    boxes = [box for box in boxes if np.isfinite(box).all() and np.ptp(box, axis=0).max() > 0]
-    if not boxes:
-        return np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 1.0]])
-    return np.stack([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
+    camera.position, camera.look_at = viewpoint(world.bodies)
 
 
 def _turn_y_to(direction: Sequence[float]) -> Array:
