@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roboyard._lazy import lazy_module
 from roboyard.kinematics._inputs import (
     UNREADABLE,
     joint_vector,
@@ -19,6 +18,9 @@ from roboyard.kinematics._inputs import (
 )
 from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array
+
+_kernels = lazy_module("roboyard.kinematics._lm")
+_rest_kernels = lazy_module("roboyard.kinematics._settle")
 
 _CANDIDATES = 8  # random postures looked at for each restart; the one nearest the target is descended from
 
@@ -195,26 +197,16 @@ def _run(
     tasks = task_weights(len(node), targets.shape[2], *weights)
     position, orientation, iterations, restarts, seed = budget
     out = np.empty((len(targets), chain.size + 6))
-    _compiled().solve(
+    _kernels().solve(
         whole, real, node, local, chain.ranges, targets, tasks, q0, warm,
         position, orientation, iterations, restarts, _CANDIDATES, seed, out,
     )  # fmt: skip
     if rest[0] is not None:
-        from roboyard.kinematics import _settle
-
         scale = joint_vector(chain, rest[1], "rest_weights")
         if scale.min() < 0.0:
             raise ValueError("rest_weights must not be negative")
-        _settle.settle(
+        _rest_kernels().settle(
             whole, real, node, local, chain.ranges, targets, tasks, position, orientation,
             joint_vector(chain, rest[0], "rest"), scale, int(rest[2]), out,
         )  # fmt: skip
     return out
-
-
-@cache
-def _compiled() -> Any:
-    """The compiled solver; numba is loaded on the first call."""
-    from roboyard.kinematics import _lm
-
-    return _lm

@@ -20,9 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.errors import MeshError
-from roboyard.shapes import inertia
 from roboyard.shapes.cache import cache_folder
-from roboyard.shapes.inertia import MassProperties, convex_hull, is_closed, volume_integrals
+from roboyard.shapes.inertia import (
+    MassProperties,
+    convex_hull,
+    hull_or_box,
+    inside_of,
+    is_closed,
+    volume_integrals,
+)
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.readers.references import names_in
 
@@ -134,9 +140,9 @@ def stats_of(triangles: TriangleMesh, content: str = "") -> MeshStats:
     hull = convex_hull(points)
     hull_volume = 0.0 if hull is None else volume_integrals(*hull)[0]
     volume = volume_integrals(points, corners)[0] if closed else hull_volume
-    own = inertia.inside_of(points, corners, density=1.0) if closed else None
+    own = inside_of(points, corners, density=1.0) if closed else None
     if own is None:
-        own = inertia.hull_or_box(hull, points, density=1.0)
+        own = hull_or_box(hull, points, density=1.0)
     return MeshStats(
         content=content,
         triangles=len(faces),

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard.robots.control.controller import GroupLimits, GroupState, acceleration
-from roboyard.robots.stability.kernels_lazy import kernels
 from roboyard.transforms import Array
+
+_kernels = lazy_module("roboyard.robots.stability.kernels")
 
 
 class RateLimiter:
@@ -41,7 +43,7 @@ class RateLimiter:
         allowed = np.ones(len(rise), dtype=bool)
         balance = state.balance() if state.balance is not None else None
         if balance is not None:
-            kernels().limit_acceleration(
+            _kernels().limit_acceleration(
                 *(
                     rise,
                     fastest,
@@ -55,5 +57,5 @@ class RateLimiter:
                 *(balance.com_margin, balance.zmp_margin, balance.swing, allowed),
             )
         self.reference, self._speed = self.reference.copy(), self._speed.copy()
-        kernels().advance(self.reference, self._speed, goal, way, allowed, rise, fastest, state.dt)
+        _kernels().advance(self.reference, self._speed, goal, way, allowed, rise, fastest, state.dt)
         return self.reference

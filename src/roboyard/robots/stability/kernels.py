@@ -10,9 +10,10 @@ import math
 import numpy as np
 from numba import njit
 
-from roboyard.robots.stability.zmp import TINY
-
 kernel = njit(cache=True, nogil=True, error_model="numpy")
+
+TINY = 1e-9
+"""As in `roboyard.robots.stability.zmp`, which does not import this file: that would load numba."""
 
 
 @kernel

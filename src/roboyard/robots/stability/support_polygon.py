@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
 from roboyard.robots.joint_arrays import Indices, JointArrays
-from roboyard.robots.stability.kernels_lazy import kernels
 from roboyard.robots.stability.zmp import TINY, BalanceMargins
 from roboyard.sim.link import Link
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
     from roboyard.robots.robot_body import RobotBody
+
+_kernels = lazy_module("roboyard.robots.stability.kernels")
 
 LEAN = 0.75
 """Of the way from the middle of the support to each edge, how far the centre of mass may be led."""
@@ -89,12 +91,12 @@ class SupportPolygon:
         gravity = max(math.sqrt(x * x + y * y + z * z), TINY)
         weight = mass * gravity
         com_shift, zmp_shift = np.empty((len(normals), len(dofs))), np.empty((len(normals), len(dofs)))
-        kernels().tipping(shift, spin, dofs, com, mass, height, weight, normals, com_shift, zmp_shift)
+        _kernels().tipping(shift, spin, dofs, com, mass, height, weight, normals, com_shift, zmp_shift)
         way, edge = bounds - normals @ middle, bounds - normals @ com[:2]
         lost = self._lost(normals, base, height, gravity)
         swing = normals @ (self._support(model, data, weight) - com[:2])
         moment = np.empty(2)
-        kernels().first_moment(
+        _kernels().first_moment(
             *(self._joints.body.mujoco_ids, model.body_mass, model.body_inertia, data.xipos, data.ximat),
             *(floor, *data.xpos[base, :2].tolist(), moment),
         )
@@ -145,12 +147,12 @@ class SupportPolygon:
         if self._revision != self._joints.world.revision:
             self._find_shapes(model)
         points, edges = self._points, self._edges
-        count = kernels().lowest_points(
+        count = _kernels().lowest_points(
             *(self._geoms, self._round, model.geom_contype, model.geom_conaffinity, model.geom_aabb),
             *(data.geom_xpos, data.geom_xmat, points),
         )
         middle = np.empty(2)
-        found = kernels().hull_edges(points, count, edges[:, :2], edges[:, 2], middle)
+        found = _kernels().hull_edges(points, count, edges[:, :2], edges[:, 2], middle)
         if not found:
             return None
         return edges[:found, :2].copy(), edges[:found, 2].copy(), middle, float(points[:count, 2].min())

@@ -37,8 +37,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roboyard.robots.stability.kernels_lazy import kernels
+from roboyard._lazy import lazy_module
 from roboyard.transforms import Array
+
+_kernels = lazy_module("roboyard.robots.stability.kernels")
 
 CURVE = 0.7
 """Of the way from the centre of mass to where driving may push it, how far a steady curve may; the rest is
@@ -76,7 +78,7 @@ class BalanceMargins:
 
     def calm(self) -> float:
         """Share of their present speeds that joints may have, as far as they swing the robot about."""
-        return kernels().share(self.zmp_margin, self.swing) ** 0.5
+        return _kernels().share(self.zmp_margin, self.swing) ** 0.5
 
     def together(self, acceleration: Array) -> float:
         """Share of (k,) accelerations that joints may take at once, 1 for any alone.
@@ -84,7 +86,7 @@ class BalanceMargins:
         What they do to the floor's answer may cancel; but joints come to rest at different times, so only
         half of that is counted on.
         """
-        return kernels().together(self.zmp_shift, self.zmp_margin, acceleration)
+        return _kernels().together(self.zmp_shift, self.zmp_margin, acceleration)
 
     def push(self, twist: Array, change: Array) -> Array:
         """(e,) m outwards that driving shifts the floor's answer.
@@ -106,7 +108,7 @@ class BalanceMargins:
         Never less than `SLOWEST`.
         """
         com_margin = CURVE * np.maximum(self.edge - self.lost - self.reserve, 0.0)
-        return max(SLOWEST, kernels().share(com_margin, self.push(twist, np.zeros(3))) ** 0.5)
+        return max(SLOWEST, _kernels().share(com_margin, self.push(twist, np.zeros(3))) ** 0.5)
 
     def bearable(self, twist: Array, change: Array) -> float:
         """Share of a change of twist (see `push`) that the footing bears on top of the twist itself.
@@ -116,7 +118,7 @@ class BalanceMargins:
         """
         spare = self.edge - self.reserve - np.maximum(self.push(twist, np.zeros(3)), 0.0)
         push = self.push(np.zeros(3), change)
-        return min(max(SLOWEST, kernels().share(spare, push)), kernels().share(spare - self.lost, push))
+        return min(max(SLOWEST, _kernels().share(spare, push)), _kernels().share(spare - self.lost, push))
 
     def pull(self, acceleration: Array, shift: Array) -> float:
         """Share of (k,) accelerations that springs may give joints at once; 0 where they lead the robot over.

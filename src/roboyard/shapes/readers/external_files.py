@@ -31,7 +31,7 @@ _MESH_FOLDER = re.compile(
     re.IGNORECASE,
 )
 _IMAGES = ("PNG", "JPEG", "BMP", "TGA", "GIF", "TIFF", "WEBP", "PPM", "DDS")
-_log = logging.getLogger("roboyard.shapes")
+_log = logging.getLogger(__name__)
 
 
 def find_external_file(mesh_file: Path, name: str) -> Path | None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from roboyard.shapes.mesh import TriangleMesh, read_only, shared
 from roboyard.shapes.readers.texture_atlas import pack_textures
 
-_log = logging.getLogger("roboyard.shapes")
+_log = logging.getLogger(__name__)
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
