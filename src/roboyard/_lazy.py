@@ -1,13 +1,33 @@
-"""Modules that are imported when they are first needed: numba takes a while to load."""
+"""Modules and names that are imported on first use, since some of them load numba."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 from importlib import import_module
 from typing import Any
 
 
 def lazy_module(name: str) -> Callable[[], Any]:
-    """What gives the module of this name; cheaper than an import statement where every step passes."""
+    """Return a function that imports the module of this name once and returns it.
+
+    Calling it is cheaper than an import statement in code that runs every step.
+    """
     return cache(partial(import_module, name))
+
+
+def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return a package's `__getattr__` that imports public names from their modules on first use.
+
+    Args:
+        package: name of the package.
+        homes: public name to the full name of the module that defines it.
+    """
+
+    def load(name: str) -> Any:
+        """Return a public name of the package; raise AttributeError where it has none."""
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(import_module(homes[name]), name)
+
+    return load

@@ -7,13 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from roboyard.description import load_description
-from roboyard.kinematics.description_poses import (
-    chain,
-    forward_kinematics,
-    plane_axes,
-    position_size,
-    vector_joints,
-)
+from roboyard.kinematics.description_poses import chain, forward_kinematics, vector_joints
+from roboyard.kinematics.joint_models import position_size
 
 ARM = Path(__file__).parents[1] / "data" / "urdf" / "arm.urdf"
 
@@ -133,15 +128,6 @@ def test_chain_between_any_two_links(arm):
     assert names("0", "fore arm") == ["weld", "elbow"]
     assert names("upper", "upper") == []
     assert names("手", "raft") == ["slide", "elbow", "shoulder", "socket", "drift"]
-
-
-def test_plane_axes_are_right_handed():
-    for normal in ([0, 0, 1], [1, 0, 0], [0, 1, 0], [0.36, 0.48, 0.8], [-0.6, 0, 0.8]):
-        first, second = plane_axes(normal)
-        frame = np.stack([first, second, normal])
-        np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
-        assert np.linalg.det(frame) == pytest.approx(1)
-    np.testing.assert_array_equal(plane_axes([0, 0, 1]), [[1, 0, 0], [0, 1, 0]])
 
 
 def test_wrong_names_and_shapes(arm):

@@ -87,7 +87,8 @@ def stem(visual_name: str | None, geometry: Geometry) -> str:
 
 def zero_poses(description: RobotDescription) -> dict[str, Array]:
     """(4, 4) of every link in the root link's frame, all joints at zero, followers with an offset too."""
-    from roboyard.kinematics.description_poses import forward_kinematics, position_size
+    from roboyard.kinematics.description_poses import forward_kinematics
+    from roboyard.kinematics.joint_models import position_size
 
     held = {j.name: 0.0 for j in description.joints if j.mimic is not None and position_size(j) == 1}
     return forward_kinematics(description, held)

@@ -5,10 +5,24 @@ answer = solve_ik(chain, pose, q0)
 answer.q, answer.position_error, answer.converged
 """
 
-from roboyard.kinematics.chain import ChainArrays, from_description
-from roboyard.kinematics.forward import forward_kinematics, jacobian, manipulability, sample_reachable
-from roboyard.kinematics.solve import IKResult, solve_ik, solve_ik_batch
-from roboyard.kinematics.steps import damped_step_ik, differential_step, differential_velocity
+from typing import TYPE_CHECKING
+
+from roboyard._lazy import lazy_names
+
+_HOMES = {
+    "ChainArrays": "roboyard.kinematics.chain",
+    "IKResult": "roboyard.kinematics.solve",
+    "damped_step_ik": "roboyard.kinematics.steps",
+    "differential_step": "roboyard.kinematics.steps",
+    "differential_velocity": "roboyard.kinematics.steps",
+    "forward_kinematics": "roboyard.kinematics.forward",
+    "from_description": "roboyard.kinematics.chain",
+    "jacobian": "roboyard.kinematics.forward",
+    "manipulability": "roboyard.kinematics.forward",
+    "sample_reachable": "roboyard.kinematics.forward",
+    "solve_ik": "roboyard.kinematics.solve",
+    "solve_ik_batch": "roboyard.kinematics.solve",
+}
 
 __all__ = [
     "ChainArrays",
@@ -24,3 +38,11 @@ __all__ = [
     "solve_ik",
     "solve_ik_batch",
 ]
+
+if TYPE_CHECKING:
+    from roboyard.kinematics.chain import ChainArrays, from_description
+    from roboyard.kinematics.forward import forward_kinematics, jacobian, manipulability, sample_reachable
+    from roboyard.kinematics.solve import IKResult, solve_ik, solve_ik_batch
+    from roboyard.kinematics.steps import damped_step_ik, differential_step, differential_velocity
+
+__getattr__ = lazy_names(__name__, _HOMES)

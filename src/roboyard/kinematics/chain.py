@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.description.model import Joint, RobotDescription
-from roboyard.errors import DescriptionError, unknown_name
-from roboyard.kinematics._folding import Coordinate, Transform, about_z, along_z, coordinates, z_to
+from roboyard.errors import unknown_name
+from roboyard.kinematics._folding import Transform, about_z, along_z, z_to
+from roboyard.kinematics.joint_models import Coordinate, coordinates, mimic_source
 from roboyard.transforms import Array, matrix_from_quaternion
 
 Indices = NDArray[np.int64]
@@ -227,7 +228,7 @@ class _Builder:
             carry = carry @ Transform.of(joint.origin.position, rotation)
             for coordinate in coordinates(joint):
                 turn = z_to(coordinate.axis)
-                source = self._source(joint, coordinate, ())
+                source = self._source(joint, coordinate)
                 here = carry @ turn
                 if source.leader is None:
                     move = along_z if coordinate.is_prismatic else about_z
@@ -238,32 +239,19 @@ class _Builder:
             carriers[joint.child] = (node, carry)
         return self._pack(rows, carriers, tips)
 
-    def _source(self, joint: Joint, coordinate: Coordinate, seen: tuple[str, ...]) -> _Source:
+    def _source(self, joint: Joint, coordinate: Coordinate) -> _Source:
         if coordinate.name in self.locked:
             return _Source(leader=None, offset=float(self.locked[coordinate.name]))
-        mimic = joint.mimic
-        if mimic is None or not self.follow_mimic:
+        if joint.mimic is None or not self.follow_mimic:
             return _Source(leader=coordinate.name)
-        leader = self.description.joint_by_name.get(mimic.joint)
-        where = {"file": joint.source.file, "line": joint.source.line, "element": f'joint "{joint.name}"'}
-        if leader is None:
-            hint = unknown_name("joint", mimic.joint, self.description.joint_by_name)
-            raise DescriptionError(f"<mimic> names {hint}", **where)
-        if joint.name in seen:
-            circle = " -> ".join((*seen, joint.name))
-            raise DescriptionError(f"<mimic> goes round in a circle ({circle}); remove one of them", **where)
-        moving = coordinates(leader)
-        if len(moving) != 1:
-            wants = "a joint with one degree of freedom"
-            raise DescriptionError(
-                f'<mimic> follows "{leader.name}" ({leader.type}); it needs {wants}', **where
-            )
-        above = self._source(leader, moving[0], (*seen, joint.name))
-        return _Source(
-            leader=above.leader,
-            multiplier=mimic.multiplier * above.multiplier,
-            offset=mimic.multiplier * above.offset + mimic.offset,
-        )
+        found = mimic_source(self.description, joint, self.locked)
+        if found.leader is None:
+            assert found.error is not None
+            raise found.error
+        leader = found.leader.name
+        if leader in self.locked:
+            return _Source(leader=None, offset=found.multiplier * float(self.locked[leader]) + found.offset)
+        return _Source(leader=leader, multiplier=found.multiplier, offset=found.offset)
 
     def _pack(
         self,

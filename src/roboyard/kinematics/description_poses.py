@@ -9,32 +9,9 @@ from numpy.typing import ArrayLike
 
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import unknown_name
+from roboyard.kinematics.joint_models import joint_transform, mimic_source, position_size
 from roboyard.kinematics.joint_order import single_dof_joints
-from roboyard.transforms import (
-    Array,
-    normalized,
-    pose_matrix,
-    quaternion_from_axis_angle,
-)
-
-_SIZE = {
-    "revolute": 1,
-    "continuous": 1,
-    "prismatic": 1,
-    "planar": 3,
-    "floating": 7,
-    "spherical": 4,
-    "fixed": 0,
-}
-
-
-def position_size(joint: Joint) -> int:
-    """Numbers that `forward_kinematics` takes for one joint.
-
-    1 for revolute, continuous (rad) and prismatic (m); planar 3 (x, y in m, angle in rad about the axis);
-    spherical 4 (quaternion x, y, z, w); floating 7 (position in m, then quaternion x, y, z, w); fixed 0.
-    """
-    return _SIZE[joint.type]
+from roboyard.transforms import Array
 
 
 def chain(description: RobotDescription, from_link: str, to_link: str) -> tuple[Joint, ...]:
@@ -97,45 +74,6 @@ def vector_joints(description: RobotDescription) -> tuple[Joint, ...]:
     return tuple(joint for joint in joints if joint.mimic is None)
 
 
-def joint_transform(joint: Joint, position: ArrayLike) -> Array:
-    """(..., 4, 4) pose of the child frame after the joint's motion, in the child frame at position zero.
-
-    Args:
-        position: (..., k) with k = `position_size(joint)`.
-    """
-    q = np.asarray(position, dtype=float)
-    axis = np.asarray(joint.axis)
-    match joint.type:
-        case "revolute" | "continuous":
-            return pose_matrix(np.zeros(3), quaternion_from_axis_angle(axis, q[..., 0]))
-        case "prismatic":
-            return pose_matrix(axis * q)
-        case "planar":
-            first, second = plane_axes(axis)
-            shift = first * q[..., 0:1] + second * q[..., 1:2]
-            return pose_matrix(shift, quaternion_from_axis_angle(axis, q[..., 2]))
-        case "spherical":
-            return pose_matrix(np.zeros(3), normalized(q))
-        case "floating":
-            return pose_matrix(q[..., :3], normalized(q[..., 3:]))
-        case _:
-            return np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))
-
-
-def plane_axes(normal: ArrayLike) -> tuple[Array, Array]:
-    """Two unit (3,) axes that span the plane of a planar joint, right-handed with its unit normal.
-
-    x and y for the normal z, and likewise (y, z) for x and (z, x) for y: the frame whose third axis is the
-    normal and which is reached from those by the smallest turn.
-    """
-    n = np.asarray(normal, dtype=float)
-    k = int(np.argmax(np.abs(n)))
-    first = np.eye(3)[(k + 1) % 3]
-    first = first - n * (first @ n)
-    first /= np.linalg.norm(first)
-    return first, np.cross(n, first)
-
-
 def _values(
     description: RobotDescription, positions: Mapping[str, ArrayLike] | ArrayLike | None
 ) -> dict[str, Array]:
@@ -155,7 +93,7 @@ def _values(
     followers = [joint for joint in description.joints if joint.mimic is not None and joint.name not in given]
     for joint in followers:
         if position_size(joint) == 1:
-            given[joint.name] = _followed(description, joint, given)
+            given[joint.name] = _mimicked(description, joint, given)
     return given
 
 
@@ -174,19 +112,9 @@ def _checked(description: RobotDescription, name: str, value: ArrayLike) -> Arra
     return array
 
 
-def _followed(description: RobotDescription, joint: Joint, given: Mapping[str, Array]) -> Array:
-    """(..., 1) position of a mimic joint, through as many joints as follow each other."""
-    multiplier, offset = 1.0, 0.0
-    current: Joint | None = joint
-    while (
-        current is not None and current.mimic is not None and (current is joint or current.name not in given)
-    ):
-        offset += multiplier * current.mimic.offset
-        multiplier *= current.mimic.multiplier
-        leader = description.joint_by_name.get(current.mimic.joint)
-        if leader is None or leader is joint:
-            return np.full(1, offset)
-        current = leader
-    if current is None or current.name not in given or given[current.name].shape[-1] != 1:
-        return np.full(1, offset)
-    return multiplier * given[current.name] + offset
+def _mimicked(description: RobotDescription, joint: Joint, given: Mapping[str, Array]) -> Array:
+    """Return the (..., 1) position of a mimic joint; its offset where the leader is at zero or missing."""
+    source = mimic_source(description, joint, given)
+    if source.leader is None or source.leader.name not in given:
+        return np.full(1, source.offset)
+    return source.multiplier * given[source.leader.name] + source.offset

@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.description.robot_model import EndEffector
-from roboyard.kinematics.description_poses import position_size
+from roboyard.kinematics.joint_models import position_size
 
 LEAST_BEHIND = 3
 """Joints that carry a hand: with fewer it is a stand."""

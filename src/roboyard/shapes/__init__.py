@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from roboyard._lazy import lazy_names
 from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh
 
@@ -37,8 +37,4 @@ if TYPE_CHECKING:
     from roboyard.shapes.spheres.metrics import measure_spheres
 
 
-def __getattr__(name: str) -> Any:
-    """Load a public name from its file on first use."""
-    if name in _HOMES:
-        return getattr(import_module(_HOMES[name]), name)
-    raise AttributeError(f"module 'roboyard.shapes' has no attribute {name!r}")
+__getattr__ = lazy_names(__name__, _HOMES)

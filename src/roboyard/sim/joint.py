@@ -9,23 +9,13 @@ from numpy.typing import ArrayLike
 
 from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
+from roboyard.kinematics.joint_models import POSITION_SIZE, VELOCITY_SIZE
 from roboyard.transforms import Array, from_wxyz, to_wxyz
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
     from roboyard.sim.build.records import BuiltLink
     from roboyard.sim.link import Link
-
-POSITION_SIZE: dict[str, int] = {
-    "fixed": 0,
-    "revolute": 1,
-    "continuous": 1,
-    "prismatic": 1,
-    "spherical": 4,
-    "planar": 3,
-    "floating": 7,
-}
-VELOCITY_SIZE: dict[str, int] = {**POSITION_SIZE, "spherical": 3, "floating": 6}
 
 
 class Joint:

@@ -12,7 +12,7 @@ from roboyard.description.model import Joint, RobotDescription
 from roboyard.export.geometry import zero_poses
 from roboyard.export.masses import link_masses, trace_mass
 from roboyard.export.mjcf.xml import add
-from roboyard.kinematics.description_poses import plane_axes
+from roboyard.kinematics.joint_models import plane_axes
 from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:

@@ -82,7 +82,7 @@ def _connect(prim: Any, joint: Joint, paths: Paths) -> None:
 
 def _frame_with_normal(normal: tuple[float, float, float]) -> tuple[str, np.ndarray]:
     """A frame whose z axis is the normal of the plane, its x and y the axes that joint values count along."""
-    from roboyard.kinematics.description_poses import plane_axes
+    from roboyard.kinematics.joint_models import plane_axes
     from roboyard.transforms import quaternion_from_matrix
 
     first, second = plane_axes(normal)

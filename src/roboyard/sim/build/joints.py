@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.description.model import Joint, RobotDescription
+from roboyard.kinematics.joint_models import plane_axes
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.sim.build.solver_options import CONTACT_SOLIMP, CONTACT_SOLREF
 
@@ -55,7 +56,7 @@ def add_joint(
         built.dofs += 3
         return
     if joint.type == "planar":
-        first, second = _plane_axes(np.asarray(joint.axis))
+        first, second = plane_axes(joint.axis)
         record.joint_elements = (
             body.add_joint(name=f"{name}/x", type=kinds.mjJNT_SLIDE, axis=first, **common),
             body.add_joint(name=f"{name}/y", type=kinds.mjJNT_SLIDE, axis=second, **common),
@@ -87,16 +88,6 @@ def _set_limits(element: Any, joint: Joint, scale: float) -> None:
         lower, upper = lower - LOCKED_HALF_RANGE, upper + LOCKED_HALF_RANGE
     element.limited = mujoco.mjtLimited.mjLIMITED_TRUE
     element.range = [lower, upper]
-
-
-def _plane_axes(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit axes that span the plane of a planar joint; x and y when its normal is z."""
-    if abs(normal[2]) > 1 - 1e-9:
-        return np.array([1.0, 0.0, 0.0]), np.array([0.0, np.sign(normal[2]), 0.0])
-    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first = np.cross(helper, normal)
-    first /= np.linalg.norm(first)
-    return first, np.cross(normal, first)
 
 
 def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:
