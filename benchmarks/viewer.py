@@ -18,7 +18,7 @@ import numpy as np
 
 import roboyard.pybullet as p
 from roboyard.assets import asset_path
-from roboyard.pybullet.connect import CLIENTS
+from roboyard.pybullet.connections import CLIENTS
 
 LINES, TEXTS = 1000, 200
 FRAMES = 180

@@ -16,7 +16,7 @@ def client() -> Iterator[int]:
 
 
 def close_all() -> None:
-    from roboyard.pybullet.connect import CLIENTS
+    from roboyard.pybullet.connections import CLIENTS
 
     for number in list(CLIENTS):
         p.disconnect(number)

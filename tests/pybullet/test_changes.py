@@ -43,7 +43,7 @@ def test_the_greatest_joint_speed_can_be_changed(client: int) -> None:
 def test_a_client_that_left_frees_its_world(client: int) -> None:
     import weakref
 
-    from roboyard.pybullet.connect import CLIENTS
+    from roboyard.pybullet.connections import CLIENTS
 
     other = p.connect(p.DIRECT)
     p.createMultiBody(

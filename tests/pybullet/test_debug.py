@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.pybullet.connect import CLIENTS, Client
+from roboyard.pybullet.connections import CLIENTS, Client
 
 PRINTED_CAMERA = (
     1024,

@@ -15,7 +15,8 @@ import pytest
 
 import roboyard
 import roboyard.pybullet as p
-from roboyard.pybullet.remote import datagrams, wire
+from roboyard.pybullet.face import wire
+from roboyard.pybullet.remote import datagrams
 
 SOURCE = str(Path(roboyard.__file__).parents[1])
 KEY = 31337 + os.getpid() % 1000

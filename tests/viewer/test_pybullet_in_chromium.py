@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.pybullet.connect import CLIENTS
+from roboyard.pybullet.connections import CLIENTS
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium

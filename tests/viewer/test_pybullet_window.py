@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.pybullet.connect import CLIENTS
+from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.window.options import parse_options
 from roboyard.pybullet.window.sliders import step_of
 

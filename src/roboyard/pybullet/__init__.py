@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from roboyard.pybullet.face import constants as _constants
 from roboyard.pybullet.face.errors import error as error
-from roboyard.pybullet.face.functions import public_functions as _public_functions
+from roboyard.pybullet.functions import public_functions as _public_functions
 
 _members = {name: value for name, value in vars(_constants).items() if isinstance(value, int)}
 _members |= _public_functions()

@@ -8,7 +8,7 @@ from inspect import isbuiltin
 from typing import Any
 
 import roboyard.pybullet as bullet
-from roboyard.pybullet.connect import connect, disconnect, isConnected
+from roboyard.pybullet.connections import connect, disconnect, isConnected
 from roboyard.pybullet.face.constants import DIRECT, SHARED_MEMORY
 
 

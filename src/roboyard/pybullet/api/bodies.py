@@ -16,7 +16,7 @@ from roboyard.pybullet.state.frames import inertial_pose
 from roboyard.transforms import conjugate, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]

@@ -14,7 +14,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.constraint_records import ConstraintRecord, build, child_frame, remove
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 Vector = Sequence[float]
 _FAILED = "createConstraint failed."

@@ -13,7 +13,7 @@ from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.api.joints import OUT_OF_RANGE, joint_of
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.spherical_motors import drive_spherical_joint
-from roboyard.pybullet.connect import CLIENTS
+from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import floats, indices, number, whole
 from roboyard.pybullet.face.commands import command
@@ -17,7 +17,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.joint_tables import VELOCITY_COUNT
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 

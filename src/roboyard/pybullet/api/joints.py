@@ -13,7 +13,7 @@ from roboyard.pybullet.state.joint_groups import NO_REACTION, joint_group
 from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]
@@ -239,7 +239,7 @@ def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ..
     """Force and torque (N, N m) in the joint, in the child's inertial axes; zero while it is not measured."""
     if joint not in record.sensors:
         return NO_REACTION
-    from roboyard.pybullet.bullet_rules.reactions import reaction
+    from roboyard.pybullet.state.reactions import reaction
 
     return reaction(client.scene, record, joint)
 

@@ -10,7 +10,7 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.link_groups import LinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene

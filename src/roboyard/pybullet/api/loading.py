@@ -7,20 +7,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roboyard.errors import DescriptionError, RoboyardError
-from roboyard.pybullet.api.search import find_file, not_found_remedy
 from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
 from roboyard.pybullet.bullet_rules.models import bullet_model
-from roboyard.pybullet.connect import CLIENTS
+from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
+from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 
 if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]

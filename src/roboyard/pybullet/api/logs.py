@@ -14,7 +14,7 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.state.ids import Counter
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 
 DEFAULT_LOG_DOFS = 12

@@ -9,13 +9,13 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from roboyard.pybullet.api.search import find_file, not_found_remedy
 from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 _NOT_SAVED, _NOT_RESTORED = "Couldn't save .bullet file.", "Couldn't restore state."

@@ -10,7 +10,7 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 
 @command()

@@ -16,7 +16,7 @@ from roboyard.pybullet.face.arguments import Vector3, number, vector3, whole
 from roboyard.pybullet.face.commands import command
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 WIDTH, HEIGHT = 1024, 768
 FIELD_OF_VIEW = 90.0

@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from roboyard.errors import RoboyardError
-from roboyard.pybullet.api.search import find_file, not_found_remedy
 from roboyard.pybullet.bullet_rules.models import bullet_model
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
+from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import conjugate, multiply, quaternion_from_matrix, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 _NO_SDF, _NO_MJCF = "Cannot load SDF file.", "Couldn't load .mjcf file."
 _SELF_COLLISION = c.URDF_USE_SELF_COLLISION | c.URDF_USE_SELF_COLLISION_INCLUDE_PARENT

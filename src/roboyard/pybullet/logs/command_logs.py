@@ -9,12 +9,12 @@ import inspect
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roboyard.pybullet.face import wire
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.remote import wire
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 _LEFT_OUT = {"startStateLogging", "stopStateLogging", "setTimeOut", "submitProfileTiming"}
 _ASKING = ("get", "calculate", "rayTest", "is", "compute")

@@ -10,7 +10,7 @@ from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
     from roboyard.pybullet.api.logs import Recorder
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 FRAMES_PER_SECOND = 60
 WIDTH, HEIGHT = 640, 480

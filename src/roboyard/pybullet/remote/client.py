@@ -9,10 +9,11 @@ from typing import Any, Protocol
 
 from roboyard.pybullet.api.user_data import UserDataKey
 from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face import wire
 from roboyard.pybullet.face.arguments import number
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import error, failure
-from roboyard.pybullet.remote import rendezvous, wire
+from roboyard.pybullet.remote import rendezvous
 from roboyard.pybullet.remote.datagrams import DatagramChannel
 from roboyard.pybullet.remote.user_data_cache import UserDataCache
 

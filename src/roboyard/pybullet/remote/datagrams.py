@@ -22,7 +22,7 @@ from struct import Struct
 from time import monotonic
 from typing import TYPE_CHECKING, Any, cast
 
-from roboyard.pybullet.remote import wire
+from roboyard.pybullet.face import wire
 
 if TYPE_CHECKING:
     from roboyard.pybullet.remote.dispatch import Dispatcher

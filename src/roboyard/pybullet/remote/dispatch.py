@@ -6,10 +6,10 @@ import sys
 import traceback
 from typing import Any
 
-from roboyard.pybullet.connect import Client
+from roboyard.pybullet.connections import Client
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import error
-from roboyard.pybullet.remote.wire import WireError, encode
+from roboyard.pybullet.face.wire import WireError, encode
 
 _LOCAL = {"setTimeOut"}  # answered by the client's own side
 

@@ -9,7 +9,8 @@ from contextlib import suppress
 
 import roboyard.pybullet  # noqa: F401 - fills the table of commands
 from roboyard.errors import ConfigError, RoboyardError
-from roboyard.pybullet.remote import rendezvous, wire
+from roboyard.pybullet.face import wire
+from roboyard.pybullet.remote import rendezvous
 from roboyard.pybullet.remote.datagrams import DatagramServer
 from roboyard.pybullet.remote.dispatch import Dispatcher
 

@@ -12,7 +12,7 @@ import os
 import sys
 
 from roboyard.errors import ConfigError, MissingExtraError
-from roboyard.pybullet.connect import Client
+from roboyard.pybullet.connections import Client
 
 SWITCH = "ROBOYARD_VIEWER"
 """Environment variable: 0 keeps GUI clients without a page."""

@@ -8,7 +8,7 @@ from functools import wraps
 from typing import Any
 
 from roboyard.pybullet.api.visualizer import VisualizerCamera
-from roboyard.pybullet.connect import Client
+from roboyard.pybullet.connections import Client
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.logs.videos import open_video
 from roboyard.pybullet.window.clock import Clock

@@ -21,16 +21,16 @@ from roboyard.description.model import (
     Pose,
     Sphere,
 )
-from roboyard.pybullet.api.search import find_file, not_found_remedy
 from roboyard.pybullet.api.shapes.terrain import FAILED, heightfield, points_of, replace_heights
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import Array, multiply
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 Vector = Sequence[float]
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)

@@ -10,15 +10,15 @@ import numpy as np
 
 from roboyard.description.model import Collision, Cylinder, Mesh, Pose
 from roboyard.errors import RoboyardError
-from roboyard.pybullet.api.search import find_file, not_found_remedy
 from roboyard.pybullet.bullet_rules.mesh_objects import hull_by_hull
 from roboyard.pybullet.face.arguments import number, text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure, unavailable
+from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import Array, conjugate, matrix_from_quaternion, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.shapes.mesh import TriangleMesh
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard.description.model import Heightfield
-from roboyard.pybullet.api.search import find_file, not_found_remedy
 from roboyard.pybullet.face.arguments import text, vector3, whole
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 Vector = Sequence[float]
 FAILED = "createCollisionShape failed."

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.description.model import Mesh
-from roboyard.pybullet.api.search import find_file, not_found_remedy
 from roboyard.pybullet.face.arguments import text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 
 if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.models import BodyModel
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.sim.world import World
 

@@ -22,16 +22,16 @@ from roboyard.description.model import (
     Sphere,
     Visual,
 )
-from roboyard.pybullet.api.search import find_file
 from roboyard.pybullet.api.shapes.collision_shapes import QUARTER_TURN, at, plain_geometry
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import floats, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.file_search import find_file
 from roboyard.transforms import conjugate, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]

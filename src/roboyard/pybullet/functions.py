@@ -6,8 +6,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from roboyard.pybullet import connect
-from roboyard.pybullet.api import control, loading, old_camera
+from roboyard.pybullet import calling_forms, connections
+from roboyard.pybullet.api import control, loading
 from roboyard.pybullet.api.math import camera_matrices, rotations, transforms
 from roboyard.pybullet.face.calling import builtin, public
 from roboyard.pybullet.face.commands import COMMANDS
@@ -34,10 +34,10 @@ _TOPICS = (
     "parameters",
     "raycasts",
     "saved_files",
-    "search",
+    "state.file_search",
     "stepping",
     "shapes.textures",
-    "unavailable",
+    "soft_bodies",
     "user_data",
     "shapes.visual_shapes",
     "visualizer",
@@ -45,15 +45,15 @@ _TOPICS = (
 )
 
 FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
-    connect.connect,
-    connect.disconnect,
-    connect.getAPIVersion,
-    connect.getConnectionInfo,
-    connect.isConnected,
-    connect.isNumpyEnabled,
+    connections.connect,
+    connections.disconnect,
+    connections.getAPIVersion,
+    connections.getConnectionInfo,
+    connections.isConnected,
+    connections.isNumpyEnabled,
     control.setJointMotorControl,
     loading.loadURDF,
-    old_camera.renderImage,
+    calling_forms.renderImage,
     camera_matrices.computeProjectionMatrix,
     camera_matrices.computeProjectionMatrixFOV,
     camera_matrices.computeViewMatrix,
@@ -77,11 +77,13 @@ FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
 def public_functions() -> dict[str, Callable[..., Any]]:
     """Name to built-in for every function of the interface."""
     for topic in _TOPICS:
-        import_module(f"roboyard.pybullet.api.{topic}")
-    connect.install_commands()
+        import_module(
+            f"roboyard.pybullet.api.{topic}" if "state" not in topic else f"roboyard.pybullet.{topic}"
+        )
+    connections.install_commands()
     found: dict[str, Any] = {function.__name__: function for function in FREE_FUNCTIONS}
     for name, entry in COMMANDS.items():
         if entry.is_public:
-            found[name] = public(entry.function, connect.CLIENTS, entry.aliases, __name__)
+            found[name] = public(entry.function, connections.CLIENTS, entry.aliases, __name__)
             globals()[name] = found[name]
     return {name: builtin(found[name]) for name in sorted(found)}

@@ -10,7 +10,7 @@ from roboyard.pybullet.api.math.camera_matrices import (
     computeViewMatrix,
     computeViewMatrixFromYawPitchRoll,
 )
-from roboyard.pybullet.connect import CLIENTS
+from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.errors import failure
 

@@ -9,7 +9,7 @@ from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 _USUAL_FOLDERS = ("data", "../data", "../../data", "../../../data", "../../../../data")
 

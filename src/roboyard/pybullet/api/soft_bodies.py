@@ -11,7 +11,7 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connect import Client
+    from roboyard.pybullet.connections import Client
 
 _NO_SOFT_BODIES = "soft bodies are not simulated"
 
