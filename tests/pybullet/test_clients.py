@@ -75,7 +75,7 @@ def test_without_viser_a_window_says_once_how_to_install_it(
 ) -> None:
     monkeypatch.delenv("ROBOYARD_VIEWER", raising=False)
     monkeypatch.setitem(sys.modules, "viser", None)
-    monkeypatch.setattr("roboyard.pybullet.window._said", set())
+    monkeypatch.setattr("roboyard.pybullet.window.opener._printed", set())
     for _ in range(2):
         number = p.connect(p.GUI)
         assert p.getConnectionInfo(number)["connectionMethod"] == p.GUI

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.pybullet.connections import CLIENTS, Client
+from roboyard.pybullet.client import Client
+from roboyard.pybullet.connections import CLIENTS
 
 PRINTED_CAMERA = (
     1024,

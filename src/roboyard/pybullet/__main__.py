@@ -1,7 +1,7 @@
-"""`python -m roboyard.pybullet script.py [args]` is `roboyard run script.py [args]`."""
+"""Run a PyBullet script: `python -m roboyard.pybullet SCRIPT [ARGS]`, like `roboyard run SCRIPT [ARGS]`."""
 
 import sys
 
-from roboyard.cli import main
+from roboyard.pybullet.running import main
 
-sys.exit(main(["run", *sys.argv[1:]]))
+sys.exit(main(sys.argv[1:]))

@@ -1,7 +1,12 @@
-"""renderImage, the old way to take a picture, in its five calling forms."""
+"""Functions with irregular calling forms, which the table of commands cannot describe.
+
+loadURDF takes a pose as vectors or as numbers; setJointMotorControl and renderImage, the oldest functions,
+take positional arguments only and always use client 0.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from roboyard.pybullet.api.math.camera_matrices import (
@@ -11,31 +16,130 @@ from roboyard.pybullet.api.math.camera_matrices import (
     computeViewMatrixFromYawPitchRoll,
 )
 from roboyard.pybullet.connections import CLIENTS
+from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.errors import failure
 
-_FORMS = (2, 4, 7, 8, 11)
+Vector = Sequence[float]
+_POSE_NAMES = ("startPosX", "startPosY", "startPosZ", "startOrnX", "startOrnY", "startOrnZ", "startOrnW")
+_IMAGE_FORMS = (2, 4, 7, 8, 11)
+_BAD_MOTOR_CALL = "Error parsing arguments in setJointControl."
+_MOTOR_NAMES = ("targetPosition", "targetVelocity", "force", "positionGain", "velocityGain")
+_TARGETS = {
+    c.POSITION_CONTROL: "targetPosition",
+    c.VELOCITY_CONTROL: "targetVelocity",
+    c.TORQUE_CONTROL: "force",
+}
+
+
+# ------------------------------------------------------------------------------------------------- loadURDF
+
+
+def loadURDF(fileName: str, *args: Any, **kwargs: Any) -> int:
+    """Load a robot and return its id.
+
+    loadURDF(fileName, basePosition, baseOrientation, useMaximalCoordinates, useFixedBase, flags,
+    globalScaling, physicsClientId), or in the old form loadURDF(fileName, x, y, z), optionally followed by a
+    quaternion (x, y, z, w).
+
+    Raises:
+        error: the file does not exist or cannot be loaded.
+        TypeError: the arguments match neither form.
+    """
+    if args and _is_number(args[0]):
+        return _load_from_numbers(fileName, args, kwargs)
+    if "startPosX" in kwargs:
+        numbers = [kwargs.pop(name) for name in _POSE_NAMES if name in kwargs]
+        return _load_from_numbers(fileName, (*args, *numbers), kwargs)
+    return _load_urdf(fileName, *args, **kwargs)
+
+
+def _is_number(value: Any) -> bool:
+    return hasattr(value, "__float__") and getattr(value, "ndim", 0) == 0
+
+
+def _load_from_numbers(file_name: str, numbers: tuple[Any, ...], kwargs: dict[str, Any]) -> int:
+    if kwargs or len(numbers) not in (3, 7):
+        raise TypeError(
+            "loadURDF(fileName, x, y, z) takes three numbers, or seven with a quaternion; "
+            f"got {len(numbers)} numbers and the keywords {sorted(kwargs)}"
+        )
+    return _load_urdf(file_name, numbers[:3], numbers[3:] or (0.0, 0.0, 0.0, 1.0))
+
+
+def _load_urdf(
+    fileName: str,
+    basePosition: Vector = (0.0, 0.0, 0.0),
+    baseOrientation: Vector = (0.0, 0.0, 0.0, 1.0),
+    useMaximalCoordinates: int = -1,
+    useFixedBase: int = 0,
+    flags: int = 0,
+    globalScaling: float = -1.0,
+    physicsClientId: int = 0,
+) -> int:
+    client: Any = CLIENTS[physicsClientId]
+    return client.loadURDF(
+        fileName, basePosition, baseOrientation, useMaximalCoordinates, useFixedBase, flags, globalScaling
+    )
+
+
+# ------------------------------------------------------------------------------------- setJointMotorControl
+
+
+def setJointMotorControl(*args: Any) -> None:
+    """Control a joint of client 0: (body, joint, mode, target[, force[, gain]]), or with all targets.
+
+    With eight arguments they are (body, joint, mode, position, velocity, force, kp, kd). No keywords.
+
+    Raises:
+        error: another number of arguments, or an unknown mode.
+    """
+    if len(args) not in (4, 5, 6, 8):
+        raise failure(_BAD_MOTOR_CALL, f"expected 4, 5, 6 or 8 arguments, got {len(args)}")
+    body, joint, mode, target = args[:4]
+    keywords: dict[str, float] = {}
+    if len(args) == 8:
+        keywords = dict(zip(_MOTOR_NAMES, args[3:], strict=True))
+    else:
+        if mode not in _TARGETS or (mode == c.TORQUE_CONTROL and len(args) > 4):
+            raise failure(_BAD_MOTOR_CALL, f"control mode {mode!r} does not take {len(args)} arguments")
+        keywords[_TARGETS[mode]] = target
+        if len(args) > 4:
+            keywords["force"] = args[4]
+        if len(args) > 5:
+            keywords["positionGain" if mode == c.POSITION_CONTROL else "velocityGain"] = args[5]
+    client: Any = CLIENTS[0]
+    client.setJointMotorControl2(body, joint, mode, **keywords)
+
+
+# ---------------------------------------------------------------------------------------------- renderImage
 
 
 def renderImage(*args: Any) -> tuple[Any, ...]:
-    """Take a picture with client 0; getCameraImage is the way today.
+    """Render an image with client 0; getCameraImage is the current function.
 
     renderImage(width, height),
     renderImage(width, height, viewMatrix, projectionMatrix),
     renderImage(width, height, cameraPosition, target, up, near, far[, fov in degrees]) or
     renderImage(width, height, target, distance, yaw, pitch, roll, upAxisIndex, near, far, fov).
+
+    Returns:
+        The images of getCameraImage.
+
+    Raises:
+        error: another number of arguments.
     """
     client: Any = CLIENTS[0]
-    if len(args) not in _FORMS:
+    if len(args) not in _IMAGE_FORMS:
         raise failure(
-            "Invalid number of args passed to renderImage.", f"got {len(args)}; 2, 4, 7, 8 or 11 are taken"
+            "Invalid number of args passed to renderImage.", f"expected 2, 4, 7, 8 or 11, got {len(args)}"
         )
     width, height = whole(args[0]), whole(args[1])
-    view, projection = _matrices(width / max(height, 1), args[2:])
+    view, projection = _camera_matrices(width / max(height, 1), args[2:])
     return client.getCameraImage(width, height, view, projection)
 
 
-def _matrices(aspect: float, rest: tuple[Any, ...]) -> tuple[Any, Any]:
+def _camera_matrices(aspect: float, rest: tuple[Any, ...]) -> tuple[Any, Any]:
     if not rest:
         return None, None
     if len(rest) == 2:

@@ -4,23 +4,14 @@ from __future__ import annotations
 
 import atexit
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.api.logs import Logs
-from roboyard.pybullet.api.parameters import EngineParameters
-from roboyard.pybullet.api.user_data import UserData
-from roboyard.pybullet.api.visualizer import VisualizerCamera
-from roboyard.pybullet.bullet_rules.picture_light import PictureLight
+from roboyard.pybullet.client import Client
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.commands import COMMANDS, command
 from roboyard.pybullet.face.errors import failure, unavailable
-from roboyard.pybullet.state.debug_items import DebugItems
-from roboyard.pybullet.state.input_events import Keyboard, Mouse
 
 if TYPE_CHECKING:
     from roboyard.pybullet.remote.client import RemoteClient
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 MAX_CLIENTS = 1024
 _WINDOW_METHODS = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
@@ -35,58 +26,6 @@ _NOT_HERE = {
     c.GRAPHICS_SERVER_TCP: "pictures are rendered in this process",
     c.GRAPHICS_SERVER_MAIN_THREAD: "pictures are rendered in this process",
 }
-
-
-class Client:
-    """A connection to a world in this process. Every command of the table is a method of it."""
-
-    def __init__(self, method: int = c.DIRECT) -> None:
-        self.method = method
-        self.search_path: Path | None = None
-        self.parameters = EngineParameters()
-        self.debug_items = DebugItems()
-        self.visualizer = VisualizerCamera()
-        self.light = PictureLight()
-        self.keyboard, self.mouse = Keyboard(), Mouse()
-        self.user_data = UserData()
-        self.logs = Logs()
-        self._first_texture = 0
-        self._habits: Any = ()
-        """What scripts made lately, step by step, before the world was reset."""
-
-    scene: PhysicsScene
-    """The bodies and their world, made on first use."""
-
-    def __getattr__(self, name: str) -> Any:
-        if name != "scene":
-            raise AttributeError(f"a client has no {name!r}")
-        from roboyard.pybullet.state.physics_scene import PhysicsScene
-
-        self.scene = PhysicsScene(self.parameters, self._first_texture)
-        self.scene.world.pool.restore_history(self._habits)
-        return self.scene
-
-    def _let_go(self) -> None:
-        scene = self.__dict__.pop("scene", None)
-        if scene is not None:
-            scene.let_go()
-
-    def reset(self) -> None:
-        """Let go of everything in the world; settings stay but for gravity and iterations."""
-        if "scene" in self.__dict__:
-            self._first_texture = self.scene.textures.following
-            self._habits = self.scene.world.pool.history
-        self._let_go()
-        self.user_data = UserData()
-        self.parameters.reset()
-
-    def follow_clock(self, real_time: bool) -> None:
-        """Let the world step on its own, or no more: only a window does."""
-
-    def close(self) -> None:
-        """Finish log files and let go of the world."""
-        self.logs.stop_all()
-        self._let_go()
 
 
 class Clients(dict[int, "Client | RemoteClient"]):
@@ -109,12 +48,6 @@ class Clients(dict[int, "Client | RemoteClient"]):
 
 
 CLIENTS = Clients()
-
-
-def install_commands() -> None:
-    """Make every command of the table a method of `Client`."""
-    for name, entry in COMMANDS.items():
-        setattr(Client, name, entry.function)
 
 
 def connect(method: int, *args: Any, **kwargs: Any) -> int:
@@ -197,7 +130,7 @@ def _open_world(method: int) -> Client:
 
 
 def _open_window(method: int, options: str) -> Client:
-    from roboyard.pybullet.window import open_window
+    from roboyard.pybullet.window.opener import open_window
 
     if any(client.method in (c.GUI, c.GUI_SERVER) for client in CLIENTS.values()):
         raise failure(_ONE_WINDOW)
@@ -232,12 +165,6 @@ def isNumpyEnabled(physicsClientId: int = 0) -> int:
 def getAPIVersion(physicsClientId: int = 0) -> int:
     """Version of PyBullet's interface that this module follows."""
     return 202010061
-
-
-@command()
-def setTimeOut(client: Client, timeOutInSeconds: float) -> None:
-    """How long a remote client waits for an answer; a client in this process never waits."""
-    float(timeOutInSeconds)
 
 
 @atexit.register

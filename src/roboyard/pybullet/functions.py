@@ -6,9 +6,10 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from roboyard.pybullet import calling_forms, connections
-from roboyard.pybullet.api import control, loading
+import roboyard.pybullet.calling_forms as calling_forms
+import roboyard.pybullet.connections as connections
 from roboyard.pybullet.api.math import camera_matrices, rotations, transforms
+from roboyard.pybullet.client import install_commands
 from roboyard.pybullet.face.calling import builtin, public
 from roboyard.pybullet.face.commands import COMMANDS
 
@@ -34,14 +35,14 @@ _TOPICS = (
     "parameters",
     "raycasts",
     "saved_files",
-    "state.file_search",
     "stepping",
     "shapes.textures",
+    "plugins",
     "soft_bodies",
     "user_data",
     "shapes.visual_shapes",
+    "virtual_reality",
     "visualizer",
-    "world_files",
 )
 
 FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
@@ -51,8 +52,8 @@ FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
     connections.getConnectionInfo,
     connections.isConnected,
     connections.isNumpyEnabled,
-    control.setJointMotorControl,
-    loading.loadURDF,
+    calling_forms.setJointMotorControl,
+    calling_forms.loadURDF,
     calling_forms.renderImage,
     camera_matrices.computeProjectionMatrix,
     camera_matrices.computeProjectionMatrixFOV,
@@ -80,7 +81,7 @@ def public_functions() -> dict[str, Callable[..., Any]]:
         import_module(
             f"roboyard.pybullet.api.{topic}" if "state" not in topic else f"roboyard.pybullet.{topic}"
         )
-    connections.install_commands()
+    install_commands()
     found: dict[str, Any] = {function.__name__: function for function in FREE_FUNCTIONS}
     for name, entry in COMMANDS.items():
         if entry.is_public:

@@ -1,4 +1,4 @@
-"""Running a script written for PyBullet as it is."""
+"""Running unmodified PyBullet scripts on Roboyard."""
 
 from __future__ import annotations
 
@@ -12,33 +12,47 @@ from types import ModuleType, TracebackType
 
 from roboyard.omnigibson.import_alias import install_omnigibson_alias
 
-STAND_INS = {
+REPLACEMENTS = {
     "pybullet": "roboyard.pybullet",
     "pybullet_data": "roboyard.pybullet_data",
     "pybullet_utils.bullet_client": "roboyard.pybullet.bullet_client",
 }
-"""Module that scripts import to the one they get."""
+"""Module that scripts import to the module that replaces it."""
+USAGE_ERROR = 2
+"""Exit code for a wrong command line."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run the script of a command line `SCRIPT [ARGS]...` and return its exit code."""
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print("usage: python -m roboyard.pybullet SCRIPT [ARGS]...", file=sys.stderr)
+        return 0 if arguments else USAGE_ERROR
+    script, *rest = arguments
+    if not Path(script).exists():
+        print(f"roboyard: there is no file {script!r}; give the path of a Python script", file=sys.stderr)
+        return USAGE_ERROR
+    return run_script(script, rest)
 
 
 def install() -> None:
     """Make `import pybullet`, `pybullet_data` and `pybullet_utils.bullet_client` find Roboyard's modules.
 
-    Other modules of an installed `pybullet_utils` stay what they are; they too then work on Roboyard.
+    Other modules of an installed `pybullet_utils` stay unchanged; they then run on Roboyard too.
     """
-    for name, ours in STAND_INS.items():
-        sys.modules[name] = import_module(ours)
+    for name, replacement in REPLACEMENTS.items():
+        sys.modules[name] = import_module(replacement)
     if "pybullet_utils" not in sys.modules and find_spec("pybullet_utils") is None:
-        package = ModuleType("pybullet_utils", "Stands in for pybullet_utils, which is not installed.")
+        package = ModuleType("pybullet_utils", "Replaces pybullet_utils, which is not installed.")
         package.__path__ = []
         sys.modules["pybullet_utils"] = package
     setattr(import_module("pybullet_utils"), "bullet_client", sys.modules["pybullet_utils.bullet_client"])  # noqa: B010
 
 
 def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
-    """Run a script as `python script.py arguments...` would, with Roboyard in PyBullet's place.
+    """Run a script as `python script.py arguments...` would, with Roboyard in place of PyBullet.
 
     Returns:
-        The exit code that the script asked for; 1 after an exception, whose traceback is the script's own.
+        The exit code of the script; 1 after an exception, whose traceback starts in the script.
     """
     install()
     install_omnigibson_alias()
@@ -59,18 +73,18 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     return code
 
 
-def _exit_code(asked: object) -> int:
-    """What the interpreter makes of `sys.exit(asked)`."""
-    if asked is None:
+def _exit_code(value: object) -> int:
+    """Return the exit code of `sys.exit(value)`, as the interpreter defines it."""
+    if value is None:
         return 0
-    if isinstance(asked, int):
-        return asked
-    print(asked, file=sys.stderr)
+    if isinstance(value, int):
+        return value
+    print(value, file=sys.stderr)
     return 1
 
 
 def _from_script(trace: TracebackType | None, path: str) -> TracebackType | None:
-    """The part of a traceback that begins in the script; None for a script that does not compile."""
+    """Return the part of a traceback that begins in the script; None for a script that does not compile."""
     while trace is not None and trace.tb_frame.f_code.co_filename != path:
         trace = trace.tb_next
     return trace

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.face import constants as c
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 
 @cache

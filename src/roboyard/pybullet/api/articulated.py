@@ -14,7 +14,7 @@ from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 from roboyard.transforms import Array, matrix_from_quaternion, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 

@@ -16,7 +16,7 @@ from roboyard.pybullet.state.frames import inertial_pose
 from roboyard.transforms import conjugate, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]
@@ -56,7 +56,7 @@ def removeBody(client: Client, bodyUniqueId: int) -> None:
     """Remove a body with its constraints and user data; an unknown id is no error."""
     number = whole(bodyUniqueId)
     client.scene.remove(number)
-    client.user_data.forget_bodies([number])
+    client.user_data.remove_bodies([number])
 
 
 @command()

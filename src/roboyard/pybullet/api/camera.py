@@ -19,7 +19,7 @@ from roboyard.pybullet.state.debug_items import Line, Points
 from roboyard.transforms import rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.rendering import DebugLines
 

@@ -11,10 +11,11 @@ from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import Quaternion, number, quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.constraint_records import ConstraintRecord, build, child_frame, remove
+from roboyard.pybullet.state.constraint_building import build, child_frame, remove
+from roboyard.pybullet.state.constraint_records import ConstraintRecord
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 Vector = Sequence[float]
 _FAILED = "createConstraint failed."

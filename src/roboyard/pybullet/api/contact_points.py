@@ -1,117 +1,54 @@
-"""Contacts and nearest points."""
+"""Contacts and closest points: getContactPoints and getClosestPoints."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.contact_order import kind_of, tangents
 from roboyard.pybullet.bullet_rules.hull_margins import margins_of_hulls
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, touching
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.pybullet.state.query_shapes import Geoms, QuerySide
+    from roboyard.sim.world import World
 
 Vector = Sequence[float]
-Point = tuple[Any, ...]
-Place = tuple[int, int]
-"""Body and link."""
-ANY_LINK = -2
+_ZEROS = (0.0, 0.0, 0.0)
 
 
 @command()
 def getContactPoints(
     client: Client, bodyA: int = -1, bodyB: int = -1, linkIndexA: int = ANY_LINK, linkIndexB: int = ANY_LINK
 ) -> tuple[Point, ...]:
-    """Where bodies touch, as of the last step or performCollisionDetection.
+    """Return the contacts between bodies, as of the last step or performCollisionDetection.
 
     Args:
-        bodyA: only contacts of this body, which then comes first; -1 for all.
+        bodyA: only contacts of this body, which is then listed first; -1 for all.
         bodyB: only contacts with this body.
         linkIndexA: only contacts of this link of bodyA.
         linkIndexB: only contacts with this link of bodyB.
 
     Returns:
-        for each contact: 0, body A, body B, link A, link B, point on A and on B (m), normal on B towards A,
-        distance (m, negative where they overlap), normal force (N), friction force and direction, twice: what
-        the body feels that Bullet names first where no bodyA is given (see `contact_order`).
+        For each contact: 0, body A, body B, link A, link B, point on A and on B (m, world frame), normal on B
+        towards A, distance (m, negative for penetration), normal force (N), then friction force (N) and
+        direction, twice. Friction acts on the body that Bullet lists first (see `contact_order`).
     """
     wanted = whole(bodyA), whole(bodyB), whole(linkIndexA), whole(linkIndexB)
-    scene = client.scene
-    rows = [_listed(pair, point, wanted) for pair, point in touching(scene)]
+    rows = [_selected(pair, point, wanted) for pair, point in touching(client.scene)]
     return tuple([row for row in rows if row is not None]) if rows else ()
 
 
-def touching(scene: PhysicsScene) -> Iterable[tuple[tuple[Place, Place], Point]]:
-    """The links of each contact in Bullet's order, and the row of getContactPoints from point on A on."""
-    if scene.world.is_stale or scene.world.live_data.ncon == 0:
-        return ()
-    return _touching(scene)
+def _selected(pair: tuple[Place, Place], point: Point, wanted: tuple[int, int, int, int]) -> Point | None:
+    """Return the row of a contact with bodyA listed first, or None if the contact is not wanted.
 
-
-def _touching(scene: PhysicsScene) -> Iterator[tuple[tuple[Place, Place], Point]]:
-    from roboyard.sim.queries.contacts import contact_arrays
-
-    arrays = contact_arrays(scene.world)
-    middles = arrays.position.tolist()
-    normals = arrays.frame[:, 0].tolist()
-    forces = np.einsum("ij,ijk->ik", arrays.force, arrays.frame).tolist()
-    kinds: dict[Place, int] = {}
-    for i, distance in enumerate(arrays.distance.tolist()):
-        pushing = float(arrays.force[i, 0])
-        if distance > 0.0 and pushing <= 0.0:
-            continue
-        world_a, link_a, world_b, link_b = arrays.owners[i].tolist()
-        a, b = (scene.of_world(world_a).number, link_a - 1), (scene.of_world(world_b).number, link_b - 1)
-        is_turned = _comes_second(scene, a, b, kinds)
-        point = _point(middles[i], normals[i], distance, pushing, forces[i], is_turned=is_turned)
-        yield ((b, a) if is_turned else (a, b)), point
-
-
-def _comes_second(scene: PhysicsScene, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
-    """Whether Bullet names b first."""
-    for body, link in (a, b):
-        if (body, link) not in kinds:
-            kinds[(body, link)] = kind_of(scene.bodies[body].model.links[link + 1])
-    if kinds[a] != kinds[b]:
-        return kinds[a] < kinds[b]
-    age = scene.bodies[a[0]].body.id - scene.bodies[b[0]].body.id
-    return age > 0 or (age == 0 and a[1] > b[1])
-
-
-def _point(
-    middle: list[float],
-    normal: list[float],
-    distance: float,
-    pushing: float,
-    force: list[float],
-    *,
-    is_turned: bool,
-) -> tuple[Any, ...]:
-    """Point on A, point on B, normal on B, distance, and the forces that A feels.
-
-    Middle, normal and force are MuJoCo's: the normal points to its second geom, which feels the force.
-    """
-    half, sign = 0.5 * distance, 1.0 if is_turned else -1.0
-    on_b = (sign * normal[0], sign * normal[1], sign * normal[2])
-    first, second = tangents(on_b)
-    on_a = tuple(m + half * n for m, n in zip(middle, on_b, strict=True))
-    across = (sum(f * t for f, t in zip(force, way, strict=True)) * sign for way in (first, second))
-    first_force, second_force = across
-    return (
-        on_a, tuple(m - half * n for m, n in zip(middle, on_b, strict=True)), on_b, distance, pushing,
-        first_force, first, second_force, second,
-    )  # fmt: skip
-
-
-def _listed(pair: tuple[Place, Place], point: Point, wanted: tuple[int, int, int, int]) -> Point | None:
-    """The row of a contact as scripts get it: bodyA first where it is the second; None where unwanted.
-
-    Only bodies and places change sides then, as in Bullet: friction stays what the pair's first link feels.
+    Only bodies and points are swapped, as in Bullet: friction stays that on the pair's first link.
     """
     (body_a, link_a), (body_b, link_b) = pair
     on_a, on_b, normal, *rest = point
@@ -143,35 +80,34 @@ def getClosestPoints(
     collisionShapeOrientationA: Vector | None = None,
     collisionShapeOrientationB: Vector | None = None,
 ) -> tuple[Point, ...]:
-    """Nearest points of two bodies' links, for pairs of shapes within a distance (m); forces are 0.
+    """Return the closest points of two bodies' links, for pairs of shapes within a distance (m).
 
-    Of a body and itself every link also meets itself: as deep as the link is thin.
+    For a body and itself, every link is also compared with itself; the distance is then minus its thickness.
+    With collisionShapeA or collisionShapeB, a shape at a pose replaces that body.
 
-    With collisionShapeA or collisionShapeB a shape at a pose takes the place of that body.
+    Returns:
+        The fields of getContactPoints, with all forces 0.
+
+    Raises:
+        error: a collision shape does not exist.
     """
     import mujoco
 
-    from roboyard.pybullet.state.query_shapes import placed
+    from roboyard.pybullet.state.query_shapes import QuerySide
 
     scene = client.scene
     limit = number(distance)
-    with placed(
-        scene,
-        (
-            whole(bodyA),
-            whole(linkIndexA),
-            whole(collisionShapeA),
-            collisionShapePositionA,
-            collisionShapeOrientationA,
+    sides = (
+        QuerySide(
+            *(whole(bodyA), whole(linkIndexA), whole(collisionShapeA)),
+            *(collisionShapePositionA, collisionShapeOrientationA),
         ),
-        (
-            whole(bodyB),
-            whole(linkIndexB),
-            whole(collisionShapeB),
-            collisionShapePositionB,
-            collisionShapeOrientationB,
+        QuerySide(
+            *(whole(bodyB), whole(linkIndexB), whole(collisionShapeB)),
+            *(collisionShapePositionB, collisionShapeOrientationB),
         ),
-    ) as (world, first, second):
+    )
+    with _placed(scene, *sides) as (world, first, second):
         if not first or not second:
             return ()
         data, model = world.kinematics(), world.live_model
@@ -184,35 +120,35 @@ def getClosestPoints(
                 gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
                 if gap > reach or (gap == reach and not ends.any()):
                     continue
-                points.append(_nearest(body_a, body_b, link_a, link_b, float(gap), ends, margins))
+                points.append(_closest(body_a, body_b, link_a, link_b, float(gap), ends, margins))
         return tuple(points)
 
 
-def _nearest(
-    body_a: int,
-    body_b: int,
-    link_a: int,
-    link_b: int,
-    gap: float,
-    ends: np.ndarray,
-    margins: tuple[float, float],
-) -> Point:
-    on_a, on_b = ends[:3].copy(), ends[3:].copy()
-    normal = on_a - on_b
-    length = float(np.linalg.norm(normal))
-    normal = normal / length if length > 1e-12 else np.array([0.0, 0.0, 1.0])
-    if gap < 0.0:
-        normal = -normal
-    on_a, on_b = on_a - margins[0] * normal, on_b + margins[1] * normal
-    nothing = (0.0, 0.0, 0.0)
-    return (
-        *(0, body_a, body_b, link_a, link_b, tuple(on_a.tolist()), tuple(on_b.tolist())),
-        *(tuple(normal.tolist()), gap - sum(margins), 0.0, 0.0, nothing, 0.0, nothing),
-    )
+@contextmanager
+def _placed(scene: PhysicsScene, first: QuerySide, second: QuerySide) -> Iterator[tuple[World, Geoms, Geoms]]:
+    """Yield a world and the geoms of both sides; query shapes exist while the context lasts."""
+    from roboyard.pybullet.state.query_shapes import add_query_body, query_geoms
+
+    shapes = scene.collision_shapes
+    if first.shape >= 0 and second.shape >= 0:
+        yield scene.query_shapes.place(shapes, first, second)
+        return
+    with ExitStack() as stack:
+        added = [
+            add_query_body(scene.world, shapes, side) if side.shape >= 0 else None for side in (first, second)
+        ]
+        for body in added:
+            if body is not None:
+                stack.callback(scene.world.remove, body)
+        one, two = (
+            _geoms_of(scene, side.body, side.link) if body is None else query_geoms(body)
+            for side, body in zip((first, second), added, strict=True)
+        )
+        yield scene.world, one, two
 
 
-def geoms_of(scene: PhysicsScene, body: int, link: int) -> list[tuple[int, int, int]]:
-    """(body, link, MuJoCo geom) of a body's collision shapes, or of one link's."""
+def _geoms_of(scene: PhysicsScene, body: int, link: int) -> Geoms:
+    """Return (body, link, MuJoCo geom) of the collision shapes of a body, or of one of its links."""
     if body not in scene.bodies:
         return []
     record = scene.ready(body, "")
@@ -221,3 +157,36 @@ def geoms_of(scene: PhysicsScene, body: int, link: int) -> list[tuple[int, int, 
         if link in (ANY_LINK, index - 1):
             found += [(body, index - 1, geom) for geom in handle.geom_ids]
     return found
+
+
+def _closest(
+    body_a: int,
+    body_b: int,
+    link_a: int,
+    link_b: int,
+    gap: float,
+    ends: np.ndarray,
+    margins: tuple[float, float],
+) -> Point:
+    """Return the row of a pair of shapes.
+
+    Args:
+        body_a: first body.
+        body_b: second body.
+        link_a: link of the first body.
+        link_b: link of the second body.
+        gap: MuJoCo's distance (m), without margins.
+        ends: (6,) MuJoCo's closest points in the world frame (m).
+        margins: margins of Bullet's shapes (m), which bring the points closer.
+    """
+    on_a, on_b = ends[:3].copy(), ends[3:].copy()
+    normal = on_a - on_b
+    length = float(np.linalg.norm(normal))
+    normal = normal / length if length > 1e-12 else np.array([0.0, 0.0, 1.0])
+    if gap < 0.0:
+        normal = -normal
+    on_a, on_b = on_a - margins[0] * normal, on_b + margins[1] * normal
+    return (
+        *(0, body_a, body_b, link_a, link_b, tuple(on_a.tolist()), tuple(on_b.tolist())),
+        *(tuple(normal.tolist()), gap - sum(margins), 0.0, 0.0, _ZEROS, 0.0, _ZEROS),
+    )

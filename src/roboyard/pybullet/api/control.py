@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from math import inf
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from roboyard.pybullet.api.joints import OUT_OF_RANGE, joint_of
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
-from roboyard.pybullet.bullet_rules.spherical_motors import drive_spherical_joint
-from roboyard.pybullet.connections import CLIENTS
+from roboyard.pybullet.bullet_rules.spherical_motors import IDENTITY, set_spherical_target
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import floats, indices, number, whole
 from roboyard.pybullet.face.commands import command
@@ -17,7 +19,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.joint_tables import VELOCITY_COUNT
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
@@ -59,9 +61,9 @@ def setJointMotorControl2(
     """
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
-    if record is not None and record.drives is not None:
+    if record is not None and record.motor_commands is not None:
         try:
-            if record.drives.set(
+            if record.motor_commands.set(
                 jointIndex, controlMode, targetPosition, targetVelocity, force, positionGain, velocityGain,
                 maxVelocity, client.parameters.time_step,
             ):  # fmt: skip
@@ -93,13 +95,13 @@ def setJointMotorControlArray(
     """`setJointMotorControl2` of several joints at once."""
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
-    if record is not None and record.drives is not None:
+    if record is not None and record.motor_commands is not None:
         try:
-            if record.drives.set_many(
+            if record.motor_commands.set_many(
                 jointIndices, controlMode, targetPositions, targetVelocities, forces, positionGains,
                 velocityGains, client.parameters.time_step,
             ):  # fmt: skip
-                scene.waiting.add(record.drives)
+                scene.waiting.add(record.motor_commands)
                 return
         except TypeError:
             pass  # said below, in PyBullet's words
@@ -180,11 +182,9 @@ def setJointMotorControlMultiDofArray(
         _as_many(values, count, None) for values in (targetPositions, targetVelocities, forces)
     ]
     if controlMode == c.STABLE_PD_CONTROL:
-        from roboyard.pybullet.bullet_rules.stable_pd import drive
-
         records = [joint_of(client, bodyUniqueId, joint) for joint in joints]
         if records:
-            drive(client.scene, records[0], joints, lists[0], lists[1], lists[2], kps, kds)
+            _drive_stable(client.scene, records[0], joints, lists[0], lists[1], lists[2], kps, kds)
         return
     for i, joint in enumerate(joints):
         record = joint_of(client, bodyUniqueId, joint)
@@ -192,35 +192,6 @@ def setJointMotorControlMultiDofArray(
         _drive_many(
             client.scene, record, joint, controlMode, position, velocity, force, kps[i], kds[i], fastest[i]
         )
-
-
-def setJointMotorControl(*args: Any) -> None:
-    """The oldest form, on client 0: (body, joint, mode, target[, force[, gain]]) or with all of the targets.
-
-    With eight arguments they are (body, joint, mode, position, velocity, force, kp, kd). No keywords.
-    """
-    if len(args) not in (4, 5, 6, 8):
-        raise failure("Error parsing arguments in setJointControl.")
-    body, joint, mode, target = args[:4]
-    keywords: dict[str, float] = {}
-    if len(args) == 8:
-        names = ("targetPosition", "targetVelocity", "force", "positionGain", "velocityGain")
-        keywords = dict(zip(names, args[3:], strict=True))
-    else:
-        name = {
-            c.POSITION_CONTROL: "targetPosition",
-            c.VELOCITY_CONTROL: "targetVelocity",
-            c.TORQUE_CONTROL: "force",
-        }
-        if mode not in name or (mode == c.TORQUE_CONTROL and len(args) > 4):
-            raise failure("Error parsing arguments in setJointControl.")
-        keywords[name[mode]] = target
-        if len(args) > 4:
-            keywords["force"] = args[4]
-        if len(args) > 5:
-            keywords["positionGain" if mode == c.POSITION_CONTROL else "velocityGain"] = args[5]
-    client: Any = CLIENTS[0]
-    client.setJointMotorControl2(body, joint, mode, **keywords)
 
 
 # ------------------------------------------------------------------------------------------------- helpers
@@ -253,10 +224,12 @@ def _drive(
         )
         return
     scene.give_motors_to(record)
-    if record.drives is None:
-        record.drives = MotorCommands(record, scene.world.motors.of(record.body))
-    record.drives.flush()
-    record.drives.bounds_changed()
+    if record.motor_commands is None:
+        record.motor_commands = MotorCommands(
+            scene.world.motors.of(record.body), record.infos, record.body.dof_offsets, record.motors_off
+        )
+    record.motor_commands.flush()
+    record.motor_commands.bounds_changed()
     scene.keep_applied(record, joint, off=force == 0.0)
     impulse = force * scene.time_step
     if mode == c.VELOCITY_CONTROL:
@@ -289,7 +262,72 @@ def _drive_many(
     if mode == c.TORQUE_CONTROL:
         scene.add_spherical_torque(record, joint, forces)
         return
-    drive_spherical_joint(scene, record, joint, position, velocity, forces, kp, damping)
+    _drive_spherical(scene, record, joint, position, velocity, forces, kp, damping)
+
+
+def _drive_spherical(
+    scene: PhysicsScene, record: BodyRecord, joint: int, position: Vector | None, velocity: Vector | None,
+    forces: Sequence[float], kp: float, damping: float,
+) -> None:  # fmt: skip
+    """POSITION_CONTROL; without four numbers of position or three of velocity nothing changes."""
+    is_aimed = position is not None and len(position) == 4
+    if not is_aimed and (velocity is None or len(velocity) != 3):
+        return
+    scene.give_motors_to(record)
+    scene.keep_applied(record, joint, off=not any(forces))
+    target = tuple(map(number, position)) if position is not None and is_aimed else IDENTITY
+    impulse = [force * scene.time_step for force in forces]
+    set_spherical_target(scene.world, record.body.joints[joint], target, kp, impulse, damping)
+
+
+def _drive_stable(
+    scene: PhysicsScene,
+    record: BodyRecord,
+    joints: Sequence[int],
+    positions: Sequence[Any],
+    velocities: Sequence[Any],
+    forces: Sequence[Any],
+    kps: Sequence[float],
+    kds: Sequence[float],
+) -> None:
+    """Apply stable PD torques to joints for one step; None in a list is zero, or no limit for a force."""
+    from roboyard.pybullet.bullet_rules.stable_pd import StablePdTargets, rotation_error, stable_pd_torque
+
+    world = scene.world
+    world.ensure_compiled()
+    model, data, live = world.live_model, scene.spare_data(), world.live_data
+    data.qpos[:], data.qvel[:] = live.qpos, live.qvel
+    targets = StablePdTargets.zeros(model.nv)
+    driven: list[int] = []
+    for joint, position, velocity, force, kp, kd in zip(
+        joints, positions, velocities, forces, kps, kds, strict=True
+    ):
+        place = record.velocities_of(joint)
+        size = place.stop - place.start
+        if not size:
+            continue
+        targets.kp[place], targets.kd[place] = kp, kd
+        targets.velocity_target[place] = _per_dof(velocity, size, 0.0)
+        targets.limit[place] = _per_dof(force, size, inf)
+        if position is not None:
+            now, goal = data.qpos[record.positions_of(joint)], [number(value) for value in position]
+            error = rotation_error(now, goal) if len(now) == 4 else np.array(goal[:1]) - now
+            targets.position_error[place] = error
+        driven += range(place.start, place.stop)
+    own = [d for j in range(record.joint_count) for d in range(*record.velocities_of(j).indices(model.nv))]
+    if record.free is not None:
+        own = [*range(record.body.free_dof, record.body.free_dof + 6), *own]
+    torque = stable_pd_torque(model, data, scene.time_step, targets, own)
+    live.qfrc_applied[driven] += torque[driven]
+    world.wrenches.pending = True
+
+
+def _per_dof(values: Any, size: int, default: float) -> list[float]:
+    """Return one number per degree of freedom: one for all, or the first `size`; the default for None."""
+    if values is None:
+        return [default] * size
+    found = [number(value) for value in values]
+    return (found * size if len(found) == 1 else found)[:size]
 
 
 def _spread(values: Vector, size: int) -> list[float]:

@@ -14,7 +14,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.debug_items import Line, Parameter, Points, Text
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 Vector = Sequence[float]
 _WHITE = (1.0, 1.0, 1.0)

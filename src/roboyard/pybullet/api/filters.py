@@ -8,7 +8,7 @@ from roboyard.pybullet.face.arguments import whole
 from roboyard.pybullet.face.commands import command
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 
 @command()

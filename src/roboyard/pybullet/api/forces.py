@@ -14,7 +14,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.transforms import rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 Vector = Sequence[float]
 

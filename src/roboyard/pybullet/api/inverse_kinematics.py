@@ -15,7 +15,7 @@ from roboyard.transforms import Array
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 

@@ -13,7 +13,7 @@ from roboyard.pybullet.state.joint_groups import NO_REACTION, joint_group
 from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]
@@ -208,7 +208,7 @@ def _state(client: Client, record: BodyRecord, joint: int) -> State:
     scene = client.scene
     if record.is_scalar[joint] and not record.sensors:
         dof = record.velocity_addresses[joint]
-        if joint in record.limp or scene.motor_revision != record.revision:
+        if joint in record.motors_off or scene.motor_revision != record.revision:
             applied = record.applied[joint]
         else:
             applied = scene.motor_forces().item(dof)

@@ -10,9 +10,8 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.link_groups import LinkReader
+    from roboyard.pybullet.client import Client
+    from roboyard.pybullet.state.body_records import BodyRecord, LinkReader
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 State = tuple[Any, ...]
@@ -76,7 +75,7 @@ def getLinkStates(
         return tuple(read(link, computeLinkVelocity) if 0 <= link < count else None for link in links)
     from roboyard.pybullet.state.link_groups import link_group
 
-    return link_group(scene, record, links).read()
+    return link_group(scene.world, record, links).read()
 
 
 def _known(scene: PhysicsScene, body: int) -> BodyRecord:
@@ -91,4 +90,4 @@ def _reader(scene: PhysicsScene, record: BodyRecord) -> LinkReader:
         return record.link_reader
     from roboyard.pybullet.state.link_groups import link_reader
 
-    return link_reader(scene, record)
+    return link_reader(scene.world, record)

@@ -1,75 +1,40 @@
-"""loadURDF: finding, reading and placing robots."""
+"""Loading robots and scenes from files: loadURDF, loadSDF, loadMJCF and the search path."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
 from roboyard.pybullet.bullet_rules.models import bullet_model
-from roboyard.pybullet.connections import CLIENTS
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
+from roboyard.transforms import conjugate, multiply, quaternion_from_matrix, rotate
 
 if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]
-_NOT_LOADED = "Cannot load URDF file."
+_NO_URDF, _NO_SDF, _NO_MJCF = "Cannot load URDF file.", "Cannot load SDF file.", "Couldn't load .mjcf file."
 _SELF_COLLISION = c.URDF_USE_SELF_COLLISION | c.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
+_CACHE_SIZE = 64
+_cache: dict[tuple[Path, int, int], RobotDescription] = {}
+"""Parsed files by path, modification time and size."""
 
 
-def loadURDF(fileName: str, *args: Any, **kwargs: Any) -> int:
-    """Load a robot and give its id.
-
-    loadURDF(fileName, basePosition, baseOrientation, useMaximalCoordinates, useFixedBase, flags,
-    globalScaling, physicsClientId), or in the old form loadURDF(fileName, x, y, z) with a quaternion (x, y,
-    z, w) after it or not.
-    """
-    if args and _is_number(args[0]):
-        return _load_from_numbers(fileName, args, kwargs)
-    if "startPosX" in kwargs:
-        numbers = [kwargs.pop(name) for name in _OLD_NAMES if name in kwargs]
-        return _load_from_numbers(fileName, (*args, *numbers), kwargs)
-    return _load_urdf(fileName, *args, **kwargs)
-
-
-_OLD_NAMES = ("startPosX", "startPosY", "startPosZ", "startOrnX", "startOrnY", "startOrnZ", "startOrnW")
-
-
-def _is_number(value: Any) -> bool:
-    return hasattr(value, "__float__") and getattr(value, "ndim", 0) == 0
-
-
-def _load_from_numbers(file_name: str, numbers: tuple[Any, ...], kwargs: dict[str, Any]) -> int:
-    if kwargs or len(numbers) not in (3, 7):
-        raise TypeError("loadURDF(fileName, x, y, z) takes three numbers, or seven with a quaternion")
-    return _load_urdf(file_name, numbers[:3], numbers[3:] or (0.0, 0.0, 0.0, 1.0))
-
-
-def _load_urdf(
-    fileName: str,
-    basePosition: Vector = (0.0, 0.0, 0.0),
-    baseOrientation: Vector = (0.0, 0.0, 0.0, 1.0),
-    useMaximalCoordinates: int = -1,
-    useFixedBase: int = 0,
-    flags: int = 0,
-    globalScaling: float = -1.0,
-    physicsClientId: int = 0,
-) -> int:
-    client: Any = CLIENTS[physicsClientId]
-    return client.loadURDF(
-        fileName, basePosition, baseOrientation, useMaximalCoordinates, useFixedBase, flags, globalScaling
-    )
+@command()
+def setAdditionalSearchPath(client: Client, path: str) -> None:
+    """Set the folder where files are searched after the working directory; it replaces the previous one."""
+    client.search_path = Path(text(path))
 
 
 @command(name="loadURDF", is_public=False)
@@ -83,13 +48,15 @@ def _load_urdf_command(
     flags: int,
     globalScaling: float,
 ) -> int:
-    """The one form behind all calling forms of loadURDF."""
+    """Load a robot and return its id; all calling forms of loadURDF end here.
+
+    Raises:
+        error: the file does not exist or cannot be loaded.
+    """
     position = vector3(basePosition, "Cannot convert basePosition.")
     orientation = quaternion(baseOrientation, "Cannot convert baseOrientation.")
     given_flags, scale = whole(flags), number(globalScaling)
-    path = find_file(client, text(fileName))
-    if path is None:
-        raise failure(_NOT_LOADED, not_found_remedy(client, fileName))
+    path = _existing(client, fileName, _NO_URDF)
     try:
         description = read_description(client, path)
         model = bullet_model(
@@ -107,54 +74,136 @@ def _load_urdf_command(
             kind=RIGID_BODY if whole(useMaximalCoordinates) == 1 else MULTIBODY,
         )
     except RoboyardError as problem:
-        raise failure(_NOT_LOADED, *str(problem).splitlines()) from problem
+        raise failure(_NO_URDF, *str(problem).splitlines()) from problem
     attach_from_file(client, record)
-    _filter_as_said(client, record)
+    _apply_file_filters(client, record)
     return record.number
 
 
-def _filter_as_said(client: Client, record: BodyRecord) -> None:
-    """Filter groups and masks that collisions of the file have as attributes; a link's last one holds."""
+def _apply_file_filters(client: Client, record: BodyRecord) -> None:
+    """Apply the collision groups and masks of the file; the last collision of a link counts."""
     filters = client.scene.filters
     for link, part in enumerate(record.model.links, start=-1):
-        said = {
+        given = {
             key: int(value)
             for shape in part.collisions
             for key, value in shape.attributes
             if key in ("group", "mask") and value.strip().lstrip("-").isdigit()
         }
-        if said:
-            group = said.get("group", filters.group_of(record.number, link))
-            filters.set_group((record.number, link), group, said.get("mask", -1))
+        if given:
+            group = given.get("group", filters.group_of(record.number, link))
+            filters.set_group((record.number, link), group, given.get("mask", -1))
 
 
 def read_description(client: Client, path: Path) -> RobotDescription:
-    """A URDF file, read as leniently as Bullet does; kept for the next body from the same file.
+    """Return the description of a URDF file, parsed as leniently as Bullet does; cached by file.
 
     Raises:
-        DescriptionError: it cannot be used, or a joint lacks the limit that Bullet demands.
+        DescriptionError: the file is not usable, or a joint lacks the limit that Bullet requires.
     """
     from roboyard.description import load_description
 
     stamp = path.stat()
     key = (path, stamp.st_mtime_ns, stamp.st_size)
-    found = _read.get(key) if client.parameters.file_caching else None
+    found = _cache.get(key) if client.parameters.file_caching else None
     if found is None:
-        search = [client.search_path.absolute()] if client.search_path else []
+        search = _search_paths(client)
         found = load_description(path, search_paths=search, missing_meshes="note", words_are_zero=True)
         for joint in found.joints:
             if joint.type in ("revolute", "prismatic") and joint.limit is None:
                 raise DescriptionError(
-                    'a revolute or prismatic joint needs a <limit>; add one, or use type="continuous"',
+                    f'a {joint.type} joint needs a <limit>; add one, or use type="continuous"',
                     file=path,
                     line=joint.source.line,
                     element=f'joint "{joint.name}"',
                 )
-        found = _read[key] = shared_materials(found)
-        while len(_read) > _KEPT:
-            del _read[next(iter(_read))]
+        found = _cache[key] = shared_materials(found)
+        while len(_cache) > _CACHE_SIZE:
+            del _cache[next(iter(_cache))]
     return found
 
 
-_KEPT = 64
-_read: dict[tuple[Path, int, int], RobotDescription] = {}
+@command()
+def loadSDF(
+    client: Client, sdfFileName: str, useMaximalCoordinates: int = 0, globalScaling: float = -1.0
+) -> tuple[int, ...]:
+    """Load every model of an SDF file and return their ids.
+
+    Raises:
+        error: the file does not exist or cannot be loaded.
+    """
+    from roboyard.pybullet.readers.sdf import load_sdf
+
+    path = _existing(client, sdfFileName, _NO_SDF)
+    scale = number(globalScaling) if number(globalScaling) > 0 else 1.0
+    rigid = whole(useMaximalCoordinates) == 1
+    ids = []
+    try:
+        for part in load_sdf(path, _search_paths(client)):
+            model = bullet_model(part.description, scale=scale, fixed_base=part.is_static)
+            record = client.scene.add(
+                model,
+                part.pose[:3, 3] * scale,
+                quaternion_from_matrix(part.pose[:3, :3]),
+                file=str(path),
+                kind=RIGID_BODY if rigid and len(model.links) == 1 else MULTIBODY,
+            )
+            ids.append(record.number)
+    except RoboyardError as problem:
+        raise failure(_NO_SDF, *str(problem).splitlines()) from problem
+    return tuple(ids)
+
+
+@command()
+def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: int = 1) -> tuple[int, ...]:
+    """Load every top-level body of an MJCF file, and each fixed shape, and return their ids.
+
+    Bullet reads a subset of MJCF and makes a link of its own for every joint; this function does the same.
+    `World.add_mjcf` reads the whole format.
+
+    Raises:
+        error: the file does not exist or cannot be loaded.
+    """
+    from roboyard.pybullet.readers.mjcf import load_mjcf
+    from roboyard.pybullet.readers.mjcf_inertia import bullet_bounds, bullet_moments
+
+    path = _existing(client, mjcfFileName, _NO_MJCF)
+    given = whole(flags)
+    ids = []
+    scene = client.scene
+    try:
+        for part in load_mjcf(path, _search_paths(client), colors=bool(given & c.MJCF_COLORS_FROM_FILE)):
+            model = bullet_model(
+                part.description,
+                flags=given,
+                moments_of=bullet_moments(given),
+                bounds_of=bullet_bounds(given),
+            )
+            frame = model.links[0].frame
+            orientation = multiply(part.orientation, conjugate(frame.quaternion))
+            record = scene.add(
+                model,
+                part.position - rotate(orientation, frame.position),
+                orientation,
+                self_collision=bool(given & _SELF_COLLISION),
+                file=str(path),
+                kind=RIGID_BODY if not whole(useMultiBody) and len(model.links) == 1 else MULTIBODY,
+            )
+            ids.append(record.number)
+            for name, (group, mask) in part.filters.items():
+                if (group, mask) != (1, 1):
+                    scene.filters.set_group((record.number, model.index_by_name[name]), group, mask)
+    except RoboyardError as problem:
+        raise failure(_NO_MJCF, *str(problem).splitlines()) from problem
+    return tuple(ids)
+
+
+def _existing(client: Client, name: str, message: str) -> Path:
+    path = find_file(client.search_path, text(name))
+    if path is None:
+        raise failure(message, not_found_remedy(client.search_path, name))
+    return path
+
+
+def _search_paths(client: Client) -> list[Path]:
+    return [client.search_path.absolute()] if client.search_path else []

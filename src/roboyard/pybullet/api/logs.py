@@ -2,111 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from pathlib import Path
-from time import perf_counter
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import indices, text, whole
 from roboyard.pybullet.face.commands import command
-from roboyard.pybullet.state.ids import Counter
+from roboyard.pybullet.logs.profile_timings import ProfileTimings
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 
 DEFAULT_LOG_DOFS = 12
-
-
-class Recorder(Protocol):
-    """One log file that is being written."""
-
-    def record(self, client: Client) -> None:
-        """Write what one step left behind."""
-        ...
-
-    def close(self) -> None:
-        """Finish the file."""
-        ...
-
-
-class Logs:
-    """Recorders by id, counted from 0."""
-
-    def __init__(self) -> None:
-        self._ids = Counter()
-        self._recorders: dict[int, Recorder] = {}
-        self.timings: ProfileTimings | None = None
-
-    def start(self, recorder: Recorder) -> int:
-        number = self._ids.take()
-        self._recorders[number] = recorder
-        return number
-
-    def stop(self, number: int) -> None:
-        recorder = self._recorders.pop(number, None)
-        if recorder is not None:
-            recorder.close()
-            if recorder is self.timings:
-                self.timings = None
-
-    def stop_all(self) -> None:
-        for number in list(self._recorders):
-            self.stop(number)
-
-    def after_step(self, client: Client) -> None:
-        """Let every recorder write; stepSimulation calls this."""
-        for recorder in self._recorders.values():
-            recorder.record(client)
-
-    def __bool__(self) -> bool:
-        return bool(self._recorders)
-
-
-class ProfileTimings:
-    """Spans between submitProfileTiming calls and from step to step, as a trace for chrome://tracing."""
-
-    def __init__(self, file_name: str) -> None:
-        self._path = Path(f"{file_name}_0.json")
-        self._origin = perf_counter()
-        self._events: list[dict[str, object]] = []
-        self._open: list[tuple[str, float]] = []
-        self._last_step = self._origin
-
-    def push(self, name: str) -> None:
-        self._open.append((name, perf_counter()))
-
-    def pop(self) -> None:
-        if self._open:
-            name, start = self._open.pop()
-            self._add(name, start, perf_counter())
-
-    def record(self, client: Client) -> None:
-        now = perf_counter()
-        self._add("stepSimulation", self._last_step, now)
-        self._last_step = now
-
-    def close(self) -> None:
-        while self._open:
-            self.pop()
-        trace = {"traceEvents": self._events, "displayTimeUnit": "ns"}
-        self._path.write_text(json.dumps(trace), encoding="utf-8")
-
-    def _add(self, name: str, start: float, end: float) -> None:
-        micro = 1e6
-        self._events.append(
-            {
-                "cat": "timing",
-                "pid": 1,
-                "tid": 0,
-                "name": name,
-                "ph": "X",
-                "ts": (start - self._origin) * micro,
-                "dur": (end - start) * micro,
-            }
-        )
 
 
 @command()
@@ -146,10 +54,9 @@ def startStateLogging(
     name = text(fileName)
     kind = whole(loggingType)
     if kind == c.STATE_LOGGING_PROFILE_TIMINGS:
-        if client.logs.timings is not None:
+        if client.logs.first_of(ProfileTimings) is not None:
             return None
-        client.logs.timings = ProfileTimings(name)
-        return client.logs.start(client.logs.timings)
+        return client.logs.start(ProfileTimings(name))
     if kind == c.STATE_LOGGING_ALL_COMMANDS:
         from roboyard.pybullet.logs.command_logs import CommandLog
 
@@ -161,14 +68,14 @@ def startStateLogging(
     if kind == c.STATE_LOGGING_VR_CONTROLLERS:
         from roboyard.pybullet.logs.robot_logs import ControllerLog
 
-        return client.logs.start(ControllerLog(name))
+        return client.logs.start(ControllerLog(client, name))
     if kind == c.STATE_LOGGING_MINITAUR:
         from roboyard.pybullet.logs.robot_logs import MinitaurLog, minitaur_motors
 
         bodies = indices(objectUniqueIds, "expected a sequence of object ids")
         record = client.scene.bodies.get(bodies[0]) if bodies else None
         motors = None if record is None else minitaur_motors(record)
-        return None if motors is None else client.logs.start(MinitaurLog(name, bodies[0], motors))
+        return None if motors is None else client.logs.start(MinitaurLog(client, name, bodies[0], motors))
     if kind == c.STATE_LOGGING_GENERIC_ROBOT:
         from roboyard.pybullet.logs.robot_logs import RobotLog
 
@@ -176,18 +83,18 @@ def startStateLogging(
         bodies = indices(objectUniqueIds, "expected a sequence of object ids")
         dofs = whole(maxLogDof) if whole(maxLogDof) >= 0 else DEFAULT_LOG_DOFS
         torques = flags & c.STATE_LOG_JOINT_TORQUES if flags > 0 else 0
-        log = RobotLog(name, bodies, dofs, torques)
+        log = RobotLog(client, name, bodies, dofs, torques)
         client.scene.keeps_given_torques |= log.wants_given_torques
         return client.logs.start(log)
     if kind == c.STATE_LOGGING_CONTACT_POINTS:
         from roboyard.pybullet.logs.robot_logs import ContactLog
 
         wanted = whole(bodyUniqueIdA), whole(bodyUniqueIdB), whole(linkIndexA), whole(linkIndexB)
-        return client.logs.start(ContactLog(name, wanted))
+        return client.logs.start(ContactLog(client, name, wanted))
     if kind == c.STATE_LOGGING_VIDEO_MP4:
         from roboyard.pybullet.logs.videos import open_video
 
-        return client.logs.start(open_video(name))
+        return client.logs.start(open_video(client, name))
     return None
 
 
@@ -200,7 +107,7 @@ def stopStateLogging(client: Client, loggingId: int) -> None:
 @command()
 def submitProfileTiming(client: Client, eventName: str | None = None) -> None:
     """Open a span of this name in the timings log; without a name close the one opened last."""
-    timings = client.logs.timings
+    timings = client.logs.first_of(ProfileTimings)
     if timings is None:
         return
     if eventName is None:

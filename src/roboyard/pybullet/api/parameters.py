@@ -2,50 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
-
-DEFAULT_ITERATIONS = 50
-
-
-@dataclass(kw_only=True, slots=True)
-class EngineParameters:
-    time_step: float = 1.0 / 240.0
-    """s"""
-    sub_steps: int = 0
-    """Parts into which a step is cut; 0 and 1 mean whole steps."""
-    iterations: int = DEFAULT_ITERATIONS
-    inner_iterations: int = 1
-    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """m/s²"""
-    real_time: int = 0
-    """As set; without a window time moves only with stepSimulation."""
-    contact_breaking_threshold: float = 0.02
-    """m"""
-    restitution_velocity_threshold: float = 0.2
-    """m/s; slower impacts do not bounce."""
-    cone_friction: int = 1
-    file_caching: int = 1
-    feedback_mode: int = 0
-    """Bits of JOINT_FEEDBACK_IN_WORLD_SPACE and JOINT_FEEDBACK_IN_JOINT_FRAME."""
-    report_analytics: int = 0
-    others: dict[str, float] = field(default_factory=dict)
-    """Settings of Bullet's own solver: kept, without effect on this engine."""
-    revision: int = 0
-    """Counts changes, so that the world takes them over when it has to."""
-
-    def reset(self) -> None:
-        """What resetSimulation changes: gravity and iterations."""
-        self.gravity = (0.0, 0.0, 0.0)
-        self.iterations = DEFAULT_ITERATIONS
-        self.inner_iterations = 1
-        self.revision += 1
+    from roboyard.pybullet.client import Client
+    from roboyard.pybullet.state.engine_parameters import EngineParameters
 
 
 @command()
@@ -164,3 +128,9 @@ def getPhysicsEngineParameters(client: Client) -> dict[str, float]:
         "gravityAccelerationZ": p.gravity[2],
         "numNonContactInnerIterations": p.inner_iterations,
     }
+
+
+@command()
+def setTimeOut(client: Client, timeOutInSeconds: float) -> None:
+    """Set how long a remote client waits for an answer (s); a client in this process does not wait."""
+    number(timeOutInSeconds)

@@ -16,7 +16,7 @@ from roboyard.sim.queries.rays import first_shape
 from roboyard.transforms import rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
     from roboyard.sim.queries.rays import RayHits

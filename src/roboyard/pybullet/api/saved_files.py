@@ -15,7 +15,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 _NOT_SAVED, _NOT_RESTORED = "Couldn't save .bullet file.", "Couldn't restore state."
@@ -48,9 +48,9 @@ def restore_from_file(client: Client, file_name: str) -> None:
     Raises:
         error: the file is not there, is no such file, or was saved with other bodies.
     """
-    path = find_file(client, text(file_name))
+    path = find_file(client.search_path, text(file_name))
     if path is None:
-        raise failure(_NOT_RESTORED, not_found_remedy(client, file_name))
+        raise failure(_NOT_RESTORED, not_found_remedy(client.search_path, file_name))
     try:
         with np.load(path, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
@@ -103,9 +103,9 @@ def saveWorld(client: Client, worldFileName: str) -> None:
 @command()
 def loadBullet(client: Client, bulletFileName: str) -> tuple[int, ...]:
     """Bullet's own files hold its internal structures and cannot be read; always raises."""
-    path = find_file(client, text(bulletFileName))
+    path = find_file(client.search_path, text(bulletFileName))
     remedy = (
-        not_found_remedy(client, bulletFileName)
+        not_found_remedy(client.search_path, bulletFileName)
         if path is None
         else "load bodies from their own files; restoreState(fileName=...) reads what saveBullet wrote"
     )

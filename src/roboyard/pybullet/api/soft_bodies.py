@@ -1,60 +1,17 @@
-"""What cannot be had here: virtual reality, native plug-ins, soft bodies. Each says so when it is used."""
+"""Soft bodies, which are not simulated: every function raises an error."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
-_NO_SOFT_BODIES = "soft bodies are not simulated"
-
-
-@command()
-def getVREvents(client: Client, deviceTypeFilter: int = 1, allAnalogAxes: int = 0) -> tuple[Any, ...]:
-    """No events: there are no virtual reality devices."""
-    return ()
-
-
-@command()
-def setVRCameraState(
-    client: Client,
-    rootPosition: Sequence[float] | None = None,
-    rootOrientation: Sequence[float] | None = None,
-    trackObject: int = -2,
-    trackObjectFlag: int = -1,
-) -> None:
-    """Nothing: there are no virtual reality devices."""
-
-
-@command()
-def loadPlugin(client: Client, pluginPath: str, postFix: str = "") -> int:
-    """-1, PyBullet's answer for one that does not load: plug-ins are compiled against Bullet's own code."""
-    print(f"roboyard: cannot load the Bullet plug-in {text(pluginPath)!r}", file=sys.stderr)
-    return -1
-
-
-@command()
-def unloadPlugin(client: Client, pluginUniqueId: int) -> None:
-    """Nothing: no plug-in is ever loaded."""
-
-
-@command()
-def executePluginCommand(
-    client: Client,
-    pluginUniqueId: int,
-    textArgument: str = "",
-    intArgs: Sequence[int] = (),
-    floatArgs: Sequence[float] = (),
-) -> int:
-    """-1: no plug-in is ever loaded."""
-    return -1
+_NO_SOFT_BODIES = "soft bodies are not simulated; use rigid links connected by joints or constraints"
 
 
 @command()
@@ -82,7 +39,11 @@ def loadSoftBody(
     repulsionStiffness: float = 0.5,
     simFileName: str = "",
 ) -> int:
-    """Soft bodies are not simulated; always raises."""
+    """Raise an error: soft bodies are not simulated.
+
+    Raises:
+        error: always.
+    """
     raise failure("Cannot load soft body.", _NO_SOFT_BODIES)
 
 
@@ -95,17 +56,29 @@ def createSoftBodyAnchor(
     linkIndex: int = -1,
     bodyFramePosition: Sequence[float] = (0, 0, 0),
 ) -> int:
-    """Soft bodies are not simulated; always raises."""
+    """Raise an error: soft bodies are not simulated.
+
+    Raises:
+        error: always.
+    """
     raise failure("createSoftBodyAnchor failed.", _NO_SOFT_BODIES)
 
 
 @command()
 def getTetraMeshData(client: Client, bodyUniqueId: int, flags: int = 0) -> tuple[Any, ...]:
-    """Soft bodies are not simulated; always raises."""
+    """Raise an error: soft bodies are not simulated.
+
+    Raises:
+        error: always.
+    """
     raise failure("getTetraMeshData failed", _NO_SOFT_BODIES)
 
 
 @command()
 def resetMeshData(client: Client, bodyUniqueId: int, vertices: Sequence[Sequence[float]]) -> None:
-    """Soft bodies are not simulated; always raises."""
+    """Raise an error: soft bodies are not simulated.
+
+    Raises:
+        error: always.
+    """
     raise failure("resetMeshData failed", _NO_SOFT_BODIES)

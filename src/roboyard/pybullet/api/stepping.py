@@ -10,7 +10,7 @@ from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 
 @command()
@@ -19,7 +19,7 @@ def stepSimulation(client: Client) -> tuple[Any, ...]:
     scene = client.scene
     scene.step()
     if client.logs:
-        client.logs.after_step(client)
+        client.logs.after_step()
     return ()
 
 

@@ -2,74 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from roboyard.pybullet.face.arguments import text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.ids import IdPool
+from roboyard.pybullet.state.user_data import UserDataKey
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from xml.etree.ElementTree import Element
 
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
-
-
-@dataclass(frozen=True, slots=True)
-class UserDataKey:
-    """What an entry hangs on, and its key."""
-
-    body: int
-    link: int
-    shape: int
-    key: str
-
-
-class UserData:
-    """Entries by id, counted from 0; ids freed last come back first."""
-
-    def __init__(self) -> None:
-        self._ids = IdPool()
-        self._values: dict[int, bytes] = {}
-        self._places: dict[int, UserDataKey] = {}
-        self._numbers: dict[UserDataKey, int] = {}
-
-    def put(self, place: UserDataKey, value: str) -> int:
-        """Id of the entry: the same one where the place has an entry."""
-        number = self._numbers.get(place)
-        if number is None:
-            number = self._ids.take()
-            self._numbers[place] = number
-            self._places[number] = place
-        self._values[number] = value.encode()
-        return number
-
-    def find(self, place: UserDataKey) -> int:
-        return self._numbers.get(place, -1)
-
-    def value(self, number: int) -> bytes | None:
-        return self._values.get(number)
-
-    def remove(self, number: int) -> bool:
-        """False where there is no such entry."""
-        place = self._places.pop(number, None)
-        if place is None:
-            return False
-        del self._numbers[place], self._values[number]
-        self._ids.free(number)
-        return True
-
-    def of_body(self, body: int) -> list[tuple[int, UserDataKey]]:
-        """Entries of a body in the order in which their ids were given out."""
-        return [(n, self._places[n]) for n in self._places if self._places[n].body == body]
-
-    def forget_bodies(self, bodies: Iterable[int]) -> None:
-        gone = set(bodies)
-        for number in [n for n, place in self._places.items() if place.body in gone]:
-            self.remove(number)
 
 
 def attach_from_file(client: Client, record: BodyRecord) -> None:

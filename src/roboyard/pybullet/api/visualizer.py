@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from math import pi, tan
 from typing import TYPE_CHECKING, Any
 
@@ -11,41 +10,16 @@ from roboyard.pybullet.api.math.camera_matrices import (
     computeProjectionMatrixFOV,
     computeViewMatrixFromYawPitchRoll,
 )
-from roboyard.pybullet.api.math.transforms import rounded
-from roboyard.pybullet.face.arguments import Vector3, number, vector3, whole
+from roboyard.pybullet.bullet_rules.single_precision import rounded
+from roboyard.pybullet.face.arguments import number, vector3, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.state.visualizer_camera import FIELD_OF_VIEW
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
-WIDTH, HEIGHT = 1024, 768
-FIELD_OF_VIEW = 90.0
-"""degrees, vertical"""
 _NEAR, _FAR = 0.01, 1000.0  # m
 _RAY_LENGTH = 10000.0  # m: the window's ray vectors end this far away
-
-
-@dataclass(kw_only=True, slots=True)
-class VisualizerCamera:
-    """Where the window's camera is, and what was switched on or off."""
-
-    distance: float = 5.0
-    """m"""
-    yaw: float = 50.0
-    """degrees"""
-    pitch: float = -35.0
-    """degrees"""
-    target: Vector3 = (0.0, 0.0, 0.0)
-    """m"""
-    up_axis: int = 2
-    width: int = WIDTH
-    """pixels"""
-    height: int = HEIGHT
-    """pixels"""
-    switches: dict[int, int] = field(default_factory=dict)
-    """COV_... to 0 or 1."""
-    settings: dict[str, Any] = field(default_factory=dict)
-    """lightPosition, shadowMapResolution, rgbBackground, ... as last given."""
 
 
 @command()

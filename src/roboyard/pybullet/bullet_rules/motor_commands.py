@@ -7,6 +7,7 @@ and reaches the World's arrays when they are next needed, so that one that is gi
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from math import nan
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,6 @@ import numpy as np
 from roboyard.pybullet.face import constants as c
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.sim.actuation.velocity_motors import BodyMotors
 
 Vector = Sequence[float]
@@ -45,17 +45,30 @@ class MotorCommands:
     """
 
     __slots__ = (
-        "_bounds_in_use", "_groups", "_impulses", "_joints", "_limits", "_limp", "_motors", "_rows", "pending"
+        "_bounds_in_use", "_groups", "_impulses", "_joints", "_limits", "_motors", "_motors_off", "_rows",
+        "pending",
     )  # fmt: skip
 
-    def __init__(self, record: BodyRecord, motors: BodyMotors) -> None:
+    def __init__(
+        self,
+        motors: BodyMotors,
+        infos: Sequence[tuple[Any, ...]],
+        dof_offsets: Sequence[int],
+        motors_off: AbstractSet[int],
+    ) -> None:
+        """Prepare the commands of one body.
+
+        Args:
+            motors: the World's motors of the body.
+            infos: the fields of getJointInfo of each joint.
+            dof_offsets: row of each joint in the motors' arrays.
+            motors_off: joints whose motor is switched off; the caller keeps it up to date.
+        """
         self._motors = motors
-        self._limp = record.limp
-        self._joints = record.joint_count
-        self._rows = [
-            record.body.dof_offsets[i] if info[2] in (0, 1) else -1 for i, info in enumerate(record.infos)
-        ]
-        self._limits = [(info[8], info[9]) if info[8] <= info[9] else (-_FAR, _FAR) for info in record.infos]
+        self._motors_off = motors_off
+        self._joints = len(infos)
+        self._rows = [dof_offsets[i] if info[2] in (0, 1) else -1 for i, info in enumerate(infos)]
+        self._limits = [(info[8], info[9]) if info[8] <= info[9] else (-_FAR, _FAR) for info in infos]
         self._groups: dict[tuple[int, ...], _Group] = {}
         self.pending: dict[_Group, tuple[Any, ...]] = {}
         self._impulses = [nan] * self._joints
@@ -74,7 +87,7 @@ class MotorCommands:
     ) -> bool:  # fmt: skip
         """Set one joint's motor at once; False: not a usual case, nothing was done."""
         row = self._rows[joint]
-        if joint < 0 or row < 0 or not force > 0.0 or joint in self._limp:
+        if joint < 0 or row < 0 or not force > 0.0 or joint in self._motors_off:
             return False
         if mode == _POSITION:
             lower, upper = self._limits[joint]
@@ -108,7 +121,7 @@ class MotorCommands:
         if group is None or forces is None or (mode != _POSITION and mode != _VELOCITY):
             return False
         count, bounds = group.count, tuple(forces)
-        if len(bounds) != count or not self._limp.isdisjoint(group.driven):
+        if len(bounds) != count or not self._motors_off.isdisjoint(group.driven):
             return False
         known = self._bounds_in_use
         is_new = known is None or known[0] is not group or known[1] != bounds or known[2] != time_step

@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 _FASTCALL_WITH_KEYWORDS = 0x0080 | 0x0002
-_MODULE = "roboyard.pybullet"
+_MODULE = __name__.removesuffix(".face.calling")
 
 
 class _MethodDefinition(ctypes.Structure):

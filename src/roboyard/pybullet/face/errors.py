@@ -7,7 +7,7 @@ class error(Exception):
     """What every failed call raises; `str()` is PyBullet's text, the notes say how to mend it."""
 
 
-error.__module__ = "roboyard.pybullet"
+error.__module__ = __name__.removesuffix(".face.errors")
 
 
 def failure(message: str, *remedies: str) -> error:

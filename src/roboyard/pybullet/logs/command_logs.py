@@ -14,7 +14,7 @@ from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 _LEFT_OUT = {"startStateLogging", "stopStateLogging", "setTimeOut", "submitProfileTiming"}
 _ASKING = ("get", "calculate", "rayTest", "is", "compute")
@@ -34,7 +34,7 @@ class CommandLog:
         for name in self._commands:
             setattr(client, name, self._logged(name))
 
-    def record(self, client: Client) -> None:
+    def record(self) -> None:
         """Nothing: stepSimulation is a command like others."""
 
     def close(self) -> None:
@@ -66,7 +66,7 @@ class Replay:
             except TypeError as problem:
                 raise failure(_FAILED, f"{name}: command {number}, {command}: {problem}") from None
 
-    def record(self, client: Client) -> None:
+    def record(self) -> None:
         """Nothing: all was called at the start."""
 
     def close(self) -> None:

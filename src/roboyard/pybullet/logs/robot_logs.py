@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.api.contact_points import ANY_LINK, touching
 from roboyard.pybullet.api.math.rotations import getEulerFromQuaternion
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.contacts import ANY_LINK, touching
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
@@ -45,11 +45,12 @@ _CONTROLLER_NAMES = (
 class _RecordFile:
     """A log that is being written."""
 
-    def __init__(self, name: str, names: Sequence[str], types: str) -> None:
+    def __init__(self, client: Client, name: str, names: Sequence[str], types: str) -> None:
         try:
             self._file = Path(name).open("wb")  # noqa: SIM115 - open from start to stop of the log
         except OSError as problem:
             raise failure("startStateLogging failed.", str(problem)) from None
+        self._client = client
         self._file.write(f"{','.join(names)}\n{types}\n".encode())
         self._pack = struct.Struct(f"<{types}").pack
         self.steps = 0
@@ -65,26 +66,27 @@ class _RecordFile:
 class ControllerLog(_RecordFile):
     """Virtual reality controllers, of which there are none: a file without records."""
 
-    def __init__(self, name: str) -> None:
-        super().__init__(name, _CONTROLLER_NAMES, "IfIIIffffffffIIIIIIII")
+    def __init__(self, client: Client, name: str) -> None:
+        super().__init__(client, name, _CONTROLLER_NAMES, "IfIIIffffffffIIIIIIII")
 
-    def record(self, client: Client) -> None:
+    def record(self) -> None:
         """Nothing to write."""
 
 
 class RobotLog(_RecordFile):
     """Base pose, base velocity, joint positions and velocities of bodies, once a step."""
 
-    def __init__(self, name: str, bodies: Sequence[int], dofs: int, torques: int) -> None:
+    def __init__(self, client: Client, name: str, bodies: Sequence[int], dofs: int, torques: int) -> None:
         names = [*_ROBOT_NAMES, *(f"q{i}" for i in range(dofs)), *(f"u{i}" for i in range(dofs))]
         if torques:
             names += [f"t{i}" for i in range(dofs)]
-        super().__init__(name, names, "IfifffffffffffffI" + "f" * (len(names) - len(_ROBOT_NAMES)))
+        super().__init__(client, name, names, "IfifffffffffffffI" + "f" * (len(names) - len(_ROBOT_NAMES)))
         self._bodies, self._dofs, self._torques = frozenset(bodies), dofs, torques
         self.wants_given_torques = bool(torques & c.STATE_LOG_JOINT_USER_TORQUES)
 
-    def record(self, client: Client) -> None:
+    def record(self) -> None:
         """Write one record for each body."""
+        client = self._client
         scene = client.scene
         head = (self.steps, self.steps * scene.time_step)
         for number in scene.order:
@@ -120,12 +122,13 @@ class RobotLog(_RecordFile):
 class MinitaurLog(_RecordFile):
     """Attitude, motor angles, motor torques and forward speed of a robot with the Minitaur's eight motors."""
 
-    def __init__(self, name: str, body: int, motors: Sequence[int]) -> None:
-        super().__init__(name, _MINITAUR_NAMES, "I" + "f" * 20 + "B")
+    def __init__(self, client: Client, name: str, body: int, motors: Sequence[int]) -> None:
+        super().__init__(client, name, _MINITAUR_NAMES, "I" + "f" * 20 + "B")
         self._body, self._motors = body, tuple(motors)
 
-    def record(self, client: Client) -> None:
+    def record(self) -> None:
         """Write one record while the robot is there."""
+        client = self._client
         if self._body not in client.scene.bodies:
             return
         states = client.getJointStates(self._body, self._motors)
@@ -147,15 +150,16 @@ def minitaur_motors(record: BodyRecord) -> list[int] | None:
 class ContactLog(_RecordFile):
     """All contacts that a filter lets through, once a step, each pair in Bullet's order."""
 
-    def __init__(self, name: str, wanted: tuple[int, int, int, int]) -> None:
-        super().__init__(name, _CONTACT_NAMES, "IfIiiiifffffffffff")
+    def __init__(self, client: Client, name: str, wanted: tuple[int, int, int, int]) -> None:
+        super().__init__(client, name, _CONTACT_NAMES, "IfIiiiifffffffffff")
         self._wanted = wanted
 
-    def record(self, client: Client) -> None:
+    def record(self) -> None:
         """Write one record for each contact."""
-        head = (self.steps, self.steps * client.scene.time_step)
+        scene = self._client.scene
+        head = (self.steps, self.steps * scene.time_step)
         body_a, body_b, link_a, link_b = self._wanted
-        for pair, point in touching(client.scene):
+        for pair, point in touching(scene):
             (a, a_link), (b, b_link) = pair
             if (body_a >= 0 and body_a not in (a, b)) or (body_b >= 0 and body_b not in (a, b)):
                 continue

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.api.logs import Recorder
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
+    from roboyard.pybullet.state.log_set import Recorder
 
 FRAMES_PER_SECOND = 60
 WIDTH, HEIGHT = 640, 480
 
 
-def open_video(name: str, frames_per_second: float = FRAMES_PER_SECOND) -> Recorder:
+def open_video(client: Client, name: str, frames_per_second: float = FRAMES_PER_SECOND) -> Recorder:
     """A recorder that writes an MP4 file; without the encoder one that writes nothing, and says so."""
     try:
         from imageio_ffmpeg import write_frames
@@ -26,11 +26,11 @@ def open_video(name: str, frames_per_second: float = FRAMES_PER_SECOND) -> Recor
             file=sys.stderr,
         )
         return _NoVideo()
-    return _Video(name, write_frames, frames_per_second)
+    return _Video(client, name, write_frames, frames_per_second)
 
 
 class _NoVideo:
-    def record(self, client: Client) -> None:
+    def record(self) -> None:
         """Nothing."""
 
     def close(self) -> None:
@@ -38,8 +38,8 @@ class _NoVideo:
 
 
 class _Video:
-    def __init__(self, name: str, write_frames: Any, frames_per_second: float) -> None:
-        self._name = name
+    def __init__(self, client: Client, name: str, write_frames: Any, frames_per_second: float) -> None:
+        self._client, self._name = client, name
         self._writer: Generator[None, bytes | None, None] = write_frames(
             name, (WIDTH, HEIGHT), fps=frames_per_second, macro_block_size=16, ffmpeg_log_level="error"
         )
@@ -50,8 +50,9 @@ class _Video:
         self._period = 1.0 / frames_per_second
         self._time = self._due = 0.0
 
-    def record(self, client: Client) -> None:
+    def record(self) -> None:
         """Add as many pictures as simulated time has brought."""
+        client = self._client
         self._time += client.scene.time_step
         picture = None
         while self._due <= self._time + 1e-9:

@@ -21,7 +21,7 @@ TWO_BALLS_MARGIN = 0.04
 """m: Bullet's margin of convex shapes without one of their own."""
 
 
-def shapes_as_bullet_has_them(flags: int) -> MomentsOf:
+def bullet_moments(flags: int) -> MomentsOf:
     """The rule for loadMJCF with these flags."""
     two_balls = not flags & c.URDF_USE_IMPLICIT_CYLINDER
 
@@ -41,7 +41,7 @@ def shapes_as_bullet_has_them(flags: int) -> MomentsOf:
     return moments
 
 
-def boxes_as_bullet_has_them(flags: int) -> BoundsOf:
+def bullet_bounds(flags: int) -> BoundsOf:
     """The rule for boxes around shapes in loadMJCF with these flags."""
     two_balls = not flags & c.URDF_USE_IMPLICIT_CYLINDER
 

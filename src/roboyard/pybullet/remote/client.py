@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
-from roboyard.pybullet.api.user_data import UserDataKey
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face import wire
 from roboyard.pybullet.face.arguments import number
@@ -16,6 +15,7 @@ from roboyard.pybullet.face.errors import error, failure
 from roboyard.pybullet.remote import rendezvous
 from roboyard.pybullet.remote.datagrams import DatagramChannel
 from roboyard.pybullet.remote.user_data_cache import UserDataCache
+from roboyard.pybullet.state.user_data import UserDataKey
 
 DEFAULT_PORTS = {c.TCP: 6667, c.UDP: 6667}
 CONNECT_SECONDS = 5.0

@@ -6,7 +6,7 @@ import sys
 import traceback
 from typing import Any
 
-from roboyard.pybullet.connections import Client
+from roboyard.pybullet.client import Client
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import error
 from roboyard.pybullet.face.wire import WireError, encode

@@ -7,7 +7,6 @@ import signal
 import sys
 from contextlib import suppress
 
-import roboyard.pybullet  # noqa: F401 - fills the table of commands
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.pybullet.face import wire
 from roboyard.pybullet.remote import rendezvous

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from roboyard.pybullet.api.user_data import UserDataKey
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.user_data import UserDataKey
 
 Ask = Callable[..., Any]
 

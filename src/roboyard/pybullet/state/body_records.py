@@ -4,22 +4,23 @@ settings.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from roboyard.description.model import Pose
 from roboyard.pybullet.bullet_rules.models import BodyModel
+from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT, joint_infos
 from roboyard.transforms import Array, conjugate, from_wxyz, multiply, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
     from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
-    from roboyard.pybullet.state.joint_groups import JointGroup
-    from roboyard.pybullet.state.link_groups import LinkGroup, LinkReader
     from roboyard.sim.body import Body
+    from roboyard.sim.link import Link
     from roboyard.sim.world import World
 
 DEFAULT_FRICTION = 0.5
@@ -29,6 +30,29 @@ DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 MULTIBODY, RIGID_BODY = 2, 1
 UNSEEN = -1
 """Type of a joint that scripts do not see: it has no motor."""
+
+
+LinkReader = Callable[[int, object], tuple[Any, ...]]
+"""`read(link, with_velocity)`: the fields of getLinkState."""
+
+
+class JointGroup(Protocol):
+    """Joints of one body that are read together."""
+
+    joints: tuple[int, ...]
+    is_scalar: bool
+
+    def read(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
+        """Return the fields of getJointState of each joint; `forces`: (nv,) motor efforts (N m or N)."""
+        ...
+
+
+class LinkGroup(Protocol):
+    """Links of one body that are read together."""
+
+    def read(self) -> tuple[tuple[Any, ...], ...]:
+        """Return the fields of getLinkState of each link, without velocities."""
+        ...
 
 
 @dataclass(kw_only=True, slots=True)
@@ -82,13 +106,13 @@ class BodyRecord:
         """What each joint's motor applied in the last step in which it was on."""
         self.motored = [info[2] in DEFAULT_IMPULSE for info in self.infos]
         """Joints whose motor is on."""
-        self.limp: set[int] = set()
+        self.motors_off: set[int] = set()
         """Joints whose motor was switched off."""
         self.joint_groups: dict[tuple[int, ...], JointGroup] = {}
         """Joints that are read together, by their indices."""
         self.link_groups: dict[tuple[int, ...], LinkGroup] = {}
         """Links that are read together, by their indices."""
-        self.drives: Any = None
+        self.motor_commands: MotorCommands | None = None
         """The World's motors of this body and where each joint's is, once a script uses them."""
         self.fixed_pose: Any = None
         """Of the base's inertial frame, while it is known not to have moved."""
@@ -111,6 +135,10 @@ class BodyRecord:
     @property
     def name(self) -> str:
         return self.model.name
+
+    def link(self, index: int) -> Link | None:
+        """Return the World's link for a link index (-1: the base), or None."""
+        return self.body.links[index + 1] if -1 <= index < self.joint_count else None
 
     def joint_type(self, joint: int) -> int:
         return self.infos[joint][2] if joint < self.joint_count else UNSEEN

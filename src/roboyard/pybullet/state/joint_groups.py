@@ -41,9 +41,9 @@ class JointGroup:
         """(position, velocity, reaction, motor force) of each joint; `forces`: (nv,) of all motors."""
         self._gather(record.qpos, record.qvel, forces, self._positions, self._velocities, self._out)
         positions, velocities, applied = self._out.tolist()
-        if record.limp:
+        if record.motors_off:
             for place, joint in enumerate(self.joints):
-                if joint in record.limp:
+                if joint in record.motors_off:
                     applied[place] = record.applied[joint]
         return tuple(zip(positions, velocities, self._reactions, applied, strict=True))
 

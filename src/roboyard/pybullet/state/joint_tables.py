@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from roboyard.description.model import Joint
-from roboyard.pybullet.api.math.transforms import canonical_quaternion
 from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel
+from roboyard.pybullet.bullet_rules.single_precision import canonical_quaternion
 from roboyard.transforms import conjugate, multiply, rotate
 
 TYPE_CODES = {

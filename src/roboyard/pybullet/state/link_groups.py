@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from struct import Struct
 from typing import TYPE_CHECKING, Any
 
@@ -11,18 +10,17 @@ import numpy as np
 from roboyard.pybullet.state.state_kernels import link_pose, link_poses, link_state
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.pybullet.state.body_records import BodyRecord, LinkReader
+    from roboyard.sim.world import World
 
 State = tuple[Any, ...]
-LinkReader = Callable[[int, object], State]
 _MOST = 64
 _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
 
 
-def link_reader(scene: PhysicsScene, record: BodyRecord) -> LinkReader:
+def link_reader(world: World, record: BodyRecord) -> LinkReader:
     """`read(link, with_velocity)` of a body's links, as long as MuJoCo's arrays stay where they are."""
-    world, rows = scene.world, record.rows
+    rows = record.rows
     data, rootid = world.live_data, world.live_model.body_rootid
     xpos, xquat, cvel, xipos, subtree_com = data.xpos, data.xquat, data.cvel, data.xipos, data.subtree_com
     frames = _inertial_frames(record)
@@ -51,8 +49,8 @@ class LinkGroup:
 
     __slots__ = ("_arrays", "_centres", "_parts", "_turns")
 
-    def __init__(self, scene: PhysicsScene, record: BodyRecord, links: list[int]) -> None:
-        data = scene.world.live_data
+    def __init__(self, world: World, record: BodyRecord, links: list[int]) -> None:
+        data = world.live_data
         places = np.array([link + 1 for link in links], dtype=np.int64)
         rows = np.array([record.rows[place] for place in places], dtype=np.int64)
         positions, turned = np.zeros((2, len(links), 3)), np.zeros((2, len(links), 4))
@@ -73,11 +71,11 @@ class LinkGroup:
         )  # fmt: skip
 
 
-def link_group(scene: PhysicsScene, record: BodyRecord, links: list[int]) -> LinkGroup:
+def link_group(world: World, record: BodyRecord, links: list[int]) -> LinkGroup:
     """The group of these links, kept for the next time."""
     if len(record.link_groups) > _MOST:
         record.link_groups.clear()
-    found = record.link_groups[tuple(links)] = LinkGroup(scene, record, links)
+    found = record.link_groups[tuple(links)] = LinkGroup(world, record, links)
     return found
 
 

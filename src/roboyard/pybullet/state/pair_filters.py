@@ -1,51 +1,55 @@
-"""Which links may collide: groups and masks as in Bullet, and single pairs that overrule them."""
+"""Which links may collide: groups and masks as in Bullet, and single pairs that override them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.sim.link import Link
+    from roboyard.sim.world import World
 
 Place = tuple[int, int]
-"""Body and link, -1 for the base."""
+"""Body and link; link -1 is the base."""
+STATIC_GROUP, DEFAULT_GROUP = 2, 1
 
 
 class PairFilters:
-    """What scripts said of links and pairs of links, brought to the World's own filters."""
+    """The filters that scripts set for links and pairs of links, applied to the World's own filters."""
 
-    def __init__(self, scene: PhysicsScene) -> None:
-        self._scene = scene
+    def __init__(self, world: World, bodies: Mapping[int, BodyRecord]) -> None:
+        """Start without filters for the bodies (by id) of a world."""
+        self._world, self._bodies = world, bodies
         self._groups: dict[Place, tuple[int, int]] = {}
         self._pairs: dict[tuple[Place, Place], bool] = {}
 
     def group_of(self, body: int, link: int) -> int:
-        """Filter group of a link: what a script gave it, else 2 for what cannot move and 1 for what can."""
+        """Return the filter group of a link: the script's, else 2 for a fixed base and 1 for other links."""
         given = self._groups.get((body, link))
         if given is not None:
             return given[0]
-        return 2 if self._scene.bodies[body].model.fixed_base and link == -1 else 1
+        return STATIC_GROUP if self._bodies[body].model.fixed_base and link == -1 else DEFAULT_GROUP
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
-        """Give a link a filter group and mask, and bring its pairs with all other links up to date."""
+        """Set the filter group and mask of a link, and update its pairs with all other links."""
         self._groups[place] = (group, mask)
-        for body, record in self._scene.bodies.items():
+        for body, record in self._bodies.items():
             if body != place[0]:
                 self._apply_to(place, record)
 
     def set_pair(self, a: Place, b: Place, collide: bool) -> None:
-        """Switch one pair of links on or off, whatever their groups say."""
+        """Enable or disable collisions of one pair of links, whatever their groups are."""
         self._pairs[(min(a, b), max(a, b))] = collide
         self._set(a, b, collide)
 
-    def add(self, record: BodyRecord) -> None:
-        """A body came: what was said of others holds towards its links too."""
+    def add_body(self, record: BodyRecord) -> None:
+        """Apply the filters of other links to the links of a new body."""
         for place in self._groups:
             self._apply_to(place, record)
 
-    def forget(self, body: int) -> None:
-        """A body went."""
+    def remove_body(self, body: int) -> None:
+        """Drop the filters of a body that was removed."""
         self._groups = {place: given for place, given in self._groups.items() if place[0] != body}
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}
 
@@ -64,7 +68,11 @@ class PairFilters:
         return -1 if given is None else given[1]
 
     def _set(self, a: Place, b: Place, collide: bool) -> None:
-        first, second = self._scene.link(*a), self._scene.link(*b)
-        filters = self._scene.world.filters
+        first, second = self._link(*a), self._link(*b)
+        filters = self._world.filters
         if first is not None and second is not None and filters.collides(first, second) != collide:
             filters.set(first, second, collide=collide)
+
+    def _link(self, body: int, link: int) -> Link | None:
+        record = self._bodies.get(body)
+        return None if record is None else record.link(link)

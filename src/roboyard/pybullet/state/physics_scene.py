@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.api.parameters import EngineParameters
-from roboyard.pybullet.api.shapes.textures import Textures
 from roboyard.pybullet.bullet_rules.hull_margins import margins_of_hulls
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
-from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_BALL_GAIN, IDENTITY, set_spherical_target
+from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTITY, set_spherical_target
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord
+from roboyard.pybullet.state.engine_parameters import EngineParameters
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
 from roboyard.pybullet.state.pair_filters import PairFilters
+from roboyard.pybullet.state.textures import Textures
 from roboyard.sim.link import Link
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
@@ -56,8 +56,8 @@ class PhysicsScene:
         self._without_motors: list[BodyRecord] = []
         self.waiting: set[MotorCommands] = set()
         """Bodies with motor commands that have not reached the World yet."""
-        self.filters = PairFilters(self)
-        self._loose: QueryShapes | None = None
+        self.filters = PairFilters(self.world, self.bodies)
+        self._query_shapes: QueryShapes | None = None
         self._hull_margins: Any = None
         self._spare: Any = None
         self._spare_revision = -1
@@ -104,7 +104,7 @@ class PhysicsScene:
             )
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self._without_motors.append(record)
-        self.filters.add(record)
+        self.filters.add_body(record)
         self.textures.add_body(record)
         return record
 
@@ -143,7 +143,8 @@ class PhysicsScene:
         record = self.bodies.pop(number, None)
         if record is None:
             return
-        self.waiting.discard(record.drives)
+        if record.motor_commands is not None:
+            self.waiting.discard(record.motor_commands)
         for key in [key for key, held in self.constraints.items() if held.concerns(number)]:
             del self.constraints[key]
         self.textures.remove_body(record, self.world)
@@ -154,7 +155,7 @@ class PhysicsScene:
         if record in self._without_motors:
             self._without_motors.remove(record)
         self.efforts = {key: effort for key, effort in self.efforts.items() if key[0] != number}
-        self.filters.forget(number)
+        self.filters.remove_body(number)
 
     def of_world(self, world_body_id: int) -> BodyRecord:
         """The record of a World body."""
@@ -184,9 +185,7 @@ class PhysicsScene:
     def link(self, body: int, link: int) -> Link | None:
         """The World's link, or None."""
         record = self.bodies.get(body)
-        if record is None or not -1 <= link < record.joint_count:
-            return None
-        return record.body.links[link + 1]
+        return None if record is None else record.link(link)
 
     # ---------------------------------------------------------------------------------------------- queries
 
@@ -239,7 +238,7 @@ class PhysicsScene:
                 impulse = DEFAULT_IMPULSE.get(kind)
                 if kind == 2:
                     set_spherical_target(
-                        self, joint, IDENTITY, DEFAULT_BALL_GAIN, [DEFAULT_IMPULSE[kind]] * 3
+                        self.world, joint, IDENTITY, DEFAULT_GAIN, [DEFAULT_IMPULSE[kind]] * 3
                     )
                 elif impulse is not None:
                     self.world.motors.set(joint, velocity=0.0, max_impulse=impulse)
@@ -286,7 +285,7 @@ class PhysicsScene:
         if off and record.motored[joint]:
             record.applied[joint] = self.applied(record, joint)
         record.motored[joint] = not off
-        (record.limp.add if off else record.limp.discard)(joint)
+        (record.motors_off.add if off else record.motors_off.discard)(joint)
 
     def applied(self, record: BodyRecord, joint: int) -> Any:
         """What a joint's motor applied in the last step in which it was on: a number, or three."""
@@ -335,19 +334,19 @@ class PhysicsScene:
         return world.live_data.xfrc_applied.copy(), world.live_data.qfrc_applied.copy()
 
     @property
-    def loose_shapes(self) -> QueryShapes:
+    def query_shapes(self) -> QueryShapes:
         """Where shapes are put that are part of no body, made on first use."""
-        if self._loose is None:
+        if self._query_shapes is None:
             from roboyard.pybullet.state.query_shapes import QueryShapes
 
-            self._loose = QueryShapes()
-        return self._loose
+            self._query_shapes = QueryShapes()
+        return self._query_shapes
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Free everything now: the parts refer to one another, and MuJoCo's arrays are large."""
         vars(self.world).clear()
-        if self._loose is not None:
-            self._loose.let_go()
+        if self._query_shapes is not None:
+            self._query_shapes.release()
         vars(self).clear()
 
     def frames(self, *, fresh: bool) -> Any:

@@ -1,100 +1,94 @@
-"""Shapes that are put somewhere for one question, without being part of the world."""
+"""Collision shapes placed for one distance query, without being part of the world."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 from roboyard.description.model import Link, RobotDescription
 from roboyard.pybullet.face.arguments import quaternion, vector3
 from roboyard.pybullet.face.errors import failure
-from roboyard.pybullet.state.physics_scene import PhysicsScene
 from roboyard.sim.body import Body
 from roboyard.sim.physics_profile import BULLET
 from roboyard.sim.world import World
 
 Geoms = list[tuple[int, int, int]]
-LOOSE = -2
-"""Link that stands for a shape of no body."""
-Side = tuple[int, int, int, Sequence[float] | None, Sequence[float] | None]
+"""Body, link and MuJoCo geom of each collision shape."""
+QUERY_LINK = -2
+"""Link index reported for a shape that belongs to no body."""
+
+
+class QuerySide(NamedTuple):
+    """One side of getClosestPoints: a body's link, or a collision shape at a pose."""
+
+    body: int
+    link: int
+    shape: int
+    """Id of createCollisionShape; negative for a body."""
+    position: Sequence[float] | None
+    """Position of the shape in the world (m); None: the origin."""
+    orientation: Sequence[float] | None
+    """Orientation of the shape (x, y, z, w); None: the identity."""
 
 
 class QueryShapes:
-    """A world beside the scene's, where two shapes are put to ask how near they are."""
+    """A second world, in which two shapes are placed to compute their distance."""
 
     def __init__(self) -> None:
+        """Create an empty world."""
         self._world = World(profile=BULLET, visual_geoms=False)
-        self._kept: dict[tuple[int, int], tuple[Any, Body]] = {}
+        self._cache: dict[tuple[int, int], tuple[Any, Body]] = {}
 
-    def placed(self, scene: PhysicsScene, first: Side, second: Side) -> tuple[World, Geoms, Geoms]:
-        """The world and (-1, -2, MuJoCo geom) of both sides."""
-        bodies = [self._body(scene, number, side) for number, side in enumerate((first, second))]
+    def place(
+        self, known: Mapping[int, Any], first: QuerySide, second: QuerySide
+    ) -> tuple[World, Geoms, Geoms]:
+        """Place two shapes of `known` (shape sets by id) and return the world and the geoms of both sides."""
+        bodies = [self._body(known, number, side) for number, side in enumerate((first, second))]
         for body, side in zip(bodies, (first, second), strict=True):
             body.set_pose(*_pose(side))
-        one, two = ([(-1, LOOSE, geom) for geom in body.links[0].geom_ids] for body in bodies)
+        one, two = (query_geoms(body) for body in bodies)
         return self._world, one, two
 
-    def let_go(self) -> None:
-        """Free MuJoCo's arrays now."""
+    def release(self) -> None:
+        """Free MuJoCo's arrays."""
         vars(self._world).clear()
-        self._kept.clear()
+        self._cache.clear()
 
-    def _body(self, scene: PhysicsScene, number: int, side: Side) -> Body:
-        shapes = _shapes(scene, side)
-        held = self._kept.get((number, side[2]))
-        if held is not None and held[0] is shapes:
-            return held[1]
-        if held is not None:
-            self._world.remove(held[1])
-        body = _add(self._world, side, shapes)
-        self._kept[(number, side[2])] = (shapes, body)
+    def _body(self, known: Mapping[int, Any], number: int, side: QuerySide) -> Body:
+        shapes = known.get(side.shape)
+        cached = self._cache.get((number, side.shape))
+        if cached is not None and cached[0] is shapes:
+            return cached[1]
+        if cached is not None:
+            self._world.remove(cached[1])
+        body = add_query_body(self._world, known, side)
+        self._cache[(number, side.shape)] = (shapes, body)
         return body
 
 
-@contextmanager
-def placed(scene: PhysicsScene, first: Side, second: Side) -> Iterator[tuple[World, Geoms, Geoms]]:
-    """A world and (body, link, MuJoCo geom) of both sides: body, link, shape id, position, orientation each.
+def add_query_body(world: World, known: Mapping[int, Any], side: QuerySide) -> Body:
+    """Add the shape of a side to a world as a fixed body.
 
-    Shapes are there while the context lasts; they count as body -1, link -2.
+    Raises:
+        error: the shape does not exist.
     """
-    from roboyard.pybullet.api.contact_points import geoms_of
-
-    if first[2] >= 0 and second[2] >= 0:
-        yield scene.loose_shapes.placed(scene, first, second)
-        return
-    with ExitStack() as stack:
-        loose = [_put(scene, side) if side[2] >= 0 else None for side in (first, second)]
-        for body in loose:
-            if body is not None:
-                stack.callback(scene.world.remove, body)
-        found = []
-        for side, body in zip((first, second), loose, strict=True):
-            if body is None:
-                found.append(geoms_of(scene, side[0], side[1]))
-            else:
-                found.append([(-1, LOOSE, geom) for geom in body.links[0].geom_ids])
-        yield scene.world, found[0], found[1]
-
-
-def _put(scene: PhysicsScene, side: Side) -> Body:
-    return _add(scene.world, side, _shapes(scene, side))
-
-
-def _add(world: World, side: Side, shapes: Any) -> Body:
+    shapes = known.get(side.shape)
+    if shapes is None:
+        raise failure("Couldn't get closest points", f"there is no collision shape {side.shape}")
     link = Link(name="shape", collisions=shapes.shapes)
-    description = RobotDescription(name="loose", links=(link,))
+    description = RobotDescription(name="query shape", links=(link,))
     return world.add_description(description, *_pose(side), fixed_base=True, drives=False)
 
 
-def _shapes(scene: PhysicsScene, side: Side) -> Any:
-    shapes = scene.collision_shapes.get(side[2])
-    if shapes is None:
-        raise failure("Couldn't get closest points", f"there is no collision shape {side[2]}")
-    return shapes
+def query_geoms(body: Body) -> Geoms:
+    """Return (-1, QUERY_LINK, MuJoCo geom) of each shape of a query body."""
+    return [(-1, QUERY_LINK, geom) for geom in body.links[0].geom_ids]
 
 
-def _pose(side: Side) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    position = (0.0, 0.0, 0.0) if side[3] is None else vector3(side[3], "collisionShapePosition")
-    turn = (0.0, 0.0, 0.0, 1.0) if side[4] is None else quaternion(side[4], "collisionShapeOrientation")
+def _pose(side: QuerySide) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    position, turn = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+    if side.position is not None:
+        position = vector3(side.position, "collisionShapePosition")
+    if side.orientation is not None:
+        turn = quaternion(side.orientation, "collisionShapeOrientation")
     return position, turn

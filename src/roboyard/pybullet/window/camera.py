@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.pybullet.api.math.camera_matrices import orbit
-from roboyard.pybullet.api.visualizer import FIELD_OF_VIEW, VisualizerCamera
+from roboyard.pybullet.state.visualizer_camera import FIELD_OF_VIEW, VisualizerCamera
 from roboyard.viewer.page.page_camera import PageCamera, View
 
 if TYPE_CHECKING:

@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
-from roboyard.pybullet.api.visualizer import VisualizerCamera
-from roboyard.pybullet.connections import Client
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.logs.videos import open_video
+from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
 from roboyard.pybullet.window.clock import Clock
 from roboyard.pybullet.window.options import WindowOptions
+from roboyard.pybullet.window.shared_client import SharedClient
 from roboyard.pybullet.window.window import Window
 
 
-class WindowClient(Client):
-    """A client whose world people watch and touch while the script runs.
+class WindowClient(SharedClient):
+    """A client with a page in the browser.
 
-    Each command holds the lock, so that neither window nor clock ever sees a command's work half done.
-    A window that wants to look is let in at the end of the command that is running: it never holds up more
-    than one command, for as long as it takes to copy positions.
+    Each command holds the lock. A window that needs an update gets the lock when the running command ends: it
+    delays at most one command, for as long as it takes to copy positions.
     """
 
     def __init__(self, method: int, options: WindowOptions) -> None:
-        self.lock = threading.RLock()
-        self.depth = 0
-        """How many commands are running, one inside another; changes only under the lock."""
-        self.is_changed = True
-        """Whether commands ran since the window looked."""
         self.window: Window | None = None
         super().__init__(method)
         _install()
@@ -37,18 +30,18 @@ class WindowClient(Client):
         self.window = Window(self, options)
         self._clock = Clock(self)
         if options.mp4:
-            self.logs.start(open_video(options.mp4, options.mp4fps))
+            self.logs.start(open_video(self, options.mp4, options.mp4fps))
 
     @property
     def visualizer(self) -> VisualizerCamera:
         """The visualizer's camera, where someone moved it last: the script, or a person in the page."""
         if self.window is not None:
-            self.window.camera.pull(self._visualizer)
-        return self._visualizer
+            self.window.camera.pull(self.script_camera)
+        return self.script_camera
 
     @visualizer.setter
     def visualizer(self, camera: VisualizerCamera) -> None:
-        self._visualizer = camera
+        self.script_camera = camera
 
     def follow_clock(self, real_time: bool) -> None:
         """Let the world step on its own, or no more."""

@@ -8,9 +8,9 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.window.client import WindowClient
+    from roboyard.pybullet.client import Client
 
-log = logging.getLogger("roboyard.pybullet")
+log = logging.getLogger(__name__)
 
 MOST_BEHIND = 0.1
 """s: what the world is behind the clock by more than this is given up"""
@@ -21,7 +21,7 @@ PAUSE = 0.002
 class Clock:
     """Steps a client's world in a thread of its own while it is told to run."""
 
-    def __init__(self, client: WindowClient) -> None:
+    def __init__(self, client: Client) -> None:
         self._client = client
         self._thread: threading.Thread | None = None
         self._leave = threading.Event()

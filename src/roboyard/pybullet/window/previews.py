@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.pybullet.api.visualizer import VisualizerCamera
 from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
 from roboyard.pybullet.window.switches import is_on
 
 PERIOD = 0.1

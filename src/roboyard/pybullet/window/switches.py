@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.face import constants as c
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.api.visualizer import VisualizerCamera
+    from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
     from roboyard.pybullet.window.dragging import Dragging
     from roboyard.viewer import Viewer
 

@@ -21,10 +21,10 @@ from roboyard.viewer.page.keys import KeyEvent, Keys
 from roboyard.viewer.page.pointer import Pointer, PointerEvent
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.window.client import WindowClient
     from roboyard.pybullet.window.options import WindowOptions
+    from roboyard.pybullet.window.shared_client import SharedClient
 
-log = logging.getLogger("roboyard.pybullet")
+log = logging.getLogger(__name__)
 
 TITLE = "Roboyard"
 PATIENCE = 0.1
@@ -41,7 +41,7 @@ GRABBED = (
 class Window:
     """The page of one client. Its own thread works while somebody watches; everything else is cheap."""
 
-    def __init__(self, client: WindowClient, options: WindowOptions) -> None:
+    def __init__(self, client: SharedClient, options: WindowOptions) -> None:
         """Open it.
 
         Raises:
@@ -82,7 +82,7 @@ class Window:
     def aim_ahead(self) -> None:
         """Let a page that opens look from where the script does; open ones are aimed by `look`."""
         if not self._viewer.watchers:
-            self.camera.push(self._client._visualizer)
+            self.camera.push(self._client.script_camera)
 
     def look(self) -> None:
         """See what has changed since the last look."""
@@ -141,9 +141,9 @@ class Window:
                     self.look()
             finally:
                 client.lock.release()
-        self._switches.apply(client._visualizer)
+        self._switches.apply(client.script_camera)
         self._sliders.show(dict(client.debug_items.parameters))
-        self.previews.show(client._visualizer)
+        self.previews.show(client.script_camera)
 
     # ----------------------------------------------------------------------------- in the server's event loop
 
@@ -153,7 +153,7 @@ class Window:
             return
         keyboard = self._client.keyboard
         (keyboard.press if event.is_down else keyboard.release)(code)
-        camera = self._client._visualizer
+        camera = self._client.script_camera
         if event.is_down and code in SHORTCUTS and is_on(camera, c.COV_ENABLE_KEYBOARD_SHORTCUTS):
             flag = SHORTCUTS[code]
             camera.switches[flag] = not camera.switches.get(flag, AT_START[flag])

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from math import acos, asin, atan2, cos, nan, pi, sin, sqrt
 from struct import Struct, error
 
+from roboyard.pybullet.bullet_rules.single_precision import canonical, rounded
 from roboyard.pybullet.face.errors import failure
 
 Vector = Sequence[float]
@@ -17,18 +18,6 @@ Numbers = tuple[float, ...]
 _EPSILON = 1.1920929e-07  # of a 32-bit float
 _BAD_PAIR = "Require start and end quaternion, each with 4 components [x,y,z,w]."
 _SEVEN, _EIGHT = Struct("7f"), Struct("8f")
-_FLOATS = {n: Struct(f"{n}f") for n in (1, 3, 4, 7, 8, 14)}
-
-
-def rounded(*numbers: float) -> Numbers:
-    """The numbers after a trip through 32-bit floats."""
-    pack = _FLOATS[len(numbers)]
-    try:
-        return pack.unpack(pack.pack(*numbers))
-    except error as problem:
-        raise TypeError(f"numbers are needed: {problem}") from None
-    except OverflowError:
-        return (nan,) * len(numbers)
 
 
 def _joined(message: str, *vectors_and_lengths: tuple[Vector, int]) -> Numbers:
@@ -63,7 +52,7 @@ def multiplyTransforms(
     x, y, z, ax, ay, az, aw = _pair(message, positionA, orientationA, _SEVEN, 3)
     vx, vy, vz, bx, by, bz, bw = _pair(message, positionB, orientationB, _SEVEN, 3)
     vx, vy, vz = _turned(ax, ay, az, aw, vx, vy, vz)
-    qx, qy, qz, qw = _canonical(
+    qx, qy, qz, qw = canonical(
         aw * bx + ax * bw + ay * bz - az * by,
         aw * by - ax * bz + ay * bw + az * bx,
         aw * bz + ax * by - ay * bx + az * bw,
@@ -83,7 +72,7 @@ def invertTransform(
     message = "Invalid input: expected position [x,y,z] and orientation [x,y,z,w]."
     px, py, pz, x, y, z, w = _pair(message, position, orientation, _SEVEN, 3)
     vx, vy, vz = _turned(-x, -y, -z, w, px, py, pz)
-    out = rounded(-vx, -vy, -vz, *_canonical(-x, -y, -z, w))
+    out = rounded(-vx, -vy, -vz, *canonical(-x, -y, -z, w))
     return out[:3], out[3:]
 
 
@@ -227,26 +216,6 @@ def _turned(x: float, y: float, z: float, w: float, vx: float, vy: float, vz: fl
         vy + w * cy + z * cx - x * cz,
         vz + w * cz + x * cy - y * cx,
     )
-
-
-def canonical_quaternion(quaternion: Vector) -> Numbers:
-    """Unit quaternion with the sign that reading it out of a matrix gives.
-
-    w is positive where the matrix has a positive trace (w² > 1/4), else the largest of x, y, z is.
-    """
-    return _canonical(*quaternion)
-
-
-def _canonical(x: float, y: float, z: float, w: float) -> Numbers:
-    length = sqrt(x * x + y * y + z * z + w * w)
-    if length == 0.0:
-        return (nan,) * 4
-    if 4.0 * w * w > length * length:
-        leading = w
-    else:
-        leading = max(x, y, z, key=abs)
-    length = -length if leading < 0.0 else length
-    return x / length, y / length, z / length, w / length
 
 
 def _difference(start: Vector, end: Vector) -> Numbers:

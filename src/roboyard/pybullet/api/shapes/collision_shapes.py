@@ -30,7 +30,7 @@ from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import Array, multiply
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 Vector = Sequence[float]
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
@@ -231,9 +231,9 @@ def _mesh(
         from roboyard.pybullet.api.shapes.memory_meshes import mesh_of
 
         return Mesh(uri="", path=None, scale=scale, data=mesh_of(vertices, indices))
-    path = find_file(client, text(file_name)) if file_name else None
+    path = find_file(client.search_path, text(file_name)) if file_name else None
     if path is None:
-        remedy = not_found_remedy(client, file_name) if file_name else "give fileName or vertices"
+        remedy = not_found_remedy(client.search_path, file_name) if file_name else "give fileName or vertices"
         raise failure(message, remedy)
     return Mesh(uri=file_name, path=path, scale=scale)
 

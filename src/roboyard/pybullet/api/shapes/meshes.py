@@ -18,7 +18,7 @@ from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import Array, conjugate, matrix_from_quaternion, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
     from roboyard.shapes.mesh import TriangleMesh
 
@@ -132,9 +132,9 @@ def vhacd(
     from roboyard.shapes import load_mesh
     from roboyard.shapes.convex.decomposition import decompose
 
-    path = find_file(client, text(fileNameIn))
+    path = find_file(client.search_path, text(fileNameIn))
     if path is None:
-        raise failure("vhacd failed.", not_found_remedy(client, fileNameIn))
+        raise failure("vhacd failed.", not_found_remedy(client.search_path, fileNameIn))
     for setting in (concavity, alpha, beta, gamma, minVolumePerCH):
         number(setting)
     parts = min(2 ** whole(depth), 256) if whole(depth) > 0 else _DEFAULT_HULLS

@@ -15,7 +15,7 @@ from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
 
 Vector = Sequence[float]
 FAILED = "createCollisionShape failed."
@@ -79,9 +79,9 @@ def _turned(grid: Array) -> Array:
 
 def _read(client: Client, name: str) -> Array:
     """(ny, nx) heights from a file: a table of numbers for .txt, else the red of an image from 0 to 1."""
-    path = find_file(client, name)
+    path = find_file(client.search_path, name)
     if path is None:
-        raise failure(FAILED, not_found_remedy(client, name))
+        raise failure(FAILED, not_found_remedy(client.search_path, name))
     points = _table(path) if path.suffix.lower() == ".txt" else _image(path)
     if min(points.shape) < 2 or points.size > _LARGEST or not np.isfinite(points).all():
         raise failure(FAILED, f"{name}: {points.shape} heights; finite ones, at least 2 by 2, are needed")

@@ -1,98 +1,19 @@
-"""loadTexture, changeTexture, and the ids of textures: one row of numbers for files and bodies alike.
-
-Every shape that comes with a picture of its own takes the next number when its body is made, as every loaded
-file does; resetSimulation does not start anew. A body's pictures are looked for only when a number is asked
-for, since most scripts never do.
-"""
+"""loadTexture and changeTexture."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.description.model import Mesh
 from roboyard.pybullet.face.arguments import text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.bullet_rules.models import BodyModel
-    from roboyard.pybullet.connections import Client
-    from roboyard.pybullet.state.body_records import BodyRecord
-    from roboyard.sim.world import World
-
-Image = np.ndarray
-"""(h, w, 4) uint8"""
-
-
-class Textures:
-    """Images by number, and the numbers that bodies took."""
-
-    def __init__(self, first: int = 0) -> None:
-        self.following = first
-        """The number that comes next."""
-        self._images: dict[int, Image] = {}
-        self._of_shapes: dict[int, dict[tuple[int, int], int]] = {}
-        """By body: the number of each of its shapes that has one; shapes by link from 0 and index."""
-        self._waiting: list[BodyRecord] = []
-
-    def add_body(self, record: BodyRecord) -> None:
-        """A body was made; it may have pictures."""
-        if _may_have_pictures(record.model):
-            self._waiting.append(record)
-
-    def remove_body(self, record: BodyRecord, world: World) -> None:
-        """A body is about to be taken away; its numbers stay taken."""
-        if record in self._waiting:
-            self.catch_up(world)
-        self._of_shapes.pop(record.number, None)
-
-    def catch_up(self, world: World) -> None:
-        """Give numbers to the pictures of the bodies that came since."""
-        for record in self._waiting:
-            found = self._of_shapes[record.number] = {}
-            for link, looks in sorted(world.render_shapes.of(record.body).items()):
-                for index, look in enumerate(looks):
-                    image = look.shape.texture
-                    if image is None and look.shape.use_mesh_colors:
-                        image = look.shape.mesh.texture
-                    if image is not None:
-                        found[(link, index)] = self.keep(image)
-        self._waiting.clear()
-
-    def keep(self, image: Image) -> int:
-        """The number of a new image."""
-        self._images[self.following] = image
-        self.following += 1
-        return self.following - 1
-
-    def image(self, number: int, world: World) -> Image | None:
-        """The image of a number, or None."""
-        self.catch_up(world)
-        return self._images.get(number)
-
-    def replace(self, number: int, image: Image) -> Image:
-        """Put an image in another's place; gives the other."""
-        old, self._images[number] = self._images[number], image
-        return old
-
-    def of_shape(self, record: BodyRecord, link: int, index: int, world: World) -> int:
-        """The number that a shape took when its body was made, or -1; links count from 0 for the base."""
-        self.catch_up(world)
-        return self._of_shapes.get(record.number, {}).get((link, index), -1)
-
-
-def _may_have_pictures(model: BodyModel) -> bool:
-    shapes: list[Any] = [visual for link in model.links for visual in link.visuals]
-    shapes = shapes or [shape for link in model.links for shape in link.collisions]
-    for shape in shapes:
-        material = getattr(shape, "material", None)
-        if isinstance(shape.geometry, Mesh) or (material is not None and material.texture is not None):
-            return True
-    return False
+    from roboyard.pybullet.client import Client
 
 
 @command()
@@ -100,14 +21,18 @@ def loadTexture(client: Client, textureFilename: str) -> int:
     """Load an image and give the texture's id."""
     from roboyard.sim.appearance.render_shapes import load_texture
 
-    path = find_file(client, text(textureFilename))
+    path = find_file(client.search_path, text(textureFilename))
     image = None if path is None else load_texture(path)
     if image is None:
-        remedy = not_found_remedy(client, textureFilename) if path is None else f"{path.name} is no image"
+        remedy = (
+            not_found_remedy(client.search_path, textureFilename)
+            if path is None
+            else f"{path.name} is no image"
+        )
         raise failure("Error loading texture", remedy)
     scene = client.scene
-    scene.textures.catch_up(scene.world)
-    return scene.textures.keep(image.view())  # to be changed without the other users of the file
+    scene.textures.assign_pending(scene.world)
+    return scene.textures.add(image.view())  # a view: changing it does not affect other users of the file
 
 
 @command()

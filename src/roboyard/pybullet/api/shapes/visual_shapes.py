@@ -31,7 +31,7 @@ from roboyard.pybullet.state.file_search import find_file
 from roboyard.transforms import conjugate, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.connections import Client
+    from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.body_records import BodyRecord
 
 Vector = Sequence[float]
@@ -293,7 +293,7 @@ def _visual(
     message: str = _FAILED,
 ) -> Visual | None:  # fmt: skip
     r, g, b, a = floats(rgba, 4, message)
-    if kind == c.GEOM_MESH and vertices is None and find_file(client, text(file_name)) is None:
+    if kind == c.GEOM_MESH and vertices is None and find_file(client.search_path, text(file_name)) is None:
         return None
     geometry = plain_geometry(
         client, kind, radius, half_extents, length, file_name, mesh_scale, normal, vertices, indices, message

@@ -1,0 +1,47 @@
+"""Numbers and quaternions as Bullet's 32-bit floats and rotation matrices return them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import nan, sqrt
+from struct import Struct, error
+
+Numbers = tuple[float, ...]
+_FLOATS = {n: Struct(f"{n}f") for n in (1, 3, 4, 7, 8, 14)}
+
+
+def rounded(*numbers: float) -> Numbers:
+    """Return 1, 3, 4, 7, 8 or 14 numbers rounded to 32-bit floats; NaN for all if one is too large.
+
+    Raises:
+        TypeError: an argument is not a number.
+    """
+    pack = _FLOATS[len(numbers)]
+    try:
+        return pack.unpack(pack.pack(*numbers))
+    except error as problem:
+        raise TypeError(f"numbers are needed: {problem}") from None
+    except OverflowError:
+        return (nan,) * len(numbers)
+
+
+def canonical_quaternion(quaternion: Sequence[float]) -> Numbers:
+    """Return `canonical` of a quaternion (x, y, z, w)."""
+    return canonical(*quaternion)
+
+
+def canonical(x: float, y: float, z: float, w: float) -> Numbers:
+    """Return x, y, z, w with length 1 and the sign that Bullet reads from a rotation matrix.
+
+    w is positive if the matrix has a positive trace (w² > 1/4), otherwise the largest of x, y, z is. NaN for
+    length 0.
+    """
+    length = sqrt(x * x + y * y + z * z + w * w)
+    if length == 0.0:
+        return (nan,) * 4
+    if 4.0 * w * w > length * length:
+        leading = w
+    else:
+        leading = max(x, y, z, key=abs)
+    length = -length if leading < 0.0 else length
+    return x / length, y / length, z / length, w / length

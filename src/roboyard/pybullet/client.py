@@ -1,0 +1,87 @@
+"""A client: one connection to a world in this process, and the state it keeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roboyard.pybullet.bullet_rules.picture_light import PictureLight
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.state.debug_items import DebugItems
+from roboyard.pybullet.state.engine_parameters import EngineParameters
+from roboyard.pybullet.state.input_events import Keyboard, Mouse
+from roboyard.pybullet.state.log_set import LogSet
+from roboyard.pybullet.state.user_data import UserData
+from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
+
+
+class Client:
+    """A connection to a world in this process. Every command of the table is a method of it."""
+
+    def __init__(self, method: int = c.DIRECT) -> None:
+        """Create a client without a world; the world is created on first use.
+
+        Args:
+            method: connection method (DIRECT, GUI, ...).
+        """
+        self.method = method
+        self.search_path: Path | None = None
+        self.parameters = EngineParameters()
+        self.debug_items = DebugItems()
+        self.visualizer = VisualizerCamera()
+        self.light = PictureLight()
+        self.keyboard, self.mouse = Keyboard(), Mouse()
+        self.user_data = UserData()
+        self.logs = LogSet()
+        self._first_texture = 0
+        self._history: Any = ()
+        """Bodies that the script created step by step before the last reset; the body pool reuses them."""
+
+    scene: PhysicsScene
+    """The bodies and their world, created on first use."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Create the scene when it is first used.
+
+        Raises:
+            AttributeError: any other attribute that does not exist.
+        """
+        if name != "scene":
+            raise AttributeError(f"Client has no attribute {name!r}")
+        from roboyard.pybullet.state.physics_scene import PhysicsScene
+
+        self.scene = PhysicsScene(self.parameters, self._first_texture)
+        self.scene.world.pool.restore_history(self._history)
+        return self.scene
+
+    def _release_scene(self) -> None:
+        scene = self.__dict__.pop("scene", None)
+        if scene is not None:
+            scene.release()
+
+    def reset(self) -> None:
+        """Remove everything from the world; settings stay except gravity and solver iterations."""
+        if "scene" in self.__dict__:
+            self._first_texture = self.scene.textures.following
+            self._history = self.scene.world.pool.history
+        self._release_scene()
+        self.user_data = UserData()
+        self.parameters.reset()
+
+    def follow_clock(self, real_time: bool) -> None:
+        """Start or stop stepping in real time. Only clients with a window do; this one ignores it."""
+
+    def close(self) -> None:
+        """Close the log files and free the world."""
+        self.logs.stop_all()
+        self._release_scene()
+
+
+def install_commands() -> None:
+    """Make every command of the table a method of `Client`."""
+    for name, entry in COMMANDS.items():
+        setattr(Client, name, entry.function)

@@ -1,0 +1,117 @@
+"""Building the World's constraint for what a script asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roboyard.errors import RoboyardError
+from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.state.constraint_records import WORLD, ConstraintRecord
+from roboyard.transforms import multiply, rotate
+
+if TYPE_CHECKING:
+    from roboyard.description.model import Pose
+    from roboyard.pybullet.face.arguments import Quaternion, Vector3
+    from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.sim.joint import Joint
+    from roboyard.sim.link import Link
+
+
+def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
+    """Make, or make anew, the World's constraint.
+
+    Raises:
+        RoboyardError: a link or joint is not there, or cannot be held so.
+    """
+    constraints = scene.world.constraints
+    remove(scene, record)
+    if record.kind == c.JOINT_GEAR:
+        aux_link, ratio = record.gear_aux_link, record.gear_ratio or 1.0
+        aux = None if aux_link is None else _joint(scene, (record.parent[0], aux_link))
+        record.made = constraints.add_gear(
+            _joint(scene, record.parent),
+            _joint(scene, record.child),
+            ratio,
+            against=aux,
+            max_force=record.max_force,
+        )
+        if record.erp != 0.0:
+            constraints.set_gear(record.made, ratio, record.relative_position_target)
+        return
+    link_a = _link(scene, record.parent)
+    link_b = None if record.child[0] == WORLD else _link(scene, record.child)
+    position_a, orientation_a = parent_frame(scene, record)
+    position_b, orientation_b = child_frame(scene, record)
+    if record.kind == c.JOINT_POINT2POINT:
+        record.made = constraints.add_point(
+            link_a, link_b, position_a=position_a, position_b=position_b, max_force=record.max_force
+        )
+    elif record.kind == c.JOINT_FIXED:
+        record.made = constraints.add_weld(
+            link_a,
+            link_b,
+            position_a=position_a,
+            orientation_a=orientation_a,
+            position_b=position_b,
+            orientation_b=orientation_b,
+            max_force=record.max_force,
+        )
+    elif record.kind == c.JOINT_PRISMATIC:
+        record.made = constraints.add_slide(
+            link_a,
+            link_b,
+            record.axis,
+            position_a=position_a,
+            orientation_a=orientation_a,
+            position_b=position_b,
+            orientation_b=orientation_b,
+            max_force=record.max_force,
+        )
+    else:
+        raise RoboyardError(
+            f"joint type {record.kind} makes no constraint; use JOINT_FIXED, JOINT_POINT2POINT, "
+            "JOINT_PRISMATIC or JOINT_GEAR"
+        )
+
+
+def remove(scene: PhysicsScene, record: ConstraintRecord) -> None:
+    """Let go, if it holds."""
+    made, record.made = record.made, None
+    if made is not None:
+        scene.world.constraints.remove(made)
+
+
+def parent_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
+    """The parent's side, in its link frame."""
+    return _in_link_frame(scene, record.parent, record.parent_position, record.parent_orientation)
+
+
+def child_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
+    """The child's side, in its link frame or in the world."""
+    return _in_link_frame(scene, record.child, record.child_position, record.child_orientation)
+
+
+def _in_link_frame(
+    scene: PhysicsScene, place: tuple[int, int], position: Vector3, orientation: Quaternion
+) -> tuple[np.ndarray, np.ndarray]:
+    if place[0] == WORLD:
+        return np.array(position), np.array(orientation)
+    frame: Pose = scene.bodies[place[0]].links[place[1] + 1].frame
+    at = np.asarray(frame.position) + rotate(frame.quaternion, position)
+    return at, multiply(frame.quaternion, orientation)
+
+
+def _link(scene: PhysicsScene, place: tuple[int, int]) -> Link:
+    found = scene.link(*place)
+    if found is None:
+        raise RoboyardError(f"there is no body {place[0]} with a link {place[1]}")
+    return found
+
+
+def _joint(scene: PhysicsScene, place: tuple[int, int]) -> Joint:
+    record = scene.bodies.get(place[0])
+    if record is None or not 0 <= place[1] < record.joint_count:
+        raise RoboyardError(f"there is no body {place[0]} with a joint {place[1]}; gears couple joints")
+    return record.body.joints[place[1]]

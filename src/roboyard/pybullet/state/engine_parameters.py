@@ -1,0 +1,48 @@
+"""Settings of the physics engine: gravity, time step, iterations and the rest, as the script set them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+DEFAULT_ITERATIONS = 50
+
+
+@dataclass(kw_only=True, slots=True)
+class EngineParameters:
+    """What setGravity, setTimeStep and setPhysicsEngineParameter set."""
+
+    time_step: float = 1.0 / 240.0
+    """Time that one stepSimulation advances (s)."""
+    sub_steps: int = 0
+    """Number of substeps of a step; 0 and 1 mean one undivided step."""
+    iterations: int = DEFAULT_ITERATIONS
+    """Solver iterations; read back, without effect on this engine."""
+    inner_iterations: int = 1
+    """Inner solver iterations; read back, without effect on this engine."""
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Gravity in the world frame (m/s²)."""
+    real_time: int = 0
+    """Argument of setRealTimeSimulation; without a window time advances only with stepSimulation."""
+    contact_breaking_threshold: float = 0.02
+    """Distance beyond which Bullet removes contact points (m); read back only."""
+    restitution_velocity_threshold: float = 0.2
+    """Impacts slower than this do not bounce (m/s)."""
+    cone_friction: int = 1
+    """1 for a friction cone, 0 for a pyramid."""
+    file_caching: int = 1
+    """1 keeps parsed robot files for the next load."""
+    feedback_mode: int = 0
+    """Bits of JOINT_FEEDBACK_IN_WORLD_SPACE and JOINT_FEEDBACK_IN_JOINT_FRAME."""
+    report_analytics: int = 0
+    """1 asks for solver statistics; read back only."""
+    others: dict[str, float] = field(default_factory=dict)
+    """Settings of Bullet's own solver: stored, without effect on this engine."""
+    revision: int = 0
+    """Number of changes so far; the scene applies the settings when it differs."""
+
+    def reset(self) -> None:
+        """Restore what resetSimulation resets: gravity and iterations."""
+        self.gravity = (0.0, 0.0, 0.0)
+        self.iterations = DEFAULT_ITERATIONS
+        self.inner_iterations = 1
+        self.revision += 1

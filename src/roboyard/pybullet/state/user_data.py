@@ -1,0 +1,70 @@
+"""Text that scripts attach to bodies, links and visual shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from roboyard.pybullet.state.ids import IdPool
+
+
+@dataclass(frozen=True, slots=True)
+class UserDataKey:
+    """The body, link or visual shape that an entry belongs to, and the entry's key."""
+
+    body: int
+    """Body id."""
+    link: int
+    """Link index; -1 for the base."""
+    shape: int
+    """Index of the visual shape; -1 for the link itself."""
+    key: str
+    """Name of the entry."""
+
+
+class UserData:
+    """Entries by id, counted from 0; the id freed last is reused first."""
+
+    def __init__(self) -> None:
+        """Start without entries."""
+        self._ids = IdPool()
+        self._values: dict[int, bytes] = {}
+        self._keys: dict[int, UserDataKey] = {}
+        self._numbers: dict[UserDataKey, int] = {}
+
+    def put(self, key: UserDataKey, value: str) -> int:
+        """Set an entry and return its id, which stays the same when the value is replaced."""
+        number = self._numbers.get(key)
+        if number is None:
+            number = self._ids.take()
+            self._numbers[key] = number
+            self._keys[number] = key
+        self._values[number] = value.encode()
+        return number
+
+    def find(self, key: UserDataKey) -> int:
+        """Return the id of an entry, or -1."""
+        return self._numbers.get(key, -1)
+
+    def value(self, number: int) -> bytes | None:
+        """Return the text of an entry, or None."""
+        return self._values.get(number)
+
+    def remove(self, number: int) -> bool:
+        """Remove an entry; return False if there is none."""
+        key = self._keys.pop(number, None)
+        if key is None:
+            return False
+        del self._numbers[key], self._values[number]
+        self._ids.free(number)
+        return True
+
+    def of_body(self, body: int) -> list[tuple[int, UserDataKey]]:
+        """Return (id, key) of a body's entries, oldest first."""
+        return [(number, key) for number, key in self._keys.items() if key.body == body]
+
+    def remove_bodies(self, bodies: Iterable[int]) -> None:
+        """Remove all entries of some bodies."""
+        removed = set(bodies)
+        for number in [number for number, key in self._keys.items() if key.body in removed]:
+            self.remove(number)

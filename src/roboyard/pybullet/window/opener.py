@@ -1,0 +1,42 @@
+"""PyBullet's GUI as a page in a browser: what connect(GUI) opens.
+
+The page shows the client's world live, with its sliders, buttons, debug lines, points and texts; keys, mouse
+and camera of the page reach the script; bodies can be dragged. A script never waits for a browser, and with
+nobody watching almost nothing is done. Without the extra `gui`, or with ROBOYARD_VIEWER=0 in the environment,
+a GUI client has no page and works like a DIRECT one.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from roboyard.errors import ConfigError, MissingExtraError
+from roboyard.pybullet.client import Client
+
+SWITCH = "ROBOYARD_VIEWER"
+"""Environment variable: 0 keeps GUI clients without a page."""
+
+_printed: set[str] = set()
+
+
+def open_window(method: int, options: str) -> Client:
+    """A client of this method (GUI, GUI_SERVER, ...) with its page, if there can be one."""
+    if os.environ.get(SWITCH, "1").strip().lower() in ("0", "no", "off", "false"):
+        return Client(method)
+    from roboyard.pybullet.window.client import WindowClient
+    from roboyard.pybullet.window.options import parse_options
+
+    try:
+        return WindowClient(method, parse_options(options))
+    except MissingExtraError as problem:
+        _print_once(f"GUI runs without a window: {problem}")
+    except ConfigError as problem:
+        _print_once(f"GUI runs without a window: {problem}; --port=NUMBER in connect's options names another")
+    return Client(method)
+
+
+def _print_once(text: str) -> None:
+    if text not in _printed:
+        _printed.add(text)
+        print(f"roboyard: {text}", file=sys.stderr)
