@@ -11,6 +11,28 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src"
 PACKAGE = "roboyard"
 
+LAYERS = (
+    ("errors", "_lazy", "_version"),
+    ("transforms", "paths", "config", "assets", "pybullet_data"),
+    ("shapes",),
+    ("description", "rendering"),
+    ("kinematics", "audit"),
+    ("repair", "morphology"),
+    ("export",),
+    ("sim",),
+    ("sensors",),
+    ("robots",),
+    ("scenes", "planning", "reports"),
+    ("recording", "validation"),
+    ("teleop", "demo", "envs", "importer"),
+    ("viewer", "omnigibson"),
+    ("pybullet",),
+    ("cli",),
+    ("__init__",),
+    ("__main__",),
+)
+"""Lowest first; folders on one line do not import each other. docs/architecture.md draws them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Import:

@@ -6,29 +6,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from house import Import, circles, folder, imports, modules
-
-LAYERS = (
-    ("errors", "_lazy", "_version"),
-    ("transforms", "paths", "config", "assets", "pybullet_data"),
-    ("shapes",),
-    ("description", "rendering"),
-    ("kinematics", "audit"),
-    ("repair", "morphology"),
-    ("export",),
-    ("sim",),
-    ("sensors",),
-    ("robots",),
-    ("scenes", "planning", "reports"),
-    ("recording", "validation"),
-    ("teleop", "demo", "envs", "importer"),
-    ("viewer", "omnigibson"),
-    ("pybullet",),
-    ("cli",),
-    ("__init__",),
-    ("__main__",),
-)
-"""Lowest first; folders on one line do not import each other. docs/architecture.md draws them."""
+from house import LAYERS, Import, circles, folder, imports, modules
 
 LAYER = {name: number for number, names in enumerate(LAYERS) for name in names}
 
