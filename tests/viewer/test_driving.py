@@ -1,4 +1,4 @@
-"""Driving on a page: what keys, sticks, handles and buttons do to the robot."""
+"""Driving from a page: keys, joysticks, handles and buttons move the robot."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ pytest.importorskip("viser")
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DrivingPage]:
     page = DrivingPage(
-        {"scene": "empty", "robot": "r1"}, port=0, folder=tmp_path_factory.mktemp("films"), quiet=True
+        {"scene": "empty", "robot": "r1"}, port=0, folder=tmp_path_factory.mktemp("videos"), quiet=True
     )
     yield page
     page.close()
@@ -31,8 +31,8 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DrivingPage]:
 
 @pytest.fixture
 def page(served: DrivingPage) -> DrivingPage:
-    """R1 on an empty floor, where it began."""
-    if served.stage.setup["robot"] != "r1" or served.stage.scene.name != "empty":
+    """R1 on an empty floor in its initial state."""
+    if served.scene_setup.setup["robot"] != "r1" or served.scene_setup.scene.name != "empty":
         served.set_up({"scene": "empty", "robot": "r1"})
     served.reset()
     served.play(True)
@@ -56,7 +56,7 @@ def place(page: DrivingPage) -> np.ndarray:
 
 
 class Typist:
-    """A page that presses keys."""
+    """Presses keys on a page."""
 
     def __init__(self, page: DrivingPage, tab: Any) -> None:
         self._script, self._tab, self._count = page.keys._script, tab, 0
@@ -92,7 +92,7 @@ def test_a_held_key_drives_the_base_until_it_is_released(page, browser, wait, ke
     assert np.abs(place(page) - stopped).max() < 0.005
 
 
-def test_a_tap_between_two_looks_is_not_lost(page, browser, wait) -> None:
+def test_a_key_pressed_and_released_between_two_ticks_acts(page, browser, wait) -> None:
     press = Typist(page, browser(page.viewer))
     run(page, 0.1)
     press("2", True)
@@ -100,15 +100,15 @@ def test_a_tap_between_two_looks_is_not_lost(page, browser, wait) -> None:
     press("i", True)
     press("i", False)
     wait(lambda: page._events.qsize() == 4)
-    before = page.action_source.teleop.joint
+    before = page.action_source.key_bindings.joint
     page.tick(1 / 30)
-    assert page.action_source.teleop.joint == before + 1
+    assert page.action_source.key_bindings.joint == before + 1
     start = place(page)
     run(page, 0.2)
     assert place(page)[0] > start[0] - 1e-6
 
 
-def test_sticks_move_and_turn_the_base_and_a_page_that_goes_lets_go(page, browser, wait) -> None:
+def test_joysticks_move_the_base_and_are_released_when_the_page_closes(page, browser, wait) -> None:
     assert page.action_source.joysticks == ("move", "turn")
     tab = browser(page.viewer)
     wait(lambda: page.viewer.watchers == 1)
@@ -125,7 +125,7 @@ def test_sticks_move_and_turn_the_base_and_a_page_that_goes_lets_go(page, browse
     wait(lambda: page.joysticks.values["turn"] == (0.0, 0.0))
 
 
-def test_sticks_take_no_rubbish(page, browser, wait) -> None:
+def test_joysticks_ignore_invalid_values(page, browser, wait) -> None:
     tab = browser(page.viewer)
     for count, value in enumerate(
         (["move", 5, 0], ["move", float("nan"), 0], ["x", 0, 0], [["move"], 0, 0], 7)
@@ -136,11 +136,11 @@ def test_sticks_take_no_rubbish(page, browser, wait) -> None:
     assert page.joysticks.values == {"move": (0.25, 0.5), "turn": (0.0, 0.0)}
 
 
-def test_a_dragged_handle_leads_the_hand(page, browser, wait) -> None:
+def test_the_end_effector_follows_a_dragged_handle(page, browser, wait) -> None:
     run(page, 0.5)
     group = "arm_left"
-    handle = page.hands.handles[group]
-    np.testing.assert_allclose(handle.position, page.action_source.tip(group)[:3, 3], atol=2e-3)
+    handle = page.ik_handles.handles[group]
+    np.testing.assert_allclose(handle.position, page.action_source.end_effector_pose(group)[:3, 3], atol=2e-3)
     goal = np.add(handle.position, (0.05, 0.03, 0.08))
     tab = browser(page.viewer)
     tab.send(type="TransformControlsDragStartMessage", name=handle.name)
@@ -158,119 +158,123 @@ def test_a_dragged_handle_leads_the_hand(page, browser, wait) -> None:
         )
     )
     run(page, 2.0)
-    np.testing.assert_allclose(page.action_source.tip(group)[:3, 3], goal, atol=5e-3)
-    np.testing.assert_allclose(handle.position, goal, atol=1e-6)  # it stays where it was put
+    np.testing.assert_allclose(page.action_source.end_effector_pose(group)[:3, 3], goal, atol=5e-3)
+    np.testing.assert_allclose(handle.position, goal, atol=1e-6)  # the handle stays at its target
     before = page.robot.base_link.pose[0]
     page.joysticks._pulled["move"] = (0, 0.0, 1.0)
     run(page, 1.0)
     page.joysticks._pulled.clear()
-    assert page.robot.base_link.pose[0][0] - before[0] > 0.2  # and the hand rides along with the base
-    np.testing.assert_allclose(page.action_source.tip(group)[:3, 3], goal, atol=0.02)
-    page.hands.let_go()
+    assert page.robot.base_link.pose[0][0] - before[0] > 0.2  # the end effector moves with the base
+    np.testing.assert_allclose(page.action_source.end_effector_pose(group)[:3, 3], goal, atol=0.02)
+    page.ik_handles.release()
     assert page.action_source.targets == {}
 
 
-def test_a_key_for_the_hand_takes_it_from_its_handle(page) -> None:
-    page.action_source.targets["arm_left"] = page.action_source.tip("arm_left")
-    page.action_source.targets["arm_right"] = page.action_source.tip("arm_right")
+def test_a_key_for_an_end_effector_drops_its_handle_target(page) -> None:
+    page.action_source.targets["arm_left"] = page.action_source.end_effector_pose("arm_left")
+    page.action_source.targets["arm_right"] = page.action_source.end_effector_pose("arm_right")
     page.action_source.action({"ArrowUp"})
     assert set(page.action_source.targets) == {"arm_right"}
 
 
 def test_gripper_buttons_open_and_close(page) -> None:
-    index, name = next((k, n) for k, (n, _) in enumerate(page.action_source.teleop.grippers) if "left" in n)
+    index, name = next(
+        (k, n) for k, (n, _) in enumerate(page.action_source.key_bindings.grippers) if "left" in n
+    )
     places = page.robot.groups[name].places
-    page.action_source.teleop.set_gripper(index, is_open=False)
+    page.action_source.key_bindings.set_gripper(index, is_open=False)
     run(page, 1.5)
     closed = page.robot.joints.q[places].copy()
-    page.action_source.teleop.set_gripper(index, is_open=True)
+    page.action_source.key_bindings.set_gripper(index, is_open=True)
     run(page, 1.5)
     assert (page.robot.joints.q[places] - closed > 0.02).all()
 
 
-def test_controllers_change_in_place(page) -> None:
+def test_controllers_change_without_moving_the_robot(page) -> None:
     run(page, 0.2)
-    before, time = page.robot.joints.q.copy(), page.stage.scene.world.time
+    before, time = page.robot.joints.q.copy(), page.world.time
+    page.set_speed(0.25)
     page.set_controllers({"arm_left": "JointController"})
     assert type(page.robot.controllers["arm_left"]).__name__ == "JointController"
-    assert page.action_source.hands == ("arm_right",)
-    assert set(page.hands.handles) == {"arm_right"}
-    assert page.stage.scene.world.time == time
+    assert page.action_source.arms == ("arm_right",)
+    assert set(page.ik_handles.handles) == {"arm_right"}
+    assert page.world.time == time
+    assert page.action_source.speed == 0.25
     run(page, 0.5)
     assert np.abs(page.robot.joints.q - before).max() < 0.05
     page.set_controllers({"arm_left": "InverseKinematicsController"})
-    assert set(page.hands.handles) == {"arm_left", "arm_right"}
+    assert set(page.ik_handles.handles) == {"arm_left", "arm_right"}
 
 
-def test_reset_and_moments_go_back_bit_for_bit(page, tmp_path: Path) -> None:
+def test_reset_and_moments_restore_the_state_bit_for_bit(page, tmp_path: Path) -> None:
     page.joysticks._pulled["move"] = (0, 0.0, 1.0)
     run(page, 0.7)
     name = page.save_moment()
-    saved, time = page.stage.scene.world.data.qpos.copy(), page.stage.scene.world.time
+    saved, time = page.world.data.qpos.copy(), page.world.time
     run(page, 0.7)
     page.joysticks._pulled.clear()
     page.load_moment(page.moments[name])
-    np.testing.assert_array_equal(page.stage.scene.world.data.qpos, saved)
-    assert page.stage.scene.world.time == time
-    run(page, 0.5)  # nothing pulls it back to where it was
+    np.testing.assert_array_equal(page.world.data.qpos, saved)
+    assert page.world.time == time
+    run(page, 0.5)  # the controllers hold the restored state
     assert np.abs(place(page)[:2] - saved[:2]).max() < 0.15
     file = page.moments[name].save(tmp_path / "moment.npz")
     page.reset()
     assert np.abs(place(page)[:2]).max() < 1e-6
-    page.panel._take_in(file.read_bytes())
-    np.testing.assert_array_equal(page.stage.scene.world.data.qpos, saved)
+    page.panel._load_upload(file.read_bytes())
+    np.testing.assert_array_equal(page.world.data.qpos, saved)
     assert load_log(file).setup["robot"] == "r1"
 
 
-def test_an_uploaded_file_loads_nothing_that_is_not_on_offer(page, tmp_path: Path) -> None:
+def test_an_uploaded_file_loads_only_offered_scenes(page, tmp_path: Path) -> None:
     log = page.moments[page.save_moment()]
     log.setup["scene"] = str(tmp_path / "scene.xml")
     file = log.save(tmp_path / "evil.npz")
     log.setup["scene"] = "empty"
     with pytest.raises(ConfigError, match="no scene named"):
-        page.panel._take_in(file.read_bytes())
+        page.panel._load_upload(file.read_bytes())
     with pytest.raises(ConfigError, match="is no state log"):
-        page.panel._take_in(b"rubbish")
+        page.panel._load_upload(b"rubbish")
     page.panel.scene_choice.value = "../../etc/passwd"
     with pytest.raises(ConfigError, match="no scene named"):
         page.panel._set_up()
 
 
-def test_another_scene_takes_the_place_of_the_first(page) -> None:
+def test_another_scene_replaces_the_first(page) -> None:
     page.set_up({"scene": "tabletop", "robot": "r1"})
-    assert page.viewer.world is page.stage.scene.world
+    assert page.viewer.world is page.world
     assert any("table" in path for path in page.viewer.nodes._frames)
     run(page, 0.3)
-    assert page.stage.scene.world.time > 0.2
-    assert set(page.hands.handles) == {"arm_left", "arm_right"}
+    assert page.world.time > 0.2
+    assert set(page.ik_handles.handles) == {"arm_left", "arm_right"}
 
 
-def test_a_scene_that_fails_to_load_leaves_the_old_one(page) -> None:
-    stage = page.stage
-    page.requests.fulfil(lambda: page.set_up({"scene": "no_such_place", "robot": "r1"}))
-    assert page.stage is stage
+def test_the_scene_stays_when_another_one_fails_to_load(page) -> None:
+    before = page.scene_setup
+    page.requests.execute(lambda: page.set_up({"scene": "no_such_place", "robot": "r1"}))
+    assert page.scene_setup is before
     assert "no scene named" in page.panel.status.content
-    assert set(page.hands.handles) == {"arm_left", "arm_right"}
+    assert set(page.ik_handles.handles) == {"arm_left", "arm_right"}
 
 
-def test_a_film_shows_what_the_page_shows(page) -> None:
-    path = page.start_film(ending="gif")
+def test_a_video_is_recorded_from_the_page_camera(page) -> None:
+    path = page.start_video(ending="gif")
     assert path.name == "r1-empty-1.gif"
     page.joysticks._pulled["turn"] = (0, 1.0, 0.0)
     run(page, 1.0)
     page.joysticks._pulled.clear()
-    assert page.stop_film() == path
+    assert page.stop_video() == path
     from PIL import Image
 
-    with Image.open(path) as film:
-        assert film.n_frames == pytest.approx(15, abs=1)  # type: ignore[attr-defined]
-        assert film.size == (480, 360)
+    with Image.open(path) as video:
+        assert video.n_frames == pytest.approx(15, abs=1)  # type: ignore[attr-defined]
+        assert video.size == (480, 360)
     assert free_file(page.folder, "r1-empty", "gif").name == "r1-empty-2.gif"
 
 
-def test_a_rover_has_one_stick_and_no_handles(rover, browser, wait) -> None:
+def test_a_rover_has_one_joystick_and_no_handles(rover, browser, wait) -> None:
     assert rover.action_source.joysticks == ("drive",)
-    assert rover.hands.handles == {}
+    assert rover.ik_handles.handles == {}
     assert not rover.panel.handles_box.visible
     tab = browser(rover.viewer)
     before = place(rover)
@@ -279,7 +283,7 @@ def test_a_rover_has_one_stick_and_no_handles(rover, browser, wait) -> None:
     assert place(rover)[0] - before[0] > 0.05
 
 
-def test_what_is_kept_for_late_pages_does_not_grow(page, browser, wait) -> None:
+def test_messages_kept_for_late_pages_do_not_accumulate(page, browser, wait) -> None:
     kept = page.viewer.server._websock_server._broadcast_buffer.message_from_id
     for stay in range(2):
         tab = browser(page.viewer)
@@ -299,32 +303,32 @@ def test_what_is_kept_for_late_pages_does_not_grow(page, browser, wait) -> None:
 
 def test_pausing_stops_the_world(page) -> None:
     page.play(False)
-    time = page.stage.scene.world.time
+    time = page.world.time
     run(page, 0.3)
-    assert page.stage.scene.world.time == time
+    assert page.world.time == time
     assert page.panel.play_button.label == "Play"
 
 
 def test_the_command_drives_in_the_browser(monkeypatch, capsys, tmp_path: Path) -> None:
     from roboyard.cli import main
 
-    film, log = tmp_path / "drive.gif", tmp_path / "drive.npz"
+    video, log = tmp_path / "drive.gif", tmp_path / "drive.npz"
     words = ["drive", "rover", "--scene", "empty", "--browser", "--port", "0", "--no-open", "--short-exec"]
     monkeypatch.setattr("roboyard.teleop.loop.SHORT", 12)
-    assert main([*words, "--record", str(film), "--log", str(log)]) == 0
-    told = capsys.readouterr().out
-    assert "Roboyard: drive is at http://127.0.0.1:" in told
-    assert f"wrote {film}" in told
-    assert f"wrote {log}" in told
+    assert main([*words, "--record", str(video), "--log", str(log)]) == 0
+    output = capsys.readouterr().out
+    assert "Roboyard: drive is at http://127.0.0.1:" in output
+    assert f"wrote {video}" in output
+    assert f"wrote {log}" in output
     assert len(load_log(log)) == 12
     assert main([*words, "--seed", "3"]) == 1
     assert "leave --control-mode random and --seed out" in capsys.readouterr().err
 
 
-def test_lidar_scans_are_shown_where_they_are_asked_for(page: DrivingPage) -> None:
+def test_lidar_scans_are_shown_when_switched_on(page: DrivingPage) -> None:
     assert not page.panel.scans_box.visible  # R1 has none
     page.robot.sensors.add(Lidar(page.robot.body.link("base_link"), position=(0, 0, 0.6), rate=10))
-    crate = page.stage.scene.world.add_box((1, 1, 2), (3, 0, 1))
+    crate = page.world.add_box((1, 1, 2), (3, 0, 1))
     try:
         page.panel.show_robot()
         assert page.panel.scans_box.visible
@@ -342,5 +346,5 @@ def test_lidar_scans_are_shown_where_they_are_asked_for(page: DrivingPage) -> No
         assert not len(page.scans.points)
     finally:
         page.viewer.watchers -= 1
-        page.stage.scene.world.remove(crate)
+        page.world.remove(crate)
         page.set_up({"scene": "empty", "robot": "r1"})

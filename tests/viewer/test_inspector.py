@@ -11,7 +11,7 @@ from roboyard.errors import ConfigError, RoboyardError
 from roboyard.viewer.inspector import Inspector, RobotSource, find_robot
 from roboyard.viewer.inspector.edits.planner_spheres import read_spheres
 from roboyard.viewer.inspector.layers.overlays import FORCE_LENGTH, inertia_box
-from roboyard.viewer.inspector.panels.link_panel import plain
+from roboyard.viewer.page.markdown import plain
 
 pytest.importorskip("viser")
 
@@ -86,7 +86,7 @@ def test_a_paused_slider_places_the_joint_and_its_follower(inspect, browser, wai
     page = browser(inspector.viewer)
     press(inspector, inspector.joints.sliders["grip"], page, value=0.5)
     wait(lambda: inspector.joints.sliders["grip"].value == 0.5)
-    wait(lambda: inspector._wishes.qsize() > 0)
+    wait(lambda: inspector._requests.qsize() > 0)
     inspector.tick(0.01)
     assert inspector.body.joint("grip").position == pytest.approx(0.5)
     assert inspector.body.joint("follow").position == pytest.approx(-0.5)
@@ -188,7 +188,7 @@ def test_a_switch_on_the_page_shows_and_hides(inspect, browser, wait, planner_fi
     for kind, count in expected.items():
         assert inspector.overlays.nodes(kind) == []
         press(inspector, inspector.switches[kind], page, value=True)
-        wait(lambda: inspector._wishes.qsize() > 0)
+        wait(lambda: inspector._requests.qsize() > 0)
         inspector.tick(0.01)
         nodes = inspector.overlays.nodes(kind)
         assert len(nodes) == count
@@ -243,7 +243,7 @@ def test_a_clicked_shape_picks_its_link(inspect, browser, wait, shape: str) -> N
         screen_pos=(0.5, 0.5),
         modifier=None,
     )
-    wait(lambda: inspector._wishes.qsize() > 0)
+    wait(lambda: inspector._requests.qsize() > 0)
     inspector.tick(0.01)
     assert inspector.links.choice.value.strip() == "left · 0.5 kg"
     assert "0.5 kg at (0.1, 0, 0) m" in inspector.links.facts.content
@@ -307,7 +307,7 @@ def test_the_cameras_picture_is_the_worlds(inspect) -> None:
     assert len(np.unique(inspector.camera.picture.image.reshape(-1, 3), axis=0)) >= 3
 
 
-def test_a_wish_that_fails_ends_nothing(inspect, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failing_request_is_reported_and_the_page_goes_on(inspect, caplog: pytest.LogCaptureFixture) -> None:
     inspector = inspect()
 
     def fail() -> None:
@@ -317,10 +317,10 @@ def test_a_wish_that_fails_ends_nothing(inspect, caplog: pytest.LogCaptureFixtur
     inspector.do(lambda: inspector.play(True))
     inspector.tick(0.1)
     assert inspector.is_playing
-    assert "a wish of the page failed" in caplog.text
+    assert "a request of the page failed" in caplog.text
 
 
-def test_an_explosion_stops_time_and_is_told(inspect) -> None:
+def test_a_diverged_simulation_pauses_and_is_reported(inspect) -> None:
     inspector = inspect(fixed_base=False)
     inspector.play(True)
     inspector.tick(0.05)

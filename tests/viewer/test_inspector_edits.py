@@ -69,7 +69,7 @@ def inspect(gripper: Path) -> Iterator[Callable[..., Inspector]]:
 def typed(inspector: Inspector, page: Any, wait: Any, element: Any, value: Any) -> None:
     """Someone on a page gives an element of the panel a value."""
     page.send(type="GuiUpdateMessage", uuid=element._impl.uuid, updates={"value": value})
-    wait(lambda: inspector._wishes.qsize() > 0)
+    wait(lambda: inspector._requests.qsize() > 0)
     inspector.tick(0.01)
 
 
@@ -132,7 +132,7 @@ def test_a_dragged_handle_moves_the_sensor(inspect, config: Path, browser, wait)
         position=(0.1, 0.2, 0.3),
         wxyz=(1.0, 0.0, 0.0, 0.0),
     )
-    wait(lambda: handle.position[0] == 0.1 and inspector._wishes.qsize() > 1)
+    wait(lambda: handle.position[0] == 0.1 and inspector._requests.qsize() > 1)
     inspector.tick(0.01)
     assert inspector.panels.notes.mounts[0].position == (0.1, 0.2, 0.3)
     assert tuple(panel.position.value) == (0.1, 0.2, 0.3)

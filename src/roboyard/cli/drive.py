@@ -41,9 +41,9 @@ def _page(
     page = DrivingPage({"scene": scene, "robot": robot}, host=host, port=port)
     try:
         if record is not None:
-            page.start_film(record)
+            page.start_video(record)
         if log is not None:
-            page.recorder = Recorder(page.stage.scene.world, setup=page.stage.setup)
+            page.recorder = Recorder(page.world, setup=page.scene_setup.setup)
     except BaseException:
         page.close()
         raise
@@ -53,7 +53,7 @@ def _page(
 def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browser: bool) -> None:
     from roboyard.viewer.page.browser import open_page
 
-    recorder, film = page.recorder, page.filming.film
+    recorder, video = page.recorder, page.recording.writer
     try:
         if open_browser:
             open_page(page.viewer.url)
@@ -62,7 +62,7 @@ def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browse
         page.close()
         if log is not None and recorder is not None and len(recorder):
             recorder.log().save(log)
-        for what in (film.path if film is not None else None, log):
+        for what in (video.path if video is not None else None, log):
             if what is not None and what.is_file():
                 print(f"wrote {what}")
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.rendering.camera import Camera
+from roboyard.rendering.png import encode_png
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -47,9 +48,7 @@ class Image:
         return self.camera.deproject(self.depth)
 
     def _repr_png_(self) -> bytes:
-        from roboyard.rendering.files import png_bytes
-
-        return png_bytes(self.rgba)
+        return encode_png(self.rgba)
 
 
 def depth_buffer(image: Image) -> NDArray[np.float32]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from roboyard.sim import World
     from roboyard.sim.link import Link
 
-log = logging.getLogger("roboyard.viewer")
+log = logging.getLogger(__name__)
 
 RATE = 60.0
 """Hz: most pictures a second."""

@@ -1,4 +1,4 @@
-"""Driving on a page: keys, sticks, handles on the hands, grippers, films and saved moments."""
+"""Drive a robot from the browser: keys, joysticks, end effector handles, grippers, videos, saved states."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""From what is held, pulled and dragged on a page to actions of a robot.
+"""Convert a page's keys, joysticks and handles to actions of a robot.
 
-Keys mean what they mean in the terminal (`roboyard.teleop.KeyBindings`), but act for as long as they are
-held.
-On a
-page the base of a holonomic robot has keys and sticks too, and each hand may have a pose to go to.
+Keys have the meaning that they have in the terminal (`roboyard.teleop.KeyBindings`), but act while they are
+held. Unlike there, keys and joysticks move the base of a holonomic robot too, and each end effector may
+have a target pose.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.robots.control.rotations import inverse, vector_of_matrix
+from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.robots.control.task import TaskController
 from roboyard.teleop import KeyBindings
 from roboyard.transforms import Array
@@ -21,100 +20,99 @@ from roboyard.transforms import Array
 if TYPE_CHECKING:
     from roboyard.robots import Robot
 
-NAMES = {"ArrowUp": "up", "ArrowDown": "down", "ArrowLeft": "left", "ArrowRight": "right"}
-"""Names of keys in a browser, and in the terminal."""
-ONCE = frozenset("123456t")
-"""Keys that act when they go down and not while they are held."""
+KEY_NAMES = {"ArrowUp": "up", "ArrowDown": "down", "ArrowLeft": "left", "ArrowRight": "right"}
+"""Name of a key in the browser to its name in the terminal."""
+TAP_KEYS = frozenset("123456t")
+"""Keys that act once when pressed, not while held."""
 BASE_KEYS = {
     "i": (0, 1.0), "k": (0, -1.0), ",": (1, 1.0), ".": (1, -1.0), "j": (2, 1.0), "l": (2, -1.0),
 }  # fmt: skip
-"""Key to direction (on, to the left, turning to the left) and sign."""
-SPEED = 0.4
-"""Of the base's largest speed, where nobody chose another."""
+"""Key to direction (0 forward, 1 left, 2 counter-clockwise) and sign."""
+DEFAULT_SPEED = 0.4
+"""Fraction of the base's maximum speed."""
 
 HELP = """\
 | keys | |
 |---|---|
-| i k , . | base: on, back, left, right |
+| i k , . | base: forward, back, left, right |
 | j l | base: turn left, turn right |
-| arrows, p ; | hand: x + -, y + -, z + - |
-| n b o u v c | hand: about x + -, y + -, z + - |
-| 3 4 | previous, next hand |
+| arrows, p ; | end effector: x + -, y + -, z + - |
+| n b o u v c | end effector: about x + -, y + -, z + - |
+| 3 4 | previous, next arm |
 | ] [ | selected joint: + - |
 | 1 2 | previous, next joint |
 | t | open or close the gripper |
 | 5 6 | previous, next gripper |
 | r | reset |
 
-Directions of a hand are those of the robot's base: x to the front, y to the left. Keys w a s d q e move the
-camera.
+End effectors move along the axes of the robot's base: x forward, y left. Keys w a s d q e move the camera.
 """
 
 
 class ActionSource:
-    """What a page asks of one robot, as one action a control step."""
+    """The actions of one robot, one per control step, from a page's inputs."""
 
     def __init__(self, robot: Robot) -> None:
-        """Look at the robot's controllers; make a new pilot when they change."""
+        """Read the robot's controllers; make a new source when they change."""
         self.robot = robot
-        self.teleop = KeyBindings(robot)
-        self.speed = SPEED
-        """Share of the base's largest speed that a held key or a full pull means."""
+        self.key_bindings = KeyBindings(robot)
+        self.speed = DEFAULT_SPEED
+        """Fraction of the base's maximum speed at a held key or a full joystick deflection."""
         self.targets: dict[str, Array] = {}
-        """Group to the (4, 4) pose, in the robot's base frame, that its hand is to go to."""
+        """Joint group to the (4, 4) target pose of its end effector in the robot's base frame (m)."""
         self._base: tuple[str, int] | None = _base_of(robot)
 
     @property
-    def hands(self) -> tuple[str, ...]:
-        """Groups that can be given a pose."""
-        return tuple(name for name, *_ in self.teleop.hands)
+    def arms(self) -> tuple[str, ...]:
+        """Joint groups whose end effector can have a target pose."""
+        return tuple(name for name, *_ in self.key_bindings.hands)
 
     @property
     def joysticks(self) -> tuple[str, ...]:
-        """Names of the sticks that this robot has a use for."""
+        """Names of the joysticks for this robot's base."""
         if self._base is None:
             return ()
         return ("move", "turn") if self._base[0] == "holonomic" else ("drive",)
 
-    def tip(self, group: str) -> Array:
-        """(4, 4) pose of a hand in the robot's base frame."""
+    def end_effector_pose(self, group: str) -> Array:
+        """Return the (4, 4) pose of a group's end effector in the robot's base frame (m)."""
         found = self.robot.groups[group]
         controller = found.controller
         assert isinstance(controller, TaskController)
         return controller.tip(self.robot.loop.state_of(found))
 
     def press(self, key: str) -> None:
-        """A key went down; for those that act once."""
-        name = NAMES.get(key, key)
-        if name in ONCE:
-            self.teleop.press(name)
+        """Handle a key press, for keys that act once."""
+        name = KEY_NAMES.get(key, key)
+        if name in TAP_KEYS:
+            self.key_bindings.press(name)
 
     def reset(self) -> None:
-        """Open the grippers, forget where hands were to go."""
-        self.teleop.reset()
+        """Open the grippers and drop all target poses."""
+        self.key_bindings.reset()
         self.targets.clear()
 
     def action(
         self, held: Iterable[str] = (), joysticks: Mapping[str, tuple[float, float]] | None = None
     ) -> Array:
-        """(action_dim,) for the next control step.
+        """Return the (action_dim,) action of the next control step.
 
         Args:
-            held: keys that are down, by their names in the browser.
-            sticks: stick to its pull, right and up.
+            held: names of the held keys in the browser.
+            joysticks: joystick to its deflection to the right and up, each from -1 to 1.
         """
-        names = [NAMES.get(key, key) for key in held]
+        names = [KEY_NAMES.get(key, key) for key in held]
         parts = self.robot.controller_action_idx
-        hand = self.teleop.hands[self.teleop.hand] if self.teleop.hands else None
+        selected = self.key_bindings.hands[self.key_bindings.hand] if self.key_bindings.hands else None
         for name in names:
-            if name in ONCE or (self._base is not None and name in BASE_KEYS):
+            if name in TAP_KEYS or (self._base is not None and name in BASE_KEYS):
                 continue
-            self.teleop.press(name)
-        action = self.teleop.action()
-        if hand is not None and action[parts[hand[0]]].any():
-            self.targets.pop(hand[0], None)
+            self.key_bindings.press(name)
+        action = self.key_bindings.action()
+        if selected is not None and action[parts[selected[0]]].any():
+            self.targets.pop(selected[0], None)
         for group, target in tuple(self.targets.items()):
-            action[parts[group]] = self._towards(group, target)
+            action[parts[group]] = self._task_command(group, target)
         self._move_base(action, names, joysticks or {})
         return action
 
@@ -124,22 +122,22 @@ class ActionSource:
         if self._base is None:
             return
         kind, start = self._base
-        wanted = np.zeros(3)
+        command = np.zeros(3)
         for name in names:
             if name in BASE_KEYS:
                 direction, sign = BASE_KEYS[name]
-                wanted[direction] += sign
+                command[direction] += sign
         right, up = joysticks.get("move", joysticks.get("drive", (0.0, 0.0)))
         turn, _ = joysticks.get("turn", (right, 0.0) if kind == "differential" else (0.0, 0.0))
-        wanted += [up, -right if kind == "holonomic" else 0.0, -turn]
-        wanted = self.speed * np.clip(wanted, -1.0, 1.0)
+        command += [up, -right if kind == "holonomic" else 0.0, -turn]
+        command = self.speed * np.clip(command, -1.0, 1.0)
         if kind == "holonomic":
-            action[start : start + 3] = wanted
+            action[start : start + 3] = command
         else:
-            action[start : start + 2] = wanted[[0, 2]]
+            action[start : start + 2] = command[[0, 2]]
 
-    def _towards(self, group: str, target: Array) -> Array:
-        """The command that makes `target` (in the base frame) the goal, or as far as one command reaches."""
+    def _task_command(self, group: str, target: Array) -> Array:
+        """Return the command towards the (4, 4) `target` in the base frame, within the command limits."""
         found = self.robot.groups[group]
         controller: Any = found.controller
         state = self.robot.loop.state_of(found)
@@ -157,13 +155,13 @@ class ActionSource:
         return command if scaling.low is None else np.clip(command, scaling.low, scaling.high)
 
     def status(self) -> str:
-        """What keys act upon, on one line."""
-        told = self.teleop.status()
-        return ", ".join(part for part in told.split(", ") if not part.startswith("wheels"))
+        """Return the selected joint, arm and gripper in one line."""
+        parts = self.key_bindings.status().split(", ")
+        return ", ".join(part for part in parts if not part.startswith("wheels"))
 
 
 def _base_of(robot: Robot) -> tuple[str, int] | None:
-    """Kind of the base and the start of its command."""
+    """Return the kind of the base and the start of its command in the action; None: no velocity base."""
     for name, controller in robot.controllers.items():
         kind, start = type(controller).__name__, robot.controller_action_idx[name].start
         if kind == "DifferentialDriveController":
@@ -171,10 +169,3 @@ def _base_of(robot: Robot) -> tuple[str, int] | None:
         if kind == "HolonomicBaseJointController" and controller.control_type == "velocity":
             return "holonomic", start
     return None
-
-
-def in_base(robot: Robot, pose: Array) -> Array:
-    """A (4, 4) pose in the world, in the robot's base frame."""
-    from roboyard.transforms import pose_matrix
-
-    return inverse(pose_matrix(*robot.base_link.pose)) @ pose

@@ -1,4 +1,4 @@
-"""Handles on a robot's hands: drag one, and the arm goes there."""
+"""Handles on a robot's end effectors: drag one, and the arm follows by inverse kinematics."""
 
 from __future__ import annotations
 
@@ -13,28 +13,29 @@ if TYPE_CHECKING:
     from roboyard.viewer.viewer import Viewer
 
 SCALE = 0.22
-"""m: size of a handle"""
+"""Size of a handle (m)."""
 
 
 class IkHandles:
-    """One handle for each hand that can be given a pose; it rides along with the robot's base.
+    """One handle for each arm with a task-space controller, attached to the robot's base.
 
-    A handle stays with its hand until someone drags it; then the hand goes to the handle.
+    A handle follows its end effector until it is dragged; from then on the end effector follows the handle.
     """
 
     def __init__(self, viewer: Viewer, action_source: ActionSource) -> None:
-        """Add the handles; call it from the thread that steps the world."""
-        self._pilot = action_source
+        """Add the handles; call it from the simulation thread."""
+        self._action_source = action_source
         base = viewer.path_of(action_source.robot.base_link)
         self.handles: dict[str, Any] = {}
+        """Joint group to its viser transform controls."""
         self._dragged: set[str] = set()
-        for group in action_source.hands:
-            only_places = action_source.robot.controllers[group].command_dim < 6
+        for group in action_source.arms:
+            position_only = action_source.robot.controllers[group].command_dim < 6
             handle = viewer.server.scene.add_transform_controls(
                 f"{base}/handle of {group}",
                 scale=SCALE,
                 line_width=3.0,
-                disable_rotations=only_places,
+                disable_rotations=position_only,
                 depth_test=False,
                 opacity=0.85,
             )
@@ -49,43 +50,43 @@ class IkHandles:
                 self._dragged.discard(group)
             else:
                 self._dragged.add(group)
-            self._pilot.targets[group] = _pose(handle)
+            self._action_source.targets[group] = _pose(handle)
 
         return on_update
 
     def show(self, visible: bool) -> None:
-        """Show or hide all handles; hidden ones lead nothing."""
+        """Show or hide all handles; a hidden handle sets no target."""
         for handle in self.handles.values():
             handle.visible = visible
         if not visible:
-            self.let_go()
+            self.release()
 
-    def let_go(self) -> None:
-        """Bring the handles back to where the hands are."""
+    def release(self) -> None:
+        """Drop all targets and move the handles back to their end effectors."""
         self._dragged.clear()
         for group in self.handles:
-            self._pilot.targets.pop(group, None)
+            self._action_source.targets.pop(group, None)
         self.follow()
 
     def follow(self) -> None:
-        """Move handles that lead nothing to their hands; call it from the thread that steps the world."""
+        """Move handles without a target to their end effectors; call it from the simulation thread."""
         for group, handle in self.handles.items():
-            if group in self._dragged or group in self._pilot.targets or not handle.visible:
+            if group in self._dragged or group in self._action_source.targets or not handle.visible:
                 continue
-            pose = self._pilot.tip(group)
+            pose = self._action_source.end_effector_pose(group)
             if not np.allclose(_pose(handle), pose, atol=1e-4):
                 handle.position = pose[:3, 3]
                 handle.wxyz = to_wxyz(quaternion_from_matrix(pose[:3, :3]))
 
     def remove(self) -> None:
-        """Take the handles out of the scene."""
+        """Remove the handles from the scene."""
         for handle in self.handles.values():
             handle.remove()
         self.handles.clear()
 
 
 def _pose(handle: Any) -> Array:
-    """(4, 4) pose of a handle in the robot's base frame."""
+    """Return the (4, 4) pose of a handle in the robot's base frame."""
     w, x, y, z = (float(v) for v in handle.wxyz)
     pose = np.eye(4)
     pose[:3, :3] = matrix_from_quaternion((x, y, z, w))

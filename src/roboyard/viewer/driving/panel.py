@@ -1,226 +1,245 @@
-"""The panel of a page that drives."""
+"""The panel of a page that drives a robot."""
 
 from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.robots import REGISTERED_ROBOTS
 from roboyard.scenes import SCENES
-from roboyard.viewer.driving.action_source import HELP, SPEED
+from roboyard.viewer.driving.action_source import DEFAULT_SPEED, HELP
+from roboyard.viewer.driving.session import DrivingSession
 from roboyard.viewer.driving.video import endings, free_file, read_moment
-from roboyard.viewer.inspector.panels.link_panel import plain
+from roboyard.viewer.page.markdown import plain
 from roboyard.viewer.scene.scans import lidars_of
 
-if TYPE_CHECKING:
-    from roboyard.viewer.driving.page import DrivingPage
-
 NO_MOMENT = "(none saved)"
-MOST_UPLOADED = 50 * 2**20
-"""bytes"""
+MAX_UPLOAD = 50 * 2**20
+"""Size of the largest state log that a page may upload (bytes)."""
 
 
 class DrivingPanel:
-    """Buttons, choices and the words of a `DrivingPage`."""
+    """Buttons, choices and texts of a `DrivingSession`."""
 
-    def __init__(self, gui: Any, page: DrivingPage) -> None:
-        self._page, self._gui = page, gui
+    def __init__(self, gui: Any, session: DrivingSession) -> None:
+        """Add the elements to a `viser` panel; their callbacks put requests into the session's queue."""
+        self._session, self._gui = session, gui
         self._of_robot: list[Any] = []
         self.status = gui.add_markdown("")
         self.play_button = gui.add_button("Pause", color="orange")
-        self.reset_button = gui.add_button("Reset", hint="back to the beginning (key r)")
-        self.follow_box = gui.add_checkbox("camera goes along", True)
-        self.handles_box = gui.add_checkbox("handles on the hands", True, hint="drag one; the arm goes there")
-        self.scans_box = gui.add_checkbox(
-            "lidar scans", False, hint="points where the rays of the robot's lidars end"
+        self.reset_button = gui.add_button("Reset", hint="restore the initial state (key r)")
+        self.follow_box = gui.add_checkbox("camera follows the robot", True)
+        self.handles_box = gui.add_checkbox(
+            "end effector handles", True, hint="drag a handle; the arm moves its end effector there"
         )
+        self.scans_box = gui.add_checkbox("lidar scans", False, hint="points hit by the robot's lidars")
         self.speed_slider = gui.add_slider(
-            "speed", min=0.05, max=1.0, step=0.05, initial_value=SPEED, hint="of the base's largest speed"
+            "speed",
+            min=0.05,
+            max=1.0,
+            step=0.05,
+            initial_value=DEFAULT_SPEED,
+            hint="fraction of the base's maximum speed",
         )
         tabs = gui.add_tab_group()
         with tabs.add_tab("Grippers"):
             self._grippers = gui.add_folder("Grippers")
         with tabs.add_tab("Keys"):
             gui.add_markdown(HELP)
-        with tabs.add_tab("Set-up"):
+        with tabs.add_tab("Setup"):
             self._add_set_up(gui)
-        with tabs.add_tab("Film"):
-            self._add_film(gui)
+        with tabs.add_tab("Video"):
+            self._add_video(gui)
         with tabs.add_tab("Moments"):
             self._add_moments(gui)
-        do = page.requests.do
-        self.play_button.on_click(lambda _: do(lambda: page.play(not page.is_playing)))
-        self.reset_button.on_click(lambda _: do(page.reset))
-        self.follow_box.on_update(lambda event: do(lambda on=event.target.value: self._follow(on)))
-        self.handles_box.on_update(lambda event: do(lambda on=event.target.value: page.hands.show(on)))
-        self.speed_slider.on_update(
-            lambda event: setattr(page.action_source, "speed", float(event.target.value))
+        do = session.requests.do
+        self.play_button.on_click(lambda _: do(lambda: session.play(not session.is_playing)))
+        self.reset_button.on_click(lambda _: do(session.reset))
+        self.follow_box.on_update(lambda event: do(lambda on=event.target.value: session.set_follow(on)))
+        self.handles_box.on_update(
+            lambda event: do(lambda on=event.target.value: session.ik_handles.show(on))
         )
+        self.speed_slider.on_update(lambda event: session.set_speed(float(event.target.value)))
 
     def _add_set_up(self, gui: Any) -> None:
-        page = self._page
-        scene, robot = str(page.stage.setup["scene"]), str(page.stage.setup["robot"])
+        setup = self._session.scene_setup.setup
+        scene, robot = str(setup["scene"]), str(setup["robot"])
         self.scene_choice = gui.add_dropdown("scene", _with(list(SCENES), scene), initial_value=scene)
         self.robot_choice = gui.add_dropdown(
             "robot", _with(list(REGISTERED_ROBOTS), robot), initial_value=robot
         )
-        self.load_button = gui.add_button("Set up", hint="loads the scene and puts the robot into it")
+        self.load_button = gui.add_button("Load", hint="loads the scene and spawns the robot")
         self._controllers = gui.add_folder("Controllers")
-        self.load_button.on_click(lambda _: page.requests.do(self._set_up))
+        self.load_button.on_click(lambda _: self._session.requests.do(self._set_up))
 
-    def _add_film(self, gui: Any) -> None:
-        page = self._page
+    def _add_video(self, gui: Any) -> None:
+        do = self._session.requests.do
         self.ending_choice = gui.add_dropdown("format", endings(), initial_value=endings()[0])
-        self.film_button = gui.add_button("Record", color="red", hint="what this page looks at")
-        self.film_text = gui.add_markdown("")
-        self.film_button.on_click(lambda event: page.requests.do(lambda: self._film(event.client)))
+        self.video_button = gui.add_button("Record", color="red", hint="records the view of this page")
+        self.video_text = gui.add_markdown("")
+        self.video_button.on_click(lambda event: do(lambda: self._record(event.client)))
 
     def _add_moments(self, gui: Any) -> None:
-        page = self._page
+        do = self._session.requests.do
         self.save_button = gui.add_button("Save this moment")
         self.moment_choice = gui.add_dropdown("moment", (NO_MOMENT,), initial_value=NO_MOMENT)
-        self.restore_button = gui.add_button("Go back to it")
-        self.keep_button = gui.add_button("Write it to a file", hint="for later, or for `roboyard replay`")
+        self.restore_button = gui.add_button("Restore it")
+        self.keep_button = gui.add_button("Write it to a file", hint="to load here or with `roboyard replay`")
         self.upload_button = gui.add_upload_button("Load a file", mime_type=".npz")
         self.moment_text = gui.add_markdown("")
-        self.save_button.on_click(lambda _: page.requests.do(self._save))
-        self.restore_button.on_click(lambda _: page.requests.do(self._restore))
-        self.keep_button.on_click(lambda event: page.requests.do(lambda: self._keep(event.client)))
+        self.save_button.on_click(lambda _: do(self._save))
+        self.restore_button.on_click(lambda _: do(self._restore))
+        self.keep_button.on_click(lambda event: do(lambda: self._keep(event.client)))
         self.upload_button.on_upload(
-            lambda event: page.requests.do(lambda data=event.target.value.content: self._take_in(data))
+            lambda event: do(lambda data=event.target.value.content: self._load_upload(data))
         )
 
-    # ------------------------------------------------------------------------------------------------ shown
+    # ---------------------------------------------------------------------------------------------- display
+
+    @property
+    def follows_robot(self) -> bool:
+        """Whether the camera follows the robot."""
+        return bool(self.follow_box.value)
 
     def show_robot(self) -> None:
-        """Buttons and choices of the robot that is there now."""
+        """Show the buttons and choices of the session's robot."""
         for handle in self._of_robot:
             handle.remove()
         self._of_robot.clear()
-        page, robot, teleop = self._page, self._page.robot, self._page.action_source.teleop
+        session, robot, bindings = (
+            self._session,
+            self._session.robot,
+            self._session.action_source.key_bindings,
+        )
         with self._grippers:
-            for index, (group, _) in enumerate(teleop.grippers):
+            for index, (group, _) in enumerate(bindings.grippers):
                 buttons = self._gui.add_button_group(group.removeprefix("gripper_"), ("open", "close"))
                 buttons.on_click(
-                    lambda event, k=index: page.requests.do(
-                        lambda on=event.target.value == "open": teleop.set_gripper(k, is_open=on)
+                    lambda event, k=index: session.requests.do(
+                        lambda on=event.target.value == "open": bindings.set_gripper(k, is_open=on)
                     )
                 )
                 self._of_robot.append(buttons)
-            if not teleop.grippers:
+            if not bindings.grippers:
                 self._of_robot.append(self._gui.add_markdown("No gripper that opens and closes."))
         with self._controllers:
             for group, allowed in robot.definition.allowed_controllers().items():
                 if group in robot.controllers:
                     self._of_robot.append(self._controller_choice(group, allowed))
-        self.handles_box.visible = bool(page.hands.handles)
+        self.handles_box.visible = bool(session.ik_handles.handles)
         self.scans_box.visible = bool(lidars_of(robot))
-        self.speed_slider.visible = bool(page.action_source.joysticks)
-        page.hands.show(self.handles_box.value)
-        self.scene_choice.value = str(page.stage.setup["scene"])
-        self.robot_choice.value = str(page.stage.setup["robot"])
+        self.speed_slider.visible = bool(session.action_source.joysticks)
+        session.ik_handles.show(self.handles_box.value)
+        self.scene_choice.value = str(session.scene_setup.setup["scene"])
+        self.robot_choice.value = str(session.scene_setup.setup["robot"])
         self._show_moments()
 
     def _controller_choice(self, group: str, allowed: Any) -> Any:
-        page = self._page
-        now = type(page.robot.controllers[group]).__name__
+        session = self._session
+        now = type(session.robot.controllers[group]).__name__
         choice = self._gui.add_dropdown(group, _with(list(allowed), now), initial_value=now)
 
         @choice.on_update
         def _(event: Any) -> None:
             if event.client_id is not None:
                 chosen = {group: str(event.target.value)}
-                page.requests.do(lambda: page.set_controllers(chosen))
+                session.requests.do(lambda: session.set_controllers(chosen))
 
         return choice
 
     def show_playing(self, playing: bool) -> None:
-        """The button says what it would do."""
+        """Label the play button by its action."""
         self.play_button.label = "Pause" if playing else "Play"
         self.play_button.color = "orange" if playing else "green"
 
-    def show_filming(self, path: Path | None) -> None:
-        """Whether a film runs."""
-        self.film_button.label = "Record" if path is None else "Stop"
+    def show_recording(self, path: Path | None) -> None:
+        """Show which video is being recorded; None: none."""
+        self.video_button.label = "Record" if path is None else "Stop"
         if path is not None:
-            self.film_text.content = f"Recording {plain(path.name)} ..."
+            self.video_text.content = f"Recording {plain(path.name)} ..."
+
+    def show_status(self, text: str) -> None:
+        """Show the status line (Markdown)."""
+        self.status.content = text
+
+    def show_error(self, message: str) -> None:
+        """Show an error message (plain text)."""
+        self.status.content = f"**{plain(message)}**"
 
     def _show_moments(self, chosen: str | None = None) -> None:
-        names = tuple(self._page.moments) or (NO_MOMENT,)
+        names = tuple(self._session.moments) or (NO_MOMENT,)
         self.moment_choice.options = names
         self.moment_choice.value = chosen if chosen in names else names[-1]
 
-    def complain(self, words: str) -> None:
-        """Show what went wrong."""
-        self.status.content = f"**{plain(words)}**"
-
-    # ------------------------------------------------------------------------------------------------ wishes
-
-    def _follow(self, on: bool) -> None:
-        page = self._page
-        page.follow.set(page.viewer.path_of(page.robot.base_link) if on else None)
+    # --------------------------------------------------------------------------------------------- requests
 
     def _set_up(self) -> None:
-        self.status.content = "Setting up ..."
+        self.status.content = "Loading ..."
         setup = {"scene": self.scene_choice.value, "robot": self.robot_choice.value}
         self._check_offered(setup)
-        self._page.set_up(setup)
+        self._session.set_up(setup)
 
     def _check_offered(self, setup: Mapping[str, Any]) -> None:
-        """What a page sends may be anything: only scenes and robots on offer are loaded, never a path.
+        """Accept only offered scenes and robots, never a path: pages are untrusted.
 
         Raises:
-            ConfigError: it names another.
+            ConfigError: `setup` names another scene or robot.
         """
         for key, choice in (("scene", self.scene_choice), ("robot", self.robot_choice)):
             if setup.get(key) not in choice.options:
                 raise ConfigError(unknown_name(key, str(setup.get(key)), list(choice.options)))
 
-    def _film(self, client: Any) -> None:
-        page = self._page
-        if page.filming.film is None:
-            page.start_film(ending=self.ending_choice.value)
+    def _record(self, client: Any) -> None:
+        session = self._session
+        if session.recording.writer is None:
+            session.start_video(ending=self.ending_choice.value)
             return
-        path = page.stop_film()
+        path = session.stop_video()
         if path is None:
-            self.film_text.content = "Nothing was filmed."
+            self.video_text.content = "No frame was recorded."
             return
-        self.film_text.content = f"Wrote {plain(str(path))}"
-        if client is not None:
-            client.send_file_download(path.name, path.read_bytes())
+        self.video_text.content = f"Wrote {plain(str(path))}"
+        _send_file(client, path)
 
     def _save(self) -> None:
-        self._show_moments(self._page.save_moment())
+        self._show_moments(self._session.save_moment())
 
     def _restore(self) -> None:
-        if self.moment_choice.value in self._page.moments:
-            self._page.load_moment(self._page.moments[self.moment_choice.value])
+        if self.moment_choice.value in self._session.moments:
+            self._session.load_moment(self._session.moments[self.moment_choice.value])
 
     def _keep(self, client: Any) -> None:
-        page = self._page
-        if self.moment_choice.value not in page.moments:
+        session = self._session
+        if self.moment_choice.value not in session.moments:
             self._save()
-        stem = f"{page.stage.setup['robot']}-{page.stage.scene.name}-moment"
-        path = page.moments[self.moment_choice.value].save(free_file(page.folder, stem, "npz"))
+        file = free_file(session.folder, f"{session.file_stem}-moment", "npz")
+        path = session.moments[self.moment_choice.value].save(file)
         self.moment_text.content = f"Wrote {plain(str(path))}"
-        if client is not None:
-            client.send_file_download(path.name, path.read_bytes())
+        _send_file(client, path)
 
-    def _take_in(self, data: bytes) -> None:
-        """A file that a page sent; it is read as untrusted plain arrays."""
-        if len(data) > MOST_UPLOADED:
-            raise ConfigError(f"a state log of {len(data) / 2**20:.0f} MiB is too large for the page")
+    def _load_upload(self, data: bytes) -> None:
+        """Restore an uploaded state log, which is untrusted and read as plain arrays."""
+        if len(data) > MAX_UPLOAD:
+            raise ConfigError(
+                f"the state log has {len(data) / 2**20:.0f} MiB; a page accepts {MAX_UPLOAD // 2**20} MiB"
+            )
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "upload.npz"
             file.write_bytes(data)
             log = read_moment(file)
         self._check_offered(log.setup)
-        self._page.load_moment(log)
+        self._session.load_moment(log)
+
+
+def _send_file(client: Any, path: Path) -> None:
+    """Let a page download a file; `client` None: no page asked for it."""
+    if client is not None:
+        client.send_file_download(path.name, path.read_bytes())
 
 
 def _with(names: list[str], chosen: str) -> tuple[str, ...]:
-    """The names, and the chosen one in any case."""
+    """Return the names and the chosen one, each once."""
     return tuple(dict.fromkeys([*names, chosen]))

@@ -13,9 +13,9 @@ from roboyard.errors import RoboyardError
 from roboyard.sim import World
 from roboyard.sim.body import Body
 from roboyard.viewer.inspector.panels.all_panels import Panels
-from roboyard.viewer.inspector.panels.link_panel import plain
 from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
+from roboyard.viewer.page.markdown import plain
 from roboyard.viewer.page.requests import RequestQueue
 from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.viewer import Viewer
@@ -64,7 +64,7 @@ class Inspector:
         """
         self._fixed_base, self._self_collision = fixed_base, self_collision
         self._packages = packages
-        self._wishes = RequestQueue(self._complain)
+        self._requests = RequestQueue(self._show_error)
         self._wiggle: Iterator[str] | None = None
         self._behind = 0.0
         self._last_status = 0.0
@@ -167,7 +167,7 @@ class Inspector:
 
     def do(self, wish: Callable[[], None]) -> None:
         """Have something done at the next tick; may be called from any thread."""
-        self._wishes.do(wish)
+        self._requests.do(wish)
 
     def play(self, playing: bool) -> None:
         """Let time run, or stop it."""
@@ -228,29 +228,29 @@ class Inspector:
             self.tick(now - last)
             last = now
             rest = TICK - (perf_counter() - now)
-            if rest > 0 and self._wishes.wait(rest):
+            if rest > 0 and self._requests.wait(rest):
                 self._after_moving()
 
-    def _fulfil(self, wish: Callable[[], None]) -> bool:
-        done = self._wishes.fulfil(wish)
+    def _execute(self, request: Callable[[], None]) -> bool:
+        done = self._requests.execute(request)
         if done:
             self._after_moving()
         return done
 
-    def _complain(self, words: str) -> None:
+    def _show_error(self, words: str) -> None:
         self._last_status = perf_counter() + COMPLAINT_PERIOD
         self._status.content = f"**{plain(words)}**"
 
     def tick(self, elapsed: float) -> None:
         """Fulfil what the page asked for, then let `elapsed` seconds pass, if time runs."""
-        if self._wishes.fulfil_all():
+        if self._requests.execute_all():
             self._after_moving()
         if self.is_playing:
             self._behind = min(self._behind + elapsed, LONGEST_CATCH_UP)
             steps = int(self._behind / self.world.timestep)
             if steps:
                 self._behind -= steps * self.world.timestep
-                if self._fulfil(lambda: self.world.step(steps)):
+                if self._execute(lambda: self.world.step(steps)):
                     self.plot.sample(self.world.time, self.body.joint_velocities)
                 else:
                     told = self._status.content

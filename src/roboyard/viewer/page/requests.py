@@ -1,4 +1,4 @@
-"""What pages ask for, done in the thread that steps the world."""
+"""Browser requests, executed in the simulation thread."""
 
 from __future__ import annotations
 
@@ -8,51 +8,51 @@ from collections.abc import Callable
 
 from roboyard.errors import RoboyardError
 
-log = logging.getLogger("roboyard.viewer")
+log = logging.getLogger(__name__)
 
-Wish = Callable[[], None]
+Request = Callable[[], None]
 
 
 class RequestQueue:
-    """A queue that any thread may fill and one thread empties.
+    """A queue that any thread may fill and the simulation thread empties.
 
-    What goes wrong in a wish is told, never raised: one page must not end the page of everyone.
+    Errors of a request are reported, never raised: one page must not end the page of everyone.
     """
 
-    def __init__(self, complain: Callable[[str], None]) -> None:
-        """Begin without wishes; `complain` is told what went wrong."""
-        self._queue: queue.SimpleQueue[Wish] = queue.SimpleQueue()
-        self._complain = complain
+    def __init__(self, report: Callable[[str], None]) -> None:
+        """Start with an empty queue; `report` is called with the message of each error."""
+        self._queue: queue.SimpleQueue[Request] = queue.SimpleQueue()
+        self._report = report
 
-    def do(self, wish: Wish) -> None:
-        """Have something done at the next look; may be called from any thread."""
-        self._queue.put(wish)
+    def do(self, request: Request) -> None:
+        """Queue a request; may be called from any thread."""
+        self._queue.put(request)
 
     def qsize(self) -> int:
-        """How many wait."""
+        """Return the number of queued requests."""
         return self._queue.qsize()
 
-    def fulfil_all(self) -> int:
-        """Do all that were there when this was called; how many went well."""
-        return sum(self.fulfil(self._queue.get()) for _ in range(self._queue.qsize()))
+    def execute_all(self) -> int:
+        """Execute all requests queued so far; returns how many succeeded."""
+        return sum(self.execute(self._queue.get()) for _ in range(self._queue.qsize()))
 
-    def fulfil(self, wish: Wish) -> bool:
-        """Do it; whether it went well."""
+    def execute(self, request: Request) -> bool:
+        """Execute one request; returns whether it succeeded."""
         try:
-            wish()
+            request()
         except RoboyardError as error:
-            self._complain(str(error))
+            self._report(str(error))
         except Exception as error:
-            log.exception("a wish of the page failed")
-            self._complain(f"that did not work: {type(error).__name__}: {error}")
+            log.exception("a request of the page failed")
+            self._report(f"request failed: {type(error).__name__}: {error}")
         else:
             return True
         return False
 
     def wait(self, seconds: float) -> bool:
-        """Sleep, but for a wish that arrives, which is done; whether one was and went well."""
+        """Execute the next request within `seconds`; returns whether there was one and it succeeded."""
         try:
-            wish = self._queue.get(timeout=seconds)
+            request = self._queue.get(timeout=seconds)
         except queue.Empty:
             return False
-        return self.fulfil(wish)
+        return self.execute(request)

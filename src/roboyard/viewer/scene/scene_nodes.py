@@ -17,7 +17,7 @@ from roboyard.viewer.scene.drags import Drag, drag_of
 from roboyard.viewer.scene.glb import glb, triangles
 from roboyard.viewer.scene.snapshot import Links
 
-log = logging.getLogger("roboyard.viewer")
+log = logging.getLogger(__name__)
 
 STILL = 1e-6
 """m, and the same of a quaternion: less than this is no movement worth sending."""

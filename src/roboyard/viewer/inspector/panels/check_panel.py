@@ -7,7 +7,7 @@ from typing import Any
 
 from roboyard.errors import RoboyardError
 from roboyard.viewer.inspector.checks import CHECKS, CheckContext, CheckResult, Violation
-from roboyard.viewer.inspector.panels.link_panel import plain
+from roboyard.viewer.page.markdown import plain
 
 MOST_SHOWN = 6
 """Offences told; the rest is counted"""

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.viewer.page.markdown import plain
+
 if TYPE_CHECKING:
     from roboyard.audit import Audit, Finding
     from roboyard.sim.body import Body
@@ -107,11 +109,6 @@ def finding_line(finding: Finding) -> str:
 def about(finding: Finding, names: set[str]) -> bool:
     """Whether a finding is about one of the elements, as in `link "elbow"`."""
     return any(finding.element == name or finding.element.startswith(name) for name in names)
-
-
-def plain(text: str) -> str:
-    """Text from a robot's file as markdown that shows it and does nothing else."""
-    return "".join(f"&#{ord(c)};" if c in "<>&*_`[]()!#|\\~{}" else c for c in text)
 
 
 def _numbers(values: Any) -> str:

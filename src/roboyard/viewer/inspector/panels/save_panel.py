@@ -12,8 +12,8 @@ from roboyard.config.yaml_edit import write_with_backup
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.viewer.inspector.edits.edit_state import EditState
 from roboyard.viewer.inspector.edits.save_edits import write_config, write_definition, write_planner_files
-from roboyard.viewer.inspector.panels.link_panel import plain
 from roboyard.viewer.inspector.robot_source import RobotSource, package_source
+from roboyard.viewer.page.markdown import plain
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
