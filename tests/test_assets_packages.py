@@ -55,7 +55,7 @@ def packages(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
         pytest.skip("the shipped collision shapes were made with CoACD (extra `convex`)")
     made = import_robot(
         asset_path(SOURCE_CONFIGS[request.param]),
-        data=tmp_path_factory.mktemp("data"),
+        out=tmp_path_factory.mktemp("data"),
         validate=False,
         report=False,
     )

@@ -140,9 +140,7 @@ def test_constraints_are_plain_pins_within_the_bounds() -> None:
         assert requirement.specifier.contains(pinned), f"{requirement.name} {pinned}"
 
 
-@pytest.mark.parametrize(
-    "package", ["roboyard.importer", "roboyard.robots", "roboyard.scenes", "roboyard.description"]
-)
+@pytest.mark.parametrize("package", ["roboyard.robots", "roboyard.scenes", "roboyard.description"])
 def test_public_names_are_what_they_are_whatever_was_imported_first(package: str) -> None:
     """A submodule of the same name must not stand in a function's place."""
     home = importlib.import_module(package)

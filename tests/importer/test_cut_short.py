@@ -50,7 +50,7 @@ def run(urdf, data, at, number, tally):
                 os.kill(os.getpid(), number)
     sys.addaudithook(watch)
     try:
-        import_robot(urdf=urdf, data=data, name="pair", overwrite=True, validate=False)
+        import_robot(urdf, out=data, name="pair", overwrite=True, validate=False)
     finally:
         if tally != "-":
             with os.fdopen(os.open(tally, os.O_CREAT | os.O_WRONLY), "w") as file:

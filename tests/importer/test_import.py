@@ -19,7 +19,7 @@ BASE = [f"base_footprint_{axis}_joint" for axis in ("x", "y", "z", "rx", "ry", "
 
 @pytest.fixture(scope="module")
 def r1(tmp_path_factory):
-    return import_robot(CONFIG, data=tmp_path_factory.mktemp("data"))
+    return import_robot(CONFIG, out=tmp_path_factory.mktemp("data"))
 
 
 def test_the_tree_of_files_is_the_documents(r1):
@@ -197,7 +197,7 @@ def test_the_imported_robot_passes_every_gate(r1):
 
 
 def test_a_bare_urdf_keeps_its_root_and_gets_spheres(tmp_path):
-    result = import_robot(urdf=asset_path("husky"), data=tmp_path)
+    result = import_robot(asset_path("husky"), out=tmp_path)
     assert result.name == "husky"
     written = load_description(result.folder / "urdf" / "husky.urdf")
     assert written.root.name == load_description(asset_path("husky")).root.name
@@ -206,12 +206,12 @@ def test_a_bare_urdf_keeps_its_root_and_gets_spheres(tmp_path):
 
 
 def test_an_import_is_not_replaced_unasked(tmp_path):
-    first = import_robot(urdf=asset_path("plane"), data=tmp_path, name="thing")
+    first = import_robot(asset_path("plane"), out=tmp_path, name="thing")
     before = (first.folder / "import_log.json").read_bytes()
     with pytest.raises(ConfigError, match="overwrite"):
-        import_robot(urdf=asset_path("cube"), data=tmp_path, name="thing")
+        import_robot(asset_path("cube"), out=tmp_path, name="thing")
     assert (first.folder / "import_log.json").read_bytes() == before
-    again = import_robot(urdf=asset_path("cube"), data=tmp_path, name="thing", overwrite=True)
+    again = import_robot(asset_path("cube"), out=tmp_path, name="thing", overwrite=True)
     assert load_description(again.folder / "urdf" / "thing.urdf").root.name != "plane_never"
 
 
@@ -222,7 +222,7 @@ def test_every_problem_of_a_configuration_is_named_with_its_line(tmp_path):
     file = tmp_path / "broken.yaml"
     file.write_text(text)
     with pytest.raises(ConfigError) as caught:
-        import_robot(file, data=tmp_path / "data")
+        import_robot(file, out=tmp_path / "data")
     message = str(caught.value)
     for expected in ("hull_count", "headles", "torso_link9"):
         line = next(k for k, row in enumerate(text.splitlines(), start=1) if expected in row)
@@ -234,7 +234,7 @@ def test_a_bad_urdf_leaves_nothing_behind(tmp_path):
     file = tmp_path / "bad.urdf"
     file.write_text('<robot name="b"><link name="a"/><link name="b"/></robot>')
     with pytest.raises((DescriptionError, ConfigError), match=r"bad\.urdf"):
-        import_robot(urdf=file, data=tmp_path / "data")
+        import_robot(file, out=tmp_path / "data")
     assert not list((tmp_path / "data").rglob("*.urdf"))
 
 
@@ -246,7 +246,7 @@ def test_one_wrong_value_hides_no_other_problem(tmp_path):
         "  default_qpos: 3\ncollision:\n  hull_count: -3\nunknown: 1\n"
     )
     with pytest.raises(ConfigError) as caught:
-        import_robot(file, data=tmp_path / "data")
+        import_robot(file, out=tmp_path / "data")
     lines = str(caught.value).splitlines()
     assert [line.split(": ")[0] for line in lines] == [f"two.yaml:{k}" for k in (4, 5, 7, 8)]
     assert "nojoint" in lines[0] and lines[1].endswith("must be a list or a mapping of keys to values")
@@ -254,9 +254,9 @@ def test_one_wrong_value_hides_no_other_problem(tmp_path):
 
 def test_wrong_flags_are_named(tmp_path):
     with pytest.raises(ConfigError) as caught:
-        import_robot(urdf=asset_path("cube"), name="1 x", dataset="../x", data=tmp_path)
+        import_robot(asset_path("cube"), name="1 x", dataset="../x", out=tmp_path)
     name, dataset = str(caught.value).splitlines()
-    assert name.startswith("--name: '1 x'") and dataset.startswith("--dataset-name: '../x'")
+    assert name.startswith("--name: '1 x'") and dataset.startswith("--dataset: '../x'")
 
 
 def test_a_missing_mesh_is_told_with_the_places_searched(tmp_path):
@@ -266,7 +266,7 @@ def test_a_missing_mesh_is_told_with_the_places_searched(tmp_path):
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "arm.urdf").write_text(f"{text}</visual></link></robot>")
     with pytest.raises(DescriptionError) as caught:
-        import_robot(urdf=tmp_path / "in" / "arm.urdf", data=tmp_path / "data")
+        import_robot(tmp_path / "in" / "arm.urdf", out=tmp_path / "data")
     told = str(caught.value)
     assert "--package arm=FOLDER" in told
     assert str(tmp_path / "in") in told and ".import-" not in told

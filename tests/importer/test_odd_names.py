@@ -29,7 +29,7 @@ def imported(tmp_path_factory):
           <origin xyz="0 0 0.25"/><axis xyz="0 1 0"/>
           <limit lower="-1" upper="1" effort="10" velocity="1"/></joint>"""
     (folder / "r2.urdf").write_text(f'<robot name="r2">{text}</robot>')
-    return import_robot(urdf=folder / "r2.urdf", name="r2", data=folder / "data")
+    return import_robot(folder / "r2.urdf", name="r2", out=folder / "data")
 
 
 def test_stock_mujoco_has_the_names(imported):
@@ -86,7 +86,7 @@ def test_kept_names_and_filtered_overlaps_are_nothing_to_look_at(tmp_path):
         for k in (0, 1)
     )
     (tmp_path / "stack.urdf").write_text(f'<robot name="stack">{links}{joints}</robot>')
-    made = import_robot(urdf=tmp_path / "stack.urdf", name="stack", data=tmp_path / "data")
+    made = import_robot(tmp_path / "stack.urdf", name="stack", out=tmp_path / "data")
     assert ("0", "2") in made.robot.filtered_pairs
     told = " ".join(warning.message for warning in made.warnings)
     assert "[collision-overlap]" not in told

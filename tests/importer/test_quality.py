@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from roboyard.cli import main
-from roboyard.importer import build_package
+from roboyard.importer.build import build_package
 from roboyard.shapes import primitives
 from roboyard.shapes.coverage import measure_coverage
 
@@ -71,23 +71,23 @@ def shelf(tmp_path):
 
 def test_hulls_full_of_air_are_told_and_parts_mend_it(shelf, tmp_path):
     config = {"urdf_path": str(shelf), "name": "shelf", "canonical_frame": False}
-    one = build_package({**config, "collision": {"convex_links": ["base"]}}, data=tmp_path / "data")
+    one = build_package({**config, "collision": {"convex_links": ["base"]}}, out=tmp_path / "data")
     assert one.facts["links"]["base"]["excess"] == pytest.approx(0.42 / 0.04 - 1, rel=0.15)
     assert [w.element for w in one.warnings if "times its volume" in w.message] == ['link "base"']
     assert one.facts["links"]["tip"]["size"] == pytest.approx([0.2, 0.1, 0.1])
     assert one.facts["links"]["base"]["overlaps_mm"]["tip"] == pytest.approx(20, abs=0.5)
     parts = build_package(
-        {**config, "collision": {"coacd_links": ["base"]}, "overwrite": True}, data=tmp_path / "data"
+        {**config, "collision": {"coacd_links": ["base"]}, "overwrite": True}, out=tmp_path / "data"
     )
     assert parts.facts["links"]["base"]["excess"] < 0.1
     assert not [w for w in parts.warnings if "times its volume" in w.message]
 
 
 def test_findings_that_hulls_settle_are_no_longer_to_look_at(shelf, tmp_path):
-    result = build_package(urdf=shelf, data=tmp_path / "data")
-    codes = {finding["code"] for finding in result.facts["left"]}
+    result = build_package(shelf, out=tmp_path / "data")
+    codes = {finding["code"] for finding in result.facts["remaining"]}
     assert "collision-hull-balloons" in codes
-    assert "collision-hull-balloons" not in {f["code"] for f in result.facts["still"]}
+    assert "collision-hull-balloons" not in {f["code"] for f in result.facts["unresolved"]}
     assert not [w for w in result.warnings if "collision-hull-balloons" in w.message]
     log = json.loads((result.folder / "import_log.json").read_text())
     assert any("collision-hull-balloons" in d["message"] for d in log["decisions"])

@@ -113,7 +113,7 @@ def test_names_and_messages_of_strangers_stay_text():
     found = {"code": HOSTILE, "element": HOSTILE, "message": HOSTILE, "severity": HOSTILE, "line": 3}
     facts = {
         "source": {"verdict": HOSTILE, "findings": [found]},
-        "mends": [{"code": HOSTILE, "element": HOSTILE, "before": HOSTILE, "after": HOSTILE}],
+        "fixes": [{"code": HOSTILE, "element": HOSTILE, "before": HOSTILE, "after": HOSTILE}],
         "read_back": {HOSTILE: [HOSTILE]},
         "files": {HOSTILE: [HOSTILE]},
         "collision": {HOSTILE: {"way": HOSTILE, "meshes": []}},
@@ -191,9 +191,9 @@ def test_findings_of_a_kind_share_a_row_that_says_what_became_of_them():
     found = {"severity": "untidy", "line": 7, "element": "link", "message": "bad", "code": "a"}
     facts = {
         "source": {"findings": [found] * 75 + [{**found, "code": "b"}, {**found, "code": "c"}]},
-        "mends": [{"code": "a", "element": "link", "before": "none", "after": "some"}] * 75,
-        "left": [{"code": "b"}, {"code": "c"}],
-        "still": [{"code": "c"}],
+        "fixes": [{"code": "a", "element": "link", "before": "none", "after": "some"}] * 75,
+        "remaining": [{"code": "b"}, {"code": "c"}],
+        "unresolved": [{"code": "c"}],
     }
     words = [word.strip() for word in Page(import_page(robot_of(["base", "tip"]), facts, ())).text]
     assert "bad — and 74 more like this" in words and "put right: none → some" in words

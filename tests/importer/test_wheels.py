@@ -93,7 +93,7 @@ def test_the_import_of_a_cart_drives_on_its_wheels(tmp_path: Path) -> None:
     """Without a configuration."""
     file = tmp_path / "cart.urdf"
     file.write_text(cart())
-    import_robot(urdf=file, name="cart", data=tmp_path / "data", validate=False, report=False)
+    import_robot(file, name="cart", out=tmp_path / "data", validate=False, report=False)
     (written,) = (tmp_path / "data").rglob("cart.yaml")
     data = yaml.safe_load(written.read_text())
     assert data["default_controllers"] == {"base": "DifferentialDriveController"}

@@ -42,7 +42,7 @@ def registry(tmp_path_factory: pytest.TempPathFactory) -> Registry:
         "</joint></robot>"
     )
     (folder / "config.yaml").write_text(CONFIG)
-    import_robot(folder / "config.yaml", data=folder / "data", report=False)
+    import_robot(folder / "config.yaml", out=folder / "data", report=False)
     return Registry(folder / "data", with_bundled=False)
 
 

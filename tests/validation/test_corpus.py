@@ -169,9 +169,9 @@ def imported(name: str, data: Path) -> RegisteredRobot:
         recipe = ROBOTS[name]
         folder = package_folder("example-robot-data", "share/example-robot-data")
         result = import_robot(
-            urdf=folder / "robots" / recipe["urdf"],
+            folder / "robots" / recipe["urdf"],
             name=name,
-            data=data,
+            out=data,
             packages={"example-robot-data": folder},
             validate=False,
             report=False,
@@ -256,7 +256,7 @@ def test_stretch_drives_as_imported(tmp_path: Path, spheres: bool) -> None:
             "use_holonomic_joints": False,
         },
     }
-    result = import_robot(config, data=tmp_path, report=False, validate=False)
+    result = import_robot(config, out=tmp_path, report=False, validate=False)
     pairs = yaml.safe_load(result.definition.read_text())["disabled_collision_pairs"]
     definition = {**STRETCH, "disabled_collision_pairs": pairs}
     urdf = result.model_folder / "urdf" / "stretch.urdf"

@@ -30,7 +30,7 @@ def build_package_files(name: str, config: str) -> dict[str, bytes]:
     from roboyard.importer.pipeline import import_robot
 
     with tempfile.TemporaryDirectory() as scratch:
-        made = import_robot(asset_path(config), data=scratch, validate=False, report=False)
+        made = import_robot(asset_path(config), out=scratch, validate=False, report=False)
         return {
             f"{name}/{file.relative_to(made.folder).as_posix()}": file.read_bytes()
             for folder in FOLDERS

@@ -1,4 +1,4 @@
-"""`roboyard import`: a vendor's URDF, with or without a source configuration, becomes a robot package."""
+"""`roboyard import`: turn a vendor's robot file, with or without a source configuration, into a package."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ Examples:
 
 \b
   roboyard import my_robot.urdf --name mine
-  roboyard import --config my_config.yaml --overwrite
+  roboyard import my_config.yaml --overwrite
+  roboyard import my_robot.urdf --config my_config.yaml --out data
 """
 
 CONFIGURATION = """
-A source configuration, here the bundled R1's (every key but urdf_path and name may be left out):
+A source configuration, here the bundled R1's (only urdf_path and name are required):
 
 \b
 urdf_path: r1_pro_source.urdf     # the vendor's URDF, beside this file or absolute
@@ -32,16 +33,16 @@ merge_fixed_joints: false         # join links behind fixed joints, inertias com
 base_motion:
   wheel_links: [wheel_link1, wheel_link2, wheel_link3]
   wheel_joints: [servo_joint1, servo_joint2, servo_joint3, wheel_joint1, wheel_joint2, wheel_joint3]
-  use_sphere_wheels: true         # wheels collide as balls
-  use_holonomic_joints: true      # wheels stand still, six virtual joints move the base
+  use_sphere_wheels: true         # wheels collide as spheres
+  use_holonomic_joints: true      # wheels are fixed, six virtual joints move the base
 collision:
   decompose_method: coacd         # coacd, convex or null
   hull_count: 8                   # at most so many parts for a mesh
-  coacd_links: []                 # these links are split
-  convex_links: [base_link]       # these become one hull
-  no_decompose_links: []          # these stay as they are
+  coacd_links: []                 # convex decomposition
+  convex_links: [base_link]       # one convex hull
+  no_decompose_links: []          # collision shapes unchanged
   no_collision_links: [servo_link1, servo_link2, servo_link3]
-eef_vis_links:                    # markers; camera_links and lidar_links look the same
+eef_vis_links:                    # markers; same keys as camera_links and lidar_links
   - link: left_eef_link           # made new under parent_link, or an existing one
     parent_link: left_arm_link6
     offset: {position: [0, 0, 0.06], orientation: [0, 0, 0, 1]}
@@ -50,53 +51,68 @@ camera_links:
     parent_link: torso_link4
     offset: {position: [0.0732, 0, 0.4525], orientation: [0.4056, -0.4056, -0.5792, 0.5792]}
 lidar_links: []
-curobo:                           # for motion planning; what is missing is worked out
+curobo:                           # for motion planning; missing keys are computed
   eef_to_gripper_info:
     left_eef_link:
       links: [left_gripper_link1, left_gripper_link2]
       joints: [left_gripper_axis1, left_gripper_axis2]
-  lock_joints: {}                 # joint: position at which it is kept
+  lock_joints: {}                 # joint: position at which it is locked
   self_collision_ignore: {}       # link: [links it may touch]
   collision_spheres: {}           # link: [{center: [x, y, z], radius: r}]; fitted where missing
 """
 
 
 def importing(
-    urdf: Annotated[
+    source: Annotated[
         Path | None,
-        typer.Argument(help="A URDF, where there is no configuration.", metavar="URDF", show_default=False),
+        typer.Argument(
+            help="A robot file (URDF), or a source configuration (YAML).",
+            metavar="SOURCE",
+            show_default=False,
+        ),
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option("--config", help="A source configuration (YAML), as above.", show_default=False),
+        typer.Option(
+            "--config",
+            help="A source configuration (YAML), as above. SOURCE then replaces its urdf_path.",
+            show_default=False,
+        ),
     ] = None,
     name: Annotated[str | None, typer.Option("--name", help="Name of the robot.", show_default=False)] = None,
-    data: Annotated[
+    out: Annotated[
         Path | None,
         typer.Option(
+            "--out",
             "--data",
             help="Data folder; ROBOYARD_DATA or the platform's user data folder by default.",
             show_default=False,
         ),
     ] = None,
-    dataset_name: Annotated[
-        str | None, typer.Option("--dataset-name", help="Folder below the data folder.", show_default=False)
+    dataset: Annotated[
+        str | None,
+        typer.Option("--dataset", "--dataset-name", help="Folder below the data folder.", show_default=False),
     ] = None,
     headless: Annotated[
         bool, typer.Option("--headless", help="Accepted for OmniGibson's sake: imports never open a window.")
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an import of this name.")] = False,
     package: PackageOption = None,
-    no_validate: Annotated[
-        bool, typer.Option("--no-validate", help="Do not try the robot out; `roboyard validate` does.")
-    ] = False,
+    validate: Annotated[
+        bool,
+        typer.Option("--validate/--no-validate", help="Test the robot, as `roboyard validate` does."),
+    ] = True,
+    report: Annotated[
+        bool, typer.Option("--report/--no-report", help="Write import_report.html, with pictures.")
+    ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Turn a URDF into clean URDF, USD, MJCF and planner files.
+    """Turn a robot file into clean URDF, USD, MJCF and planner files.
 
     They come with fitted collision shapes and spheres, a definition and a report, in one folder.
 
-    At the end the robot is tried out on a floor. What then fails is told, and the package stays.
+    At the end the robot is tested in simulation. A failed test is a warning; the package is written either
+    way.
     """
     del headless
     from roboyard.cli.packages import read_packages
@@ -104,53 +120,55 @@ def importing(
     from roboyard.importer.import_log import unique_warnings
     from roboyard.importer.pipeline import import_robot
 
-    if (urdf is None) == (config is None):
-        raise ConfigError("give either a URDF or --config FILE; roboyard import --help shows an example")
-    with _progress(quiet=as_json) as tell:
+    if source is None and config is None:
+        raise ConfigError("give a SOURCE or --config FILE; roboyard import --help shows an example")
+    with _progress_bar(quiet=as_json) as progress:
         result = import_robot(
-            config,
-            urdf=urdf,
+            source,
+            config=config,
             name=name,
-            data=data,
-            dataset=dataset_name,
+            out=out,
+            dataset=dataset,
             overwrite=True if overwrite else None,
             packages=read_packages(package or []),
-            progress=tell,
-            validate=not no_validate,
+            progress=progress,
+            validate=validate,
+            report=report,
         )
     if as_json:
         import json
 
         print(json.dumps(result.to_json(), indent=2, ensure_ascii=False))
         return
-    for line in _found(result.facts.get("source", {}).get("findings", [])):
+    for line in _finding_lines(result.facts.get("source", {}).get("findings", [])):
         print(line)
     for message, elements in unique_warnings(result.warnings):
         named = [element for element in elements if element]
         who = ", ".join(named[:3]) + (f" and {len(named) - 3} more" if len(named) > 3 else "")
-        print(f"look at: {f'{who}: ' if who else ''}{message}")
+        print(f"warning: {f'{who}: ' if who else ''}{message}")
     if result.validation is not None:
-        print("\n".join(_tried(result.validation)))
+        print("\n".join(_validation_lines(result.validation)))
     print(f"{result.name}: {len(result.robot.description.links)} links, imported into {result.folder}")
     print(f"definition: {result.definition}")
-    print(f"report: {result.report}")
+    if report:
+        print(f"report: {result.report}")
 
 
 importing.__doc__ = f"{cleandoc(importing.__doc__ or '')}\n{CONFIGURATION}"
 
 
-def _tried(report: ValidationReport) -> list[str]:
-    """How the robot did: one line, and one for each gate that failed."""
-    asked = [gate for gate in report.gates if not gate.skipped]
-    passed = sum(gate.passed for gate in asked)
-    lines = [f"tried out: {passed} of {len(asked)} gates passed in {report.seconds:.1f} s"]
+def _validation_lines(report: ValidationReport) -> list[str]:
+    """Return a summary line, and one line for each failed gate."""
+    gates = [gate for gate in report.gates if not gate.skipped]
+    passed = sum(gate.passed for gate in gates)
+    lines = [f"validation: {passed} of {len(gates)} gates passed in {report.seconds:.1f} s"]
     return lines + [gate.line() for gate in report.failed]
 
 
-def _found(findings: list[dict[str, Any]]) -> list[str]:
-    """What the audit found in the vendor's file: a line for each kind, the first of its kind in full.
+def _finding_lines(findings: list[dict[str, Any]]) -> list[str]:
+    """Return the audit's findings on the vendor's file: a line for each kind, the first of its kind in full.
 
-    Names that only USD forbids are left out: an import keeps them.
+    Names that only USD forbids are skipped: an import keeps them.
     """
     from roboyard.importer.steps.repair_and_copy import KEPT
 
@@ -163,12 +181,12 @@ def _found(findings: list[dict[str, Any]]) -> list[str]:
         where = f"line {first['line']}: " if first.get("line") else ""
         element = f"{first['element']}: " if first.get("element") else ""
         more = f" (and {len(same) - 1} more like this)" if len(same) > 1 else ""
-        lines.append(f"found: {where}{element}{first['message']}{more} [{first['code']}]")
+        lines.append(f"info: {where}{element}{first['message']}{more} [{first['code']}]")
     return lines
 
 
-def _progress(*, quiet: bool):
-    """A bar over the import's steps on a terminal; nothing in a pipe."""
+def _progress_bar(*, quiet: bool):
+    """Return a context manager that shows the import's steps on a terminal, and nothing in a pipe."""
     import sys
     from contextlib import contextmanager, nullcontext
 
@@ -184,9 +202,9 @@ def _progress(*, quiet: bool):
         with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
             task = bar.add_task("import", total=1.0)
 
-            def tell(step: str, share: float, what: str) -> None:
+            def update(step: str, share: float, detail: str) -> None:
                 bar.update(task, description=step.replace("_", " "), completed=share)
 
-            yield tell
+            yield update
 
     return shown()

@@ -1,8 +1,7 @@
-"""Build a robot's package: a configuration or a bare URDF in, files in every format out."""
+"""Build a robot's package: from a robot file or a configuration to files in every format."""
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -11,12 +10,10 @@ from typing import Any
 
 from roboyard.description.model import Mesh, RobotDescription
 from roboyard.description.robot_model import RobotModel
-from roboyard.errors import ConfigError
-from roboyard.importer.config.load import LoadedConfig, check_data, load_config
-from roboyard.importer.config.schema import ImportConfig, checked_dataset, checked_name
 from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import Decision, ImportLog, ProgressCallback
 from roboyard.importer.package import PackageFolders, building
+from roboyard.importer.source import ConfigSource, Source, load_source, source_file
 from roboyard.importer.steps.canonical_frame import canonical_frame
 from roboyard.importer.steps.collision import collision
 from roboyard.importer.steps.drives import drives
@@ -47,36 +44,38 @@ STEPS: tuple[Step, ...] = (
     planning,
     quality,
 )
-"""After `repair_and_copy_files`, which makes the robot."""
+"""Steps in order, after `repair_and_copy_files`, which makes the first `RobotModel`."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class ImportResult:
-    """A finished import."""
+class PackageResult:
+    """A package in the data folder, with the decisions made on the way."""
 
     name: str
     folder: Path
-    """`<data>/<dataset>/objects/robot/<name>`"""
+    """`<out>/<dataset>/objects/robot/<name>`"""
     model_folder: Path
-    """`<data>/<dataset>/models/<name>`"""
+    """`<out>/<dataset>/models/<name>`"""
     robot: RobotModel
-    """As it was written; its meshes lie in `folder`."""
+    """As it was written; its meshes are in `folder`."""
     decisions: tuple[Decision, ...]
     seconds: Mapping[str, float]
+    """Step to its duration (s)."""
     facts: Mapping[str, Any]
+    """Plain data of the steps, as in `import_log.json`."""
 
     @property
     def definition(self) -> Path:
-        """The RobotDefinition."""
+        """Path of the robot definition."""
         return self.model_folder / f"{self.name}.yaml"
 
     @property
     def warnings(self) -> tuple[Decision, ...]:
-        """What to look at."""
+        """The decisions that the user should check."""
         return tuple(decision for decision in self.decisions if decision.level == "warning")
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return plain data for JSON."""
         return {
             "name": self.name,
             "folder": str(self.folder),
@@ -84,75 +83,81 @@ class ImportResult:
             "definition": str(self.definition),
             "seconds": dict(self.seconds),
             "warnings": [f"{d.element}: {d.message}" if d.element else d.message for d in self.warnings],
-            "mends": self.facts.get("mends", []),
+            "fixes": self.facts.get("fixes", []),
             "read_back": self.facts.get("read_back", {}),
         }
 
 
 def build_package(
-    config: Path | str | Mapping[str, Any] | ImportConfig | None = None,
+    source: Source | None = None,
     *,
-    urdf: Path | str | None = None,
+    config: ConfigSource | None = None,
     name: str | None = None,
-    data: Path | str | None = None,
+    out: Path | str | None = None,
     dataset: str | None = None,
     overwrite: bool | None = None,
     packages: Mapping[str, Path] | None = None,
     progress: ProgressCallback | None = None,
     finish: Finish | None = None,
-) -> ImportResult:
-    """Build a robot's package and move it into the data folder; `roboyard.import_robot` also tries it out.
+) -> PackageResult:
+    """Build a robot's package and move it into the data folder.
+
+    `roboyard.import_robot` does this too, then validates the robot and writes a report.
 
     Args:
-        config: a source configuration: a YAML file, its data, or a checked model. Without one the robot keeps
-            its root frame and its base, and everything a planner needs is worked out.
-        urdf: the URDF, where there is no configuration (or instead of the one it names).
-        name: the robot's name (or instead of the configuration's); lower-cased.
-        data: the data folder; see `roboyard.paths.data_folder`.
-        dataset: dataset folder; `omnigibson-robot-assets` by default.
-        overwrite: replace an import of this name; as the configuration says (else no) by default.
+        source: a robot file (URDF), a `RobotDescription`, or a source configuration (a YAML file, its data,
+            or an `ImportConfig`). May be omitted where `config` names the URDF.
+        config: the source configuration that goes with a robot file, whose `urdf_path` the source replaces.
+            Without any configuration the robot keeps its root frame and its base; wheels, grippers and
+            planning data are detected.
+        name: robot name, lower-cased; the configuration's or the file's by default.
+        out: data folder; see `roboyard.paths.data_folder`.
+        dataset: dataset folder below `out`; `omnigibson-robot-assets` by default.
+        overwrite: whether to replace an import of this name; as the configuration says by default, else
+            False.
         packages: ROS package name to folder.
-        progress: told of every step.
-        finish: called with the robot once its files are written and before they are moved in; it may add
+        progress: called with each step and its progress.
+        finish: called with the robot after its files are written and before they are moved in; it may add
             files to the package and facts to its log.
 
     Returns:
-        What was written and decided.
+        The package and the decisions made.
 
     Raises:
-        ConfigError: the configuration is wrong (every problem is named), or the robot exists already.
+        ConfigError: the configuration is wrong (every problem is listed), or the robot exists already.
         DescriptionError: the URDF cannot be used.
     """
-    overrides: dict[str, Any] = {}
-    given = {"urdf_path": urdf, "name": name, "dataset_name": dataset, "overwrite": overwrite}
-    for key, value in given.items():
-        if value is not None:
-            overrides[key] = str(Path(value).absolute()) if key == "urdf_path" else value
-    loaded = _loaded(config, overrides, packages or {})
-    place = PackageFolders(
-        data=data_folder(data).absolute(), dataset=loaded.config.dataset_name, name=loaded.config.name
-    )
-    log = ImportLog(progress=progress)
-    if isinstance(config, Path | str):
-        log.facts["configuration"] = str(Path(config).absolute())
-    for note in loaded.notes:
-        log.warn(note)
-    with building(place, overwrite=loaded.config.overwrite) as build:
-        context = ImportContext(
-            config=loaded.config,
-            urdf=loaded.urdf,
-            build=build / "object",
-            log=log,
-            has_config=config is not None,
-            packages=packages or {},
+    with source_file(source) as file_or_config:
+        loaded = load_source(
+            file_or_config,
+            config,
+            {"name": name, "dataset_name": dataset, "overwrite": overwrite},
+            packages or {},
         )
-        robot = _build(context, finish)
-        _make_model(build, robot.name)
-        final = rebased(robot, context.build, place.object)
-    return ImportResult(
+        folders = PackageFolders(
+            data=data_folder(out).absolute(), dataset=loaded.config.dataset_name, name=loaded.config.name
+        )
+        log = ImportLog(progress=progress)
+        if loaded.file is not None:
+            log.facts["configuration"] = str(loaded.file.absolute())
+        for note in loaded.notes:
+            log.warn(note)
+        with building(folders, overwrite=loaded.config.overwrite) as build:
+            context = ImportContext(
+                config=loaded.config,
+                urdf=loaded.urdf,
+                build=build / "object",
+                log=log,
+                has_config=loaded.has_config,
+                packages=packages or {},
+            )
+            robot = _build(context, finish)
+            _copy_to_model_folder(build, robot.name)
+            final = rebased(robot, context.build, folders.object)
+    return PackageResult(
         name=robot.name,
-        folder=place.object,
-        model_folder=place.model,
+        folder=folders.object,
+        model_folder=folders.model,
         robot=final,
         decisions=tuple(log.decisions),
         seconds=dict(log.seconds),
@@ -182,56 +187,14 @@ def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
     return robot
 
 
-def _make_model(build: Path, name: str) -> None:
-    """The registered copy: everything of the import, and the definition beside it."""
+def _copy_to_model_folder(build: Path, name: str) -> None:
+    """Copy the import to the registered model's folder, and move the definition there."""
     shutil.copytree(build / "object", build / "model", dirs_exist_ok=True)
     (build / "object" / f"{name}.yaml").unlink()
 
 
-def _loaded(
-    config: Path | str | Mapping[str, Any] | ImportConfig | None,
-    overrides: dict[str, Any],
-    packages: Mapping[str, Path],
-) -> LoadedConfig:
-    if isinstance(config, Path | str):
-        return load_config(config, packages=packages, overrides=overrides)
-    if config is None:
-        return _without_config(overrides)
-    data = config.model_dump() if isinstance(config, ImportConfig) else dict(config)
-    return check_data({**data, **overrides}, packages=packages)
-
-
-def _without_config(overrides: dict[str, Any]) -> LoadedConfig:
-    """Defaults for a bare URDF: its frames, joints and names stay as they are."""
-    if "urdf_path" not in overrides:
-        raise ConfigError("there is nothing to import; give a URDF or a configuration")
-    file = Path(overrides["urdf_path"])
-    if not file.exists():
-        raise ConfigError(f"{file.name}: there is no file {str(file)!r}; check the path")
-    name = overrides.get("name") or _name_of(file)
-    flags = (
-        ("--name", name, checked_name),
-        ("--dataset-name", overrides.get("dataset_name", "x"), checked_dataset),
-    )
-    problems = []
-    for flag, value, check in flags:
-        try:
-            check(value)
-        except ValueError as error:
-            problems.append(f"{flag}: {error}")
-    if problems:
-        raise ConfigError("\n".join(problems))
-    config = ImportConfig.model_validate({**overrides, "name": name, "canonical_frame": False})
-    return LoadedConfig(config=config, urdf=file)
-
-
-def _name_of(file: Path) -> str:
-    text = re.sub(r"[^A-Za-z0-9_]", "_", file.stem).lower()
-    return f"_{text}" if text[:1].isdigit() else text or "robot"
-
-
 def rebased(robot: RobotModel, old: Path, new: Path) -> RobotModel:
-    """The robot with its files looked for below `new` instead of `old`."""
+    """Return the robot with its files below `new` instead of `old`."""
 
     def moved(path: Path | None) -> Path | None:
         return new / path.relative_to(old) if path is not None and path.is_relative_to(old) else path

@@ -1,7 +1,7 @@
-"""Import a robot: build its package, try the robot out in a scene, and write the page to look at.
+"""Import a robot: build its package, validate the robot, and write the HTML report.
 
-The package is built by `roboyard.importer`; what is tried is in `roboyard.validation`; the page is made by
-`roboyard.reports`. This is where the three meet, and what `roboyard import` calls.
+`build_package` makes the files, `roboyard.validation` runs the gates, `roboyard.importer.report` makes the
+page.
 """
 
 from __future__ import annotations
@@ -11,72 +11,75 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roboyard.importer.build import ImportResult, build_package
+from roboyard.importer.build import PackageResult, build_package
 
 if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel
-    from roboyard.importer.config.schema import ImportConfig
     from roboyard.importer.context import ImportContext
     from roboyard.importer.import_log import ProgressCallback
+    from roboyard.importer.source import ConfigSource, Source
     from roboyard.validation import ValidationReport
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class RobotImport(ImportResult):
-    """A finished import, and how the robot did when it was tried."""
+class ImportResult(PackageResult):
+    """A finished import with its validation."""
 
     validation: ValidationReport | None = None
-    """None where it was not asked for, or could not be run (a warning says why)."""
+    """None where it was not requested, or could not run (a warning gives the reason)."""
 
     @property
     def report(self) -> Path:
-        """The page to look at."""
+        """Path of the HTML report."""
         return self.folder / "import_report.html"
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return plain data for JSON."""
         return {
-            **ImportResult.to_json(self),
+            **PackageResult.to_json(self),
             "report": str(self.report),
             "validation": None if self.validation is None else self.validation.to_json(),
         }
 
 
 def import_robot(
-    config: Path | str | Mapping[str, Any] | ImportConfig | None = None,
+    source: Source | None = None,
     *,
-    urdf: Path | str | None = None,
+    config: ConfigSource | None = None,
     name: str | None = None,
-    data: Path | str | None = None,
+    out: Path | str | None = None,
     dataset: str | None = None,
     overwrite: bool | None = None,
     packages: Mapping[str, Path] | None = None,
     progress: ProgressCallback | None = None,
     validate: bool = True,
     report: bool = True,
-) -> RobotImport:
-    """Import a robot into the data folder, try it out and write a report.
+) -> ImportResult:
+    """Import a robot into the data folder, validate it and write a report.
 
-    The package is the same whatever the robot does when it is tried: a gate that fails is a warning.
+    The package does not depend on the validation: a failed gate is a warning.
 
     Args:
-        config: a source configuration: a YAML file, its data, or a checked model. Without one the robot keeps
-            its root frame and its base, and its wheels and everything a planner needs are worked out.
-        urdf: the URDF, where there is no configuration (or instead of the one it names).
-        name: the robot's name (or instead of the configuration's); lower-cased.
-        data: the data folder; see `roboyard.paths.data_folder`.
-        dataset: dataset folder; `omnigibson-robot-assets` by default.
-        overwrite: replace an import of this name; as the configuration says (else no) by default.
+        source: a robot file (URDF), a `RobotDescription`, or a source configuration (a YAML file, its data,
+            or an `ImportConfig`). May be omitted where `config` names the URDF.
+        config: the source configuration that goes with a robot file, whose `urdf_path` the source replaces.
+            Without any configuration the robot keeps its root frame and its base; wheels, grippers and
+            planning data are detected.
+        name: robot name, lower-cased; the configuration's or the file's by default.
+        out: data folder; see `roboyard.paths.data_folder`.
+        dataset: dataset folder below `out`; `omnigibson-robot-assets` by default.
+        overwrite: whether to replace an import of this name; as the configuration says by default, else
+            False.
         packages: ROS package name to folder.
-        progress: told of every step.
-        validate: also try the robot out (`roboyard.validation`).
-        report: also write `import_report.html`.
+        progress: called with each step and its progress.
+        validate: whether to run `roboyard.validation` on the package.
+        report: whether to write `import_report.html`.
 
     Returns:
-        What was written, decided and found.
+        The package, the decisions made, and the validation.
 
     Raises:
-        ConfigError: the configuration is wrong (every problem is named), or the robot exists already.
+        ConfigError: the configuration is wrong (every problem is listed), or the robot exists already.
         DescriptionError: the URDF cannot be used.
     """
     found: list[ValidationReport] = []
@@ -84,7 +87,7 @@ def import_robot(
     def finish(robot: RobotModel, context: ImportContext) -> None:
         if validate:
             with context.log.step("validation"):
-                found.extend(_tried(robot, context))
+                found.extend(_validation(robot, context))
         if report:
             from roboyard.importer.report.page import write_import_page
 
@@ -92,10 +95,10 @@ def import_robot(
                 write_import_page(robot, context, found[0] if found else None)
 
     built = build_package(
-        config,
-        urdf=urdf,
+        source,
+        config=config,
         name=name,
-        data=data,
+        out=out,
         dataset=dataset,
         overwrite=overwrite,
         packages=packages,
@@ -103,11 +106,11 @@ def import_robot(
         finish=finish,
     )
     values = {field.name: getattr(built, field.name) for field in fields(built)}
-    return RobotImport(**values, validation=found[0] if found else None)
+    return ImportResult(**values, validation=found[0] if found else None)
 
 
-def _tried(robot: RobotModel, context: ImportContext) -> list[ValidationReport]:
-    """The gates' report on the package in the build folder; nothing where they cannot be run."""
+def _validation(robot: RobotModel, context: ImportContext) -> list[ValidationReport]:
+    """Run the gates on the package in the build folder; return an empty list where they cannot run."""
     from roboyard.robots import RegisteredRobot
     from roboyard.validation import validate
 
@@ -118,9 +121,9 @@ def _tried(robot: RobotModel, context: ImportContext) -> list[ValidationReport]:
             RegisteredRobot(name=robot.name, file=definition, dataset=context.build),
             progress=lambda gate, share: log.tell(share, gate.replace("_", " ")),
         )
-    except Exception as error:  # the package is whole, whatever becomes of the trial
-        told = " ".join(str(error).split())[:300]
-        log.warn(f"the robot could not be tried out: {type(error).__name__}: {told}")
+    except Exception as error:  # the package is complete; a validation that cannot run must not lose it
+        cause = " ".join(str(error).split())[:300]
+        log.warn(f"validation could not run: {type(error).__name__}: {cause}")
         return []
     log.facts["validation"] = report.to_json()
     for gate in report.failed:

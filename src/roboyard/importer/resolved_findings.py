@@ -17,7 +17,7 @@ def mark_resolved(robot: RobotModel, context: ImportContext) -> None:
     """Audit the written URDF; warnings about the vendor's file that no longer hold become notes."""
     log = context.log
     codes = {decision.code for decision in log.warnings if decision.code}.difference(SETTLED)
-    log.facts["still"] = []
+    log.facts["unresolved"] = []
     if not codes:
         log.settle()
         return
@@ -25,7 +25,7 @@ def mark_resolved(robot: RobotModel, context: ImportContext) -> None:
     ours |= {f'joint "{name}"' for name in robot.description.joint_by_name if _is_virtual(name)}
     found = audit_urdf(context.urdf_folder / f"{robot.name}.urdf").findings
     still = [finding for finding in found if finding.code in codes and finding.element not in ours]
-    log.facts["still"] = [finding.to_json() for finding in still]
+    log.facts["unresolved"] = [finding.to_json() for finding in still]
     log.settle()
     for finding in still:
         log.warn(f"{finding.message}; {finding.remedy} [{finding.code}]", finding.element, code=finding.code)

@@ -29,7 +29,9 @@ class LoadedConfig:
     urdf: Path
     file: Path | None = None
     notes: tuple[str, ...] = ()
-    """What is odd but usable, as `file:line: key: text`."""
+    """Warnings, as `file:line: key: text`."""
+    has_config: bool = True
+    """False where every setting is a default because the source is only a robot file."""
 
 
 def load_config(

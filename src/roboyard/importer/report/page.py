@@ -219,8 +219,8 @@ def _gate(gate: Gate) -> str:
 def _came_in(facts: Mapping[str, Any]) -> list[str]:
     """What the audit found in the vendor's file, a row for each kind, and what became of it."""
     findings = facts.get("source", {}).get("findings", [])
-    mends = facts.get("mends", [])
-    still = {finding.get("code") for finding in facts.get("still", facts.get("left", []))}
+    mends = facts.get("fixes", [])
+    still = {finding.get("code") for finding in facts.get("unresolved", facts.get("remaining", []))}
     codes = dict.fromkeys(str(item.get("code", "")) for item in (*findings, *mends))
     rows = []
     for code in codes:

@@ -71,8 +71,8 @@ def _record(context: ImportContext, made: Repair) -> None:
         "facts": made.before.facts.to_json(),
         "findings": [finding.to_json() for finding in made.before.findings],
     }
-    log.facts["mends"] = [mend.to_json() for mend in made.mends]
-    log.facts["left"] = [finding.to_json() for finding in made.left]
+    log.facts["fixes"] = [mend.to_json() for mend in made.mends]
+    log.facts["remaining"] = [finding.to_json() for finding in made.left]
     for mend in made.mends:
         if mend.code not in ("mesh-reference", "mesh-file-name"):
             log.note(f"{mend.before} -> {mend.after} [{mend.code}]", mend.element)

@@ -152,10 +152,10 @@ class SavePanel:
 
         try:
             result = import_robot(
-                job.config,
-                urdf=None if job.config is not None else job.urdf,
+                None if job.config is not None else job.urdf,
+                config=job.config,
                 name=job.name if job.config is None and _is_name(job.name) else None,
-                data=job.data,
+                out=job.data,
                 dataset=job.dataset,
                 overwrite=job.overwrite,
                 progress=tell,
