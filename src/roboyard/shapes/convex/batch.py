@@ -1,18 +1,17 @@
-"""Many meshes taken apart at once, so that CoACD has one core while the other makes what needs no CoACD.
+"""Decompose many meshes in parallel: own parts on one core while CoACD runs on the other.
 
-One thread makes every mesh's hull and own parts, which must be there anyway; as soon as a mesh has them CoACD
-may be asked for it, in a process of its own. When the time for CoACD is up each mesh that is left has its own
-parts already, so that nothing but the last of CoACD's processes is waited for.
+Every mesh first gets its hull and its own parts in a thread, which needs no CoACD; then CoACD may run for it
+in a child process. When the time for CoACD is over, each remaining mesh has its own parts already, and only
+the last child processes have to end.
 """
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from queue import PriorityQueue, SimpleQueue
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from heapq import heappop, heappush
 
 from roboyard.shapes.convex.decomposition import (
     TIME_LIMIT,
@@ -26,7 +25,7 @@ from roboyard.shapes.convex.decomposition import (
 from roboyard.shapes.mesh import TriangleMesh
 
 TOTAL_LIMIT = 35.0
-"""Seconds after which CoACD is not asked any more for any of the meshes; these keep their own parts."""
+"""Time for CoACD over all meshes (s); those that it has not reached by then keep their own parts."""
 
 
 def decompose_many(
@@ -41,92 +40,56 @@ def decompose_many(
     total_limit: float = TOTAL_LIMIT,
     use_cache: bool = True,
 ) -> list[Decomposition]:
-    """`decompose` for several meshes, in their order, `workers` at a time: the largest first, and CoACD for
-    those first of whose own parts most is air.
+    """Return the convex parts of several meshes in their order, `workers` at a time.
+
+    The largest meshes start first. CoACD runs first for the meshes whose own parts enclose most empty volume.
 
     Args:
-        total_limit: seconds after which CoACD is not asked any more, and the processes that run are ended.
-        progress: called after each as (index of the mesh, how many are done, its result), from this thread.
+        meshes: any triangles, open or closed (m).
+        method: as of `decompose`, like the other arguments not listed here.
+        workers: most threads, each with at most one child process.
+        progress: called in this thread after each mesh with its index, the number of finished meshes and
+            its result.
+        total_limit: time (s) after which CoACD is not started any more and running child processes are ended.
 
-    An interrupt ends the child processes before it goes on.
+    Raises:
+        ConfigError: an unknown method, or a limit below what a hull needs.
+        MeshError: a mesh has no finite vertex.
+
+    An exception, an interrupt included, ends the child processes before it propagates.
     """
     settings = Settings(method, hull_count, max_vertices, time_limit, use_cache)
     deadline = time.monotonic() + total_limit
-    crew = _Crew(meshes, settings, deadline, max(1, workers))
+    stopped = threading.Event()
+    workers = max(1, workers)
+    # own parts are made under Python's lock: a second thread would only slow CoACD down
+    most_starting = 1 if method == "coacd" else workers
+    waiting = sorted(range(len(meshes)), key=lambda index: len(meshes[index].faces))
+    pending: list[tuple[float, int, PendingDecomposition]] = []
+    starting: dict[Future[Decomposition | PendingDecomposition], int] = {}
+    running: dict[Future[Decomposition | PendingDecomposition], int] = {}
     results: dict[int, Decomposition] = {}
-    with ThreadPoolExecutor(max_workers=crew.workers, thread_name_prefix="decompose") as pool:
+    with ThreadPoolExecutor(max_workers=workers, thread_name_prefix="decompose") as pool:
         try:
-            for _ in range(crew.workers):
-                pool.submit(crew.work)
             while len(results) < len(meshes):
-                index, made = crew.done.get()
-                if isinstance(made, BaseException):
-                    raise made
-                results[index] = made
-                if progress is not None:
-                    progress(index, len(results), made)
+                while len(starting) < most_starting and len(starting) + len(running) < workers and waiting:
+                    index = waiting.pop()
+                    task = pool.submit(start_decomposition, meshes[index], settings, stopped.is_set)
+                    starting[task] = index
+                while len(starting) + len(running) < workers and pending:
+                    _, index, begun = heappop(pending)
+                    task = pool.submit(wait_decomposition, begun, settings, stopped.is_set, deadline)
+                    running[task] = index
+                for task in wait([*starting, *running], return_when=FIRST_COMPLETED).done:
+                    index = starting.pop(task) if task in starting else running.pop(task)
+                    made = task.result()
+                    if isinstance(made, PendingDecomposition):
+                        heappush(pending, (-made.air, index, made))
+                        continue
+                    results[index] = made
+                    if progress is not None:
+                        progress(index, len(results), made)
         except BaseException:
-            crew.stopped.set()
+            stopped.set()
             raise
     return [results[index] for index in range(len(meshes))]
-
-
-class _Crew:
-    """What the threads share."""
-
-    def __init__(
-        self, meshes: Sequence[TriangleMesh], settings: Settings, deadline: float, workers: int
-    ) -> None:
-        self.meshes, self.settings, self.deadline, self.workers = meshes, settings, deadline, workers
-        self.stopped = threading.Event()
-        self.done: SimpleQueue[tuple[int, Decomposition | BaseException]] = SimpleQueue()
-        self._lock = threading.Lock()
-        self._todo = sorted(range(len(meshes)), key=lambda index: len(meshes[index].faces))
-        # own parts are made under Python's lock: a second thread would only keep CoACD from its core
-        self._beginners = 1 if settings.method == "coacd" else workers
-        self._beginning = self._beginners
-        self._begun: PriorityQueue[tuple[float, int, PendingDecomposition | None]] = PriorityQueue()
-
-    def work(self) -> None:
-        """Make own parts as long as there are meshes and not enough threads at it, then ask CoACD."""
-        with self._lock:
-            begins = self._beginners > 0
-            self._beginners -= 1
-        if begins:
-            self._begin_all()
-        while not self.stopped.is_set():
-            _, index, begun = self._begun.get()
-            if begun is None:
-                return
-            self._do(
-                index, lambda begun=begun: wait_decomposition(begun, self.settings, self._stop, self.deadline)
-            )
-
-    def _begin_all(self) -> None:
-        while not self.stopped.is_set():
-            with self._lock:
-                if not self._todo:
-                    break
-                index = self._todo.pop()
-            self._do(
-                index, lambda index=index: start_decomposition(self.meshes[index], self.settings, self._stop)
-            )
-        with self._lock:
-            self._beginning -= 1
-            if self._beginning == 0:
-                for thread in range(self.workers):
-                    self._begun.put((math.inf, len(self.meshes) + thread, None))
-
-    def _do(self, index: int, task: Callable[[], Decomposition | PendingDecomposition]) -> None:
-        try:
-            made = task()
-        except BaseException as error:  # told to the thread that waits
-            self.done.put((index, error))
-            return
-        if isinstance(made, PendingDecomposition):
-            self._begun.put((-made.air, index, made))
-        else:
-            self.done.put((index, made))
-
-    def _stop(self) -> bool:
-        return self.stopped.is_set()
