@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from heapq import heappop, heappush
+from typing import Any
 
 from roboyard.shapes.convex.decomposition import (
     TIME_LIMIT,
@@ -66,8 +67,8 @@ def decompose_many(
     most_starting = 1 if method == "coacd" else workers
     waiting = sorted(range(len(meshes)), key=lambda index: len(meshes[index].faces))
     pending: list[tuple[float, int, PendingDecomposition]] = []
-    starting: dict[Future[Decomposition | PendingDecomposition], int] = {}
-    running: dict[Future[Decomposition | PendingDecomposition], int] = {}
+    starting: dict[Future[Any], int] = {}
+    running: dict[Future[Any], int] = {}
     results: dict[int, Decomposition] = {}
     with ThreadPoolExecutor(max_workers=workers, thread_name_prefix="decompose") as pool:
         try:
@@ -82,7 +83,7 @@ def decompose_many(
                     running[task] = index
                 for task in wait([*starting, *running], return_when=FIRST_COMPLETED).done:
                     index = starting.pop(task) if task in starting else running.pop(task)
-                    made = task.result()
+                    made: Decomposition | PendingDecomposition = task.result()
                     if isinstance(made, PendingDecomposition):
                         heappush(pending, (-made.air, index, made))
                         continue
