@@ -78,7 +78,7 @@ def test_velocity_and_effort_drives():
     hinge.drive_effort(0.5)
     world.step(24)
     assert hinge.velocity == pytest.approx(0.5 / (1 / 3) * 0.1, rel=1e-3)
-    hinge.release()
+    hinge.disable_drive()
     world.step(24)
     assert hinge.velocity == pytest.approx(0.15, rel=1e-3)
 

@@ -327,7 +327,7 @@ def test_a_diverged_simulation_pauses_and_is_reported(inspect) -> None:
     inspector.body.set_velocity(angular=(1e12, 0, 1e12))
     inspector.tick(0.05)
     assert not inspector.is_playing
-    assert "exploded" in inspector._status.content
+    assert "diverged" in inspector._status.content
     inspector.reset()
     inspector.play(True)
     inspector.tick(0.05)

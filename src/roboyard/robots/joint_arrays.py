@@ -28,7 +28,7 @@ class JointArrays:
             [i for i, joint in enumerate(self.joints) if joint._built.actuator is not None], dtype=np.intp
         )
         """Joints that have a drive; mimics have none."""
-        self.drives = body.world.drives.vector([self.joints[i] for i in self.driven])
+        self.drives = World.of(body).drives.vector([self.joints[i] for i in self.driven])
         self._revision = -1
         self._damping = np.zeros(len(self.names))
         self._qpos = self._dofs = self._diagonal = np.zeros(0, dtype=np.intp)
@@ -36,7 +36,7 @@ class JointArrays:
 
     @property
     def world(self) -> World:
-        return self.body.world
+        return World.of(self.body)
 
     def places(self, names: Sequence[str]) -> Indices:
         """Where these joints stand in the vectors."""

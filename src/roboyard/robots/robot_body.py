@@ -89,7 +89,7 @@ class RobotBody:
 
     @property
     def world(self) -> World:
-        return self.body.world
+        return World.of(self.body)
 
     @property
     def capabilities(self) -> tuple[str, ...]:

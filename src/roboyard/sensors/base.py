@@ -77,7 +77,9 @@ class Sensor(ABC):
 
     @property
     def world(self) -> World:
-        return self.link.body.world
+        from roboyard.sim.world import World
+
+        return World.of(self.link.body)
 
     @abstractmethod
     def observe(self) -> Observation:

@@ -34,5 +34,7 @@ def occluded_fraction(body: Body, position: ArrayLike, rotation: ArrayLike) -> f
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     world = directions @ np.asarray(rotation).T
     lens = np.asarray(position)
-    hits = body.world.rays(lens + START * world, lens + NEAR * world, visual=True)
+    from roboyard.sim.world import World
+
+    hits = World.of(body).rays(lens + START * world, lens + NEAR * world, visual=True)
     return float((hits.owners[:, 0] == body.id).mean())

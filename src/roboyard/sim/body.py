@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,12 +13,10 @@ from numpy.typing import ArrayLike
 from roboyard.description.model import JointType, RobotDescription
 from roboyard.errors import RoboyardError, StaleHandleError, unknown_name
 from roboyard.sim.build.records import Built
+from roboyard.sim.engine import Engine
 from roboyard.sim.joint import POSITION_SIZE, VELOCITY_SIZE, Joint
 from roboyard.sim.link import Link
 from roboyard.transforms import Array, from_wxyz, normalized, rotate, to_wxyz
-
-if TYPE_CHECKING:
-    from roboyard.sim.world import World
 
 
 class Body:
@@ -26,7 +24,7 @@ class Body:
 
     def __init__(
         self,
-        world: World,
+        world: Engine[Any],
         body_id: int,
         name: str,
         built: Built,
@@ -35,7 +33,7 @@ class Body:
         fixed_base: bool,
         scale: float = 1.0,
     ) -> None:
-        self._world: World | None = world
+        self._world: Engine[Any] | None = world
         self.id = body_id
         """Number of this body in its world; what segmentation images hold."""
         self.name = name
@@ -73,7 +71,7 @@ class Body:
         return f"<Body {self.id} {self.name!r}: {len(self.links)} links, {driven} driven joints>"
 
     @property
-    def world(self) -> World:
+    def world(self) -> Engine[Any]:
         """The world this body is in.
 
         Raises:
@@ -120,6 +118,10 @@ class Body:
         if name not in self._joint_index:
             raise RoboyardError(f"body {self.name!r}: {unknown_name('joint', name, self._joint_index)}")
         return self.joints[self._joint_index[name]]
+
+    def joint_of(self, link: Link) -> Joint | None:
+        """Return the joint that connects a link of this body to its parent; None for the root."""
+        return None if link.index == 0 else self.joints[link.index - 1]
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Generic, TypeVar
 
 import mujoco
 import numpy as np
@@ -21,17 +21,17 @@ from roboyard.sim.build.solver_options import (
 )
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
+from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
 from roboyard.transforms import Array
 
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
+BodyT = TypeVar("BodyT", bound=EngineBody)
 
 MEMORY_PER_GEOM = 256 * 1024
 """Bytes of MuJoCo's arena (contacts, constraints) a collision shape; untouched memory costs nothing."""
 MEMORY_LEAST, MEMORY_MOST = 64 * 2**20, 2 * 2**30
 
 
-class Engine:
+class Engine(Generic[BodyT]):
     """Spec, model and data of a world: what is stale, what has moved, where bodies lie in the arrays."""
 
     def __init__(
@@ -43,7 +43,7 @@ class Engine:
         """The spec as it is, spares included; whoever edits it marks the world stale."""
         self.assets = MeshAssets(self.raw_spec)
         self.pool = BodyPool(self)
-        self.body_by_id: dict[int, Body] = {}
+        self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile
         self.revision = 0
         """Grows whenever a compile moves things around in MuJoCo's arrays."""
@@ -62,11 +62,31 @@ class Engine:
         self._dofs = 0
         """Degrees of freedom of all bodies in MuJoCo's arrays; spares have none."""
 
+    # ------------------------------------------------------------------------------ defined by subclasses
+
+    @property
+    def drives(self) -> JointDrives:
+        """The drives of joints."""
+        raise NotImplementedError
+
+    @property
+    def surfaces(self) -> LinkSurfaces:
+        """Restitution and drag of links."""
+        raise NotImplementedError
+
+    @property
+    def wrenches(self) -> LinkWrenches:
+        """External forces on links."""
+        raise NotImplementedError
+
+    def refresh_stepping(self) -> None:
+        """Note that a rule of the time step was added, changed or removed."""
+
     def _before_compile(self) -> None:
-        """Last edits of the spec."""
+        """Make the last edits of the spec."""
 
     def _after_compile(self) -> None:
-        """MuJoCo's arrays are new."""
+        """Update what refers to rows of MuJoCo's arrays; they are new."""
 
     # ------------------------------------------------------------------------------------------- the engine
 
@@ -152,7 +172,7 @@ class Engine:
         self._after_compile()
         self.mark_moved()
 
-    def adopt(self, body: Body) -> None:
+    def adopt(self, body: EngineBody) -> None:
         """Rows of MjModel that were there before are a new body's now."""
         body.refresh(self._model)
         was_pile = self._is_pile
@@ -164,12 +184,12 @@ class Engine:
             self._set_contact_law(self.body_by_id.values())
         self._rows_changed(body, owner=body.id)
 
-    def disown(self, body: Body) -> None:
+    def disown(self, body: EngineBody) -> None:
         """A body is gone, but its rows stay. It must not have been what made the world a pile."""
         self._dofs -= body.built.dofs
         self._rows_changed(body, owner=-1)
 
-    def _rows_changed(self, body: Body, *, owner: int) -> None:
+    def _rows_changed(self, body: EngineBody, *, owner: int) -> None:
         if self._geom_owners is not None:
             for index, record in enumerate(body.built.links):
                 rows = [geom.id for geom in (*record.geoms, *record.visuals)]
@@ -196,7 +216,7 @@ class Engine:
             profile=self.profile,
         )
 
-    def _set_contact_law(self, bodies: Iterable[Body]) -> None:
+    def _set_contact_law(self, bodies: Iterable[EngineBody]) -> None:
         """How rigid contacts are: by the profile, but soft in a pile. Shapes of MJCF files keep their own."""
         model, profile = self._model, self.profile
         is_pile = self._is_pile
@@ -236,6 +256,33 @@ class Engine:
         mujoco.mj_objectVelocity(self._model, data, kind, row, out, 0)
         return out[3:], out[:3]
 
+    def bounds_of(self, mujoco_ids: np.ndarray) -> Array:
+        """Return the (2, 3) bounding box of all shapes of some MuJoCo bodies, in the world frame (m).
+
+        Args:
+            mujoco_ids: (k,) rows of bodies.
+        """
+        data = self.kinematics()
+        model = self._model
+        of_body = np.isin(model.geom_bodyid, mujoco_ids)
+        plane = model.geom_type == int(mujoco.mjtGeom.mjGEOM_PLANE)
+        mesh = model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)
+        rows = np.flatnonzero(of_body & ~plane & ~mesh)
+        corners = [data.xpos[mujoco_ids]]
+        for row in np.flatnonzero(of_body & mesh):  # MuJoCo's own boxes follow principal axes: too large
+            first, count = (int(a[model.geom_dataid[row]]) for a in (model.mesh_vertadr, model.mesh_vertnum))
+            points = model.mesh_vert[first : first + count] @ data.geom_xmat[row].reshape(3, 3).T
+            corners.append(points.min(axis=0)[None] + data.geom_xpos[row])
+            corners.append(points.max(axis=0)[None] + data.geom_xpos[row])
+        if len(rows):
+            rotation = data.geom_xmat[rows].reshape(-1, 3, 3)
+            box = model.geom_aabb[rows]
+            centre = data.geom_xpos[rows] + np.einsum("nij,nj->ni", rotation, box[:, :3])
+            half = np.einsum("nij,nj->ni", np.abs(rotation), box[:, 3:])
+            corners += [centre - half, centre + half]
+        points = np.concatenate(corners)
+        return np.stack([points.min(axis=0), points.max(axis=0)])
+
     @property
     def geom_owners(self) -> np.ndarray:
         """(ngeom, 2) int32: body id and link index of each MuJoCo geom."""
@@ -244,7 +291,7 @@ class Engine:
             by_row = np.full((self._model.nbody, 2), -1, dtype=np.int32)
             for body in self.body_by_id.values():
                 by_row[body.mujoco_ids, 0] = body.id
-                by_row[body.mujoco_ids, 1] = np.arange(len(body.links))
+                by_row[body.mujoco_ids, 1] = np.arange(len(body.built.links))
             self._geom_owners = by_row[self._model.geom_bodyid]
             for body in self.body_by_id.values():
                 if body.built.is_ground:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,12 +10,9 @@ from numpy.typing import ArrayLike
 from roboyard.description.model import JointType, Limit
 from roboyard.errors import RoboyardError
 from roboyard.kinematics.joint_models import POSITION_SIZE, VELOCITY_SIZE
+from roboyard.sim.build.records import BuiltLink
+from roboyard.sim.link import Link, LinkBody
 from roboyard.transforms import Array, from_wxyz, to_wxyz
-
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.build.records import BuiltLink
-    from roboyard.sim.link import Link
 
 
 class Joint:
@@ -24,7 +21,7 @@ class Joint:
     __slots__ = ("_built", "body", "index", "is_scalar", "limit", "name", "type")
 
     def __init__(
-        self, body: Body, index: int, built: BuiltLink, kind: JointType, limit: Limit | None
+        self, body: LinkBody, index: int, built: BuiltLink, kind: JointType, limit: Limit | None
     ) -> None:
         self.body = body
         self.index = index
@@ -205,9 +202,9 @@ class Joint:
         """Apply a torque (N m) or force (N) until told otherwise."""
         self.body.world.drives.effort(self, effort)
 
-    def release(self) -> None:
-        """Switch the drive off; the joint moves freely."""
-        self.body.world.drives.release(self)
+    def disable_drive(self) -> None:
+        """Switch the drive off, so that the joint moves freely."""
+        self.body.world.drives.disable(self)
 
     @property
     def applied_effort(self) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,12 +11,33 @@ from numpy.typing import ArrayLike
 from roboyard.description.mass_properties import mass_properties
 from roboyard.description.model import Inertial
 from roboyard.sim.build.masses import TRACE_NOTE, write_mass
+from roboyard.sim.build.records import BuiltLink
+from roboyard.sim.engine import Engine
 from roboyard.transforms import Array, from_wxyz
 
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.build.records import BuiltLink
-    from roboyard.sim.joint import Joint
+
+class LinkBody(Protocol):
+    """The members of a `Body` that its links and joints use."""
+
+    id: int
+    name: str
+    scale: float
+    mujoco_ids: np.ndarray
+    qpos_addresses: np.ndarray
+    dof_addresses: np.ndarray
+    dof_offsets: tuple[int, ...]
+    joint_dofs: int
+    first_dof: int
+
+    @property
+    def world(self) -> Engine[Any]:
+        """The world of the body."""
+        ...
+
+    @property
+    def links(self) -> Sequence[Link]:
+        """All links, the root first."""
+        ...
 
 
 class Link:
@@ -23,7 +45,7 @@ class Link:
 
     __slots__ = ("_built", "body", "index", "name")
 
-    def __init__(self, body: Body, index: int, built: BuiltLink) -> None:
+    def __init__(self, body: LinkBody, index: int, built: BuiltLink) -> None:
         self.body = body
         self.index = index
         """0 for the root link, then depth first."""
@@ -37,11 +59,6 @@ class Link:
     def parent(self) -> Link | None:
         """The link this one hangs from; None for the root."""
         return None if self._built.parent < 0 else self.body.links[self._built.parent]
-
-    @property
-    def joint(self) -> Joint | None:
-        """The joint this link hangs from; None for the root."""
-        return None if self.index == 0 else self.body.joints[self.index - 1]
 
     @property
     def mujoco_id(self) -> int:

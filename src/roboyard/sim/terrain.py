@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.model import Heightfield
 from roboyard.errors import RoboyardError
+from roboyard.sim.body import Body
 from roboyard.sim.build.geoms import fill_heightfield
+from roboyard.sim.simulation import Simulation
 from roboyard.transforms import from_wxyz, rotate
 
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.world import World
 
-
-def set_heights(world: World, terrain: Heightfield, heights: ArrayLike) -> None:
+def set_heights(world: Simulation, terrain: Heightfield, heights: ArrayLike) -> None:
     """Give terrain other heights, in every body of a world that has it.
 
     Args:
@@ -42,7 +38,7 @@ def set_heights(world: World, terrain: Heightfield, heights: ArrayLike) -> None:
             _follow(world, body, terrain, sunk)
 
 
-def _follow(world: World, body: Body, terrain: Heightfield, sunk: float) -> None:
+def _follow(world: Simulation, body: Body, terrain: Heightfield, sunk: float) -> None:
     """Bring a terrain's new heights into the spec and into pictures; `sunk`: of its lowest point, m."""
     for record in body.built.links:
         for name, held in record.terrains.items():

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roboyard.errors import ModelError
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
 from roboyard.transforms import Array
-
-if TYPE_CHECKING:
-    from roboyard.sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -26,7 +24,7 @@ class WorldState:
     """Ids of the bodies, in order."""
 
 
-def save(world: World) -> WorldState:
+def save(world: Engine[Body]) -> WorldState:
     """The present moment."""
     import mujoco
 
@@ -42,7 +40,7 @@ def save(world: World) -> WorldState:
     )
 
 
-def restore(world: World, state: WorldState) -> None:
+def restore(world: Engine[Body], state: WorldState) -> None:
     """Go back to a saved moment.
 
     Raises:
@@ -64,7 +62,7 @@ def restore(world: World, state: WorldState) -> None:
     mujoco.mj_setState(world.model, world.data, state.values, kind)
     world.model.body_pos[:] = state.static_positions
     world.model.body_quat[:] = state.static_quaternions
-    for body in world.bodies:
+    for body in world.body_by_id.values():
         if body.is_fixed:
             root = body.built.links[0].element
             root.pos = world.model.body_pos[root.id]

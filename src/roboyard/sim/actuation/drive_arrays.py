@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roboyard.errors import RoboyardError
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.joint import Joint
 from roboyard.transforms import Array
-
-if TYPE_CHECKING:
-    from roboyard.sim.joint import Joint
-    from roboyard.sim.world import World
 
 
 class DriveArrays:
@@ -21,7 +19,7 @@ class DriveArrays:
     Arrays are (n,) in the order of the joints given. Joints without a drive (mimics) are an error.
     """
 
-    def __init__(self, world: World, joints: Sequence[Joint]) -> None:
+    def __init__(self, world: Engine[Body], joints: Sequence[Joint]) -> None:
         self._world = world
         self.joints = tuple(joints)
         self._elements = []

@@ -10,24 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roboyard.errors import RoboyardError
 from roboyard.sim.actuation import gains
+from roboyard.sim.actuation.drive_arrays import DriveArrays
+from roboyard.sim.body import Body
 from roboyard.sim.build.joints import NO_EFFORT_LIMIT
-
-if TYPE_CHECKING:
-    from roboyard.sim.actuation.drive_arrays import DriveArrays
-    from roboyard.sim.joint import Joint
-    from roboyard.sim.world import World
+from roboyard.sim.engine import Engine
+from roboyard.sim.joint import Joint
 
 
 class Drives:
     """The drives of one world; users reach them through `Joint.drive_position` and its siblings."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Engine[Body]) -> None:
         self._world = world
 
     def position(
@@ -59,7 +57,7 @@ class Drives:
     def effort(self, joint: Joint, effort: float) -> None:
         self._write(joint, 0.0, 0.0, (0.0, 0.0, effort), None)
 
-    def release(self, joint: Joint) -> None:
+    def disable(self, joint: Joint) -> None:
         self._write(joint, 0.0, 0.0, (0.0, 0.0, 0.0), None)
 
     def applied(self, joint: Joint) -> float:

@@ -8,20 +8,18 @@ reference velocity; the reference is written between the two halves of a step.
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError
-from roboyard.sim.joint import VELOCITY_SIZE
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.joint import VELOCITY_SIZE, Joint
+from roboyard.sim.link import LinkBody
 from roboyard.sim.stepping.kernels_lazy import kernels
 from roboyard.transforms import Array, to_wxyz
-
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.joint import Joint
-    from roboyard.sim.world import World
 
 MODE, KP, VELOCITY, KD, LARGEST = range(5)
 IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
@@ -32,7 +30,7 @@ MOTORED = ("revolute", "continuous", "prismatic", "spherical")
 class VelocityMotors:
     """The motors of one world: at most one a joint, in place of the joint's dry friction while it acts."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._by_body: dict[int, BodyMotors] = {}
         self._motors = np.zeros((0, 5))
@@ -171,7 +169,7 @@ class VelocityMotors:
             raise RoboyardError(f"joint {joint.name!r} is {joint.type} and cannot have a motor")
         return VELOCITY_SIZE[joint.type]
 
-    def of(self, body: Body) -> BodyMotors:
+    def of(self, body: LinkBody) -> BodyMotors:
         """The motors of one body."""
         found = self._by_body.get(body.id)
         if found is None:
@@ -180,10 +178,10 @@ class VelocityMotors:
             if self._gathered:
                 self._place(self._world.live_model, body, found)
                 self._bound_timestep = 0.0
-            self._world.stepping.refresh()
+            self._world.refresh_stepping()
         return found
 
-    def bounds_changed(self, body: Body, rows: slice) -> None:
+    def bounds_changed(self, body: LinkBody, rows: slice) -> None:
         """Force bounds of some of a body's rows were written: tell MuJoCo."""
         world = self._world
         if self._gathered and not world.is_stale:
@@ -207,7 +205,7 @@ class VelocityMotors:
         self._bound_timestep = 0.0
         self._gathered = True
 
-    def _place(self, model: Any, body: Body, own: BodyMotors) -> None:
+    def _place(self, model: Any, body: LinkBody, own: BodyMotors) -> None:
         here = slice(body.first_dof, body.first_dof + len(own.motors))
         own.move_to(self._motors[here], self._targets[here], self._bounds[here])
         model.dof_solimp[here] = IMPEDANCE
@@ -218,7 +216,7 @@ class BodyMotors:
 
     __slots__ = ("_all", "_body", "_buffer", "_goals", "bounds", "motors", "targets")
 
-    def __init__(self, every: VelocityMotors, body: Body) -> None:
+    def __init__(self, every: VelocityMotors, body: LinkBody) -> None:
         count = body.joint_dofs
         self._all, self._body = every, body
         self.move_to(np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))

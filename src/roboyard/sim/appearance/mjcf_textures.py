@@ -7,7 +7,7 @@ was measured on pictures of MuJoCo's own renderer.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import mujoco
@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from roboyard.rendering.textures import as_rgba
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.sim.appearance.cube_texture import wrap_in_cube
-
-if TYPE_CHECKING:
-    from roboyard.sim.world import World
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
 
 Array = NDArray[np.float64]
 
@@ -98,10 +97,10 @@ class TextureMaps:
         return wrap_in_cube(mesh, scale, unit, image.shape[1], max(image.shape[0] // image.shape[1], 1))
 
 
-_of_worlds: WeakKeyDictionary[World, TextureMaps] = WeakKeyDictionary()
+_of_worlds: WeakKeyDictionary[Engine[Body], TextureMaps] = WeakKeyDictionary()
 
 
-def texture_maps_of(world: World) -> TextureMaps:
+def texture_maps_of(world: Engine[Body]) -> TextureMaps:
     """Textures of a world's compiled model, remembered until it is compiled again."""
     model = world.live_model
     kept = _of_worlds.get(world)

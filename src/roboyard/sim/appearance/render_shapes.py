@@ -1,53 +1,22 @@
-"""What a world looks like: the visual shapes of its bodies as render shapes, kept up to date."""
+"""The visual shapes of all bodies of a world as render shapes, kept up to date."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
-import numpy as np
-
-from roboyard.description.model import (
-    RGBA,
-    Box,
-    Capsule,
-    Cylinder,
-    Geometry,
-    Heightfield,
-    Material,
-    Mesh,
-    Plane,
-    Pose,
-    Sphere,
-)
-from roboyard.rendering.scene import RenderScene, RenderShape
-from roboyard.transforms import matrix_from_quaternion
-
-if TYPE_CHECKING:
-    from roboyard.shapes.mesh import TriangleMesh
-    from roboyard.sim.body import Body
-    from roboyard.sim.world import World
-
-DEFAULT_RGBA: RGBA = (0.7, 0.7, 0.7, 1.0)
-PLANE_HALF_SIZE = 50.0
-"""m: the piece of an endless plane that is a mesh; cameras draw the rest to the horizon."""
-CHECKER_SQUARE = 1.0
-"""m"""
-
-
-@dataclass(kw_only=True, slots=True)
-class ShapeAppearance:
-    """One visual shape of a link; change its fields through `RenderShapes.change`."""
-
-    geometry: Geometry
-    shape: RenderShape
+from roboyard.description.model import Geometry
+from roboyard.rendering.scene import RenderScene
+from roboyard.sim.appearance.mjcf_shapes import shapes_of_model
+from roboyard.sim.appearance.shape_appearance import ShapeAppearance, render_shape, triangles_of
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
 
 
 class RenderShapes:
     """Visual shapes by body and link. Nothing is loaded before the first picture."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._by_body: dict[int, dict[int, list[ShapeAppearance]]] = {}
         self._scene = RenderScene()
@@ -96,7 +65,7 @@ class RenderShapes:
         self._world.ensure_compiled()
         if self._dirty:
             shapes = []
-            for body in self._world.bodies:
+            for body in self._world.body_by_id.values():
                 for link_index, looks in self.of(body).items():
                     row = int(body.mujoco_ids[link_index])
                     for look in looks:
@@ -118,9 +87,7 @@ def _keep_textures(looks: dict[int, list[ShapeAppearance]]) -> None:
 
 def _gather(body: Body) -> dict[int, list[ShapeAppearance]]:
     if body.description is None:
-        from roboyard.sim.mjcf import looks_of_model
-
-        return looks_of_model(body)
+        return shapes_of_model(body)
     found: dict[int, list[ShapeAppearance]] = {}
     links = [record.link for record in body.built.links]
     draw_collisions = not any(link.visuals for link in links if link is not None)
@@ -133,83 +100,3 @@ def _gather(body: Body) -> dict[int, list[ShapeAppearance]]:
             if render is not None:
                 found.setdefault(index, []).append(ShapeAppearance(geometry=shape.geometry, shape=render))
     return found
-
-
-def render_shape(
-    geometry: Geometry, origin: Pose, material: Material | None, scale: float, owner: tuple[int, int]
-) -> RenderShape | None:
-    """A geometry with its material as a render shape, frame 0 until placed; None: nothing to draw."""
-    triangles = triangles_of(geometry, scale)
-    if triangles is None:
-        return None
-    mesh, factors = triangles
-    rotation = matrix_from_quaternion(origin.quaternion)
-    rgba = material.rgba if material is not None and material.rgba is not None else None
-    extra: dict[str, Any] = {}
-    if isinstance(geometry, Plane):
-        from roboyard.sim.build.geoms import turn_z_to
-
-        rotation = rotation @ matrix_from_quaternion(turn_z_to(np.asarray(geometry.normal, dtype=float)))
-        base = rgba or DEFAULT_RGBA
-        extra["checker"] = ((base[0] * 0.82, base[1] * 0.84, base[2] * 0.88), CHECKER_SQUARE)
-        extra["infinite"] = True
-    if material is not None and material.texture is not None:
-        extra["texture"] = load_texture(material.texture)
-    return RenderShape(
-        mesh=mesh,
-        scale=factors,
-        position=np.asarray(origin.position, dtype=float) * scale,
-        rotation=rotation,
-        frame=0,
-        owner=owner,
-        rgba=rgba or ((1.0, 1.0, 1.0, 1.0) if has_own_colors(mesh) else DEFAULT_RGBA),
-        use_mesh_colors=rgba is None,
-        **extra,
-    )
-
-
-def has_own_colors(mesh: TriangleMesh) -> bool:
-    """Whether the mesh file says what colour it has."""
-    return mesh.colors is not None or mesh.texture is not None
-
-
-def triangles_of(geometry: Geometry, scale: float) -> tuple[TriangleMesh, tuple[float, float, float]] | None:
-    """A mesh and the factors that stretch it to this geometry; None for a mesh that was not found."""
-    from roboyard.shapes import primitives
-    from roboyard.sim.build.geoms import load_scaled
-
-    one = (1.0, 1.0, 1.0)
-    match geometry:
-        case Box(size=(x, y, z)):
-            return primitives.box(), (x * scale, y * scale, z * scale)
-        case Sphere(radius=radius):
-            d = 2 * radius * scale
-            return primitives.sphere(), (d, d, d)
-        case Cylinder(radius=radius, length=length):
-            return primitives.cylinder(), (2 * radius * scale, 2 * radius * scale, length * scale)
-        case Capsule(radius=radius, length=length):
-            if length < 1e-6:
-                d = 2 * radius * scale
-                return primitives.sphere(), (d, d, d)
-            return primitives.capsule(radius * scale, length * scale), one
-        case Plane():
-            return primitives.plane(PLANE_HALF_SIZE, PLANE_HALF_SIZE), one
-        case Mesh():
-            mesh = load_scaled(geometry, scale)
-            return None if mesh is None else (mesh, one)
-        case Heightfield(heights=heights, cell=(dx, dy)):
-            nx, ny = heights.shape
-            mesh = primitives.heightfield(
-                np.asarray(heights).T * scale, (nx - 1) * dx * scale, (ny - 1) * dy * scale
-            )
-            return mesh, one
-
-
-def load_texture(path: Path) -> np.ndarray | None:
-    """(h, w, 4) RGBA of an image file, the same array for the same file; None where it cannot be read."""
-    from roboyard.shapes.readers.external_files import load_image_file
-
-    try:
-        return load_image_file(path, path.name)
-    except OSError:
-        return None

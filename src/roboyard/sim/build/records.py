@@ -8,6 +8,9 @@ from typing import Any
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Heightfield, Joint, Link
 
+ALL_MASKS = 0x7FFFFFFF
+"""A conaffinity that meets every contype."""
+
 
 @dataclass(kw_only=True, slots=True)
 class BuiltLink:

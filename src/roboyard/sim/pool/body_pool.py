@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from itertools import cycle, islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -30,11 +30,8 @@ from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.sim.pool.rows import PooledBody, PoolRows, add_pooled_body, is_apart
 from roboyard.sim.pool.template_cache import TemplateCache
 from roboyard.sim.pool.templates import BodyTemplate, can_wait
+from roboyard.sim.protocols import EngineBody, PoolEngine
 from roboyard.transforms import Array, to_wxyz
-
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.engine import Engine
 
 MESH = 4
 """Bodies of one link that cost as much to compile as a mesh."""
@@ -60,7 +57,7 @@ Recent = tuple[RobotDescription, BuildOptions]
 class BodyPool:
     """The spares of one world."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: PoolEngine) -> None:
         self._engine = engine
         self._rows = PoolRows(engine)
         self._slots: list[PooledBody] = []
@@ -111,7 +108,7 @@ class BodyPool:
 
     # ------------------------------------------------------------------------------------ coming and going
 
-    def note(self, body: Body, options: BuildOptions | None) -> None:
+    def note(self, body: EngineBody, options: BuildOptions | None) -> None:
         """A body was added that waits for a compile."""
         if options is not None and body.description is not None and can_wait(body.description, options):
             self._fresh.add(body.id)
@@ -179,7 +176,7 @@ class BodyPool:
         bodies = self._engine.body_by_id.values()
         if self._with_joints:
             return len(bodies)
-        return sum(len(body.links) for body in bodies) + MESH * self._engine.assets.count
+        return sum(len(body.built.links) for body in bodies) + MESH * self._engine.assets.count
 
     def update_inertia(self) -> None:
         """Inertias were written: what is parked counts for nothing."""
@@ -270,13 +267,13 @@ class BodyPool:
         dofs = 0 if slot.free_joint is None else 6
         return Built(links=[record], free_joint=slot.free_joint, notes=list(template.notes), dofs=dofs)
 
-    def activate(self, body: Body) -> None:
+    def activate(self, body: EngineBody) -> None:
         """The body that took the last spare has its id now."""
         slot = self._slots[self._next - 1]
         slot.owner = body.id
         self._slot_of[body.id] = slot
 
-    def take_back(self, body: Body) -> bool:
+    def take_back(self, body: EngineBody) -> bool:
         """Park a body that was removed from the world; False where its elements have to go now."""
         self._fresh.discard(body.id)
         engine, built = self._engine, body.built

@@ -11,12 +11,11 @@ import numpy as np
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.pool.templates import BodyTemplate, row_starts
+from roboyard.sim.protocols import EngineBody, PoolEngine
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
-    from roboyard.sim.body import Body
     from roboyard.sim.build.mesh_assets import MeshAssets
-    from roboyard.sim.engine import Engine
 
 MASKS = ("geom_contype", "geom_conaffinity", "body_contype", "body_conaffinity")
 PARKED_FIELDS = (*MASKS, "geom_rgba")
@@ -88,7 +87,7 @@ def add_pooled_body(spec: Any, assets: MeshAssets, template: BodyTemplate, name:
 class PoolRows:
     """Writes single bodies into a compiled world's arrays."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: PoolEngine) -> None:
         self._engine = engine
         self._arrays: dict[str, np.ndarray] = {}
         self._mass = self._inertia = 0.0
@@ -234,7 +233,7 @@ class PoolRows:
         return found
 
 
-def is_apart(body: Body, model: Any) -> bool:
+def is_apart(body: EngineBody, model: Any) -> bool:
     """Whether nothing else in the spec holds on to a body."""
     built = body.built
     if body.description is None or built.equalities or model.ntendon or model.nsensor or model.npair:

@@ -6,10 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 from roboyard.description.model import RobotDescription
-from roboyard.sim.build.records import BuildOptions
+from roboyard.sim.build.records import ALL_MASKS, BuildOptions
 from roboyard.sim.pool.analytic_templates import analytic_template, numbers_of
 from roboyard.sim.pool.templates import BodyTemplate, make_template
-from roboyard.sim.stepping.collision_filters import ALL
 
 KEPT, KEPT_COMPILED = 256, 16
 _FAMILIES: dict[Any, BodyTemplate] = {}
@@ -28,7 +27,7 @@ class TemplateCache:
     def find(self, description: RobotDescription, options: BuildOptions) -> BodyTemplate | None:
         """The mould of a description; None where there can be none (see `make_template`)."""
         if options.contype != 1:  # masks of its own are a body's, not a mould's
-            options = replace(options, contype=1, conaffinity=ALL)
+            options = replace(options, contype=1, conaffinity=ALL_MASKS)
         key = (id(description), options)
         known = self._moulds.get(key)
         if known is not None and known[1].is_current():

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import typing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.link import Link
 from roboyard.transforms import Array
-
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.link import Link
-    from roboyard.sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -34,11 +32,11 @@ class Contact:
 
     @property
     def body_a(self) -> Body:
-        return self.link_a.body
+        return typing.cast(Body, self.link_a.body)
 
     @property
     def body_b(self) -> Body:
-        return self.link_b.body
+        return typing.cast(Body, self.link_b.body)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -57,7 +55,7 @@ class ContactArrays:
     """(k, 3) N that b feels from a, along the rows of `frame`"""
 
 
-def contact_arrays(world: World) -> ContactArrays:
+def contact_arrays(world: Engine[Body]) -> ContactArrays:
     """Contacts of the last step (or of the last `World.detect_contacts`)."""
     import mujoco
 
@@ -82,7 +80,7 @@ def contact_arrays(world: World) -> ContactArrays:
     )
 
 
-def contacts(world: World, body: Body | None = None, other: Body | None = None) -> list[Contact]:
+def contacts(world: Engine[Body], body: Body | None = None, other: Body | None = None) -> list[Contact]:
     """Contacts as objects; `body` comes first (as a) where it takes part, `other` filters its partners."""
     arrays = contact_arrays(world)
     found = []

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.link import Link
 from roboyard.transforms import Array
-
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.link import Link
-    from roboyard.sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -37,7 +35,7 @@ class Proximity:
         return between / length if length > 1e-12 else np.array([0.0, 0.0, 1.0])
 
 
-def nearest(world: World, a: Link, b: Link, largest: float) -> Proximity | None:
+def nearest(world: Engine[Body], a: Link, b: Link, largest: float) -> Proximity | None:
     """The nearest points of two links, if they are within `largest` m; collision shapes only."""
     data = world.kinematics()
     model = world.live_model
@@ -55,7 +53,7 @@ def nearest(world: World, a: Link, b: Link, largest: float) -> Proximity | None:
     return Proximity(link_a=a, link_b=b, point_a=ends[:3], point_b=ends[3:], distance=float(best))
 
 
-def between_bodies(world: World, a: Body, b: Body, largest: float) -> list[Proximity]:
+def between_bodies(world: Engine[Body], a: Body, b: Body, largest: float) -> list[Proximity]:
     """The nearest points of every pair of links of two bodies within `largest` m."""
     found = []
     for one in a.links:
@@ -68,7 +66,7 @@ def between_bodies(world: World, a: Body, b: Body, largest: float) -> list[Proxi
     return found
 
 
-def geom_bounds(world: World, geoms: list[int]) -> Array:
+def geom_bounds(world: Engine[Body], geoms: list[int]) -> Array:
     """(n, 2, 3) corners of the box around each of some MuJoCo geoms; m. Endless planes are ±inf."""
     data = world.kinematics()
     model = world.live_model

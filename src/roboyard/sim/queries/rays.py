@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
+import typing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.link import Link
 from roboyard.transforms import Array
-
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.link import Link
-    from roboyard.sim.world import World
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -34,7 +32,7 @@ class RayHit:
 
     @property
     def body(self) -> Body:
-        return self.link.body
+        return typing.cast(Body, self.link.body)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -58,7 +56,7 @@ class RayHits:
         return self.owners[:, 0] >= 0
 
 
-def cast(world: World, starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> RayHits:
+def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> RayHits:
     """Cast rays from `starts` to `ends`, each (k, 3) or (3,) m in the world.
 
     Rays from one common start share their broad phase and are several times faster. A ray that starts
@@ -126,7 +124,7 @@ _COLLISIONS = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
 
 
 def first_shape(
-    world: World, start: tuple[float, ...], way: tuple[float, ...], behind: float = 0.0
+    world: Engine[Body], start: tuple[float, ...], way: tuple[float, ...], behind: float = 0.0
 ) -> ShapeHit | None:
     """The first collision shape that one ray meets, in plain numbers: what `cast` finds, many times sooner.
 
@@ -152,7 +150,7 @@ def first_shape(
     return int(geom[0]), fraction, tuple(normal.tolist())
 
 
-def cast_one(world: World, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:
+def cast_one(world: Engine[Body], start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:
     """The first surface between two points, or None."""
     hits = cast(world, start, end, visual=visual)
     if not hits.hit[0]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from roboyard.description.model import RobotDescription
-
-if TYPE_CHECKING:
-    from roboyard.sim.body import Body
-    from roboyard.sim.link import Link
-    from roboyard.sim.world import World
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.link import Link
 
 ALL = 0x7FFFFFFF
 """Bit 0 is everybody's; the other thirty hold the codes of robots whose links must not touch one another."""
@@ -27,7 +25,7 @@ class CollisionFilters:
     within the other.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._free_codes: list[int] = []
         """A heap: codes of robots that have gone."""

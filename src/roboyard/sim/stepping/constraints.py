@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import RoboyardError, StaleHandleError
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.joint import Joint
+from roboyard.sim.link import Link
 from roboyard.sim.stepping.constraint_rows import bound_rows, free_axis, row_scale
 from roboyard.transforms import Array, normalized, to_wxyz
-
-if TYPE_CHECKING:
-    from roboyard.sim.joint import Joint
-    from roboyard.sim.link import Link
-    from roboyard.sim.world import World
 
 Kind = Literal["weld", "slide", "point", "gear"]
 STIFF_SOLREF = (0.005, 1.0)
@@ -49,7 +48,7 @@ class Constraint:
 class Constraints:
     """The constraints of one world."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._by_id: dict[int, Constraint] = {}
         self._next = 1
@@ -130,7 +129,7 @@ class Constraints:
             max_force,
         )
         made.axis = direction / length
-        self._world.stepping.refresh()
+        self._world.refresh_stepping()
         return made
 
     def add_gear(
@@ -274,7 +273,7 @@ class Constraints:
         constraint.max_force = max_force
         self._bounds = None
         self._tuned_timestep = 0.0
-        self._world.stepping.refresh()
+        self._world.refresh_stepping()
 
     def remove(self, constraint: Constraint) -> None:
         """Let go."""

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from roboyard.errors import RoboyardError
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.link import Link
 from roboyard.sim.stepping.kernels_lazy import kernels
-
-if TYPE_CHECKING:
-    from roboyard.sim.link import Link
-    from roboyard.sim.world import World
-
 
 SLIDING_ITERATIONS = 4
 SLIDING_TOLERANCE = 1e-3
@@ -23,7 +21,7 @@ SLIDING_TOLERANCE = 1e-3
 class Surfaces:
     """Restitution by geom and damping by body, applied between the halves of a step."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._restitution: dict[tuple[int, int], float] = {}
         self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
@@ -53,7 +51,7 @@ class Surfaces:
         self._restitution[(link.body.id, link.index)] = value
         if self._restitution_rows is not None and not self._world.is_stale:
             self._restitution_rows[[geom.id for geom in link._built.geoms]] = value
-        self._world.stepping.refresh()
+        self._world.refresh_stepping()
 
     def damping(self, link: Link) -> tuple[float, float, float, float]:
         """Linear k (1/s), linear q (1/m), angular k (1/s), angular q (-)."""
@@ -75,7 +73,7 @@ class Surfaces:
         self._damping[(link.body.id, link.index)] = values
         if self._damping_rows is not None and not self._world.is_stale:
             self._damping_rows[link.body.mujoco_ids[link.index]] = values
-        self._world.stepping.refresh()
+        self._world.refresh_stepping()
 
     def forget(self, body_id: int) -> None:
         """Drop everything about a body that is being removed."""

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import logging
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from roboyard.sim.actuation.velocity_motors import VelocityMotors
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.kernels_lazy import kernels
+from roboyard.sim.stepping.surfaces import Surfaces
+from roboyard.sim.stepping.wrenches import Wrenches
 
-if TYPE_CHECKING:
-    from roboyard.sim.world import World
-
-log = logging.getLogger("roboyard.sim")
+log = logging.getLogger("roboyard.simulation")
 
 
 class _Alarm(threading.local):
@@ -39,22 +42,33 @@ mujoco.set_mju_user_warning(_on_warning)
 class Stepping:
     """Takes the steps of one world; `refresh` is called whenever a rule comes or goes."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(
+        self,
+        world: Engine[Body],
+        *,
+        surfaces: Surfaces,
+        motors: VelocityMotors,
+        constraints: Constraints,
+        wrenches: Wrenches,
+    ) -> None:
         self._world = world
+        self.surfaces, self.motors = surfaces, motors
+        self.constraints, self.wrenches = constraints, wrenches
         self.is_plain = True
-        """MuJoCo's own step will do."""
-        self._surfaces = self._motors = self._bounded = False
+        """Whether MuJoCo's own step has all the rules of this world."""
+        self._has_surfaces = self._has_motors = self._is_bounded = False
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
-        """MuJoCo's options, velocities, accelerations and, where there is one, the bound on velocities."""
+        """MuJoCo's options, velocities, accelerations and the bounds on velocities, if there are any."""
 
     def refresh(self) -> None:
-        """Look again at what steps have to pass through."""
-        world = self._world
-        self._surfaces = world.surfaces.is_active
-        self._motors = world.motors.is_active
-        self._bounded = world.constraints.is_bounded
-        self.is_plain = not (self._surfaces or self._motors or self._bounded or world.wrenches.pending)
+        """Look up which rules the steps have to apply."""
+        self._has_surfaces = self.surfaces.is_active
+        self._has_motors = self.motors.is_active
+        self._is_bounded = self.constraints.is_bounded
+        self.is_plain = not (
+            self._has_surfaces or self._has_motors or self._is_bounded or self.wrenches.pending
+        )
 
     def invalidate(self) -> None:
         """MuJoCo's arrays are new."""
@@ -75,34 +89,34 @@ class Stepping:
         if compiled is None:
             compiled = self._compiled = self._look_up(model, data)
         timestep = compiled[0].timestep
-        if self._motors:
-            world.motors.prepare(model, timestep)
-        if self._bounded:
-            world.constraints.prepare(model)
+        if self._has_motors:
+            self.motors.prepare(model, timestep)
+        if self._is_bounded:
+            self.constraints.prepare(model)
         mujoco.mj_step1(model, data)
-        if self._surfaces:
-            world.surfaces.apply(model, data, timestep)
-        if self._motors:
-            world.motors.apply(data, timestep)
-        if world.hard_contacts or self._bounded or world.profile.largest_velocity is not None:
+        if self._has_surfaces:
+            self.surfaces.apply(model, data, timestep)
+        if self._has_motors:
+            self.motors.apply(data, timestep)
+        if world.hard_contacts or self._is_bounded or world.profile.largest_velocity is not None:
             self._solve(model, data, timestep, compiled)
         else:
             mujoco.mj_step2(model, data)
-        if self._surfaces or world.wrenches.pending:
-            world.wrenches.clear()
+        if self._has_surfaces or self.wrenches.pending:
+            self.wrenches.clear()
 
     def _solve(self, model: Any, data: Any, timestep: float, compiled: tuple[Any, ...]) -> None:
         """The second half by hand, with the solver repeated where the rules ask for it."""
         world = self._world
-        if self._bounded:
-            world.constraints.free_axes(model, data)
+        if self._is_bounded:
+            self.constraints.free_axes(model, data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         mujoco.mj_fwdConstraint(model, data)
         if world.hard_contacts:
-            world.surfaces.correct_sliding(model, data, timestep)
-        if self._bounded:
-            world.constraints.bound_forces(model, data)
+            self.surfaces.correct_sliding(model, data, timestep)
+        if self._is_bounded:
+            self.constraints.bound_forces(model, data)
         _, velocity, acceleration, limits = compiled
         if limits is not None:
             kernels().bound_velocity(velocity, acceleration, timestep, limits)

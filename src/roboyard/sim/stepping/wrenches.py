@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.sim.body import Body
+from roboyard.sim.engine import Engine
+from roboyard.sim.joint import Joint
+from roboyard.sim.link import Link
 from roboyard.transforms import rotate
-
-if TYPE_CHECKING:
-    from roboyard.sim.joint import Joint
-    from roboyard.sim.link import Link
-    from roboyard.sim.world import World
 
 
 class Wrenches:
     """What pushes on links and joints during the next step."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._pending = False
         self.of_last_push: tuple[float, np.ndarray] | None = None
@@ -32,7 +29,7 @@ class Wrenches:
     @pending.setter
     def pending(self, value: bool) -> None:
         self._pending = value
-        self._world.stepping.refresh()
+        self._world.refresh_stepping()
 
     def add(
         self, link: Link, force: ArrayLike, torque: ArrayLike, point: ArrayLike | None, local: bool

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @command()
 def loadTexture(client: Client, textureFilename: str) -> int:
     """Load an image and give the texture's id."""
-    from roboyard.sim.appearance.render_shapes import load_texture
+    from roboyard.sim.appearance.shape_appearance import load_texture
 
     path = find_file(client.search_path, text(textureFilename))
     image = None if path is None else load_texture(path)

@@ -50,7 +50,7 @@ def _followers(subject: CheckContext) -> set[str]:
 def settles(subject: CheckContext) -> CheckResult:
     """Bolt the base, let drives hold the posture, and watch the joints for two seconds."""
     body = _copy(subject)
-    world = body.world
+    world = World.of(body)
     _hold(body, _followers(subject))
     fastest = np.zeros(len(body.joint_names))
     try:
@@ -93,7 +93,7 @@ def gripper(subject: CheckContext) -> CheckResult:
         for joint, target in zip(joints, limits[:, side], strict=True):
             if joint.name not in followers:
                 joint.drive_position(float(target))
-        body.world.step(round(GRIP_SECONDS / body.world.timestep))
+        World.of(body).step(round(GRIP_SECONDS / body.world.timestep))
         reached.append(np.array([float(joint.position) for joint in joints]))
     offences = []
     for k, joint in enumerate(joints):
@@ -109,7 +109,7 @@ def gripper(subject: CheckContext) -> CheckResult:
 
 
 def _touches(body: Body, link: str) -> bool:
-    return any(link in (c.link_a.name, c.link_b.name) for c in body.world.contacts(body, body))
+    return any(link in (c.link_a.name, c.link_b.name) for c in World.of(body).contacts(body, body))
 
 
 def _unit(kind: str) -> str:

@@ -89,7 +89,7 @@ def wheels(subject: CheckContext) -> CheckResult:
 
 def _axes(subject: CheckContext, name: str) -> list[Array]:
     """Directions that a wheel may turn about: its joint's, or where that is fixed any of its frame's."""
-    joint = subject.body.link(name).joint
+    joint = subject.body.joint_of(subject.body.link(name))
     if joint is not None and joint.type in ("continuous", "revolute"):
         return [np.asarray(joint.axis, dtype=float)]
     return list(np.eye(3))

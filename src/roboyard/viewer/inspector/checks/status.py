@@ -65,7 +65,7 @@ class CheckResult:
 
 def points_of(body: Body, name: str, *, collision: bool) -> Array:
     """(n, 3) vertices of a link's shapes in the link's frame; m. Empty where it has none."""
-    from roboyard.sim.appearance.render_shapes import render_shape
+    from roboyard.sim.appearance.shape_appearance import render_shape
 
     assert body.description is not None
     link = body.description.link_by_name[name]

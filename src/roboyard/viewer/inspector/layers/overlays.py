@@ -114,7 +114,7 @@ class Overlays:
 
     def _collisions(self) -> list[Any]:
         from roboyard.description.model import Material
-        from roboyard.sim.appearance.render_shapes import render_shape
+        from roboyard.sim.appearance.shape_appearance import render_shape
 
         made = []
         description = self._body.description
@@ -243,7 +243,9 @@ class Overlays:
 
     def _contact_geometry(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """(k, 3) points and (k, 2, 3) arrows of the contacts of this robot."""
-        contacts = self._body.world.contacts(self._body)
+        from roboyard.sim.world import World
+
+        contacts = World.of(self._body).contacts(self._body)
         if not contacts:
             return np.zeros((0, 3), dtype=np.float32), np.zeros((0, 2, 3), dtype=np.float32)
         points = np.array([contact.position for contact in contacts], dtype=np.float32)

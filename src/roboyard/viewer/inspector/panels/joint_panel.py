@@ -113,7 +113,7 @@ class JointPanel:
                 joint.drive_position(float(joint.position))
                 self.sliders[name].value = self._shown(joint)
             else:
-                joint.release()
+                joint.disable_drive()
 
     def show_positions(self) -> None:
         """Move the sliders to where the joints are."""

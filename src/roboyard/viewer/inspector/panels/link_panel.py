@@ -47,7 +47,7 @@ class LinkPanel:
         self._on_pick(link)
 
     def _told(self, link: Link) -> str:
-        joint = link.joint
+        joint = self._body.joint_of(link)
         lines = [f"**{plain(link.name)}**", ""]
         if joint is not None:
             lines.append(f"- on {plain(joint.parent.name)} by {joint.type} joint {plain(joint.name)}")

@@ -1,0 +1,126 @@
+"""Members that lower files of the simulator use of objects which are defined above them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from roboyard.description.model import RobotDescription
+from roboyard.sim.build.mesh_assets import MeshAssets
+from roboyard.sim.build.records import Built
+
+
+class EngineBody(Protocol):
+    """The members of a `Body` that the engine and the body pool use."""
+
+    id: int
+    built: Built
+    description: RobotDescription | None
+    mujoco_ids: np.ndarray
+
+    def refresh(self, model: Any) -> None:
+        """Look up the body's rows in the arrays of a compiled model."""
+        ...
+
+
+class PoolEngine(Protocol):
+    """The members of an `Engine` that its body pool uses."""
+
+    raw_spec: Any
+    assets: MeshAssets
+
+    @property
+    def body_by_id(self) -> Mapping[int, EngineBody]:
+        """All bodies, by id."""
+        ...
+
+    @property
+    def live_model(self) -> Any:
+        """The compiled MjModel, rows of inactive bodies included."""
+        ...
+
+    @property
+    def live_data(self) -> Any:
+        """The MjData of `live_model`."""
+        ...
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether the spec was edited since the last compile."""
+        ...
+
+    @property
+    def time(self) -> float:
+        """Simulated time (s)."""
+        ...
+
+    @property
+    def timestep(self) -> float:
+        """Time step (s)."""
+        ...
+
+    def mark_stale(self) -> None:
+        """Compile before the next use."""
+        ...
+
+    def would_be_pile(self, *, more_dofs: int) -> bool:
+        """Whether the world would use the solver for piles with so many degrees of freedom more."""
+        ...
+
+
+class JointDrives(Protocol):
+    """The drives of a world, as `Joint` uses them; see `roboyard.sim.actuation.drives`."""
+
+    def position(
+        self,
+        joint: Any,
+        target: float,
+        velocity: float,
+        stiffness: float | None,
+        damping: float | None,
+        max_effort: float | None,
+    ) -> None:
+        """Drive a joint towards a position (rad or m)."""
+        ...
+
+    def velocity(self, joint: Any, target: float, damping: float | None, max_effort: float | None) -> None:
+        """Drive a joint towards a velocity (rad/s or m/s)."""
+        ...
+
+    def effort(self, joint: Any, effort: float) -> None:
+        """Apply an effort (N m or N)."""
+        ...
+
+    def disable(self, joint: Any) -> None:
+        """Let the joint move freely."""
+        ...
+
+    def applied(self, joint: Any) -> float:
+        """Return the effort of the last step (N m or N)."""
+        ...
+
+
+class LinkSurfaces(Protocol):
+    """Restitution and drag of links, as `Link` uses them; see `roboyard.sim.stepping.surfaces`."""
+
+    def restitution(self, link: Any) -> float:
+        """Return a link's coefficient of restitution."""
+        ...
+
+    def set_restitution(self, link: Any, value: float) -> None:
+        """Set a link's coefficient of restitution, 0 to 1."""
+        ...
+
+    def set_damping(self, link: Any, linear: float, angular: float) -> None:
+        """Set a link's drag coefficients (1/s)."""
+        ...
+
+
+class LinkWrenches(Protocol):
+    """External forces, as `Link` uses them; see `roboyard.sim.stepping.wrenches`."""
+
+    def add(self, link: Any, force: Any, torque: Any, point: Any, local: bool) -> None:
+        """Add a force (N) and a torque (N m) on a link for the next step."""
+        ...

@@ -1,0 +1,284 @@
+"""A simulation: bodies that are added, removed and stepped, with all rules of a time step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.description.model import RobotDescription
+from roboyard.errors import ModelError, StaleHandleError
+from roboyard.sim.actuation.drives import Drives
+from roboyard.sim.actuation.velocity_motors import VelocityMotors
+from roboyard.sim.appearance.render_shapes import RenderShapes
+from roboyard.sim.body import Body
+from roboyard.sim.build.bodies import build, discard
+from roboyard.sim.build.records import BuildOptions, Built
+from roboyard.sim.build.solver_options import Solver
+from roboyard.sim.engine import Engine
+from roboyard.sim.physics_profile import PhysicsProfile
+from roboyard.sim.stepping.collision_filters import CollisionFilters
+from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.surfaces import Surfaces
+from roboyard.sim.stepping.time_steps import Stepping, solver_warning
+from roboyard.sim.stepping.wrenches import Wrenches
+from roboyard.transforms import normalized
+
+
+class Simulation(Engine[Body]):
+    """An engine with bodies, drives, constraints and the rules of a time step; `World` adds the rest."""
+
+    def __init__(
+        self,
+        *,
+        gravity: Sequence[float],
+        timestep: float,
+        solver: Solver,
+        visual_geoms: bool,
+        profile: PhysicsProfile,
+    ) -> None:
+        super().__init__(gravity=gravity, timestep=timestep, solver=solver, profile=profile)
+        self._drives = Drives(self)
+        self._surfaces = Surfaces(self)
+        self._wrenches = Wrenches(self)
+        self.motors = VelocityMotors(self)
+        """Motors as bounded constraints on the velocity (PyBullet's)."""
+        self.constraints = Constraints(self)
+        """Welds, points, slides and gears between links."""
+        self.stepping = Stepping(
+            self,
+            surfaces=self._surfaces,
+            motors=self.motors,
+            constraints=self.constraints,
+            wrenches=self._wrenches,
+        )
+        """Takes the time steps."""
+        self.filters = CollisionFilters(self)
+        """Which links may touch."""
+        self.visual_geoms = visual_geoms
+        """Whether MuJoCo has the visual shapes, too."""
+        self.before_step: list[Callable[[], None]] = []
+        """Functions called before each time step, in order: controllers."""
+        self.after_step: list[Callable[[], None]] = []
+        """Functions called at the end of `step`: viewers and recorders."""
+        self._next_id = 0
+        self._names: set[str] = set()
+        self._copies: dict[str, int] = {}
+        """By requested name: the largest number up to which all numbered names are taken."""
+        self.render_shapes = RenderShapes(self)
+        """Visual shapes for cameras."""
+
+    @property
+    def drives(self) -> Drives:
+        """The drives of joints."""
+        return self._drives
+
+    @property
+    def surfaces(self) -> Surfaces:
+        """Restitution and drag of links."""
+        return self._surfaces
+
+    @property
+    def wrenches(self) -> Wrenches:
+        """External forces on links."""
+        return self._wrenches
+
+    def refresh_stepping(self) -> None:
+        """Note that a rule of the time step was added, changed or removed."""
+        self.stepping.refresh()
+
+    def _before_compile(self) -> None:
+        self.filters.write()
+
+    def _after_compile(self) -> None:
+        for part in (self._surfaces, self.motors, self.constraints, self.stepping, self.render_shapes):
+            part.invalidate()
+        self.stepping.refresh()
+
+    # --------------------------------------------------------------------------------------------- bodies
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """All bodies, in the order they were added."""
+        return tuple(self.body_by_id.values())
+
+    def add_description(
+        self,
+        description: RobotDescription,
+        position: ArrayLike = (0, 0, 0),
+        orientation: ArrayLike = (0, 0, 0, 1),
+        *,
+        fixed_base: bool = False,
+        scale: float = 1.0,
+        self_collision: bool = True,
+        name: str | None = None,
+        drives: bool = True,
+        joint_damping: bool = True,
+        joint_friction: bool = True,
+        keep_link_order: bool = False,
+    ) -> Body:
+        """Add a body from a description; `add_urdf`, `add_box` and their siblings call this.
+
+        Args:
+            description: the robot or object.
+            position: (3,) of the root link's frame in the world frame (m).
+            orientation: (4,) quaternion x, y, z, w of the root link's frame.
+            fixed_base: whether the root link is fixed to the world.
+            scale: uniform factor on all lengths; masses grow with its cube.
+            self_collision: whether links of this body may touch one another.
+            name: its name in the world, made unique; by default the description's.
+            drives: whether joints get drives.
+            joint_damping: whether the description's joint damping acts.
+            joint_friction: whether the description's joint friction acts.
+            keep_link_order: number links as the description lists them, root first, instead of depth first.
+
+        Raises:
+            MeshError: a mesh cannot be read.
+        """
+        unique = self._unique_name(name or description.name or "body")
+        contype, conaffinity = self.filters.masks(description, self_collision)
+        options = BuildOptions(
+            fixed_base=fixed_base,
+            scale=scale,
+            visual_geoms=self.visual_geoms,
+            drives=drives and self.profile.pid_drives,
+            joint_damping=joint_damping,
+            joint_friction=joint_friction and self.profile.joint_friction,
+            keep_link_order=keep_link_order,
+            hard=self.profile.hard_contacts,
+            contype=contype,
+            conaffinity=conaffinity,
+        )
+        prefix, xyz, quaternion = f"{unique}/", np.asarray(position, dtype=float), normalized(orientation)
+        taken = self.pool.take(description, prefix, xyz, quaternion, options)
+        built = taken
+        if built is None:
+            built = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
+        body = self.register(unique, built, description, fixed_base=fixed_base, scale=scale)
+        if taken is None:
+            self.mark_stale()
+            self.pool.note(body, options)
+        else:
+            self.pool.activate(body)
+            self.adopt(body)
+        for link in body.links:
+            contact = link._built.link.contact if link._built.link is not None else None
+            if contact is not None and contact.restitution:
+                link.restitution = float(np.clip(contact.restitution, 0.0, 1.0))
+        return body
+
+    def register(
+        self,
+        name: str,
+        built: Built,
+        description: RobotDescription | None,
+        *,
+        fixed_base: bool,
+        scale: float = 1.0,
+    ) -> Body:
+        """Make a body of freshly built elements; the caller marks the world stale.
+
+        Args:
+            name: unique in this world.
+            built: the elements in the spec.
+            description: None for a body of an MJCF file.
+            fixed_base: whether the root is fixed to the world.
+            scale: of the description's lengths.
+        """
+        body = Body(self, self._next_id, name, built, description, fixed_base=fixed_base, scale=scale)
+        self._next_id += 1
+        self.body_by_id[body.id] = body
+        self._names.add(name)
+        self.filters.assign_masks(body)
+        self.render_shapes.add(body)
+        return body
+
+    def reserve_name(self, name: str) -> str:
+        """Return a name that no body has, `name` itself or with a number, and keep it from later bodies."""
+        unique = self._unique_name(name)
+        self._names.add(unique)
+        return unique
+
+    def _unique_name(self, wanted: str) -> str:
+        name, k = wanted, self._copies.get(wanted, 1)
+        while name in self._names:
+            k += 1
+            name = f"{wanted}_{k}"
+        self._copies[wanted] = max(1, k - 1)
+        return name
+
+    def remove(self, body: Body) -> None:
+        """Remove a body; all others keep their state.
+
+        Raises:
+            StaleHandleError: the body is not in this world.
+        """
+        if body.is_removed or self.body_by_id.get(body.id) is not body:
+            raise StaleHandleError(f"body {body.name!r} is not in this world")
+        built = body.built
+        self.constraints.forget(body.id)
+        self.filters.forget(body)
+        self._surfaces.forget(body.id)
+        self.motors.forget(body.id)
+        self.stepping.forget(body.id)
+        self.render_shapes.forget(body.id)
+        del self.body_by_id[body.id]
+        self._names.discard(body.name)
+        self._copies.clear()
+        if self.pool.take_back(body):
+            self.disown(body)
+        else:
+            discard(built, self.raw_spec, self.assets)
+            self.mark_stale()
+        body.detach()
+
+    # --------------------------------------------------------------------------------------------- stepping
+
+    def step(self, n: int = 1) -> None:
+        """Advance by n time steps.
+
+        Raises:
+            ModelError: the simulation diverged: positions or velocities are not finite.
+        """
+        if self.pool.inactive:
+            self.pool.tick(n)
+        if self._stale:
+            self.ensure_compiled()
+        if self.before_step:
+            for _ in range(n):
+                for call in tuple(self.before_step):
+                    call()
+                self.ensure_compiled()
+                self._advance(1)
+        else:
+            self._advance(n)
+        for call in self.after_step:
+            call()
+
+    def _advance(self, n: int) -> None:
+        if self._inertia_changed:
+            self._inertia_changed = False
+            mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
+            self.pool.update_inertia()
+        model, data, stepping = self._model, self._data, self.stepping
+        if stepping.is_plain:
+            mujoco.mj_step(model, data, n)
+        else:
+            for _ in range(n):
+                stepping.step(model, data)
+        self._moved = self._velocity_moved = True
+        if solver_warning.message is not None:
+            solver_warning.message = None
+            raise ModelError(self._divergence())
+
+    def _divergence(self) -> str:
+        bad = np.flatnonzero(~(np.abs(self._data.qvel) < 1e9))
+        rows = self._model.dof_bodyid[bad[:1]]
+        names = [b.name for b in self.body_by_id.values() if np.isin(rows, b.mujoco_ids).any()]
+        where = f"body {names[0]!r} has" if names else "the world has"
+        return (
+            f"simulation diverged at {self.time:.4f} s: {where} non-finite velocities; "
+            "check masses, inertias and drive gains, or reduce the time step"
+        )
