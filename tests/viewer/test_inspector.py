@@ -307,7 +307,9 @@ def test_the_cameras_picture_is_the_worlds(inspect) -> None:
     assert len(np.unique(inspector.camera.picture.image.reshape(-1, 3), axis=0)) >= 3
 
 
-def test_a_failing_request_is_reported_and_the_page_goes_on(inspect, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failing_request_is_reported_and_the_page_goes_on(
+    inspect, caplog: pytest.LogCaptureFixture
+) -> None:
     inspector = inspect()
 
     def fail() -> None:
