@@ -55,18 +55,18 @@ class Actor:
     @property
     def base(self) -> Base:
         """Where the base is."""
-        position, (x, y, z, w) = self.robot.get_position_orientation()
+        position, (x, y, z, w) = self.robot.pose
         yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
         return float(position[0]), float(position[1]), float(yaw)
 
     @property
     def trunk(self) -> Array:
         """(4,) rad"""
-        return self.robot.get_joint_positions()[self.robot.control_idx["trunk"]]
+        return self.robot.joint_positions[self.robot.control_idx["trunk"]]
 
     def hand(self, arm: str) -> Hand:
         """Where a hand is."""
-        position, quaternion = self.robot.get_eef_pose(arm)
+        position, quaternion = self.robot.arms[arm].pose
         return Hand(np.asarray(position), matrix_from_quaternion(quaternion))
 
     def in_world(self, point: tuple[float, float, float]) -> Array:
@@ -93,7 +93,7 @@ class Actor:
     def hand_command(self, arm: str, target: Hand) -> Array:
         """(6,) the change that brings a hand to its target, in the base's frame."""
         now = self.hand(arm)
-        into_base = matrix_from_quaternion(self.robot.get_position_orientation()[1]).T
+        into_base = matrix_from_quaternion(self.robot.orientation).T
         change = into_base @ (target.position - now.position)
         turn = into_base @ _rotation_vector(target.rotation @ now.rotation.T)
         return np.clip(np.concatenate([change / HAND_STEP, turn / HAND_TURN]), -1.0, 1.0)

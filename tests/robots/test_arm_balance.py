@@ -56,7 +56,7 @@ def worst_tilt(robot: Robot, seed: int) -> float:
         for _ in range(20):
             robot.apply_action(action)
             robot.world.step(robot.steps_per_control)
-            worst = max(worst, float(np.abs(robot.get_joint_positions()[3:5]).max()))
+            worst = max(worst, float(np.abs(robot.joint_positions[3:5]).max()))
     return worst
 
 
@@ -77,8 +77,8 @@ def test_swing_of_a_turning_robot_is_its_centrifugal_push(speed: float) -> None:
     world.add_plane()
     robot = add_robot(world, "r1")
     world.step(60)
-    robot.joints.v = np.where(np.array(robot.joint_names) == "base_footprint_rz_joint", speed, 0.0)
-    robot.joints.refresh()
+    robot.joint_arrays.v = np.where(np.array(robot.joint_names) == "base_footprint_rz_joint", speed, 0.0)
+    robot.joint_arrays.refresh()
     support_polygon = support_polygon_of(robot)
     assert support_polygon is not None
     balance = support_polygon.balance(np.arange(3))

@@ -23,7 +23,7 @@ def floor(**options) -> Robot:
 
 def tilt(robot: Robot) -> float:
     """Rad of the base, roll or pitch."""
-    return float(np.abs(robot.get_joint_positions()[3:5]).max())
+    return float(np.abs(robot.joint_positions[3:5]).max())
 
 
 def hold(robot: Robot, steps: int, **commands: list[float]) -> float:
@@ -64,11 +64,11 @@ def test_balance_agrees_with_the_cart_table_and_with_differences() -> None:
     assert balance.zmp_shift[:, 0] == pytest.approx(-normals[:, 0] * height / G, rel=0.01, abs=1e-6)
     assert balance.zmp_shift[:, 1] == pytest.approx(-normals[:, 1] * height / G, rel=0.01, abs=1e-6)
     assert balance.edge == pytest.approx(edges[1] - normals @ robot.body.center_of_mass[:2], abs=2e-3)
-    q, small = robot.get_joint_positions(), 1e-5
+    q, small = robot.joint_positions, 1e-5
     for place in (6, 7, 8, 9, 10, 13):
         moved = []
         for sign in (1, -1):
-            robot.set_joint_positions(q + sign * small * (places == place))
+            robot.joint_positions = q + sign * small * (places == place)
             moved.append(robot.body.center_of_mass[:2])
         assert balance.com_shift[:, place] == pytest.approx(
             normals @ (moved[0] - moved[1]) / (2 * small), abs=1e-4
@@ -82,11 +82,11 @@ def test_balance_agrees_with_the_cart_table_and_with_differences() -> None:
 def test_a_shock_to_a_joint_dies_out(joint: str, speed: float) -> None:
     """Drives at their limits do not throw coupled joints about; no shock here has the energy to tip R1."""
     robot = floor()
-    posture = robot.get_joint_positions()
-    robot.joints.v = robot.joints.v + np.where(np.array(robot.joint_names) == joint, speed, 0.0)
+    posture = robot.joint_positions
+    robot.joint_arrays.v = robot.joint_arrays.v + np.where(np.array(robot.joint_names) == joint, speed, 0.0)
     hold(robot, 75)
-    assert robot.get_joint_positions()[6:] == pytest.approx(posture[6:], abs=0.01)
-    assert np.abs(robot.get_joint_velocities()).max() < 0.02
+    assert robot.joint_positions[6:] == pytest.approx(posture[6:], abs=0.01)
+    assert np.abs(robot.joint_velocities).max() < 0.02
     assert tilt(robot) < 0.01
 
 
@@ -94,11 +94,11 @@ def test_a_shock_to_a_joint_dies_out(joint: str, speed: float) -> None:
 def test_a_robot_that_leans_drives_and_halts_upright(com_shift: float, way: tuple[float, ...]) -> None:
     robot = floor()
     assert hold(robot, 120, trunk=[0, com_shift, 0, 0]) < 0.005
-    assert robot.get_joint_positions()[7] * np.sign(com_shift) > 0.35
+    assert robot.joint_positions[7] * np.sign(com_shift) > 0.35
     assert hold(robot, 45, base=list(way)) < 0.03
-    assert robot.get_joint_velocities()[0] * way[0] > 1.0
+    assert robot.joint_velocities[0] * way[0] > 1.0
     assert hold(robot, 240) < 0.03
-    assert abs(robot.get_joint_velocities()[0]) < 0.1
+    assert abs(robot.joint_velocities[0]) < 0.1
 
 
 def test_without_its_guard_the_trunk_leads_the_robot_over() -> None:
@@ -110,14 +110,14 @@ def test_what_stops_for_balance_goes_back_and_on() -> None:
     """Leaning back with another joint makes room for the one that stopped."""
     robot = floor()
     hold(robot, 75, trunk=[0, 0.1, 0, 0])
-    stopped = robot.get_joint_positions()[7]
+    stopped = robot.joint_positions[7]
     assert hold(robot, 75, trunk=[-0.1, 0.1, 0, 0]) < 0.01
-    gone_on = robot.get_joint_positions()[7]
+    gone_on = robot.joint_positions[7]
     assert gone_on > stopped + 0.2
     hold(robot, 60, trunk=[0, 0, 0, 0])  # the other arrives: joints that move at once share the footing
-    gone_on = robot.get_joint_positions()[7]
+    gone_on = robot.joint_positions[7]
     assert hold(robot, 30, trunk=[0, -0.1, 0, 0]) < 0.01
-    assert robot.get_joint_positions()[7] < gone_on - 0.05
+    assert robot.joint_positions[7] < gone_on - 0.05
 
 
 @pytest.mark.parametrize(("size", "held"), [(1.0, 1), (0.1, 30)])

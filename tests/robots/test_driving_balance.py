@@ -148,13 +148,13 @@ def with_load(description: RobotDescription, height: float) -> RobotDescription:
 def test_pushes_agree_with_inverse_dynamics(twist, change) -> None:
     """The moment that MuJoCo asks of a support at the base, for that motion with all other joints at rest."""
     robot = floor()
-    posture = robot.get_joint_positions()
+    posture = robot.joint_positions
     posture[[5, 7, 10, 11, 12]] = 0.7, 0.2, 0.5, 0.3, 1.0  # turned, leaning, one arm out
-    robot.set_joint_positions(posture)
-    robot.joints.refresh()
+    robot.joint_positions = posture
+    robot.joint_arrays.refresh()
     balance = balance_of(robot)
     model, data = robot.world.model, robot.world.data
-    dofs = robot.joints.dofs[:6]
+    dofs = robot.joint_arrays.dofs[:6]
     turn = robot.base_link.pose[1]
     yaw = 2.0 * np.arctan2(turn[2], turn[3])
     axes = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
@@ -185,7 +185,7 @@ def test_pushes_agree_with_inverse_dynamics(twist, change) -> None:
 def test_r1_turns_hard_at_full_speed_and_halts(twist) -> None:
     robot = floor()
     assert drive(robot, twist, 60) < 0.03
-    linear, angular = robot.get_relative_velocity()
+    linear, angular = robot.velocity_in_base
     assert angular[2] / twist[2] > 0.35
     assert linear[:2] == pytest.approx(
         np.array(twist[:2]) * angular[2] / twist[2], abs=0.12
@@ -196,7 +196,7 @@ def test_r1_turns_hard_at_full_speed_and_halts(twist) -> None:
 def test_a_curve_that_does_not_tip_is_driven_as_told() -> None:
     robot = floor()
     assert drive(robot, (0.5, 0, 1.5), 90) < 0.01
-    linear, angular = robot.get_relative_velocity()
+    linear, angular = robot.velocity_in_base
     assert (linear[0], angular[2]) == pytest.approx((0.5, 1.5), rel=0.03)
 
 

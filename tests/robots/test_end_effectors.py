@@ -101,16 +101,16 @@ def test_a_hand_brings_its_links_joints_posture_and_file(changer: Path, hand: st
     assert robot.model == f"changer_{hand}"
     assert robot.joint_names[-1] == "finger_joint"
     assert list(robot.groups) == ["arm_0", "gripper_0"]
-    assert robot.get_joint_positions() == pytest.approx([0, 0.4, 0, -1.1, 0, 0.6, 0, 0.02])
+    assert robot.joint_positions == pytest.approx([0, 0.4, 0, -1.1, 0, 0.6, 0, 0.02])
     assert robot.manipulation.eef_links["0"].name == "palm"
     assert robot.manipulation.teleop_rotation_offset() == pytest.approx([0, 0, np.sqrt(0.5), np.sqrt(0.5)])
     assert not world.contacts(robot.body, robot.body)  # palm and finger overlap, and may
-    palm = robot.get_relative_eef_pose()[0]
+    palm = robot.arms["0"].pose_in_base[0]
     for _ in range(60):
         robot.apply_action({"arm_0": [0, 0, 0.2, 0, 0, 0], "gripper_0": [1.0]})
         world.step(8)
-    assert robot.get_relative_eef_pose()[0][2] > palm[2] + 0.05
-    assert robot.get_joint_positions()[-1] == pytest.approx(0.04, abs=1e-3)
+    assert robot.arms["0"].pose_in_base[0][2] > palm[2] + 0.05
+    assert robot.joint_positions[-1] == pytest.approx(0.04, abs=1e-3)
 
 
 def test_hands_that_cannot_be_had_are_refused(changer: Path) -> None:

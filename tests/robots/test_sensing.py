@@ -57,7 +57,7 @@ def world() -> World:
 def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Registry, world: World) -> None:
     robot = add_robot(world, registry["mast"])
     assert robot.sensors.names == ("mast:eye:Camera:0", "mast:head:Lidar:0")
-    seen, info = robot.get_obs()
+    seen, info = robot.observe()
     camera, lidar = seen["mast:eye:Camera:0"], seen["mast:head:Lidar:0"]
     assert camera["rgb"].shape == (128, 128, 3) and camera["points"].shape == (128, 128, 3)
     x, _, z = robot.body.link("head").pose[0]
@@ -67,7 +67,7 @@ def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Regi
     assert lidar["scan"].shape == (1, 360)
     assert lidar["scan"][0, 90] == pytest.approx(2.0 - x)
     assert np.allclose(lidar["points"][:, 2], z + 0.2)
-    assert np.array_equal(seen["proprio"], robot.get_proprioception()[0])
+    assert np.array_equal(seen["proprio"], robot.proprioception()[0])
 
 
 def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
@@ -76,7 +76,7 @@ def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
     looks = dict.fromkeys(robot.sensors.names, 0)
     last: dict[str, object] = {}
     for _ in range(240):
-        seen, _ = robot.get_obs()
+        seen, _ = robot.observe()
         for name in looks:
             key = "depth" if "Camera" in name else "scan"
             looks[name] += seen[name][key] is not last.get(name)
@@ -110,6 +110,6 @@ def test_r1_has_its_three_cameras(world: World) -> None:
     robot = add_robot(world, "r1")
     links = [robot.sensors[name].link.name for name in robot.sensors.names]
     assert sorted(links) == ["eyes", "left_eef_link", "right_eef_link"]
-    seen, info = robot.get_obs()
+    seen, info = robot.observe()
     assert "wall/base" in info["r1:eyes:Camera:0"]["seg"].values()
     assert np.isfinite(seen["r1:eyes:Camera:0"]["depth"]).any()

@@ -27,7 +27,7 @@ def drive(robot: Robot, twist, seconds: float) -> tuple[float, float]:
     for _ in range(round(seconds * 30)):
         robot.apply_action(action)
         robot.world.step(8)
-        linear, angular = robot.get_relative_velocity()
+        linear, angular = robot.velocity_in_base
         seen.append((linear[0], angular[2]))
     v, w = np.mean(seen, axis=0)
     return float(v), float(w)
@@ -94,15 +94,15 @@ def test_resistance_in_the_wheels_does_not_shake_a_robot_at_rest() -> None:
     for _ in range(45):
         robot.apply_action(np.zeros(2))
         robot.world.step(8)
-        speeds.append(np.abs(robot.get_joint_velocities()).max())
+        speeds.append(np.abs(robot.joint_velocities).max())
     assert max(speeds[15:]) < 1e-3
 
 
 def test_a_circle_comes_back(rover: Robot) -> None:
     drive(rover, (0.4, 0.8), 0.5)
-    start = rover.get_position_orientation()[0]
+    start = rover.position
     drive(rover, (0.4, 0.8), 2 * np.pi / 0.8)
-    assert np.linalg.norm((rover.get_position_orientation()[0] - start)[:2]) < 0.03
+    assert np.linalg.norm((rover.position - start)[:2]) < 0.03
 
 
 def test_it_stands_on_wheels_and_caster_and_floats(rover: Robot) -> None:
@@ -110,7 +110,7 @@ def test_it_stands_on_wheels_and_caster_and_floats(rover: Robot) -> None:
     for _ in range(60):
         rover.apply_action(np.zeros(2))
         rover.world.step(8)
-    assert np.abs(rover.get_position_orientation()[0]).max() < 1e-3
+    assert np.abs(rover.position).max() < 1e-3
     touching = {contact.link_a.name for contact in rover.world.contacts(rover.body)}
     assert touching == {"left_wheel", "right_wheel", "caster"}
 
@@ -124,7 +124,7 @@ def test_discrete_actions(rover: Robot) -> None:
 
 
 def test_moving_the_robot_moves_it_whole(rover: Robot) -> None:
-    rover.set_position_orientation((2.0, 1.0, 0.0), (0, 0, 1, 0))
+    rover.set_pose((2.0, 1.0, 0.0), (0, 0, 1, 0))
     v, _ = drive(rover, (0.4, 0.0), 1.0)
     assert v > 0.3
-    assert rover.get_position_orientation()[0][0] < 1.75
+    assert rover.position[0] < 1.75

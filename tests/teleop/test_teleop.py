@@ -152,12 +152,12 @@ def test_a_held_key_moves_the_hand_that_way(r1: SceneSetup, key: str, axis: int,
     for _ in range(20):
         robot.apply_action(teleop.action())
         world.step(robot.steps_per_control)
-    before = np.array(robot.get_relative_eef_pose("left")[0])
+    before = np.array(robot.arms["left"].pose_in_base[0])
     for _ in range(30):
         teleop.press(key)
         robot.apply_action(teleop.action())
         world.step(robot.steps_per_control)
-    moved = np.array(robot.get_relative_eef_pose("left")[0]) - before
+    moved = np.array(robot.arms["left"].pose_in_base[0]) - before
     assert sign * moved[axis] > 0.02, moved
 
 
@@ -171,12 +171,12 @@ def test_a_held_key_turns_the_hand_that_way(r1: SceneSetup, key: str, axis: int,
     for _ in range(20):
         robot.apply_action(teleop.action())
         world.step(robot.steps_per_control)
-    before = matrix_from_quaternion(robot.get_relative_eef_pose("left")[1])
+    before = matrix_from_quaternion(robot.arms["left"].pose_in_base[1])
     for _ in range(20):
         teleop.press(key)
         robot.apply_action(teleop.action())
         world.step(robot.steps_per_control)
-    turned = matrix_from_quaternion(robot.get_relative_eef_pose("left")[1]) @ before.T
+    turned = matrix_from_quaternion(robot.arms["left"].pose_in_base[1]) @ before.T
     about = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
     assert sign * about[axis] > 0.1, about
     assert np.abs(about).argmax() == axis
@@ -188,13 +188,13 @@ def test_selected_joints_and_grippers_move(r1: SceneSetup) -> None:
     teleop = KeyBindings(robot, Clock())
 
     def hold(*keys: str, steps: int = 20) -> np.ndarray:
-        was = robot.get_joint_positions()
+        was = robot.joint_positions
         for _ in range(steps):
             for key in keys:
                 teleop.press(key)
             robot.apply_action(teleop.action())
             world.step(robot.steps_per_control)
-        return robot.get_joint_positions() - was
+        return robot.joint_positions - was
 
     hold()
     teleop.press("2")
@@ -223,14 +223,14 @@ def test_a_held_key_moves_its_joint_and_no_other(r1: SceneSetup, name: str) -> N
             teleop = KeyBindings(robot, Clock())
             while f"joint {name}," not in teleop.status():
                 teleop.press("2")
-            was = robot.get_joint_positions()
+            was = robot.joint_positions
             place = robot.joint_names.index(name)
             for k in range(45):
                 if k < 30:
                     teleop.press(key)
                 robot.apply_action(teleop.action())
                 world.step(robot.steps_per_control)
-                moved = robot.get_joint_positions() - was
+                moved = robot.joint_positions - was
                 others = np.delete(moved, [0, 1, 5, place])
                 assert np.abs(others).max() < 0.03, (key, robot.joint_names)
             assert min(sign * moved[place], 0.078) > 0.077, (key, moved[place])
@@ -252,15 +252,15 @@ def test_wheels_drive_on_and_turn(rover: SceneSetup) -> None:
         for _ in range(20):  # to a halt first
             robot.apply_action(teleop.action())
             world.step(robot.steps_per_control)
-        was = np.array(robot.get_position_orientation()[0])
-        x, y, z, w = robot.get_position_orientation()[1]
+        was = np.array(robot.position)
+        x, y, z, w = robot.orientation
         yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
         for _ in range(30):
             teleop.press(key)
             robot.apply_action(teleop.action())
             world.step(robot.steps_per_control)
-        step = np.array(robot.get_position_orientation()[0]) - was
-        x, y, z, w = robot.get_position_orientation()[1]
+        step = np.array(robot.position) - was
+        x, y, z, w = robot.orientation
         turned = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) - yaw
         return float(step[0] * np.cos(yaw) + step[1] * np.sin(yaw)), float(turned)
 

@@ -202,7 +202,7 @@ def followed(make: Callable[[World], Robot], twist: tuple[float, float]) -> tupl
         robot.apply_action({"base": action})
         world.step(8)
         if k >= 30:
-            linear, angular = robot.get_relative_velocity()
+            linear, angular = robot.velocity_in_base
             seen.append((linear[0], angular[2]))
     v, w = np.mean(seen, axis=0)
     return float(v), float(w)

@@ -143,7 +143,7 @@ def test_postures_outside_limits_are_found() -> None:
     )
     gate = report.gate("limits")
     assert gate.figure == 1.0
-    assert gate.findings == ["default_joint_pos: shoulder = 0.5 lies outside -1 to 0.2"]
+    assert gate.findings == ["default_joint_pos: shoulder = 0.5 is outside -1 to 0.2"]
 
 
 def test_joints_that_do_not_answer_are_found() -> None:
@@ -173,8 +173,6 @@ def test_a_camera_inside_the_robot_is_found(data: Path) -> None:
 def test_unknown_gates_and_wrong_definitions_are_named() -> None:
     with pytest.raises(ConfigError, match="no gate named 'setle'; did you mean 'settle'"):
         validate("rover", gates=["setle"])
-    with pytest.raises(ConfigError, match="definition: is required"):
-        validate(robot())
     wrong = {**DEFINITION, "articulated_trunk": {"trunk_joint_names": ["shulder"]}}
     with pytest.raises(
         ConfigError, match=r"articulated_trunk\.trunk_joint_names\[0\]: the robot has no moving joint"

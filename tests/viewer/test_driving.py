@@ -52,7 +52,7 @@ def run(page: DrivingPage, seconds: float) -> None:
 
 
 def place(page: DrivingPage) -> np.ndarray:
-    return page.robot.get_position_orientation(backend="numpy")[0].copy()
+    return page.robot.position.copy()
 
 
 class Typist:
@@ -119,7 +119,7 @@ def test_joysticks_move_the_base_and_are_released_when_the_page_closes(page, bro
     pull(page, tab, wait, "move", 0.0, 0.0)
     pull(page, tab, wait, "turn", 0.5, 0.0)
     run(page, 1.0)
-    x, y, z, w = page.robot.get_position_orientation(backend="numpy")[1]
+    x, y, z, w = page.robot.orientation
     assert np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) < -0.2  # to the right
     tab.close()
     wait(lambda: page.joysticks.values["turn"] == (0.0, 0.0))
@@ -181,18 +181,18 @@ def test_gripper_buttons_open_and_close(page) -> None:
     index, name = next(
         (k, n) for k, (n, _) in enumerate(page.action_source.key_bindings.grippers) if "left" in n
     )
-    places = page.robot.groups[name].places
+    places = page.robot.groups[name].indices
     page.action_source.key_bindings.set_gripper(index, is_open=False)
     run(page, 1.5)
-    closed = page.robot.joints.q[places].copy()
+    closed = page.robot.joint_arrays.q[places].copy()
     page.action_source.key_bindings.set_gripper(index, is_open=True)
     run(page, 1.5)
-    assert (page.robot.joints.q[places] - closed > 0.02).all()
+    assert (page.robot.joint_arrays.q[places] - closed > 0.02).all()
 
 
 def test_controllers_change_without_moving_the_robot(page) -> None:
     run(page, 0.2)
-    before, time = page.robot.joints.q.copy(), page.world.time
+    before, time = page.robot.joint_arrays.q.copy(), page.world.time
     page.set_speed(0.25)
     page.set_controllers({"arm_left": "JointController"})
     assert type(page.robot.controllers["arm_left"]).__name__ == "JointController"
@@ -201,7 +201,7 @@ def test_controllers_change_without_moving_the_robot(page) -> None:
     assert page.world.time == time
     assert page.action_source.speed == 0.25
     run(page, 0.5)
-    assert np.abs(page.robot.joints.q - before).max() < 0.05
+    assert np.abs(page.robot.joint_arrays.q - before).max() < 0.05
     page.set_controllers({"arm_left": "InverseKinematicsController"})
     assert set(page.ik_handles.handles) == {"arm_left", "arm_right"}
 

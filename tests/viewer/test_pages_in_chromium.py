@@ -65,7 +65,7 @@ def test_keys_and_sticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage, c
     drive, page = driving
 
     def x() -> float:
-        return float(drive.robot.get_position_orientation(backend="numpy")[0][0])
+        return float(drive.robot.position[0])
 
     until(drive.tick, lambda: drive.viewer.watchers == 1 and page.evaluate("!!window.__viserMutable"))
     before = x()

@@ -1,6 +1,8 @@
-"""OmniGibson's names on Roboyard: its URDF helpers, and an import alias for scripts."""
+"""OmniGibson's names on Roboyard: a robot's getters and setters, URDF helpers, and an import alias."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 from roboyard.omnigibson.import_alias import install_omnigibson_alias
 from roboyard.omnigibson.urdf_helpers import (
@@ -15,7 +17,11 @@ from roboyard.omnigibson.urdf_helpers import (
     urdf_audit,
 )
 
+if TYPE_CHECKING:
+    from roboyard.omnigibson.wrapped_robot import OmniGibsonRobot, wrap
+
 __all__ = [
+    "OmniGibsonRobot",
     "copy_robot_to_models",
     "install_omnigibson_alias",
     "link_has_dedicated_collision",
@@ -26,4 +32,14 @@ __all__ = [
     "stage_meshes",
     "strip_mimic_joints",
     "urdf_audit",
+    "wrap",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the wrapper of robots, which needs the simulation, at its first use."""
+    if name in ("OmniGibsonRobot", "wrap"):
+        from roboyard.omnigibson import wrapped_robot
+
+        return getattr(wrapped_robot, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,11 +1,10 @@
-"""What a definition makes of a body once it stands in a world: links that glide, motors with inertia."""
+"""Configure a spawned body by its definition: frictionless links, and inertia of motors."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from roboyard.robots.robot_body import RobotBody
 from roboyard.sim.actuation.gains import (
     CONTROLLER,
     carrying_motor_inertia,
@@ -13,38 +12,35 @@ from roboyard.sim.actuation.gains import (
     motor_inertia,
 )
 
-if TYPE_CHECKING:
-    from roboyard.robots.robot_body import RobotBody
-
-SLIDES = 0.1
-"""A link whose file gives it less friction than this slides on any floor (casters, skids)."""
+LOW_FRICTION = 0.1
+"""A link whose file gives it a friction coefficient below this slides on any floor (casters, skids)."""
 
 
-def configure(robot: RobotBody) -> None:
-    """Let casters and a gliding base slide, and give motors the inertia that nobody gave them."""
-    _let_slide(robot)
+def configure_body(robot: RobotBody) -> None:
+    """Make casters and the floor links of a holonomic base frictionless, and add default motor inertia."""
+    _set_frictionless_links(robot)
     _add_motor_inertia(robot)
 
 
-def _let_slide(robot: RobotBody) -> None:
+def _set_frictionless_links(robot: RobotBody) -> None:
     floor_links = robot.locomotion.floor_touching_links if robot.locomotion is not None else ()
     if robot.definition.holonomic_base is not None:
         for link in floor_links:
             link.set_frictionless()
         return
     if robot.two_wheel is not None and robot.locomotion is not None:
-        driven = {joint.child.name for joint in map(robot.body.joint, robot.locomotion.joint_names)}
+        driven = {joint.child.name for joint in map(robot.joint, robot.locomotion.joint_names)}
         for link in floor_links:
             if link.name not in driven:
                 link.set_frictionless()
     for link in robot.description.links:
         given = link.contact.lateral_friction if link.contact is not None else None
-        if given is not None and given < SLIDES:
-            robot.body.link(link.name).set_frictionless(given)
+        if given is not None and given < LOW_FRICTION:
+            robot.link(link.name).set_frictionless(given)
 
 
 def _add_motor_inertia(robot: RobotBody) -> None:
-    """Of arms, trunk, camera, fingers, legs and driven wheels."""
+    """Set the armature of arm, trunk, camera, finger, leg and wheel joints whose file has none."""
     definition = robot.definition
     names: list[str] = []
     if definition.manipulation is not None:
@@ -58,13 +54,14 @@ def _add_motor_inertia(robot: RobotBody) -> None:
     is_legged = robot.two_wheel is None and definition.holonomic_base is None
     if robot.locomotion is not None and is_legged:
         names += robot.locomotion.joint_names
-    for place in robot.joints.places(names):
-        joint = robot.joints.joints[place]
+    arrays = robot.joint_arrays
+    for index in arrays.indices_of(names):
+        joint = arrays.joints[index]
         if joint.armature == 0.0:
             is_slide = np.array([joint.type == "prismatic"])
-            stiffness = effort_per_error(CONTROLLER, robot.limits.effort[[place]], is_slide)
+            stiffness = effort_per_error(CONTROLLER, robot.limits.effort[[index]], is_slide)
             joint.armature = float(motor_inertia(CONTROLLER, stiffness)[0])
     if robot.two_wheel is not None and robot.locomotion is not None and not robot.body.is_fixed:
-        for joint in map(robot.body.joint, robot.locomotion.joint_names):
+        for joint in map(robot.joint, robot.locomotion.joint_names):
             if joint.armature == 0.0:
-                joint.armature = carrying_motor_inertia(robot.body.mass / 2, robot.two_wheel.wheel_radius)
+                joint.armature = carrying_motor_inertia(robot.mass / 2, robot.two_wheel.wheel_radius)

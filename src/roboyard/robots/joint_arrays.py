@@ -1,8 +1,8 @@
-"""A robot's joints as arrays: where their numbers lie in MuJoCo, read and written in the robot's order."""
+"""A robot's joints as arrays: views of MuJoCo's state in the robot's joint order."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import mujoco
 import numpy as np
@@ -14,20 +14,23 @@ from roboyard.sim.world import World
 from roboyard.transforms import Array
 
 Indices = NDArray[np.intp]
+"""(k,) indices into joint vectors."""
 
 
 class JointArrays:
     """n joints of one body; all vectors are (n,) in the order of `names`."""
 
     def __init__(self, body: Body, names: Sequence[str]) -> None:
+        """Create the arrays of a body's joints of these names."""
         self.body = body
         self.names = tuple(names)
         self.joints: tuple[Joint, ...] = tuple(body.joint(name) for name in self.names)
         self.index = {name: i for i, name in enumerate(self.names)}
+        """Joint name to its index in the vectors."""
         self.driven: Indices = np.array(
             [i for i, joint in enumerate(self.joints) if joint._built.actuator is not None], dtype=np.intp
         )
-        """Joints that have a drive; mimics have none."""
+        """(k,) indices of the joints that have a drive; mimic joints have none."""
         self.drives = World.of(body).drives.vector([self.joints[i] for i in self.driven])
         self._revision = -1
         self._damping = np.zeros(len(self.names))
@@ -36,15 +39,16 @@ class JointArrays:
 
     @property
     def world(self) -> World:
+        """The world of the body."""
         return World.of(self.body)
 
-    def places(self, names: Sequence[str]) -> Indices:
-        """Where these joints stand in the vectors."""
+    def indices_of(self, names: Iterable[str]) -> Indices:
+        """Return the (k,) indices of joints in the vectors, in the order of their `names`."""
         return np.array([self.index[name] for name in names], dtype=np.intp)
 
     def bind(self) -> bool:
-        """Find the joints in freshly compiled arrays; whether there was anything to do."""
-        world = self.body.world
+        """Find the joints in MuJoCo's arrays after a compilation; return whether there was one."""
+        world = World.of(self.body)
         world.ensure_compiled()
         if self._revision == world.revision:
             return False
@@ -52,76 +56,83 @@ class JointArrays:
         order = [joint.index for joint in self.joints]
         self._qpos = body.qpos_addresses[order].astype(np.intp)
         self._dofs = body.dof_addresses[order].astype(np.intp)
-        self._full = np.zeros((world.model.nv, world.model.nv))
-        self._diagonal = (world.model.M_rowadr + world.model.M_rownnz - 1)[self._dofs]
+        self._full = np.zeros((world.live_model.nv, world.live_model.nv))
+        self._diagonal = (world.live_model.M_rowadr + world.live_model.M_rownnz - 1)[self._dofs]
         self._damping = np.array([joint.damping for joint in self.joints])
         self._revision = world.revision
         return True
 
     def refresh(self) -> None:
-        """Work out forces and inertias of the present positions, as a step would."""
+        """Compute forces and inertias at the present positions, as a time step does."""
         self.bind()
-        mujoco.mj_forward(self.world.model, self.world.data)
+        mujoco.mj_forward(self.world.live_model, self.world.live_data)
 
     @property
     def q(self) -> Array:
-        """Rad or m"""
+        """(n,) joint positions (rad or m)."""
         self.bind()
-        return self.world.data.qpos[self._qpos]
+        return self.world.live_data.qpos[self._qpos]
 
     @q.setter
     def q(self, values: Array) -> None:
         self.bind()
-        self.world.data.qpos[self._qpos] = values
+        self.world.live_data.qpos[self._qpos] = values
         self.world.mark_moved()
 
     @property
     def v(self) -> Array:
-        """rad/s or m/s"""
+        """(n,) joint velocities (rad/s or m/s)."""
         self.bind()
-        return self.world.data.qvel[self._dofs]
+        return self.world.live_data.qvel[self._dofs]
 
     @v.setter
     def v(self, values: Array) -> None:
         self.bind()
-        self.world.data.qvel[self._dofs] = values
+        self.world.live_data.qvel[self._dofs] = values
         self.world.mark_moved()
 
     @property
     def bias(self) -> Array:
-        """N m or N that gravity, Coriolis and centrifugal forces took at the last step."""
-        return self.world.data.qfrc_bias[self._dofs]
+        """(n,) effort of gravity, Coriolis and centrifugal forces at the last step (N m or N)."""
+        return self.world.live_data.qfrc_bias[self._dofs]
 
     @property
     def efforts(self) -> Array:
-        """N m or N that the drives applied in the last step; 0 where there is none."""
+        """(n,) effort of the drives in the last step (N m or N); 0 for joints without a drive."""
         found = np.zeros(len(self.names))
         found[self.driven] = self.drives.applied
         return found
 
     @property
     def damping(self) -> Array:
-        """N m s/rad or N s/m that resist each joint's motion; what velocity drives add to their effort."""
+        """(n,) viscous damping of the joints (N m s/rad or N s/m), which velocity drives compensate."""
         return self._damping
 
     @property
     def friction(self) -> Array:
-        """N m or N of dry friction in each joint."""
-        return self.world.model.dof_frictionloss[self._dofs]
+        """(n,) dry friction of the joints (N m or N)."""
+        return self.world.live_model.dof_frictionloss[self._dofs]
 
     @property
     def dofs(self) -> Indices:
-        """(n,) of the joints in MuJoCo's velocities."""
+        """(n,) indices of the joints in MuJoCo's velocity vector."""
         self.bind()
         return self._dofs
 
     @property
     def inertia(self) -> Array:
-        """Kg m² or kg that each joint moved at the last step, all others held."""
-        return self.world.data.M[self._diagonal]
+        """(n,) inertia of each joint at the last step, all others fixed (kg m² or kg)."""
+        return self.world.live_data.M[self._diagonal]
 
-    def mass_matrix(self, places: Indices) -> Array:
-        """(k, k) joint-space inertia of some joints at the last step, all others held."""
-        mujoco.mj_fullM(self.world.model, self.world.data, self._full)
-        dofs = self._dofs[places]
+    def mass_matrix(self, indices: Indices) -> Array:
+        """Return the joint-space inertia of some joints at the last step, all others fixed.
+
+        Args:
+            indices: (k,) of the joints in the vectors.
+
+        Returns:
+            (k, k) in kg m², kg m or kg.
+        """
+        mujoco.mj_fullM(self.world.live_model, self.world.live_data, self._full)
+        dofs = self._dofs[indices]
         return self._full[np.ix_(dofs, dofs)]

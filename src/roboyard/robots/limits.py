@@ -1,4 +1,4 @@
-"""Limits of a robot's joints, with what is taken where the file says nothing."""
+"""Limits of a robot's joints, with defaults where its file has none."""
 
 from __future__ import annotations
 
@@ -12,31 +12,33 @@ from roboyard.robots.joint_arrays import Indices, JointArrays
 from roboyard.sim.joint import Joint
 
 LIMITLESS = 1e5
-"""rad, m: positions beyond count as none; rad/s, m/s: so do speeds."""
+"""Position limits (rad or m) and velocity limits (rad/s or m/s) above this count as none."""
 LIMITLESS_EFFORT = 1e10
-SPEED_TURN, SPEED_SLIDE, EFFORT = 15.0, 1.0, 100.0
-"""rad/s, m/s, N m or N: where a file gives none (OmniGibson's)."""
-BASE_SPEED_SLIDE, BASE_SPEED_TURN, BASE_EFFORT = 1.5, math.pi, 1000.0
-"""Of the virtual joints of a holonomic base."""
+"""Effort limits above this (N m or N) count as none."""
+DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED, DEFAULT_EFFORT = 15.0, 1.0, 100.0
+"""Velocity (rad/s, m/s) and effort (N m or N) limits of joints whose file has none; OmniGibson's values."""
+BASE_SLIDE_SPEED, BASE_TURN_SPEED, BASE_EFFORT = 1.5, math.pi, 1000.0
+"""Velocity (m/s, rad/s) and effort (N or N m) limits of the virtual joints of a holonomic base."""
 
 
 def joint_limits(joints: JointArrays) -> GroupLimits:
-    """Limits of all joints, in their order."""
+    """Return the limits of all joints, in their order."""
     rows = np.array([_limits_of(joint) for joint in joints.joints], dtype=float).reshape(-1, 4)
     return GroupLimits(lower=rows[:, 0], upper=rows[:, 1], velocity=rows[:, 2], effort=rows[:, 3])
 
 
-def of_group(limits: GroupLimits, places: Indices) -> GroupLimits:
-    """Limits of some of the joints."""
+def select_limits(limits: GroupLimits, indices: Indices) -> GroupLimits:
+    """Return the limits of the joints at (k,) `indices`."""
     return GroupLimits(
-        lower=limits.lower[places],
-        upper=limits.upper[places],
-        velocity=limits.velocity[places],
-        effort=limits.effort[places],
+        lower=limits.lower[indices],
+        upper=limits.upper[indices],
+        velocity=limits.velocity[indices],
+        effort=limits.effort[indices],
     )
 
 
 def _limits_of(joint: Joint) -> tuple[float, float, float, float]:
+    """Return lower, upper (rad or m), velocity (rad/s or m/s) and effort (N m or N) limit of a joint."""
     lower, upper = joint.limits or (-math.inf, math.inf)
     lower = -math.inf if lower < -LIMITLESS else lower
     upper = math.inf if upper > LIMITLESS else upper
@@ -44,9 +46,11 @@ def _limits_of(joint: Joint) -> tuple[float, float, float, float]:
     virtual = joint.name in VIRTUAL_JOINTS
     speed = limit.velocity if limit is not None else None
     if not speed or speed > LIMITLESS:
-        usual = (BASE_SPEED_SLIDE, BASE_SPEED_TURN) if virtual else (SPEED_SLIDE, SPEED_TURN)
-        speed = usual[0] if slides else usual[1]
+        slide, turn = (
+            (BASE_SLIDE_SPEED, BASE_TURN_SPEED) if virtual else (DEFAULT_SLIDE_SPEED, DEFAULT_TURN_SPEED)
+        )
+        speed = slide if slides else turn
     effort = limit.effort if limit is not None else None
     if not effort or effort > LIMITLESS_EFFORT:
-        effort = BASE_EFFORT if virtual else EFFORT
+        effort = BASE_EFFORT if virtual else DEFAULT_EFFORT
     return lower, upper, abs(speed), abs(effort)

@@ -1,52 +1,56 @@
-"""How a robot shows itself in a notebook: a picture, its controllers, its joints."""
+"""A robot as HTML for notebooks: a picture, its controllers, its joints."""
 
 from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Iterable
 from html import escape
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from roboyard.robots.robot import Robot
+from roboyard.robots.portrait import WIDTH, portrait
+from roboyard.robots.robot_body import RobotBody
 
-MOST_JOINTS = 40
+MAX_JOINTS = 40
+"""Joints listed at most."""
 
 
-def robot_html(robot: Robot) -> str:
-    """HTML with a picture of a robot and tables of its controllers and joints; needs no server."""
+def robot_html(robot: RobotBody) -> str:
+    """Return self-contained HTML with a picture of a robot and tables of its controllers and joints."""
     from roboyard.rendering import png_bytes
-    from roboyard.robots.pictures import WIDTH, portrait
 
     picture = b64encode(png_bytes(portrait(robot))).decode()
     owner = {name: group.name for group in robot.groups.values() for name in group.joints}
-    places = robot.controller_action_idx
+    slices = robot.controller_action_idx
     groups = [
-        (name, type(controller).__name__, _span(places[name]))
+        (name, type(controller).__name__, _span(slices[name]))
         for name, controller in robot.controllers.items()
     ]
     rows = zip(
-        robot.joint_names, robot.joints.q, robot.limits.lower, robot.limits.upper, robot.joints.v, strict=True
+        robot.joint_names,
+        robot.joint_positions,
+        robot.limits.lower,
+        robot.limits.upper,
+        robot.joint_velocities,
+        strict=True,
     )
     joints = [
         (name, owner.get(name, ""), _number(q), f"{_number(low)} to {_number(high)}", _number(v))
-        for name, q, low, high, v in list(rows)[:MOST_JOINTS]
+        for name, q, low, high, v in list(rows)[:MAX_JOINTS]
     ]
-    if robot.n_dof > MOST_JOINTS:
-        joints.append((f"... and {robot.n_dof - MOST_JOINTS} more", "", "", "", ""))
-    told = f"{robot.n_dof} joints, {robot.action_dim} numbers in an action; {', '.join(robot.capabilities)}"
+    if robot.n_dof > MAX_JOINTS:
+        joints.append((f"... and {robot.n_dof - MAX_JOINTS} more", "", "", "", ""))
+    summary = f"{robot.n_dof} joints, {robot.action_dim} action numbers; {', '.join(robot.capabilities)}"
     return (
-        f"<p><b>{escape(robot.name)}</b>: {escape(told)}</p>"
+        f"<p><b>{escape(robot.name)}</b>: {escape(summary)}</p>"
         f'<img alt="the robot" width="{WIDTH}" src="data:image/png;base64,{picture}">'
         + _table(("group", "controller", "in the action"), groups)
-        + _table(("joint", "group", "at, rad or m", "limits", "speed, 1/s"), joints)
+        + _table(("joint", "group", "position, rad or m", "limits", "velocity, rad/s or m/s"), joints)
     )
 
 
-def _span(place: slice) -> str:
-    return f"{place.start} to {place.stop - 1}" if place.stop > place.start else ""
+def _span(part: slice) -> str:
+    return f"{part.start} to {part.stop - 1}" if part.stop > part.start else ""
 
 
 def _number(value: float) -> str:

@@ -1,44 +1,49 @@
-"""What a robot feels of itself, under OmniGibson's keys."""
+"""A robot's own state, under OmniGibson's keys."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roboyard.errors import RoboyardError, unknown_name
-from roboyard.robots.backends import Backend, as_backend
-from roboyard.transforms import matrix_from_quaternion, rpy_from_matrix
-
-if TYPE_CHECKING:
-    from roboyard.robots.robot import Robot
+from roboyard.robots.robot_body import RobotBody
+from roboyard.transforms import Array, matrix_from_quaternion, rpy_from_matrix
 
 
-def proprioception(
-    robot: Robot, keys: tuple[str, ...] | None, backend: Backend
-) -> tuple[Any, dict[str, Any]]:
-    """The vector of `keys`, and every key's array."""
-    found = everything(robot)
+def proprioception(robot: RobotBody, keys: tuple[str, ...] | None = None) -> tuple[Array, dict[str, Array]]:
+    """Return the arrays of `keys` as one (k,) vector, and all arrays by key.
+
+    Args:
+        robot: that is observed.
+        keys: of the vector; `default_keys` by default.
+
+    Raises:
+        RoboyardError: a key does not exist.
+    """
+    found = all_arrays(robot)
     for key in keys or ():
         if key not in found:
             raise RoboyardError(f"robot {robot.name!r}: {unknown_name('proprioception key', key, found)}")
     chosen = default_keys(robot) if keys is None else keys
-    vector = np.concatenate([np.zeros(0), *(found[key] for key in chosen)])
-    return as_backend(vector, backend), {key: as_backend(value, backend) for key, value in found.items()}
+    return np.concatenate([np.zeros(0), *(found[key] for key in chosen)]), found
 
 
-def everything(robot: Robot) -> dict[str, Any]:
-    """All keys of a robot; angles in rad, poses of end effectors in the base frame, the rest in the world."""
-    q, v = robot.joints.q, robot.joints.v
-    position, quaternion = robot.base_link.pose
-    linear, angular = robot.base_link.velocity
+def all_arrays(robot: RobotBody) -> dict[str, Array]:
+    """Return the state of a robot by key.
+
+    Joint vectors are (n,) in `joint_names` order (rad or m, rad/s or m/s, N m or N); poses of end effectors
+    are in the base frame, position, orientation (roll, pitch, yaw) and velocity of the base in the world
+    frame (m, rad, m/s, rad/s).
+    """
+    q, v = robot.joint_positions, robot.joint_velocities
+    position, quaternion = robot.pose
+    linear, angular = robot.velocity
     rpy = rpy_from_matrix(matrix_from_quaternion(quaternion))
-    found: dict[str, Any] = {
+    found: dict[str, Array] = {
         "joint_qpos": q,
         "joint_qpos_sin": np.sin(q),
         "joint_qpos_cos": np.cos(q),
         "joint_qvel": v,
-        "joint_qeffort": robot.joints.efforts,
+        "joint_qeffort": robot.joint_efforts,
         "robot_pos": position,
         "robot_ori_sin": np.sin(rpy),
         "robot_ori_cos": np.cos(rpy),
@@ -54,8 +59,8 @@ def everything(robot: Robot) -> dict[str, Any]:
     return found
 
 
-def default_keys(robot: Robot) -> tuple[str, ...]:
-    """For robots with arms each arm's keys (the base and the trunk are left out, as in OmniGibson)."""
+def default_keys(robot: RobotBody) -> tuple[str, ...]:
+    """Return the default keys: those of the arms, else those of base, trunk and camera (as OmniGibson)."""
     if robot.manipulation is not None:
         return robot.manipulation.default_proprioception
     keys: tuple[str, ...] = ()

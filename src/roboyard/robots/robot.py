@@ -1,4 +1,4 @@
-"""A robot in a world: one class for all, with the capabilities that its definition's blocks give it."""
+"""A robot in a world: a body with controllers and the capabilities that its definition gives it."""
 
 from __future__ import annotations
 
@@ -11,17 +11,13 @@ from numpy.typing import ArrayLike
 
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, StaleHandleError, unknown_name
-from roboyard.robots import capabilities
-from roboyard.robots.backends import Backend, as_numpy
-from roboyard.robots.configure_body import configure
-from roboyard.robots.control import Controller
+from roboyard.robots.configure_body import configure_body
 from roboyard.robots.control.action_space import ActionSpace
 from roboyard.robots.control.control_loop import ControlLoop
 from roboyard.robots.control.setup import ControllerConfig, Group, Setup, make_groups
 from roboyard.robots.definition.groups import plan_groups
 from roboyard.robots.definition.postures import ResetMode, reset_posture
 from roboyard.robots.definition.schema import RobotDefinition
-from roboyard.robots.joint_arrays import Indices
 from roboyard.robots.robot_body import RobotBody
 from roboyard.robots.sensor_set import SensorOptions, SensorSet
 from roboyard.robots.stability.support_polygon import support_polygon_of
@@ -29,11 +25,11 @@ from roboyard.sim.body import Body
 from roboyard.transforms import Array
 
 CONTROL_FREQUENCY = 30.0
-"""Hz"""
+"""Default rate of control steps (Hz)."""
 
 
 class Robot(RobotBody, SensorSet):
-    """A body with controllers. Actions are applied at the next time step of the world and their goals held
+    """A body with controllers. An action sets the controllers' goals from the next time step on; goals stay
     until the next action.
     """
 
@@ -49,27 +45,33 @@ class Robot(RobotBody, SensorSet):
         reset_joint_pos: ArrayLike | None = None,
         default_reset_mode: ResetMode = "untuck",
         model: str = "",
-        backend: Backend = "numpy",
         sensor_file: Path | None = None,
         sensor_options: SensorOptions | None = None,
     ) -> None:
-        """Take over a body; `roboyard.robots.add_robot` is how users get here."""
+        """Create a robot from a body; `roboyard.robots.add_robot` also creates the body.
+
+        Raises:
+            ConfigError: an option is wrong, or does not fit the definition.
+        """
         if default_reset_mode not in ("tuck", "untuck"):
-            raise ConfigError(f'default_reset_mode: must be "tuck" or "untuck"; got {default_reset_mode!r}')
-        super().__init__(body, definition, description, model=model, backend=backend)
-        configure(self)
-        posture = reset_posture(definition, self.joint_names, given=reset_joint_pos, mode=default_reset_mode)
+            raise ConfigError(f'default_reset_mode must be "tuck" or "untuck", got {default_reset_mode!r}')
+        super().__init__(body, definition, description, model=model)
+        configure_body(self)
+        posture = reset_posture(
+            definition, description, self.joint_names, given=reset_joint_pos, mode=default_reset_mode
+        )
         self.has_reset_pose = posture is not None
-        """Whether anyone says where the joints rest; otherwise they start nearest to zero."""
+        """Whether the definition or the caller gives a reset posture; otherwise it is nearest to zero."""
         if posture is None:
             posture = np.zeros(len(self.joint_names))
         self._reset_posture = np.clip(posture, self.limits.lower, self.limits.upper)
         self._action_normalize = action_normalize
         self._control_frequency = CONTROL_FREQUENCY if control_freq is None else float(control_freq)
         self.loop = self._make_loop(controllers or {})
+        """Applies the controllers before each time step."""
         self.world.before_step.append(self._before_step)
-        self.set_joint_positions(self.keeping_base(self._reset_posture))
-        self.have_senses(sensor_file, sensor_options or {})
+        self.joint_positions = self.with_present_base(self._reset_posture)
+        self.mount_sensors(sensor_file, sensor_options or {})
 
     def __repr__(self) -> str:
         return (
@@ -82,7 +84,7 @@ class Robot(RobotBody, SensorSet):
 
         return robot_html(self)
 
-    def _jumped(self) -> None:
+    def _on_jump(self) -> None:
         self.loop.invalidate()
 
     # ------------------------------------------------------------------------------------------ controllers
@@ -103,11 +105,11 @@ class Robot(RobotBody, SensorSet):
         steps = 1.0 / (self._control_frequency * self.world.timestep)
         if not 0.5 <= steps < 1e6:
             raise ConfigError(
-                f"control_freq: {self._control_frequency:g} Hz does not fit time steps of "
-                f"{self.world.timestep:g} s"
+                f"control_freq must be at most the time step rate ({1.0 / self.world.timestep:g} Hz), got "
+                f"{self._control_frequency:g} Hz"
             )
         return ControlLoop(
-            self.joints,
+            self.joint_arrays,
             self.limits,
             groups,
             rest=self._reset_posture,
@@ -121,7 +123,7 @@ class Robot(RobotBody, SensorSet):
         self.loop.before_step()
 
     def remove(self) -> None:
-        """Take the robot out of its world."""
+        """Remove the robot from its world."""
         world = self.world
         if self._before_step in world.before_step:
             world.before_step.remove(self._before_step)
@@ -133,33 +135,20 @@ class Robot(RobotBody, SensorSet):
         return self.loop.groups
 
     @property
-    def controllers(self) -> Mapping[str, Controller]:
-        """Group name to controller, in action order."""
-        return {name: group.controller for name, group in self.groups.items()}
-
-    @property
-    def control_idx(self) -> dict[str, Indices]:
-        """Group name to the places of its joints in joint vectors."""
-        found = {name: group.places for name, group in self.groups.items()}
-        if self.manipulation is not None and "combined" in self.manipulation.arm_control_idx:
-            found["combined"] = self.manipulation.arm_control_idx["combined"]
-        return found
-
-    @property
     def control_freq(self) -> float:
-        """Hz: how often goals become drive targets."""
+        """Rate at which controllers compute drive targets (Hz)."""
         return 1.0 / self.loop.dt
 
     @property
     def steps_per_control(self) -> int:
-        """Time steps of the world for each control step."""
+        """Time steps of the world in one control step."""
         return self.loop.steps_per_control
 
     def reload_controllers(self, controllers: ControllerConfig | None = None) -> None:
-        """Make all controllers anew, from the definition's defaults and these keys.
+        """Replace all controllers, from the definition's defaults and the given keys.
 
         Args:
-            controllers: group to a controller's name or to its keys.
+            controllers: group to a controller's name, or to its keys.
 
         Raises:
             ConfigError: a group, controller or key does not exist or does not fit.
@@ -169,22 +158,8 @@ class Robot(RobotBody, SensorSet):
     # ---------------------------------------------------------------------------------------------- actions
 
     @property
-    def action_dim(self) -> int:
-        """Numbers in an action."""
-        return sum(controller.command_dim for controller in self.controllers.values())
-
-    @property
-    def controller_action_idx(self) -> dict[str, slice]:
-        """Group name to its numbers in an action."""
-        found, start = {}, 0
-        for name, controller in self.controllers.items():
-            found[name] = slice(start, start + controller.command_dim)
-            start += controller.command_dim
-        return found
-
-    @property
     def action_space(self) -> ActionSpace:
-        """The box that actions lie in."""
+        """Lower and upper bound of each number of an action."""
         low, high = [], []
         for controller in self.controllers.values():
             scaling, size = controller.scaling, controller.command_dim
@@ -198,13 +173,14 @@ class Robot(RobotBody, SensorSet):
         )
 
     def apply_action(self, action: ArrayLike | Mapping[str, ArrayLike]) -> None:
-        """Give every group its goal; the robot acts on it from the next time step on.
+        """Set the controllers' goals; drives follow them from the next time step on.
 
         Args:
-            action: (action_dim,) in group order, or commands by group (others keep their goals).
+            action: (action_dim,) numbers in group order, or commands by group (others keep their goals).
 
         Raises:
             RoboyardError: the length does not fit, a group is unknown, or a number is not finite.
+            StaleHandleError: the robot was removed from its world.
         """
         if self.body.is_removed:
             raise StaleHandleError(f"robot {self.name!r} was removed from its world")
@@ -214,21 +190,21 @@ class Robot(RobotBody, SensorSet):
                 raise RoboyardError(f"robot {self.name!r}: {unknown_name('group', str(name), self.groups)}")
         for name, command in commands.items():
             group = self.groups[name]
-            group.controller.update_goal(as_numpy(command), self.loop.state_of(group))
+            group.controller.update_goal(command, self.loop.state_of(group))
         self.loop.make_due()
 
     def _split(self, action: Any) -> dict[str, Array]:
-        values = np.asarray(as_numpy(action), dtype=float)
+        values = np.asarray(action, dtype=float)
         if values.shape != (self.action_dim,):
             parts = ", ".join(f"{n} {c.command_dim}" for n, c in self.controllers.items())
             raise RoboyardError(
-                f"robot {self.name!r}: an action has {self.action_dim} numbers ({parts}); got shape "
+                f"robot {self.name!r}: an action must have {self.action_dim} numbers ({parts}), got shape "
                 f"{values.shape}"
             )
         return {name: values[part] for name, part in self.controller_action_idx.items()}
 
     def no_op_action(self) -> Array:
-        """(action_dim,) the action that leaves every goal as it is."""
+        """Return the (action_dim,) action that keeps every goal."""
         parts = [g.controller.noop_command(self.loop.state_of(g)) for g in self.groups.values()]
         return np.concatenate([np.zeros(0), *parts])
 
@@ -236,62 +212,88 @@ class Robot(RobotBody, SensorSet):
 
     @property
     def reset_joint_pos(self) -> Array:
-        """(n,) posture that `reset` puts the joints into."""
+        """(n,) joint positions of the reset posture (rad or m)."""
         return self._reset_posture.copy()
 
     def reset(self) -> None:
-        """Put the joints into the reset posture, at rest; the base stays where it is. Goals are forgotten."""
-        self.set_joint_positions(self.keeping_base(self._reset_posture))
-        if not self.body.is_fixed:
-            self.body.set_velocity(np.zeros(3), np.zeros(3))
+        """Move the joints into the reset posture, at rest, and reset all goals; the base keeps its pose."""
+        self.joint_positions = self.with_present_base(self._reset_posture)
+        self.base.stop()
 
     def tuck(self) -> None:
-        """Jump into the tucked posture.
+        """Move the joints into the tucked posture at once.
 
         Raises:
-            RoboyardError: the definition has no `mobile_manipulation`.
+            RoboyardError: the definition has no `mobile_manipulation` block.
         """
-        self._need_postures().tuck()
+        self._set_posture("tuck")
 
     def untuck(self) -> None:
-        """Jump into the untucked posture; raises as `tuck`."""
-        self._need_postures().untuck()
+        """Move the joints into the untucked posture at once.
 
-    def _need_postures(self) -> capabilities.MobileManipulation:
+        Raises:
+            RoboyardError: the definition has no `mobile_manipulation` block.
+        """
+        self._set_posture("untuck")
+
+    def _set_posture(self, mode: ResetMode) -> None:
         if self.mobile_manipulation is None:
             raise RoboyardError(
                 f"robot {self.name!r} has no tucked posture; add a mobile_manipulation block to its "
                 f"definition"
             )
-        return self.mobile_manipulation
+        self.joint_positions = self.with_present_base(self.mobile_manipulation.posture(mode))
 
-    def keep_still(self) -> None:
-        """Stop all motion."""
-        self.joints.v = np.zeros(self.n_dof)
-        if not self.body.is_fixed:
-            self.body.set_velocity(np.zeros(3), np.zeros(3))
+    def stop(self) -> None:
+        """Set all velocities to zero."""
+        self.joint_velocities = 0.0
+        self.base.stop()
 
-    # --------------------------------------------------------------------------------------- proprioception
+    # ----------------------------------------------------------------------------------------- observations
 
-    def get_proprioception(
-        self, keys: tuple[str, ...] | None = None, *, backend: Backend | None = None
-    ) -> tuple[Any, dict[str, Any]]:
-        """What the robot feels: a vector of the keys asked for, and everything by key.
+    def proprioception(self, keys: tuple[str, ...] | None = None) -> tuple[Array, dict[str, Array]]:
+        """Return the robot's own state: joints, base, end effectors and grasps.
 
         Args:
-            keys: what goes into the vector; `default_proprioception` by default.
-            backend: "numpy" or "torch".
+            keys: entries of the vector; `default_proprioception` by default.
+
+        Returns:
+            The arrays of `keys`, concatenated; all arrays by key.
 
         Raises:
             RoboyardError: a key does not exist.
         """
         from roboyard.robots.proprioception import proprioception
 
-        return proprioception(self, keys, backend or self.backend)
+        return proprioception(self, keys)
 
     @property
     def default_proprioception(self) -> tuple[str, ...]:
-        """Keys that are observed where nobody asks for others."""
+        """Keys of `proprioception` that are observed by default."""
         from roboyard.robots.proprioception import default_keys
 
         return default_keys(self)
+
+    def observe(self, *, fresh: bool = False) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Return the observations of all sensors and the robot's own state.
+
+        Each sensor is updated at its own rate; between updates its last observation is repeated.
+
+        Args:
+            fresh: update all sensors now.
+
+        Returns:
+            Sensor name to modality to array, with "proprio" (see `proprioception`); sensor name to "seg" to
+            the "body/link" of each (body id, link index) in its image.
+        """
+        from roboyard.sensors import link_names
+
+        latest = self.sensors.observe(fresh=fresh)
+        observations: dict[str, Any] = {name: dict(arrays) for name, arrays in latest.items()}
+        observations["proprio"] = self.proprioception()[0]
+        info = {
+            name: {"seg": link_names(self.world, arrays["seg"])}
+            for name, arrays in latest.items()
+            if "seg" in arrays
+        }
+        return observations, info

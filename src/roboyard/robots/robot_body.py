@@ -1,35 +1,31 @@
-"""A robot as a body: its joints, place and parts, read and set under the names of its definition."""
+"""A robot without its controllers: joints, base frame and capabilities of a body with a definition."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.model import RobotDescription
-from roboyard.errors import RoboyardError
-from roboyard.kinematics.joint_order import breadth_first_joint_names
+from roboyard.errors import RoboyardError, unknown_name
 from roboyard.robots import capabilities
-from roboyard.robots.backends import Backend, as_backend, as_numpy
+from roboyard.robots.control.controller import Controller
+from roboyard.robots.control.setup import Group
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS, RobotDefinition
-from roboyard.robots.joint_arrays import JointArrays
+from roboyard.robots.joint_arrays import Indices, JointArrays
 from roboyard.robots.limits import joint_limits
 from roboyard.sim.body import Body
+from roboyard.sim.joint import Joint
 from roboyard.sim.link import Link
 from roboyard.sim.world import World
 from roboyard.transforms import Array, conjugate, normalized, rotate
 
-if TYPE_CHECKING:
-    from roboyard.robots.control.setup import Group
-
 
 class RobotBody:
-    """What a robot is without its controllers. Joint vectors are in `joint_names` order: level by level from
-    the root.
+    """A body with the capabilities that a definition gives it.
 
-    Values come as NumPy arrays, or as torch tensors with `backend="torch"`.
+    Joint vectors are NumPy arrays in `joint_names` order: depth first, as those of `Body`.
     """
 
     def __init__(
@@ -39,38 +35,38 @@ class RobotBody:
         description: RobotDescription,
         *,
         model: str = "",
-        backend: Backend = "numpy",
     ) -> None:
-        """Look at a body through a definition that fits it."""
+        """Create a robot from a body, a definition that fits it, and the body's description."""
         self.body = body
         self.definition = definition
         self.description = description
         self.model = model
-        """Name of the robot's kind; `name` is the name in the world."""
-        self.backend: Backend = backend
-        self.joints = JointArrays(body, breadth_first_joint_names(description))
-        self.limits = joint_limits(self.joints)
+        """Name of the kind of robot ("r1"); `name` is the name in the world."""
+        self.joint_arrays = JointArrays(body, body.joint_names)
+        """Joint state and dynamics as arrays, in `joint_names` order."""
+        self.limits = joint_limits(self.joint_arrays)
+        """Joint limits that controllers respect, with defaults where the file has none."""
         base = definition.base_footprint_link_name
         self.base_link: Link = body.links[0] if base is None else body.link(base)
         """The link whose frame is the robot's base frame."""
-        self._add_interfaces()
+        self._add_capabilities()
 
-    def _add_interfaces(self) -> None:
+    def _add_capabilities(self) -> None:
         definition, block = self.definition, self.definition.manipulation
         self.manipulation = None if block is None else capabilities.Manipulation(self, block)
         self.locomotion: capabilities.Locomotion | None = None
+        self.two_wheel: capabilities.TwoWheel | None = None
         if (locomotion := definition.locomotion) is not None:
             floor = locomotion.floor_touching_base_link_names
             self.locomotion = capabilities.Locomotion(self, locomotion.base_joint_names, floor)
+            if definition.two_wheel is not None:
+                self.two_wheel = capabilities.TwoWheel(self, definition.two_wheel, self.locomotion)
         self.trunk: capabilities.ArticulatedTrunk | None = None
         if (trunk := definition.articulated_trunk) is not None:
             self.trunk = capabilities.ArticulatedTrunk(self, "trunk", trunk.trunk_joint_names)
         self.camera: capabilities.ActiveCamera | None = None
         if (camera := definition.active_camera) is not None:
             self.camera = capabilities.ActiveCamera(self, "camera", camera.camera_joint_names)
-        self.two_wheel: capabilities.TwoWheel | None = None
-        if definition.two_wheel is not None:
-            self.two_wheel = capabilities.TwoWheel(self, definition.two_wheel)
         self.mobile_manipulation: capabilities.MobileManipulation | None = None
         if definition.mobile_manipulation is not None:
             self.mobile_manipulation = capabilities.MobileManipulation(self)
@@ -89,27 +85,93 @@ class RobotBody:
 
     @property
     def world(self) -> World:
+        """The world that the robot is in."""
         return World.of(self.body)
 
     @property
     def capabilities(self) -> tuple[str, ...]:
-        """Blocks of the definition that are there."""
+        """Names of the capability blocks of the definition."""
         return self.definition.capabilities
 
     @property
+    def arms(self) -> Mapping[str, capabilities.Arm]:
+        """Arms by name; empty for a robot without. An unknown name raises a RoboyardError."""
+        return capabilities.Arms() if self.manipulation is None else self.manipulation.arms
+
+    @property
+    def links(self) -> tuple[Link, ...]:
+        """All links, the root first."""
+        return self.body.links
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints, fixed ones included."""
+        return self.body.joints
+
+    def link(self, name: str) -> Link:
+        """Return the link of this name.
+
+        Raises:
+            RoboyardError: there is none; the message lists the nearest.
+        """
+        return self.body.link(name)
+
+    def joint(self, name: str) -> Joint:
+        """Return the joint of this name.
+
+        Raises:
+            RoboyardError: there is none; the message lists the nearest.
+        """
+        return self.body.joint(name)
+
+    @property
+    def mass(self) -> float:
+        """Mass of all links (kg)."""
+        return self.body.mass
+
+    # -------------------------------------------------------------------------------------------- controllers
+
+    @property
     def groups(self) -> Mapping[str, Group]:
-        """Group name to its joints and controller, in action order; a body alone has none."""
+        """Group name to its joints and controller, in action order; empty without controllers."""
         return {}
 
-    def _jumped(self) -> None:
-        """Joints or base were put elsewhere: what remembers where they were may forget."""
+    @property
+    def controllers(self) -> Mapping[str, Controller]:
+        """Group name to controller, in action order."""
+        return {name: group.controller for name, group in self.groups.items()}
+
+    @property
+    def control_idx(self) -> dict[str, Indices]:
+        """Group name to the (k,) indices of its joints in joint vectors."""
+        found = {name: group.indices for name, group in self.groups.items()}
+        if self.manipulation is not None and "combined" in self.manipulation.arm_control_idx:
+            found["combined"] = self.manipulation.arm_control_idx["combined"]
+        return found
+
+    @property
+    def action_dim(self) -> int:
+        """Length of an action."""
+        return sum(controller.command_dim for controller in self.controllers.values())
+
+    @property
+    def controller_action_idx(self) -> dict[str, slice]:
+        """Group name to the slice of its command in an action."""
+        found, start = {}, 0
+        for name, controller in self.controllers.items():
+            found[name] = slice(start, start + controller.command_dim)
+            start += controller.command_dim
+        return found
 
     # ------------------------------------------------------------------------------------------------- joints
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints of one degree of freedom: the order of every vector here."""
-        return self.joints.names
+        """Names of the joints with one degree of freedom: the order of every joint vector.
+
+        Depth first from the root, children in file order, as in `Body.joint_names` and MuJoCo.
+        """
+        return self.joint_arrays.names
 
     @property
     def n_dof(self) -> int:
@@ -117,150 +179,152 @@ class RobotBody:
         return len(self.joint_names)
 
     @property
-    def joint_lower_limits(self) -> Array:
-        """(n,) rad or m, -inf for none"""
-        return self.limits.lower.copy()
+    def joint_limits(self) -> Array:
+        """(n, 2) lower and upper position limits (rad or m), ±inf for none."""
+        return np.stack([self.limits.lower, self.limits.upper], axis=1)
 
     @property
-    def joint_upper_limits(self) -> Array:
-        """(n,) rad or m, inf for none"""
-        return self.limits.upper.copy()
+    def joint_positions(self) -> Array:
+        """(n,) joint positions (rad or m).
 
-    def get_joint_positions(self, *, normalized: bool = False, backend: Backend | None = None) -> Any:
-        """(n,) rad or m; `normalized` to -1..1 between limits (joints without limits stay as they are)."""
-        q = self.joints.q
-        if normalized:
-            bounded = np.isfinite(self.limits.lower) & np.isfinite(self.limits.upper)
-            lower, upper = (
-                np.where(bounded, self.limits.lower, -1.0),
-                np.where(bounded, self.limits.upper, 1.0),
-            )
-            q = np.where(upper > lower, (2 * q - upper - lower) / np.maximum(upper - lower, 1e-12), 0.0)
-        return self._given(q, backend)
+        Assigning (n,) values, or a mapping of joint names to values, moves the joints at once and stops them;
+        values outside the joint limits are clipped, and controller goals are reset.
+        """
+        return self.joint_arrays.q
 
-    def get_joint_velocities(self, *, normalized: bool = False, backend: Backend | None = None) -> Any:
-        """(n,) rad/s or m/s; `normalized` by the velocity limits."""
-        v = self.joints.v
-        return self._given(v / self.limits.velocity if normalized else v, backend)
+    @joint_positions.setter
+    def joint_positions(self, values: ArrayLike | Mapping[str, float]) -> None:
+        q = np.clip(
+            self._joint_vector(self.joint_arrays.q, values, "joint_positions"),
+            self.limits.lower,
+            self.limits.upper,
+        )
+        self.joint_arrays.q = q
+        self.joint_arrays.v = np.zeros(len(q))
+        self._on_jump()
 
-    def get_joint_efforts(self, *, normalized: bool = False, backend: Backend | None = None) -> Any:
-        """(n,) N m or N that the drives applied in the last step; `normalized` by the effort limits."""
-        efforts = self.joints.efforts
-        return self._given(efforts / self.limits.effort if normalized else efforts, backend)
+    @property
+    def joint_velocities(self) -> Array:
+        """(n,) joint velocities (rad/s or m/s); assign (n,) values or a mapping of joint names to values."""
+        return self.joint_arrays.v
 
-    def set_joint_positions(self, positions: ArrayLike, indices: ArrayLike | None = None) -> None:
-        """Jump to joint positions, at rest; goals are forgotten.
+    @joint_velocities.setter
+    def joint_velocities(self, values: ArrayLike | Mapping[str, float]) -> None:
+        self.joint_arrays.v = self._joint_vector(self.joint_arrays.v, values, "joint_velocities")
+
+    @property
+    def joint_efforts(self) -> Array:
+        """(n,) effort of the drives in the last step (N m or N)."""
+        return self.joint_arrays.efforts
+
+    def _joint_vector(self, present: Array, values: ArrayLike | Mapping[str, float], kind: str) -> Array:
+        """Return `present` with new values, given for all joints or by name."""
+        out = present.copy()
+        if isinstance(values, Mapping):
+            for name in values:
+                if name not in self.joint_arrays.index:
+                    raise RoboyardError(
+                        f"robot {self.name!r}: {unknown_name('joint', name, self.joint_names)}"
+                    )
+            out[self.joint_arrays.indices_of(values)] = list(values.values())
+        else:
+            given = np.asarray(values, dtype=float)
+            if given.shape not in ((), out.shape):
+                raise RoboyardError(
+                    f"robot {self.name!r}: {kind} must be {self.n_dof} numbers, got shape {given.shape}"
+                )
+            out[:] = given
+        if not np.isfinite(out).all():
+            raise RoboyardError(f"robot {self.name!r}: {kind} must be finite, got {values}")
+        return out
+
+    def _on_jump(self) -> None:
+        """Reset what depends on the previous positions, after joints or base were moved at once."""
+
+    def with_present_base(self, posture: Array) -> Array:
+        """Return a posture in which virtual base joints and driven wheels keep their present positions.
 
         Args:
-            positions: (n,) or one for each of `indices`; rad or m. Values beyond limits are brought to them.
-            indices: places of the joints; all by default.
+            posture: (n,) joint positions (rad or m).
+
+        Returns:
+            (n,) joint positions (rad or m).
         """
-        q = self._with(self.joints.q, positions, indices, "joint positions")
-        self._put_into(np.clip(q, self.limits.lower, self.limits.upper))
-
-    def set_joint_velocities(self, velocities: ArrayLike, indices: ArrayLike | None = None) -> None:
-        """Give joints a velocity; rad/s or m/s."""
-        self.joints.v = self._with(self.joints.v, velocities, indices, "joint velocities")
-
-    def _with(self, values: Array, given: ArrayLike, indices: ArrayLike | None, what: str) -> Array:
-        wanted = np.asarray(as_numpy(given), dtype=float)
-        where = slice(None) if indices is None else np.asarray(as_numpy(indices), dtype=np.intp)
-        shape = values[where].shape
-        if wanted.shape not in ((), shape) or not np.isfinite(wanted).all():
-            raise RoboyardError(
-                f"robot {self.name!r}: {what} take {shape[0]} finite numbers; got shape {wanted.shape}"
-            )
-        out = values.copy()
-        out[where] = wanted
-        return out
-
-    def _put_into(self, q: Array) -> None:
-        self.joints.q = q
-        self.joints.v = np.zeros(len(q))
-        self._jumped()
-
-    def keeping_base(self, posture: Array) -> Array:
-        """A posture with the virtual base joints (and wheels) as they are now."""
         out = posture.copy()
-        kept = [name for name in VIRTUAL_JOINTS if name in self.joints.index]
-        if self.definition.two_wheel is not None and self.locomotion is not None:
+        kept = [name for name in VIRTUAL_JOINTS if name in self.joint_arrays.index]
+        if self.two_wheel is not None and self.locomotion is not None:
             kept += self.locomotion.joint_names
-        places = self.joints.places(kept)
-        out[places] = self.joints.q[places]
+        indices = self.joint_arrays.indices_of(kept)
+        out[indices] = self.joint_arrays.q[indices]
         return out
 
-    def _given(self, values: Array, backend: Backend | None) -> Any:
-        return as_backend(values, backend or self.backend)
-
-    # ------------------------------------------------------------------------------------------------- place
-
-    def get_position_orientation(self, *, backend: Backend | None = None) -> tuple[Any, Any]:
-        """Position (3,) m and quaternion (4,) x, y, z, w of the base frame in the world."""
-        position, quaternion = self.base_link.pose
-        return self._given(position, backend), self._given(quaternion, backend)
-
-    def set_position_orientation(
-        self, position: ArrayLike | None = None, orientation: ArrayLike | None = None
-    ) -> None:
-        """Put the base frame somewhere; the joints stay, goals are forgotten."""
-        here, turned = self.base_link.pose
-        xyz = here if position is None else np.asarray(as_numpy(position), dtype=float)
-        quaternion = turned if orientation is None else normalized(as_numpy(orientation))
-        if xyz.shape != (3,) or quaternion.shape != (4,) or not (np.isfinite(xyz).all()):
-            raise RoboyardError(f"robot {self.name!r}: a position has 3 finite numbers, an orientation 4")
-        self.base.set_pose(xyz, quaternion)
-        self._jumped()
-
-    def get_linear_velocity(self, *, backend: Backend | None = None) -> Any:
-        """(3,) m/s of the base frame's origin, in world axes."""
-        return self._given(self.base_link.velocity[0], backend)
-
-    def get_angular_velocity(self, *, backend: Backend | None = None) -> Any:
-        """(3,) rad/s of the base frame, in world axes."""
-        return self._given(self.base_link.velocity[1], backend)
-
-    def get_relative_velocity(self) -> tuple[Array, Array]:
-        """Linear (3,) m/s and angular (3,) rad/s velocity of the base in its own axes."""
-        back = conjugate(self.base_link.pose[1])
-        linear, angular = self.base_link.velocity
-        return rotate(back, linear), rotate(back, angular)
-
-    # -------------------------------------------------------------------------------------------------- arms
+    # -------------------------------------------------------------------------------------------------- base
 
     @property
-    def arm_names(self) -> tuple[str, ...]:
-        return self.manipulation.arm_names if self.manipulation is not None else ()
+    def pose(self) -> tuple[Array, Array]:
+        """Position (3,) (m) and quaternion (4,) x, y, z, w of the base frame in the world frame."""
+        return self.base_link.pose
 
-    def _need_arms(self) -> capabilities.Manipulation:
-        if self.manipulation is None:
-            raise RoboyardError(
-                f"robot {self.name!r} has no arms; add a manipulation block to its definition"
-            )
-        return self.manipulation
+    @property
+    def position(self) -> Array:
+        """(3,) position of the base frame in the world frame (m)."""
+        return self.pose[0]
 
-    def get_eef_pose(
-        self, arm: str = "default", *, frame: str = "world", backend: Backend | None = None
-    ) -> tuple[Any, Any]:
-        """Position (3,) m and quaternion (4,) x, y, z, w of an end effector, in the "world" or "base"
-        frame.
+    @property
+    def orientation(self) -> Array:
+        """(4,) quaternion x, y, z, w of the base frame in the world frame."""
+        return self.pose[1]
+
+    def set_pose(self, position: ArrayLike | None = None, orientation: ArrayLike | None = None) -> None:
+        """Move the base frame at once; joints other than those of the base stay, controller goals are reset.
+
+        Args:
+            position: (3,) in the world frame (m); the present one by default.
+            orientation: (4,) quaternion x, y, z, w in the world frame; the present one by default.
+
+        Raises:
+            RoboyardError: a value has another shape or is not finite.
         """
-        position, quaternion = self._need_arms().eef_pose(arm, frame=frame)
-        return self._given(position, backend), self._given(quaternion, backend)
+        present_position, present_orientation = self.pose
+        xyz = present_position if position is None else np.asarray(position, dtype=float)
+        if xyz.shape != (3,) or not np.isfinite(xyz).all():
+            raise RoboyardError(f"robot {self.name!r}: position must be 3 finite numbers, got {position}")
+        given = present_orientation if orientation is None else np.asarray(orientation, dtype=float)
+        if given.shape != (4,) or not np.isfinite(given).all():
+            raise RoboyardError(
+                f"robot {self.name!r}: orientation must be 4 finite numbers, got {orientation}"
+            )
+        self.base.set_pose(xyz, present_orientation if orientation is None else normalized(given))
+        self._on_jump()
 
-    def get_eef_position(self, arm: str = "default", *, backend: Backend | None = None) -> Any:
-        """(3,) m, in the world."""
-        return self.get_eef_pose(arm, backend=backend)[0]
+    @property
+    def velocity(self) -> tuple[Array, Array]:
+        """Linear (3,) (m/s) and angular (3,) (rad/s) velocity of the base frame, in world axes."""
+        return self.base_link.velocity
 
-    def get_eef_orientation(self, arm: str = "default", *, backend: Backend | None = None) -> Any:
-        """(4,) x, y, z, w, in the world."""
-        return self.get_eef_pose(arm, backend=backend)[1]
+    @property
+    def velocity_in_base(self) -> tuple[Array, Array]:
+        """Linear (3,) (m/s) and angular (3,) (rad/s) velocity of the base frame, in its own axes."""
+        quaternion_base_world = conjugate(self.base_link.pose[1])
+        linear, angular = self.base_link.velocity
+        return rotate(quaternion_base_world, linear), rotate(quaternion_base_world, angular)
 
-    def get_relative_eef_pose(
-        self, arm: str = "default", *, backend: Backend | None = None
-    ) -> tuple[Any, Any]:
-        """Pose of an end effector in the robot's base frame."""
-        return self.get_eef_pose(arm, frame="base", backend=backend)
+    def set_velocity(self, linear: ArrayLike | None = None, angular: ArrayLike | None = None) -> None:
+        """Set the velocity of the base, in world axes.
 
-    def is_grasping(self, arm: str = "default") -> bool | None:
-        """Whether a gripper holds something; None where that cannot be told."""
-        return self._need_arms().is_grasping(arm)
+        Args:
+            linear: (3,) m/s; the present one by default.
+            angular: (3,) rad/s; the present one by default.
+
+        Raises:
+            RoboyardError: the base is fixed, or a value has another shape or is not finite.
+        """
+        vectors: list[Array | None] = []
+        for name, value in (("linear", linear), ("angular", angular)):
+            vector = None if value is None else np.asarray(value, dtype=float)
+            if vector is not None and (vector.shape != (3,) or not np.isfinite(vector).all()):
+                raise RoboyardError(
+                    f"robot {self.name!r}: {name} velocity must be 3 finite numbers, got {value}"
+                )
+            vectors.append(vector)
+        self.base.set_velocity(*vectors)

@@ -1,18 +1,21 @@
-"""Put a robot into a world."""
+"""Add a robot with its controllers to a world."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import ArrayLike
 
+from roboyard.description.loader import FORMATS
 from roboyard.description.model import RobotDescription
+from roboyard.description.robot_model import RobotModel
 from roboyard.errors import ConfigError
-from roboyard.robots.backends import Backend
 from roboyard.robots.control.setup import ControllerConfig
-from roboyard.robots.definition.description_edits import edited
+from roboyard.robots.definition.default_definition import default_definition
+from roboyard.robots.definition.description_edits import edit_description
 from roboyard.robots.definition.end_effectors import description_with, with_end_effector
 from roboyard.robots.definition.load import check_fits, load_definition, parse_definition
 from roboyard.robots.definition.postures import ResetMode
@@ -21,143 +24,210 @@ from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.robot import Robot
 from roboyard.robots.sensor_set import SensorOptions
 from roboyard.robots.stability.wheels import driven_wheels
+from roboyard.sim.body import Body
 from roboyard.sim.world import World
 
+RobotSource = str | Path | RegisteredRobot | RobotDescription | RobotModel
+"""A registered name, a robot file, a registered robot, a description or a model."""
 DefinitionSource = str | Path | Mapping[str, Any] | RobotDefinition
+"""A definition file, its data, or a loaded definition."""
+FILE_SUFFIXES = {".xacro", *(suffix for fmt in FORMATS for suffix in fmt.suffixes)}
+"""Endings of texts that are files, not names of registered robots."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Source:
+    """A robot before it is in a world."""
+
+    model: str
+    """Name of the kind of robot."""
+    description: RobotDescription
+    definition: RobotDefinition
+    definition_file: Path | None = None
+    sensor_file: Path | None = None
+    """MJCF of the import, which has the frames of cameras and lidars."""
 
 
 def add_robot(
     world: World,
-    robot: str | Path | RegisteredRobot | RobotDescription,
+    robot: RobotSource,
     position: ArrayLike = (0, 0, 0),
     orientation: ArrayLike = (0, 0, 0, 1),
     *,
-    definition: DefinitionSource | None = None,
     controllers: ControllerConfig | None = None,
-    name: str | None = None,
-    self_collisions: bool = True,
     fixed_base: bool | None = None,
+    self_collision: bool | None = None,
+    definition: DefinitionSource | None = None,
+    name: str | None = None,
     end_effector: str | None = None,
     scale: float = 1.0,
     control_freq: float | None = None,
     action_normalize: bool = True,
     reset_joint_pos: ArrayLike | None = None,
     default_reset_mode: ResetMode = "untuck",
-    backend: Backend = "numpy",
     sensor_options: SensorOptions | None = None,
 ) -> Robot:
     """Add a robot with its controllers to a world.
 
     Args:
-        world: where.
-        robot: a registered name ("r1"), one of `REGISTERED_ROBOTS`, or with `definition` a URDF file or a
-            description.
-        position: (3,) m of the root link's frame.
-        orientation: (4,) x, y, z, w.
-        definition: a definition file, its data, or a checked definition; a registered robot has its own.
+        world: that the robot is added to.
+        robot: a registered name ("r1"), a robot file (see `load_description`), one of
+            `REGISTERED_ROBOTS`, a description or a model.
+        position: (3,) of the root link's frame in the world frame (m).
+        orientation: (4,) quaternion x, y, z, w of the root link's frame in the world frame.
         controllers: group to a controller's name, or to its keys; the definition's by default.
+        fixed_base: attach the root link to the world. None: robots that walk or drive on wheels float, all
+            others are fixed (a holonomic base moves by its virtual joints).
+        self_collision: whether links of the robot collide with each other. None: as the definition's
+            `self_collisions`, else True.
+        definition: a definition file, its data, or a loaded definition. None: that of a registered robot; for
+            other sources `default_definition`, with joint controllers for all driven joints.
         name: in the world; the robot's own by default.
-        self_collisions: whether links of the robot may touch; a definition's `self_collisions` goes before.
-        fixed_base: bolt the root to the world. None: robots that walk or drive on wheels float, all others
-        are
-            bolted (a holonomic base moves by its virtual joints).
         end_effector: one of the definition's `manipulation.end_effectors`.
         scale: uniform factor on all lengths.
-        control_freq: Hz at which goals become drive targets; 30 by default.
-        action_normalize: actions run from -1 to 1.
-        reset_joint_pos: (n,) posture to start in, in the definition's joint order.
-        default_reset_mode: which posture of `mobile_manipulation` to start in.
-        backend: what the robot's getters return.
+        control_freq: rate at which controllers compute drive targets (Hz); 30 by default.
+        action_normalize: scale actions to the range -1 to 1.
+        reset_joint_pos: (n,) joint positions of a reset, in the order of `Robot.joint_names` (rad or m); the
+            definition's by default.
+        default_reset_mode: posture of the definition's `mobile_manipulation` block to start in.
         sensor_options: kind of sensor ("Camera", "Lidar") or link that has one, to keywords of
             `roboyard.sensors.CameraSensor` or `Lidar` (width, rate, pattern, ...).
 
     Raises:
-        ConfigError: the definition or the configuration is wrong, or the robot unknown.
-        DescriptionError: the URDF cannot be used.
+        ConfigError: the definition or an option is wrong, or the robot unknown.
+        DescriptionError: the robot file cannot be loaded.
     """
-    if isinstance(robot, str) and not _is_file(robot):
-        robot = REGISTERED_ROBOTS.find(robot)
-    model, description, found, file = _loaded(robot, definition)
-    if end_effector is not None:
-        model, found = with_end_effector(found, end_effector)
-        if isinstance(robot, RegisteredRobot):
-            description = description_with(robot, found, end_effector)
-    told = file.name if file is not None else f"definition of {model}"
-    check_fits(found, description, name=told, file=file, end_effector=end_effector)
-    floats = found.may_float if fixed_base is None else not fixed_base
-    if floats and not found.may_float:
-        raise ConfigError(
-            f"fixed_base: robot {model!r} cannot float; only locomotion without a holonomic base does"
-        )
-    collide = self_collisions if found.self_collisions is None else found.self_collisions
-    original, description = description, edited(found, description)
-    body = world.add_urdf(
-        description,
-        position,
-        orientation,
-        fixed_base=not floats,
-        scale=scale,
-        self_collision=collide,
-        name=name or model,
+    source = load_source(robot, definition, end_effector)
+    check_fits(
+        source.definition,
+        source.description,
+        name=source.definition_file.name if source.definition_file else f"definition of {source.model}",
+        file=source.definition_file,
+        end_effector=end_effector,
     )
-    for name_of_wheel, wheel in driven_wheels(found, original).items():
-        body.link(name_of_wheel).flatten_spheres(scale * wheel.half_width)
+    body, edited = _add_body(
+        world, source, position, orientation, fixed_base, self_collision, scale, name or source.model
+    )
     try:
-        for a, b in found.disabled_collision_pairs or ():
-            if a != b:
-                world.filters.set(body.link(a), body.link(b), collide=False)
+        _disable_collision_pairs(world, body, source.definition)
         return Robot(
             body,
-            found,
-            description,
+            source.definition,
+            edited,
             controllers=controllers,
             control_freq=control_freq,
             action_normalize=action_normalize,
             reset_joint_pos=reset_joint_pos,
             default_reset_mode=default_reset_mode,
-            model=model,
-            backend=backend,
-            sensor_file=_sensor_file(robot),
+            model=source.model,
+            sensor_file=source.sensor_file,
             sensor_options=sensor_options,
         )
     except Exception:
-        for call in tuple(world.before_step):
-            owner = getattr(call, "__self__", None)
-            if isinstance(owner, Robot) and owner.body is body:
-                world.before_step.remove(call)
-        world.remove(body)
+        _remove(world, body)
         raise
 
 
-def _loaded(
-    robot: str | Path | RegisteredRobot | RobotDescription, definition: DefinitionSource | None
-) -> tuple[str, RobotDescription, RobotDefinition, Path | None]:
-    """Name, description, definition and the definition's file."""
+def load_source(
+    robot: RobotSource, definition: DefinitionSource | None = None, end_effector: str | None = None
+) -> Source:
+    """Return description and definition of a robot, as `add_robot` takes them.
+
+    Raises:
+        ConfigError: the definition is wrong, or the robot or its end effector unknown.
+        DescriptionError: the robot file cannot be loaded.
+    """
+    if isinstance(robot, str) and not is_robot_file(robot):
+        robot = REGISTERED_ROBOTS.find(robot)
+    own, file = (None, None) if definition is None else _read(definition)
+    sensor_file = None
     if isinstance(robot, RegisteredRobot):
-        own, file = (robot.definition, robot.file) if definition is None else _read(definition)
-        return robot.name, robot.description(own), own, file
-    if definition is None:
-        raise ConfigError("definition: is required with a URDF; name its definition file")
-    own, file = _read(definition)
+        model, sensor_file = robot.name, robot.sensors
+        if own is None:
+            own, file = robot.definition, robot.file
+        description = robot.description(own)
+    else:
+        model, description = _described(robot)
+        if own is None:
+            own = default_definition(description)
+    if end_effector is not None:
+        model, own = with_end_effector(own, end_effector)
+        if isinstance(robot, RegisteredRobot):
+            description = description_with(robot, own, end_effector)
+    return Source(
+        model=model, description=description, definition=own, definition_file=file, sensor_file=sensor_file
+    )
+
+
+def _described(robot: str | Path | RobotDescription | RobotModel) -> tuple[str, RobotDescription]:
+    """Return name and description of a robot that is not registered."""
     if isinstance(robot, RobotDescription):
-        return robot.name, robot, own, file
+        return robot.name, robot
+    if isinstance(robot, RobotModel):
+        return robot.name, robot.description
     from roboyard.description import load_description
 
-    return Path(robot).stem, load_description(robot), own, file
+    description = load_description(robot)
+    return description.name, description
 
 
-def _sensor_file(robot: str | Path | RegisteredRobot | RobotDescription) -> Path | None:
-    """The file that names the robot's cameras and lidars, where it was imported."""
-    if isinstance(robot, str) and not _is_file(robot):
-        robot = REGISTERED_ROBOTS.find(robot)
-    return robot.sensors if isinstance(robot, RegisteredRobot) else None
+def _add_body(
+    world: World,
+    source: Source,
+    position: ArrayLike,
+    orientation: ArrayLike,
+    fixed_base: bool | None,
+    self_collision: bool | None,
+    scale: float,
+    name: str,
+) -> tuple[Body, RobotDescription]:
+    """Add the robot's body, edited by its definition; return body and edited description."""
+    definition = source.definition
+    floats = definition.may_float if fixed_base is None else not fixed_base
+    if floats and definition.holonomic_base is not None:
+        raise ConfigError(
+            f"fixed_base must not be False for robot {source.model!r}, whose holonomic base moves by its "
+            "virtual joints"
+        )
+    if self_collision is None:
+        self_collision = definition.self_collisions is not False
+    edited = edit_description(definition, source.description)
+    body = world.add_urdf(
+        edited,
+        position,
+        orientation,
+        fixed_base=not floats,
+        scale=scale,
+        self_collision=self_collision,
+        name=name,
+    )
+    for link, wheel in driven_wheels(definition, source.description).items():
+        body.link(link).flatten_spheres(scale * wheel.half_width)
+    return body, edited
 
 
-def _is_file(robot: str) -> bool:
-    return robot.lower().endswith((".urdf", ".xml", ".xacro"))
+def _disable_collision_pairs(world: World, body: Body, definition: RobotDefinition) -> None:
+    for a, b in definition.disabled_collision_pairs or ():
+        if a != b:
+            world.filters.set(body.link(a), body.link(b), collide=False)
+
+
+def _remove(world: World, body: Body) -> None:
+    """Remove a body whose robot could not be created, with what the robot registered."""
+    for call in tuple(world.before_step):
+        owner = getattr(call, "__self__", None)
+        if isinstance(owner, Robot) and owner.body is body:
+            world.before_step.remove(call)
+    world.remove(body)
+
+
+def is_robot_file(robot: str) -> bool:
+    """Return whether a text is the path of a robot file, by its ending, not the name of a robot."""
+    return Path(robot).suffix.lower() in FILE_SUFFIXES
 
 
 def _read(definition: DefinitionSource) -> tuple[RobotDefinition, Path | None]:
+    """Return a definition and its file, None where it was given as data."""
     if isinstance(definition, RobotDefinition):
         return definition, None
     if isinstance(definition, Mapping):

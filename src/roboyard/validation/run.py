@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, unknown_name
-from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot, RobotDefinition
+from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.definition.load import check_fits
 from roboyard.robots.sensor_frames import camera_frames
-from roboyard.robots.spawn import _is_file, _read
+from roboyard.robots.spawn import DefinitionSource, RobotSource, is_robot_file, load_source
 from roboyard.validation.gates import GATES
 from roboyard.validation.report import Gate, ValidationReport
 from roboyard.validation.test_world import TestWorld
 
 
 def validate(
-    robot: str | Path | RegisteredRobot | RobotDescription,
+    robot: RobotSource,
     *,
-    definition: str | Path | Mapping[str, Any] | RobotDefinition | None = None,
+    definition: DefinitionSource | None = None,
     gates: Sequence[str] | None = None,
     seed: int = 0,
     progress: Callable[[str, float], None] | None = None,
@@ -47,7 +45,7 @@ def validate(
         if name not in GATES:
             raise ConfigError(unknown_name("gate", name, GATES))
     began = time.perf_counter()
-    bench = _bench(robot, definition, seed, scene, options)
+    bench = _test_world(robot, definition, seed, scene, options)
     chosen = [name for name in GATES if gates is None or name in gates]
     results: list[Gate] = []
     for index, name in enumerate(chosen):
@@ -79,34 +77,27 @@ def _broken(name: str, told: str) -> Gate:
     )
 
 
-def _bench(robot: Any, definition: Any, seed: int, scene: Any, options: Mapping[str, Any]) -> TestWorld:
-    cameras = ()
-    if isinstance(robot, str) and not _is_file(robot):
+def _test_world(
+    robot: RobotSource,
+    definition: DefinitionSource | None,
+    seed: int,
+    scene: Callable[[Any], None] | None,
+    options: Mapping[str, Any],
+) -> TestWorld:
+    """Return the worlds that gates run in; the definition is checked first."""
+    if isinstance(robot, str) and not is_robot_file(robot):
         robot = REGISTERED_ROBOTS.find(robot)
-    if isinstance(robot, RegisteredRobot):
-        name = robot.name
-        file: Path | None = robot.file
-        own = robot.definition
-        if definition is not None:
-            own, file = _read(definition)
-        check_fits(
-            own, robot.description(own), name=file.name if file else f"definition of {name}", file=file
-        )
-        if robot.sensors is not None:
-            cameras = camera_frames(robot.sensors)
-        return TestWorld(
-            name=name, source=robot, definition=own, seed=seed, cameras=cameras, scene=scene, options=options
-        )
-    if definition is None:
-        raise ConfigError("definition: is required with a URDF; name its definition file")
-    own, file = _read(definition)
-    if isinstance(robot, RobotDescription):
-        description = robot
-    else:
-        from roboyard.description import load_description
-
-        description = load_description(robot)
-    check_fits(own, description, name=file.name if file else f"definition of {description.name}", file=file)
+    source = load_source(robot, definition)
+    file, model = source.definition_file, source.model
+    check_fits(
+        source.definition, source.description, name=file.name if file else f"definition of {model}", file=file
+    )
     return TestWorld(
-        name=description.name, source=description, definition=own, seed=seed, scene=scene, options=options
+        name=model,
+        source=robot if isinstance(robot, RegisteredRobot) else source.description,
+        definition=source.definition,
+        seed=seed,
+        cameras=() if source.sensor_file is None else camera_frames(source.sensor_file),
+        scene=scene,
+        options=options,
     )

@@ -50,8 +50,7 @@ class TestWorld:
         )
         lowest = float(robot.body.bounds[0, 2])
         if not robot.body.is_fixed or lowest < -SUNK:
-            position, _ = robot.get_position_orientation(backend="numpy")
-            robot.set_position_orientation(position - [0.0, 0.0, lowest])
+            robot.set_pose(robot.position - [0.0, 0.0, lowest])
         self.joint_count = len(robot.joint_names)
         return robot
 

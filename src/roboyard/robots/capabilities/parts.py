@@ -1,41 +1,48 @@
-"""A torso, a head, and joints that carry the robot: groups of joints with a name."""
+"""Groups of joints with a name: torso, head, and the joints of a base."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from roboyard.robots.capabilities.robot_parts import RobotParts
 from roboyard.robots.joint_arrays import Indices
 from roboyard.sim.link import Link
 from roboyard.transforms import Array
 
-if TYPE_CHECKING:
-    from roboyard.robots.robot_body import RobotBody
-
 
 class JointPart:
-    """Some joints of a robot that belong together."""
+    """A named group of joints of a robot."""
 
-    def __init__(self, robot: RobotBody, name: str, joints: tuple[str, ...]) -> None:
+    def __init__(self, robot: RobotParts, name: str, joints: tuple[str, ...]) -> None:
+        """Create a group from its name and the names of its joints."""
         self._robot = robot
         self.name = name
         self.joint_names = joints
-        self.control_idx: Indices = robot.joints.places(joints)
-        """Places of the joints in the robot's vectors."""
+        self.control_idx: Indices = robot.joint_arrays.indices_of(joints)
+        """(k,) indices of the joints in the robot's joint vectors."""
 
     @property
     def joint_positions(self) -> Array:
-        """(n,) rad or m"""
-        return self._robot.joints.q[self.control_idx]
+        """(k,) joint positions (rad or m)."""
+        return self._robot.joint_arrays.q[self.control_idx]
 
     @property
     def joint_velocities(self) -> Array:
-        """(n,) rad/s or m/s"""
-        return self._robot.joints.v[self.control_idx]
+        """(k,) joint velocities (rad/s or m/s)."""
+        return self._robot.joint_arrays.v[self.control_idx]
 
     def proprioception(self, q: Array, v: Array) -> dict[str, Any]:
-        """Positions and velocities under this part's name."""
+        """Return positions and velocities under this group's name.
+
+        Args:
+            q: (n,) joint positions of the robot (rad or m).
+            v: (n,) joint velocities of the robot (rad/s or m/s).
+
+        Returns:
+            (k,) arrays by key: positions, their sines and cosines, velocities.
+        """
         own = self.control_idx
         return {
             f"{self.name}_qpos": q[own],
@@ -46,6 +53,7 @@ class JointPart:
 
     @property
     def default_proprioception(self) -> tuple[str, ...]:
+        """Keys of `proprioception` that are observed by default."""
         return tuple(f"{self.name}_{key}" for key in ("qpos_sin", "qpos_cos", "qvel"))
 
 
@@ -59,6 +67,7 @@ class ArticulatedTrunk(JointPart):
 
     @property
     def default_proprioception(self) -> tuple[str, ...]:
+        """Keys of `proprioception` that are observed by default."""
         return ("trunk_qpos", "trunk_qvel")
 
 
@@ -67,8 +76,9 @@ class ActiveCamera(JointPart):
 
 
 class Locomotion(JointPart):
-    """Joints that carry the robot."""
+    """The joints of a base: wheels, legs, or the driven virtual joints of a holonomic base."""
 
-    def __init__(self, robot: RobotBody, joints: tuple[str, ...], floor_links: tuple[str, ...]) -> None:
+    def __init__(self, robot: RobotParts, joints: tuple[str, ...], floor_links: tuple[str, ...]) -> None:
+        """Create the group from its joints and the links that touch the floor."""
         super().__init__(robot, "base", joints)
         self.floor_touching_links: tuple[Link, ...] = tuple(robot.body.link(name) for name in floor_links)

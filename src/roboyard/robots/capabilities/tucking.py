@@ -1,35 +1,29 @@
-"""Two postures: tucked for driving, untucked for working."""
+"""Two postures of a mobile manipulator: tucked for driving, untucked for working."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from roboyard.robots.capabilities.robot_parts import RobotParts
 from roboyard.robots.definition.postures import ResetMode, tuck_posture
 from roboyard.transforms import Array
 
-if TYPE_CHECKING:
-    from roboyard.robots.robot_body import RobotBody
-
 
 class MobileManipulation:
-    """Sets the robot's arms and torso into one of two postures; the base stays."""
+    """The tucked and the untucked posture of a robot."""
 
-    def __init__(self, robot: RobotBody) -> None:
+    def __init__(self, robot: RobotParts) -> None:
+        """Create the postures of a robot whose definition has a `mobile_manipulation` block."""
         self._robot = robot
 
     def posture(self, mode: ResetMode) -> Array:
-        """(n,) the posture, in the robot's joint order."""
-        found = tuck_posture(self._robot.definition, self._robot.joint_names, mode)
+        """Return the tucked or untucked posture.
+
+        Args:
+            mode: "tuck" or "untuck".
+
+        Returns:
+            (n,) joint positions in the robot's joint order (rad or m).
+        """
+        robot = self._robot
+        found = tuck_posture(robot.definition, robot.description, robot.joint_names, mode)
         assert found is not None
         return found
-
-    def tuck(self) -> None:
-        """Jump into the tucked posture."""
-        self._set("tuck")
-
-    def untuck(self) -> None:
-        """Jump into the untucked posture."""
-        self._set("untuck")
-
-    def _set(self, mode: ResetMode) -> None:
-        self._robot.set_joint_positions(self._robot.keeping_base(self.posture(mode)))

@@ -78,11 +78,11 @@ class ControlLoop:
         for group in self.groups.values():
             settings = group.controller.settings
             if group.kind == "gripper":
-                self._damping_frequency[group.places] = GRIPPER_FREQUENCY
+                self._damping_frequency[group.indices] = GRIPPER_FREQUENCY
             if settings.isaac_kp is not None:
-                self._given_kp[group.places] = settings.isaac_kp
+                self._given_kp[group.indices] = settings.isaac_kp
             if settings.isaac_kd is not None:
-                self._given_kd[group.places] = settings.isaac_kd
+                self._given_kd[group.indices] = settings.isaac_kd
         self._position = rest.copy()
         self._velocity, self._effort = np.zeros(count), np.zeros(count)
         self._led = np.zeros(count)
@@ -97,13 +97,13 @@ class ControlLoop:
     def _claim(self) -> None:
         claimed: set[int] = set()
         for group in self.groups.values():
-            claimed |= {int(i) for i in group.places}
-            self._kinds[group.places] = KINDS[group.controller.control_type]
+            claimed |= {int(i) for i in group.indices}
+            self._kinds[group.indices] = KINDS[group.controller.control_type]
             asked = group.controller.settings.use_gravity_compensation
             wanted = True if asked is None else asked
             if group.controller.control_type == "effort":
                 wanted = False  # the controller adds it itself
-            self._compensated[group.places] = float(wanted)
+            self._compensated[group.indices] = float(wanted)
         for i, joint in enumerate(self.joints.joints):
             if i not in claimed:
                 held = joint.limits is not None and joint.name not in VIRTUAL_JOINTS
@@ -153,24 +153,24 @@ class ControlLoop:
             q, v = self.joints.q, self.joints.v
         controller = group.controller
         dt = self.joints.world.timestep if controller.control_type == "effort" else self.dt
-        state = GroupState(q=q[group.places], v=v[group.places], dt=dt, mount=self._mount(group, q))
-        state.inertia = self.joints.inertia[group.places]
+        state = GroupState(q=q[group.indices], v=v[group.indices], dt=dt, mount=self._mount(group, q))
+        state.inertia = self.joints.inertia[group.indices]
         if self._footing is not None and controller.keeps_balance:
-            state.balance = partial(self._footing.balance, group.places)
+            state.balance = partial(self._footing.balance, group.indices)
         if controller.control_type == "effort":
             if controller.needs_mass_matrix:
-                state.mass_matrix = self.joints.mass_matrix(group.places)
+                state.mass_matrix = self.joints.mass_matrix(group.indices)
             if controller.settings.use_gravity_compensation is not False:
-                state.bias = self.joints.bias[group.places]
+                state.bias = self.joints.bias[group.indices]
         return state
 
     def _mount(self, group: Group, q: Array) -> Array:
         """Pose of what a group hangs from. Joints below it count as they are led, not as they tremble: an
         arm that answers every deflection of the torso rocks it.
         """
-        if group.mount is None or group.mount_places is None:
+        if group.mount is None or group.mount_indices is None:
             return EYE4
-        places = group.mount_places
+        places = group.mount_indices
         here = q[places]
         if group.kind != "base":
             led = self._kinds[places] == POSITION
@@ -186,24 +186,24 @@ class ControlLoop:
         for group in self._other_groups:
             control = group.controller.step(self.state_of(group, q, v))
             kind = KINDS[control.kind]
-            kinds[group.places] = kind
+            kinds[group.indices] = kind
             if kind == POSITION:
-                self._position[group.places] = control.value
-                self._velocity[group.places] = self._led[group.places] = 0.0
+                self._position[group.indices] = control.value
+                self._velocity[group.indices] = self._led[group.indices] = 0.0
             else:
-                self._velocity[group.places] = control.value
-                self._led[group.places] = control.value if control.led is None else control.led
+                self._velocity[group.indices] = control.value
+                self._led[group.indices] = control.value if control.led is None else control.led
         self._effort = self.joints.bias * self._compensated
         self._effort += self.joints.damping * self._led + self.joints.friction * np.tanh(self._led / CREEP)
         for group in self._effort_groups:
-            self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
+            self._effort[group.indices] = group.controller.step(self.state_of(group, q, v)).value
         self._write_gains()
         driven = self.joints.driven
         self.joints.drives.write(self._position[driven], self._velocity[driven], self._effort[driven])
 
     def _apply_efforts(self, q: Array, v: Array) -> None:
         for group in self._effort_groups:
-            self._effort[group.places] = group.controller.step(self.state_of(group, q, v)).value
+            self._effort[group.indices] = group.controller.step(self.state_of(group, q, v)).value
         self.joints.drives.write_effort(self._effort[self.joints.driven], np.arange(len(self.joints.driven)))
 
     def _resistance(self) -> Array:

@@ -119,12 +119,23 @@ class DifferentialDriveController(Controller):
         return np.zeros(2)
 
     def odometry(self, wheel_velocities: Array) -> tuple[float, float]:
-        """Forward speed (m/s) and turning rate (rad/s) of wheels that do not slip: the inverse of the
-        formula.
-        """
-        left, right = wheel_velocities
-        r, length = self.settings.wheel_radius, self.settings.wheel_axle_length
-        return float(left + right) / 2 * r, float(right - left) * r / length
+        """Return forward speed (m/s) and yaw rate (rad/s) from (2,) wheel speeds (rad/s), without slip."""
+        return wheel_odometry(wheel_velocities, self.settings.wheel_radius, self.settings.wheel_axle_length)
+
+
+def wheel_odometry(wheel_velocities: Array, radius: float, axle_length: float) -> tuple[float, float]:
+    """Return the motion of a differential drive without slip.
+
+    Args:
+        wheel_velocities: (2,) of the left and the right wheel (rad/s).
+        radius: of both wheels (m).
+        axle_length: distance between the wheels (m).
+
+    Returns:
+        Forward speed (m/s) and yaw rate (rad/s).
+    """
+    left, right = wheel_velocities
+    return float(left + right) / 2 * radius, float(right - left) * radius / axle_length
 
 
 def _planar(twist: Array) -> Array:

@@ -17,7 +17,7 @@ from roboyard.robots.control.task import TaskController
 from roboyard.robots.definition.groups import GroupPlan
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.joint_arrays import Indices
-from roboyard.robots.limits import of_group
+from roboyard.robots.limits import select_limits
 from roboyard.transforms import Array
 
 ControllerConfig = Mapping[str, str | Mapping[str, Any]]
@@ -31,13 +31,13 @@ class Group:
     name: str
     kind: str
     joints: tuple[str, ...]
-    places: Indices
+    indices: Indices
     """(n,) of the joints in the robot's vectors."""
     controller: Controller
     mount: ChainArrays | None = None
     """From the robot's base frame to the frame that the group hangs from (for a holonomic base: from the
     frame of the virtual joints to the base); None where the controller does not ask."""
-    mount_places: Indices | None = None
+    mount_indices: Indices | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -152,7 +152,7 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
         if keys["name"] == "NullJointController" and "default_goal" not in keys:
             settings = settings.model_copy(update={"default_goal": _null_goal(setup, plan, places, where)})
         make: Any = cls
-        controller = make(of_group(setup.limits, places), settings, **extra)
+        controller = make(select_limits(setup.limits, places), settings, **extra)
     except ConfigError as error:
         text = str(error)
         raise ConfigError(
@@ -162,10 +162,10 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
         name=plan.name,
         kind=plan.kind,
         joints=tuple(joints),
-        places=places,
+        indices=places,
         controller=controller,
         mount=mount,
-        mount_places=None
+        mount_indices=None
         if mount is None
         else np.array([index[n] for n in mount.joint_names], dtype=np.intp),
     )

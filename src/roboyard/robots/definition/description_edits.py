@@ -14,7 +14,7 @@ from roboyard.robots.stability.ground_clearance import links_below_floor, trim
 from roboyard.robots.stability.wheels import Wheel, driven_wheels, mesh_points, rolling
 
 
-def edited(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:
+def edit_description(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:
     """The description with collisions removed, wheels that roll and markers hidden."""
     silent = set(definition.disabled_collision_link_names or ())
     hidden: set[str] = set()
@@ -24,7 +24,7 @@ def edited(definition: RobotDefinition, description: RobotDescription) -> RobotD
     block = definition.holonomic_base
     if block is not None and block.force_sphere_wheel_approximation and definition.locomotion is not None:
         wheels = definition.locomotion.floor_touching_base_link_names
-    links = tuple(_edited(link, silent, hidden, wheels) for link in description.links)
+    links = tuple(_edit_link(link, silent, hidden, wheels) for link in description.links)
     driven = driven_wheels(definition, description)
     if driven:
         links = _rolling(links, definition, description, driven)
@@ -51,7 +51,7 @@ def _rolling(
     )
 
 
-def _edited(link: Link, silent: Collection[str], hidden: Collection[str], wheels: Collection[str]) -> Link:
+def _edit_link(link: Link, silent: Collection[str], hidden: Collection[str], wheels: Collection[str]) -> Link:
     if link.name in hidden:
         return replace(link, visuals=(), collisions=())
     if link.name in silent:

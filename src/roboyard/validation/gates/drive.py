@@ -85,7 +85,7 @@ def _followed(robot: Robot, twist: Array) -> Array:
     speeds = np.zeros((steps, len(twist)))
     for k in range(steps):
         advance(robot, 1.0 / robot.control_freq, action)
-        linear, angular = robot.get_relative_velocity()
+        linear, angular = robot.velocity_in_base
         speeds[k] = (*linear[: len(twist) - 1], angular[2])
     return speeds.mean(axis=0)
 

@@ -111,13 +111,13 @@ def sample_ways(robot: Robot, group: str, count: int, seed: int) -> list[list[Ar
     """Up to `count` ways, each of (4, 4) poses of a group's tip in the robot's base frame; leaves "
     "the robot reset.
     """
-    controller, places = robot.controllers[group], robot.groups[group].places
+    controller, places = robot.controllers[group], robot.groups[group].indices
     assert isinstance(controller, TaskController)
     chain = controller.chain
     rng = np.random.default_rng(seed)
     robot.reset()
     robot.world.step(1)
-    resting = robot.joints.q
+    resting = robot.joint_arrays.q
     lower = np.maximum(chain.lower, resting[places] - WINDOW)
     upper = np.minimum(chain.upper, resting[places] + WINDOW)
     usual = all_contacts(robot)
@@ -143,11 +143,11 @@ def _free_way(
     for share in np.linspace(1.0 / count, 1.0, count):
         q = resting.copy()
         q[places] += share * (wanted - resting[places])
-        robot.joints.q = q
+        robot.joint_arrays.q = q
         if all_contacts(robot) - usual:
             return []
-        robot.joints.refresh()
-        if (np.abs(robot.joints.bias[places]) > HOLDABLE * robot.limits.effort[places]).any():
+        robot.joint_arrays.refresh()
+        if (np.abs(robot.joint_arrays.bias[places]) > HOLDABLE * robot.limits.effort[places]).any():
             return []
         poses.append(controller.tip(robot.loop.state_of(robot.groups[group])))
     return poses

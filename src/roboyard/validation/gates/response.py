@@ -117,7 +117,7 @@ def _run(robot: Robot, start: object, action: Array) -> Array:
     for k in range(steps):
         robot.apply_action(action)
         robot.world.step(robot.steps_per_control)
-        out[k] = robot.joints.q
+        out[k] = robot.joint_arrays.q
     return out
 
 
@@ -130,12 +130,12 @@ def _nudged(robot: Robot, group: str, idle: float, sign: float) -> float:
 
 
 def _own(robot: Robot, group: str) -> Indices:
-    return robot.groups[group].places
+    return robot.groups[group].indices
 
 
 def _related(robot: Robot, group: str) -> Indices:
     """Joints that may move with a group: its own, a base's virtual or free ones, and followers by mimic."""
-    own = {robot.joint_names[i] for i in robot.groups[group].places}
+    own = {robot.joint_names[i] for i in robot.groups[group].indices}
     related = set(own)
     for name in robot.joint_names:
         joint = robot.description.joint_by_name[name]
@@ -145,4 +145,4 @@ def _related(robot: Robot, group: str) -> Indices:
             related.add(name)
     if not robot.body.is_fixed and robot.groups[group].kind == "base":
         related |= set(robot.joint_names)
-    return robot.joints.places(sorted(related))
+    return robot.joint_arrays.indices_of(sorted(related))

@@ -54,7 +54,7 @@ def settle(bench: TestWorld) -> tuple[Gate, ...]:
     for k in range(steps):
         robot.apply_action(action)
         robot.world.step(robot.steps_per_control)
-        v = np.abs(robot.joints.v)
+        v = np.abs(robot.joint_arrays.v)
         linear, angular = robot.base_link.velocity
         times[k], joints[k] = (k + 1) / robot.control_freq, v.max(initial=0.0)
         bases[k] = max(np.linalg.norm(linear), np.linalg.norm(angular))
@@ -91,18 +91,18 @@ def drift(bench: TestWorld) -> tuple[Gate, ...]:
     for _ in range(round(SETTLE_SECONDS * robot.control_freq)):
         robot.apply_action(action)
         robot.world.step(robot.steps_per_control)
-    start, turned = robot.get_position_orientation(backend="numpy")
-    q0 = robot.joints.q
+    start, turned = robot.pose
+    q0 = robot.joint_arrays.q
     steps = round(DRIFT_SECONDS * robot.control_freq)
     times, moved, turns = np.zeros(steps), np.zeros(steps), np.zeros(steps)
     joints = np.zeros((steps, robot.n_dof))
     for k in range(steps):
         robot.apply_action(action)
         robot.world.step(robot.steps_per_control)
-        position, quaternion = robot.get_position_orientation(backend="numpy")
+        position, quaternion = robot.pose
         times[k] = (k + 1) / robot.control_freq
         moved[k], turns[k] = np.linalg.norm(position - start), _turn(turned, quaternion)
-        joints[k] = np.abs(robot.joints.q - q0)
+        joints[k] = np.abs(robot.joint_arrays.q - q0)
     floating = not robot.body.is_fixed
     gates = [
         Gate(
@@ -151,5 +151,5 @@ def _turn(a: Array, b: Array) -> float:
 
 def _held(robot: Robot) -> list[int]:
     """Joints that drives hold; wheels that roll freely and virtual joints may do as they like."""
-    held = {int(i) for group in robot.groups.values() if group.kind != "base" for i in group.places}
+    held = {int(i) for group in robot.groups.values() if group.kind != "base" for i in group.indices}
     return sorted(held)

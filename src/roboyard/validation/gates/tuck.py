@@ -35,12 +35,12 @@ def tuck(bench: TestWorld) -> tuple[Gate, ...]:
     for mode in modes:
         robot.reset()
         robot.tuck() if mode == "tuck" else robot.untuck()
-        wanted = robot.joints.q
+        wanted = robot.joint_arrays.q
         overlaps = [pair for pair in own_contacts(robot) if pair[2] > OVERLAP]
         findings += [f"{mode}ed: {a} and {b} overlap by {depth * 1e3:.1f} mm" for a, b, depth in overlaps]
         robot.world.step(round(SECONDS / robot.world.timestep))
-        held = [i for g in robot.groups.values() if g.kind != "base" for i in g.places]
-        away = np.abs(robot.joints.q - wanted)[held]
+        held = [i for g in robot.groups.values() if g.kind != "base" for i in g.indices]
+        away = np.abs(robot.joint_arrays.q - wanted)[held]
         if len(away) and away.max() > STAYS:
             name = robot.joint_names[held[int(away.argmax())]]
             findings.append(f"{mode}ed: {name} moved by {away.max():.3g}")

@@ -1,4 +1,4 @@
-"""NumPy by default, torch tensors where asked."""
+"""NumPy arrays by default, torch tensors where requested."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from roboyard.errors import MissingExtraError, RoboyardError
 from roboyard.transforms import Array
 
 Backend = Literal["numpy", "torch"]
+"""Kind of array that getters return."""
 
 
 def as_backend(array: Array, backend: Backend) -> Any:
-    """The array as it is, or as a torch tensor (float32, as OmniGibson has them).
+    """Return an array of any shape unchanged, or as a torch tensor of float32 (as OmniGibson's are).
 
     Raises:
         MissingExtraError: torch is not installed.
+        RoboyardError: the backend is unknown.
     """
     if backend == "numpy":
         return array
@@ -28,7 +30,7 @@ def as_backend(array: Array, backend: Backend) -> Any:
 
 
 def as_numpy(values: Any) -> Any:
-    """A torch tensor as a NumPy array; anything else as it is."""
+    """Return a torch tensor as a NumPy array of the same shape; anything else unchanged."""
     if hasattr(values, "detach"):
         return values.detach().cpu().numpy()
     return values
