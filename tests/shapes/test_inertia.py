@@ -10,7 +10,7 @@ from roboyard.shapes import inertia
 from roboyard.shapes.valid_inertia import rod_inertia, valid_inertia
 
 
-def of(mesh: trimesh.Trimesh) -> inertia.MassProperties:
+def of(mesh: trimesh.Trimesh) -> inertia.SolidInertia:
     return inertia.mesh(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 
@@ -23,7 +23,7 @@ def of(mesh: trimesh.Trimesh) -> inertia.MassProperties:
         (inertia.capsule(0.1, 0.3), trimesh.creation.capsule(0.3, 0.1, count=[256, 256])),
     ],
 )
-def test_closed_forms_agree_with_fine_meshes(exact: inertia.MassProperties, mesh: trimesh.Trimesh) -> None:
+def test_closed_forms_agree_with_fine_meshes(exact: inertia.SolidInertia, mesh: trimesh.Trimesh) -> None:
     fine = of(mesh)
     assert fine.solid == "closed mesh"
     assert fine.mass == pytest.approx(exact.mass, rel=2e-3)

@@ -8,11 +8,11 @@ import numpy as np
 
 from roboyard.audit.urdf_elements import LinkElement, ShapeElement
 from roboyard.shapes import inertia
-from roboyard.shapes.inertia import MassProperties
+from roboyard.shapes.inertia import SolidInertia
 from roboyard.transforms import Array
 
 
-def shape_solid(shape: ShapeElement) -> MassProperties | None:
+def shape_solid(shape: ShapeElement) -> SolidInertia | None:
     """Mass properties at density 1 in the link frame; None where the size is not known or zero."""
     own = _own_solid(shape)
     if own is None or not (np.isfinite(own.mass) and own.mass > 0 and np.isfinite(own.inertia).all()):
@@ -20,7 +20,7 @@ def shape_solid(shape: ShapeElement) -> MassProperties | None:
     return own.moved(shape.origin[:3, 3], shape.origin[:3, :3])
 
 
-def _own_solid(shape: ShapeElement) -> MassProperties | None:
+def _own_solid(shape: ShapeElement) -> SolidInertia | None:
     if shape.mesh is not None:
         facts = shape.mesh.facts
         if facts is None or not facts.is_finite or not all(shape.mesh.scale):
@@ -41,7 +41,7 @@ def _own_solid(shape: ShapeElement) -> MassProperties | None:
     return None
 
 
-def link_solid(link: LinkElement) -> MassProperties | None:
+def link_solid(link: LinkElement) -> SolidInertia | None:
     """Of the link's collision shapes, or its visual ones where it has none of known size; at density 1."""
     for shapes in (link.collisions, link.visuals):
         parts = [solid for shape in shapes if (solid := shape_solid(shape)) is not None]

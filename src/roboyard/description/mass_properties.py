@@ -1,36 +1,44 @@
-"""Mass properties a rigid body can have, from what a description says."""
+"""Mass properties that rigid-body engines accept, from those of a description: of a link and of all links.
+
+`roboyard.shapes.inertia` computes the tensor of a solid from its shape; here the principal moments of an
+`<inertial>` are found, corrected where no rigid body has them, and massless moving parts get a trace of mass.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from roboyard.description.model import Inertial
+from roboyard.description.model import Inertial, RobotDescription
 from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix
 
 MIN_INERTIA = 1e-12
-"""kg m²: below this MuJoCo takes a moving body for one without inertia (its own limit is 1e-15)."""
+"""Smallest principal moment (kg m²) of a moving body; MuJoCo's own limit is 1e-15."""
+MASSLESS_FRACTION = 1e-6
+"""Mass of a moving part without mass, as a share of the robot's."""
+TRACE_NOTE = "moves but has no mass; assigned a millionth of the robot's mass"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MassProperties:
-    """What the simulator is given for one link."""
+    """Mass, centre of mass and principal moments of one link."""
 
     mass: float
-    """kg"""
+    """Mass (kg)."""
     position: Array
-    """(3,) centre of mass in the link frame; m"""
+    """(3,) centre of mass in the link frame (m)."""
     quaternion: Array
-    """(4,) x, y, z, w: principal axes in the link frame"""
+    """(4,) x, y, z, w: principal axes in the link frame."""
     principal: Array
-    """(3,) moments about the principal axes; kg m²"""
+    """(3,) moments about the principal axes (kg m²)."""
     note: str | None = None
-    """What had to be changed for a rigid body to have these, or None."""
+    """The correction that was necessary, or None."""
 
 
 def mass_properties(inertial: Inertial, scale: float = 1.0) -> MassProperties:
-    """Principal moments of an `<inertial>`, changed only where no rigid body could have them.
+    """Return the principal moments of an `<inertial>`, corrected only where no rigid body can have them.
 
     A diagonal tensor keeps the file's own axes. Moments that are not positive are raised to a
     millionth of the largest; where the largest exceeds the sum of the others (the triangle inequality)
@@ -74,7 +82,7 @@ def mass_properties(inertial: Inertial, scale: float = 1.0) -> MassProperties:
 
 
 def _plain(inertial: Inertial, scale: float) -> MassProperties | None:
-    """The usual case in short: a diagonal tensor that a rigid body can have. None for any other."""
+    """Handle the usual case fast: a diagonal tensor that a rigid body can have. None for any other."""
     xx, xy, xz, yy, yz, zz = inertial.inertia
     if xy or xz or yz or not inertial.mass > 0:
         return None
@@ -91,7 +99,7 @@ def _plain(inertial: Inertial, scale: float) -> MassProperties | None:
 
 
 def possible_moments(principal: Array) -> tuple[Array, str | None]:
-    """Nearest principal moments a rigid body can have, and what was wrong with the given ones."""
+    """Return the nearest (3,) principal moments (kg m²) of a rigid body, and the error of the given ones."""
     moments = np.array(principal, dtype=float)
     problem = None
     floor = max(moments.max() * 1e-6, MIN_INERTIA)
@@ -114,3 +122,86 @@ def possible_moments(principal: Array) -> tuple[Array, str | None]:
 
 def _listed(values: Array) -> str:
     return "(" + ", ".join(f"{value:.3g}" for value in values) + ")"
+
+
+def link_masses(
+    description: RobotDescription, scale: float = 1.0, *, keep_massless: bool = False
+) -> dict[str, MassProperties | None]:
+    """Return the mass properties of all links by name; None for a link without mass.
+
+    Args:
+        description: the robot.
+        scale: uniform length scale; mass grows with its cube.
+        keep_massless: return mass properties of mass 0, with their notes, for an inertial without mass.
+    """
+    found: dict[str, MassProperties | None] = {}
+    for link in description.links:
+        mass = None if link.inertial is None else mass_properties(link.inertial, scale)
+        found[link.name] = mass if mass is not None and (keep_massless or mass.mass > 0) else None
+    return found
+
+
+def part_masses(
+    description: RobotDescription, masses: Mapping[str, MassProperties | None]
+) -> dict[str, float]:
+    """Return the mass (kg) of every part by the name of its first link.
+
+    A part is the root or a link on a moving joint, together with all links fixed to it.
+    """
+    part_of = {description.root.name: description.root.name}
+    for joint in description.depth_first_joints:
+        part_of[joint.child] = joint.child if joint.is_moving else part_of[joint.parent]
+    total = dict.fromkeys(part_of.values(), 0.0)
+    for name, part in part_of.items():
+        found = masses[name]
+        total[part] += 0.0 if found is None else found.mass
+    return total
+
+
+def massless_parts(
+    description: RobotDescription, masses: Mapping[str, MassProperties | None], *, fixed_base: bool
+) -> tuple[str, ...]:
+    """Return the first links of all moving parts without mass, which no rigid-body engine can simulate.
+
+    Args:
+        description: the robot.
+        masses: from `link_masses`.
+        fixed_base: whether the root is fixed and needs no mass.
+    """
+    parts = part_masses(description, masses)
+    negligible = 1e-12 * (sum(parts.values()) or 1.0)
+    root = description.root.name
+    return tuple(
+        name for name, mass in parts.items() if mass < negligible and not (fixed_base and name == root)
+    )
+
+
+def trace_mass(
+    description: RobotDescription, masses: Mapping[str, MassProperties | None], scale: float = 1.0
+) -> MassProperties:
+    """Return the mass properties to give a massless moving part: a millionth of the robot's mass.
+
+    This is light enough to change nothing, and heavy enough where joint axes coincide.
+
+    Args:
+        description: the robot.
+        masses: from `link_masses`, with the same scale.
+        scale: uniform length scale.
+    """
+    mass = (sum(part_masses(description, masses).values()) or 1.0) * MASSLESS_FRACTION
+    moment = max(mass * (_reach(description) * scale) ** 2, MIN_INERTIA)
+    return MassProperties(
+        mass=mass,
+        position=np.zeros(3),
+        quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
+        principal=np.full(3, moment),
+        note=TRACE_NOTE,
+    )
+
+
+def _reach(description: RobotDescription) -> float:
+    """Longest path from the root to a joint (m), at least 1 cm."""
+    distance = {description.root.name: 0.0}
+    for joint in description.depth_first_joints:
+        distance[joint.child] = distance[joint.parent] + float(np.linalg.norm(joint.origin.position))
+    return max(0.01, *distance.values())

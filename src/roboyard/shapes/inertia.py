@@ -26,7 +26,7 @@ Solid = Literal["primitive", "closed mesh", "convex hull", "bounding box"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MassProperties:
+class SolidInertia:
     """Of one rigid solid, in the frame it was given in."""
 
     mass: float
@@ -38,15 +38,15 @@ class MassProperties:
     solid: Solid = "primitive"
     """What stood for the shape."""
 
-    def scaled_to(self, mass: float) -> MassProperties:
+    def scaled_to(self, mass: float) -> SolidInertia:
         """The same solid at the density that gives `mass`."""
         factor = mass / self.mass
-        return MassProperties(mass=mass, center=self.center, inertia=self.inertia * factor, solid=self.solid)
+        return SolidInertia(mass=mass, center=self.center, inertia=self.inertia * factor, solid=self.solid)
 
-    def moved(self, position: ArrayLike, rotation: ArrayLike) -> MassProperties:
+    def moved(self, position: ArrayLike, rotation: ArrayLike) -> SolidInertia:
         """The same solid seen from the frame in which its own frame has this pose ((3,) and (3, 3))."""
         turn = np.asarray(rotation, dtype=float)
-        return MassProperties(
+        return SolidInertia(
             mass=self.mass,
             center=turn @ self.center + np.asarray(position, dtype=float),
             inertia=turn @ self.inertia @ turn.T,
@@ -54,27 +54,27 @@ class MassProperties:
         )
 
 
-def box(size: ArrayLike, density: float = DEFAULT_DENSITY) -> MassProperties:
+def box(size: ArrayLike, density: float = DEFAULT_DENSITY) -> SolidInertia:
     """A box of full extents `size` (3,), centred."""
     x, y, z = np.asarray(size, dtype=float)
     mass = density * x * y * z
     return _diagonal(mass, mass / 12.0 * np.array([y * y + z * z, x * x + z * z, x * x + y * y]))
 
 
-def sphere(radius: float, density: float = DEFAULT_DENSITY) -> MassProperties:
+def sphere(radius: float, density: float = DEFAULT_DENSITY) -> SolidInertia:
     """A ball, centred."""
     mass = density * 4.0 / 3.0 * math.pi * radius**3
     return _diagonal(mass, np.full(3, 0.4 * mass * radius**2))
 
 
-def cylinder(radius: float, length: float, density: float = DEFAULT_DENSITY) -> MassProperties:
+def cylinder(radius: float, length: float, density: float = DEFAULT_DENSITY) -> SolidInertia:
     """A cylinder along z, centred."""
     mass = density * math.pi * radius**2 * length
     across = mass * (3.0 * radius**2 + length**2) / 12.0
     return _diagonal(mass, np.array([across, across, 0.5 * mass * radius**2]))
 
 
-def capsule(radius: float, length: float, density: float = DEFAULT_DENSITY) -> MassProperties:
+def capsule(radius: float, length: float, density: float = DEFAULT_DENSITY) -> SolidInertia:
     """A cylinder of `length` along z with a half ball at each end, centred."""
     tube = cylinder(radius, length, density)
     ball = sphere(radius, density)
@@ -86,7 +86,7 @@ def capsule(radius: float, length: float, density: float = DEFAULT_DENSITY) -> M
     return _diagonal(tube.mass + ball.mass, np.array([across, across, along]))
 
 
-def mesh(vertices: ArrayLike, faces: ArrayLike, density: float = DEFAULT_DENSITY) -> MassProperties:
+def mesh(vertices: ArrayLike, faces: ArrayLike, density: float = DEFAULT_DENSITY) -> SolidInertia:
     """The solid that a triangle mesh bounds.
 
     Closed and consistently wound (either way round): the solid itself. Otherwise its convex hull, and the
@@ -110,7 +110,7 @@ def mesh(vertices: ArrayLike, faces: ArrayLike, density: float = DEFAULT_DENSITY
     return hull_of(points, density)
 
 
-def inside_of(vertices: Array, faces: NDArray, density: float = DEFAULT_DENSITY) -> MassProperties | None:
+def inside_of(vertices: Array, faces: NDArray, density: float = DEFAULT_DENSITY) -> SolidInertia | None:
     """What a closed surface bounds; None where that is next to nothing (under 0.1 % of its bounding box)."""
     volume, center, second = volume_integrals(vertices, faces)
     if volume > 1e-3 * _box_volume(vertices) and _is_positive(second, volume):
@@ -118,7 +118,7 @@ def inside_of(vertices: Array, faces: NDArray, density: float = DEFAULT_DENSITY)
     return None
 
 
-def hull_of(points: ArrayLike, density: float = DEFAULT_DENSITY) -> MassProperties:
+def hull_of(points: ArrayLike, density: float = DEFAULT_DENSITY) -> SolidInertia:
     """The convex hull of (n, 3) points, or their bounding box where they lie in a plane or on a line."""
     cloud = np.asarray(points, dtype=float)
     return hull_or_box(convex_hull(cloud), cloud, density)
@@ -126,7 +126,7 @@ def hull_of(points: ArrayLike, density: float = DEFAULT_DENSITY) -> MassProperti
 
 def hull_or_box(
     hull: tuple[Array, NDArray] | None, cloud: Array, density: float = DEFAULT_DENSITY
-) -> MassProperties:
+) -> SolidInertia:
     """The solid of a `convex_hull`, or where there is none the bounding box of its points."""
     if hull is not None:
         volume, center, second = volume_integrals(*hull)
@@ -134,12 +134,12 @@ def hull_or_box(
             return _from_integrals(volume, center, second, density, "convex hull")
     lower, upper = cloud.min(axis=0), cloud.max(axis=0)
     solid = box(np.maximum(upper - lower, THIN), density)
-    return MassProperties(
+    return SolidInertia(
         mass=solid.mass, center=(lower + upper) / 2.0, inertia=solid.inertia, solid="bounding box"
     )
 
 
-def combined(parts: Sequence[MassProperties]) -> MassProperties:
+def combined(parts: Sequence[SolidInertia]) -> SolidInertia:
     """Several solids in one frame as one (overlaps count twice); `solid` is that of the heaviest.
 
     Raises:
@@ -154,7 +154,7 @@ def combined(parts: Sequence[MassProperties]) -> MassProperties:
         offset = part.center - center
         inertia += part.inertia + part.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
     heaviest = max(parts, key=lambda part: part.mass)
-    return MassProperties(mass=mass, center=center, inertia=inertia, solid=heaviest.solid)
+    return SolidInertia(mass=mass, center=center, inertia=inertia, solid=heaviest.solid)
 
 
 def principal_moments(inertia: ArrayLike) -> Array:
@@ -251,15 +251,15 @@ def volume_integrals(vertices: Array, faces: NDArray) -> tuple[float, Array, Arr
     return abs(volume), origin + center, second * math.copysign(1.0, volume)
 
 
-def _diagonal(mass: float, moments: Array) -> MassProperties:
-    return MassProperties(mass=float(mass), center=np.zeros(3), inertia=np.diag(moments))
+def _diagonal(mass: float, moments: Array) -> SolidInertia:
+    return SolidInertia(mass=float(mass), center=np.zeros(3), inertia=np.diag(moments))
 
 
 def _from_integrals(
     volume: float, center: Array, second: Array, density: float, solid: Solid
-) -> MassProperties:
+) -> SolidInertia:
     inertia = density * (np.trace(second) * np.eye(3) - second)
-    return MassProperties(
+    return SolidInertia(
         mass=density * volume, center=center, inertia=(inertia + inertia.T) / 2.0, solid=solid
     )
 

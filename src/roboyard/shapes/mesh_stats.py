@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from roboyard.errors import MeshError
 from roboyard.shapes.cache import cache_folder
 from roboyard.shapes.inertia import (
-    MassProperties,
+    SolidInertia,
     convex_hull,
     hull_or_box,
     inside_of,
@@ -79,13 +79,13 @@ class MeshStats:
         return self.hull_volume <= 0.0
 
     @cached_property
-    def mass_properties(self) -> MassProperties:
+    def mass_properties(self) -> SolidInertia:
         """At density 1, in the file's units."""
         solid = self.solid
         assert solid in ("closed mesh", "convex hull", "bounding box")
-        return MassProperties(mass=self.mass, center=self.center, inertia=self.inertia, solid=solid)
+        return SolidInertia(mass=self.mass, center=self.center, inertia=self.inertia, solid=solid)
 
-    def scaled_properties(self, scale: tuple[float, ...]) -> MassProperties:
+    def scaled_properties(self, scale: tuple[float, ...]) -> SolidInertia:
         """At density 1, with the mesh scaled along its axes."""
         factors = np.abs(np.asarray(scale, dtype=float))
         own = self.mass_properties
@@ -95,7 +95,7 @@ class MeshStats:
         second = second * np.outer(signed, signed) * float(np.prod(factors))
         inertia = np.trace(second) * np.eye(3) - second
         mass = own.mass * float(np.prod(factors))
-        return MassProperties(mass=mass, center=own.center * signed, inertia=inertia, solid=own.solid)
+        return SolidInertia(mass=mass, center=own.center * signed, inertia=inertia, solid=own.solid)
 
 
 def mesh_stats(path: Path) -> MeshStats:

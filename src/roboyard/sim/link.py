@@ -8,9 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.description.mass_properties import mass_properties
+from roboyard.description.mass_properties import TRACE_NOTE, mass_properties
 from roboyard.description.model import Inertial
-from roboyard.sim.build.masses import TRACE_NOTE, write_mass
+from roboyard.sim.build.masses import write_mass
 from roboyard.sim.build.records import BuiltLink
 from roboyard.sim.engine import Engine
 from roboyard.transforms import Array, from_wxyz

@@ -148,7 +148,7 @@ def heightfield(
 # ---------------------------------------------------------------------------------------------------- common
 
 
-def _solid(uniform: inertia.MassProperties, mass: float, name: str) -> Inertial | None:
+def _solid(uniform: inertia.SolidInertia, mass: float, name: str) -> Inertial | None:
     """The inertial element of a solid of uniform density with this mass (kg); None for mass 0."""
     if not (np.isfinite(mass) and mass >= 0):
         raise RoboyardError(f"{name}: mass must be at least 0, got {mass}")

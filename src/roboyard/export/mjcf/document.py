@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.description.mass_properties import MassProperties
+from roboyard.description.mass_properties import (
+    MassProperties,
+    link_masses,
+    massless_parts,
+    trace_mass,
+)
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.export.export_result import ExportResult
-from roboyard.export.masses import link_masses, massless_parts, trace_mass
 from roboyard.export.mjcf.assets import Assets
 from roboyard.export.mjcf.geoms import add_collisions, add_visuals
 from roboyard.export.mjcf.joints import add_actuators, add_joint
@@ -96,8 +100,8 @@ def _add_bodies(
     """The tree; returns the MuJoCo joints of every joint."""
     description = robot.description
     masses = link_masses(description)
-    weightless = set(massless_parts(description, fixed_base=not floating))
-    trace = trace_mass(description)
+    weightless = set(massless_parts(description, masses, fixed_base=not floating))
+    trace = trace_mass(description, masses)
     top = add(add(root, "worldbody"), "body", name=names[description.root.name])
     if floating:
         add(top, "freejoint", name=f"{description.root.name}_free")

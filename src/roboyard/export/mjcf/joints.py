@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard.description.mass_properties import link_masses, trace_mass
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.export.geometry import zero_poses
-from roboyard.export.masses import link_masses, trace_mass
 from roboyard.export.mjcf.xml import add
 from roboyard.kinematics.joint_models import plane_axes
 from roboyard.transforms import matrix_from_quaternion
@@ -110,7 +110,8 @@ def moved_inertia(description: RobotDescription) -> Mapping[str, float]:
     Returns:
         Joint name to the moment about its axis (kg m²), or to the mass (kg) for prismatic joints.
     """
-    poses, masses, trace = zero_poses(description), link_masses(description), trace_mass(description)
+    poses, masses = zero_poses(description), link_masses(description)
+    trace = trace_mass(description, masses)
     mass: dict[str, float] = {}
     first: dict[str, np.ndarray] = {}
     second: dict[str, np.ndarray] = {}

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from roboyard.description.mass_properties import MassProperties
+from roboyard.description.mass_properties import MassProperties, link_masses, trace_mass
 from roboyard.description.model import Collision, Link, Visual
 from roboyard.export.geometry import stem, zero_poses
-from roboyard.export.masses import link_masses, trace_mass
 from roboyard.export.usd.geometry import MeshPrototypes, Placed, add_shape, shape_names
 from roboyard.export.usd.library import Sdf, UsdGeom, UsdPhysics
 from roboyard.export.usd.materials import MaterialWriter, add_surface
@@ -31,7 +30,8 @@ def add_links(
 ) -> None:
     """Define every link, in depth-first order."""
     description = robot.description
-    masses, trace, poses = link_masses(description), trace_mass(description), zero_poses(description)
+    masses, poses = link_masses(description), zero_poses(description)
+    trace = trace_mass(description, masses)
     names = [description.root.name, *(joint.child for joint in description.depth_first_joints)]
     for name in names:
         link = description.link_by_name[name]

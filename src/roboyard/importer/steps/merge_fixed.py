@@ -17,7 +17,7 @@ from roboyard.description.robot_model import RobotModel
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.shape_geometry import placed, pose_of
-from roboyard.shapes.inertia import MassProperties, combined
+from roboyard.shapes.inertia import SolidInertia, combined
 from roboyard.transforms import Array
 
 
@@ -108,7 +108,7 @@ def combined_inertial(parts: list[tuple[Inertial, Array]]) -> Inertial:
     bodies = []
     for inertial, pose in parts:
         frame = pose @ inertial.origin.matrix()
-        own = MassProperties(mass=inertial.mass, center=np.zeros(3), inertia=inertial.matrix())
+        own = SolidInertia(mass=inertial.mass, center=np.zeros(3), inertia=inertial.matrix())
         bodies.append(own.moved(frame[:3, 3], frame[:3, :3]))
     if not sum(body.mass for body in bodies) > 0:
         return replace(parts[0][0], origin=pose_of(parts[0][1] @ parts[0][0].origin.matrix()))

@@ -27,7 +27,7 @@ from roboyard.description.model import RobotDescription, Source
 from roboyard.errors import MeshError
 from roboyard.sim.build.geoms import add_collision, add_visual
 from roboyard.sim.build.joints import add_joint, add_mimics
-from roboyard.sim.build.masses import link_masses, write_mass
+from roboyard.sim.build.masses import simulated_masses, write_mass
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.transforms import Array, to_wxyz
 
@@ -100,7 +100,7 @@ def _build_into(
     options: BuildOptions,
 ) -> None:
     root = description.root
-    masses = link_masses(description, fixed_base=options.fixed_base, scale=options.scale)
+    masses = simulated_masses(description, fixed_base=options.fixed_base, scale=options.scale)
     body = spec.worldbody.add_body(name=f"{prefix}{root.name}", pos=position, quat=to_wxyz(quaternion))
     record = BuiltLink(name=root.name, parent=-1, element=body, link=root, mass=masses[root.name])
     built.links.append(record)
