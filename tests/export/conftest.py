@@ -29,12 +29,12 @@ from roboyard.description import (
 )
 from roboyard.description.robot_model import (
     CollisionSphere,
-    EndEffector,
     Metadata,
     PlanningData,
     RobotModel,
     Sensor,
 )
+from roboyard.description.semantic import REST, EndEffector, SemanticDescription
 from roboyard.shapes import primitives
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.transforms import quaternion_from_rpy
@@ -176,27 +176,32 @@ def robot() -> RobotModel:
                 CollisionSphere(center=(0.2, 0.0, 0.0), radius=0.0612345678),
             ),
         },
+        ignore={"base": ("arm.1",), "finger_a": ("finger_b",)},
+        self_collision_buffer={"base": 0.02},
+        lock_joints={"grip": 0.04, "grip_follower": 0.07},
+    )
+    semantic = SemanticDescription(
+        base_link="base",
         end_effectors=(
             EndEffector(
                 link="tool", gripper_links=("finger_a", "finger_b"), gripper_joints=("grip", "grip_follower")
             ),
         ),
-        ignore={"base": ("arm.1",), "finger_a": ("finger_b",)},
-        self_collision_buffer={"base": 0.02},
-        lock_joints={"grip": 0.04, "grip_follower": 0.07},
-        retract={"0": 0.25, "1": -0.1, "slide": 0.1, "spin": 0.0, "grip": 0.02, "grip_follower": 0.04},
+        disabled_collision_pairs=(("base", "puck"), ("finger_a", "finger_b")),
+        postures={
+            REST: {"0": 0.25, "1": -0.1, "slide": 0.1, "spin": 0.0, "grip": 0.02, "grip_follower": 0.04}
+        },
     )
     return RobotModel(
         name="everything",
         description=everything(),
-        base_link="base",
+        semantic=semantic,
         sensors=(
             Sensor(kind="visual_sphere", link="tool"),
             Sensor(kind="camera", link="tool", offset=turned((0.05, 0, -0.05), 0.1, 0.2, 0.3)),
             Sensor(kind="lidar", link="base", offset=turned((0, 0, 0.2), 0, 0, 0)),
         ),
         drives={"0": "position", "1": "effort", "slide": "position", "spin": "velocity", "grip": "position"},
-        filtered_pairs=(("base", "puck"), ("finger_a", "finger_b")),
         metadata=Metadata(bbox_size=(1.0, 2.0, 3.0), base_link_offset=(0.0, 0.1, 0.2)),
         planning=planning,
     )
@@ -212,7 +217,7 @@ def bundled() -> Callable[[str], RobotModel]:
         return RobotModel(
             name=name,
             description=description,
-            base_link=description.root.name,
+            semantic=SemanticDescription(base_link=description.root.name),
             drives=drives,  # type: ignore[arg-type]
         )
 

@@ -10,8 +10,10 @@ import pytest
 import yaml
 
 from roboyard.description import Joint, Link, RobotDescription
-from roboyard.description.robot_model import EndEffector, PlanningData, RobotModel
+from roboyard.description.robot_model import PlanningData, RobotModel
+from roboyard.description.semantic import REST, EndEffector, SemanticDescription
 from roboyard.export import definition
+from roboyard.morphology.analyze import complete_semantics
 
 
 def arm(side: str, count: int) -> tuple[list[str], list[Joint]]:
@@ -35,24 +37,30 @@ def robot() -> RobotModel:
         EndEffector(link=f"{s}_eef_link", gripper_links=(f"{s}_finger",), gripper_joints=(f"{s}_grip",))
         for s in ("right", "left")
     )
-    return RobotModel(
+    description = RobotDescription(
         name="dual",
-        description=RobotDescription(
-            name="dual",
-            links=tuple(Link(name=name) for name in links),
-            joints=(lift, *left[1], *right[1], wheel),
-        ),
+        links=tuple(Link(name=name) for name in links),
+        joints=(lift, *left[1], *right[1], wheel),
+    )
+    stated = SemanticDescription(
         base_link="base",
         wheel_links=("wheel",),
-        filtered_pairs=(("torso", "left_link2"),),
-        planning=PlanningData(
-            spheres={},
-            end_effectors=effectors,
-            ignore={},
-            retract={"lift": 0.3, "left_joint1": 0.1, "right_joint1": 0.2},
-            lock_joints={"left_grip": 0.05, "right_grip": 0.05},
-        ),
+        end_effectors=effectors,
+        disabled_collision_pairs=(("torso", "left_link2"),),
+        postures={REST: {"lift": 0.3, "left_joint1": 0.1, "right_joint1": 0.2}},
     )
+    return RobotModel(
+        name="dual",
+        description=description,
+        semantic=complete_semantics(description, stated),
+        planning=PlanningData(spheres={}, ignore={}, lock_joints={"left_grip": 0.05, "right_grip": 0.05}),
+    )
+
+
+def with_semantics(robot: RobotModel, **stated: Any) -> RobotModel:
+    """The robot with other stated semantics, and everything else inferred from these."""
+    known = SemanticDescription(base_link="base", **stated)
+    return replace(robot, semantic=complete_semantics(robot.description, known))
 
 
 def load(robot: RobotModel, folder: Path) -> dict[str, Any]:
@@ -100,26 +108,21 @@ def test_base(robot: RobotModel, tmp_path: Path) -> None:
 
 
 def test_holonomic_base(robot: RobotModel, tmp_path: Path) -> None:
-    glides = replace(robot, holonomic=True, approximations={"wheel": "boundingSphere"})
-    data = load(glides, tmp_path)
+    virtual = tuple(f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz"))
+    semantic = replace(robot.semantic, base="holonomic", base_joints=virtual)
+    data = load(replace(robot, semantic=semantic, approximations={"wheel": "boundingSphere"}), tmp_path)
     assert data["holonomic_base"] == {"force_sphere_wheel_approximation": True}
-    assert data["locomotion"]["base_joint_names"] == [
-        f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz")
-    ]
+    assert data["locomotion"]["base_joint_names"] == list(virtual)
     assert data["default_controllers"]["base"] == "HolonomicBaseJointController"
 
 
 def test_a_short_chain_without_gripper_is_no_arm(robot: RobotModel, tmp_path: Path) -> None:
-    assert robot.planning is not None
-    leg = replace(robot.planning, end_effectors=(EndEffector(link="left_eef_link"),))
-    data = load(replace(robot, planning=leg, wheel_links=()), tmp_path)
+    data = load(with_semantics(robot, end_effectors=(EndEffector(link="left_eef_link"),)), tmp_path)
     assert data["raw_controller_order"] == []
     assert "manipulation" not in data
 
 
 def test_one_arm_has_the_default_name(robot: RobotModel, tmp_path: Path) -> None:
-    assert robot.planning is not None
-    one = replace(robot.planning, end_effectors=robot.planning.end_effectors[:1])
-    data = load(replace(robot, planning=one), tmp_path)
+    data = load(with_semantics(robot, end_effectors=robot.semantic.end_effectors[:1]), tmp_path)
     assert data["manipulation"]["arm_names"] == ["0"]
     assert data["manipulation"]["arm_joint_names"] == {"0": ["lift", "right_joint1", "right_joint2"]}

@@ -229,11 +229,12 @@ def test_floating_falls_and_fixed_stays(robot: RobotModel, tmp_path: Path) -> No
 
 
 def test_robots_on_wheels_float_unless_virtual_joints_carry_them(robot: RobotModel, tmp_path: Path) -> None:
-    wheeled = replace(robot, wheel_links=("puck",))
+    wheeled = replace(robot, semantic=replace(robot.semantic, wheel_links=("puck",)))
+    holonomic = replace(wheeled, semantic=replace(wheeled.semantic, base="holonomic"))
     for case, (given, floats) in {
         "bare": (robot, False),
         "wheels": (wheeled, True),
-        "glides": (replace(wheeled, holonomic=True), False),
+        "holonomic": (holonomic, False),
     }.items():
         model = load(given, tmp_path / case)
         assert (model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).any() == floats
@@ -243,7 +244,8 @@ def test_a_link_called_world_gets_another_name(robot: RobotModel, tmp_path: Path
     links = tuple(replace(li, name="world") if li.name == "base" else li for li in robot.description.links)
     joints = tuple(replace(j, parent="world") if j.parent == "base" else j for j in robot.description.joints)
     description = replace(robot.description, links=links, joints=joints)
-    model = load(replace(robot, description=description, sensors=(), filtered_pairs=()), tmp_path)
+    semantic = replace(robot.semantic, disabled_collision_pairs=())
+    model = load(replace(robot, description=description, sensors=(), semantic=semantic), tmp_path)
     assert model.body("world_link").mass[0] == 10.0
 
 

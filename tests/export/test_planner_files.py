@@ -10,7 +10,8 @@ import pytest
 import yaml
 
 from roboyard.description import Joint, Link, RobotDescription
-from roboyard.description.robot_model import EndEffector, PlanningData, RobotModel
+from roboyard.description.robot_model import PlanningData, RobotModel
+from roboyard.description.semantic import REST, EndEffector, SemanticDescription
 from roboyard.export import curobo, xrdf
 
 ORDER = ["0", "1", "slide", "spin", "grip", "grip_follower"]
@@ -64,15 +65,19 @@ def dual() -> RobotModel:
     base = {f"base_footprint_{axis}_joint": 0.0 for axis in ("z", "rx", "ry")}
     planning = PlanningData(
         spheres={},
-        end_effectors=effectors,
         ignore={},
         lock_joints={**base, "left_grip": 0.05, "right_grip": 0.05},
-        retract={"left_1": 0.1, "left_2": 0.2, "right_1": 0.3, "right_2": 0.4, "torso_joint": 0.5},
-        torso_joints=("torso_joint",),
     )
-    return RobotModel(
-        name="dual", description=dual_arm(), base_link="base", holonomic=True, planning=planning
+    rest = {"left_1": 0.1, "left_2": 0.2, "right_1": 0.3, "right_2": 0.4, "torso_joint": 0.5}
+    semantic = SemanticDescription(
+        base_link="base",
+        base="holonomic",
+        base_joints=tuple(f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz")),
+        end_effectors=effectors,
+        trunk_joints=("torso_joint",),
+        postures={REST: rest},
     )
+    return RobotModel(name="dual", description=dual_arm(), semantic=semantic, planning=planning)
 
 
 def test_every_vector_has_the_order_of_the_names(flat: dict[str, Any]) -> None:

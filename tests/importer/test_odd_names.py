@@ -87,7 +87,7 @@ def test_kept_names_and_filtered_overlaps_are_nothing_to_look_at(tmp_path):
     )
     (tmp_path / "stack.urdf").write_text(f'<robot name="stack">{links}{joints}</robot>')
     made = import_robot(tmp_path / "stack.urdf", name="stack", out=tmp_path / "data")
-    assert ("0", "2") in made.robot.filtered_pairs
+    assert ("0", "2") in made.robot.semantic.disabled_collision_pairs
     told = " ".join(warning.message for warning in made.warnings)
     assert "[collision-overlap]" not in told
     assert "[joint-name-odd]" not in told and "[link-name-odd]" not in told

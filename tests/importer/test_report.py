@@ -22,6 +22,7 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.description.robot_model import CollisionSphere, PlanningData, RobotModel
+from roboyard.description.semantic import SemanticDescription
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import ImportLog
@@ -80,13 +81,12 @@ def robot_of(names, *, name="pair"):
     )
     planning = PlanningData(
         spheres={n: (CollisionSphere(center=(0.0, 0.0, 0.05), radius=0.04),) for n in names},
-        end_effectors=(),
         ignore={},
     )
     return RobotModel(
         name=name,
         description=RobotDescription(name=name, links=links, joints=joints),
-        base_link=names[0],
+        semantic=SemanticDescription(base_link=names[0]),
         planning=planning,
     )
 
@@ -209,7 +209,9 @@ def test_no_more_links_are_pictured_than_said():
 
 def test_a_robot_without_shapes_has_a_page_without_pictures():
     bare = RobotModel(
-        name="bare", description=RobotDescription(name="bare", links=(Link(name="base"),)), base_link="base"
+        name="bare",
+        description=RobotDescription(name="bare", links=(Link(name="base"),)),
+        semantic=SemanticDescription(base_link="base"),
     )
     page = Page(import_page(bare, {}, ()))
     assert not page.open and not page.images

@@ -11,6 +11,7 @@ from roboyard import import_robot
 from roboyard.description import load_description
 from roboyard.description.robot_model import RobotModel
 from roboyard.export import definition
+from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.wheels import find_wheel_pair, find_wheels
 
 WHEEL = '<cylinder radius="0.1" length="0.04"/>'
@@ -102,12 +103,9 @@ def test_the_import_of_a_cart_drives_on_its_wheels(tmp_path: Path) -> None:
 
 
 def test_wheels_without_an_axle_are_driven_one_by_one(tmp_path: Path) -> None:
-    robot = RobotModel(
-        name="cart",
-        description=load_description(cart(axis="0 -1 0")),
-        base_link="base",
-        wheel_links=("left", "right"),
-    )
+    description = load_description(cart(axis="0 -1 0"))
+    robot = RobotModel(name="cart", description=description, semantic=infer_semantics(description))
+    assert robot.semantic.wheel_links == ("left", "right")
     definition.write(robot, tmp_path / "cart.yaml")
     data = yaml.safe_load((tmp_path / "cart.yaml").read_text())
     assert data["default_controllers"] == {"base": "JointController"}

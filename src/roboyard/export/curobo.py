@@ -39,8 +39,6 @@ from roboyard.export.planner import ATTACHED_SPHERES, MAX_ACCELERATION, MAX_JERK
 if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel
 
-BASE_MOTION = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
-"""What moves a holonomic base."""
 _ORDER_NOTE = "Every joint vector is in the order of the joint names of cspace."
 
 
@@ -89,19 +87,19 @@ def _notes(robot: RobotModel) -> tuple[str, ...]:
 def _variants(planner: Planner) -> dict[str, dict[str, Any]]:
     """Configurations by name; every one has all keys."""
     default = _flat(planner)
-    if not planner.robot.holonomic:
+    if planner.robot.semantic.base != "holonomic":
         return {"default": default}
     rest = {joint.name: planner.rest(joint) for joint in planner.joints}
     body = {name: value for name, value in rest.items() if "base_footprint" not in name}
-    glide = {name: rest[name] for name in BASE_MOTION if name in rest}
-    torso = {name: rest[name] for name in planner.data.torso_joints if name in rest}
+    glide = {name: rest[name] for name in planner.robot.semantic.base_joints if name in rest}
+    torso = {name: rest[name] for name in planner.robot.semantic.trunk_joints if name in rest}
     locked = default["lock_joints"]
     arm = {**default, "lock_joints": {**glide, **locked}}
     return {
         "default": default,
         "base": {
             **default,
-            "ee_link": planner.robot.base_link,
+            "ee_link": planner.robot.semantic.base_link,
             "link_names": [],
             "lock_joints": {**body, **locked},
         },
@@ -170,7 +168,7 @@ def _axis_letters(planner: Planner) -> dict[str, str]:
 def _current(planner: Planner, urdf: Path) -> dict[str, Any]:
     spheres = planner.spheres()
     own = [joint for joint in planner.joints if joint.mimic is None]
-    grippers = [link for effector in planner.data.end_effectors for link in effector.gripper_links]
+    grippers = [link for effector in planner.robot.semantic.end_effectors for link in effector.gripper_links]
     held = list(planner.attached())
     return {
         "format_version": 2.0,

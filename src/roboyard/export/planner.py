@@ -42,7 +42,7 @@ class Planner:
     @property
     def end_links(self) -> tuple[str, ...]:
         """End-effector links in the order they were given; the root where there are none."""
-        return tuple(effector.link for effector in self.data.end_effectors) or (self.base_link,)
+        return tuple(effector.link for effector in self.robot.semantic.end_effectors) or (self.base_link,)
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -56,7 +56,7 @@ class Planner:
 
     def rest(self, joint: Joint) -> float:
         """Rest position; zero, or the limit nearest to it, where none is given."""
-        value = self.data.retract.get(joint.name)
+        value = self.robot.semantic.rest.get(joint.name)
         if value is not None:
             return float(value)
         limits = joint.position_limits()
@@ -73,13 +73,13 @@ class Planner:
 
     def attached(self) -> dict[str, str]:
         """Link that stands for an object in the hand, to the end effector it hangs from."""
-        return {f"attached_object_{e.link}": e.link for e in self.data.end_effectors}
+        return {f"attached_object_{e.link}": e.link for e in self.robot.semantic.end_effectors}
 
     def ignore(self, *, attached: bool) -> dict[str, list[str]]:
         """Links whose collision is not checked; with `attached`, grippers may touch what they hold."""
         pairs = {link: list(others) for link, others in self.data.ignore.items()}
         if attached:
-            for effector in self.data.end_effectors:
+            for effector in self.robot.semantic.end_effectors:
                 for link in effector.gripper_links:
                     pairs.setdefault(link, []).append(f"attached_object_{effector.link}")
         return pairs

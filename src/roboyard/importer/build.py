@@ -23,6 +23,7 @@ from roboyard.importer.steps.metadata import metadata
 from roboyard.importer.steps.planning import planning
 from roboyard.importer.steps.positive_scale import positive_scale
 from roboyard.importer.steps.repair_and_copy import repair_and_copy_files
+from roboyard.importer.steps.semantics import semantics
 from roboyard.importer.steps.sensors import sensors
 from roboyard.importer.steps.sphere_wheels import sphere_wheels
 from roboyard.importer.verify.quality import quality
@@ -41,6 +42,7 @@ STEPS: tuple[Step, ...] = (
     holonomic_base,
     drives,
     metadata,
+    semantics,
     planning,
     quality,
 )

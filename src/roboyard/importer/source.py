@@ -28,11 +28,13 @@ def source_file(source: Source | None) -> Iterator[ConfigSource | None]:
         yield source
         return
     from roboyard.description.robot_model import RobotModel
+    from roboyard.description.semantic import SemanticDescription
     from roboyard.export import urdf
 
     name = name_from_text(source.name)
     with tempfile.TemporaryDirectory(prefix="roboyard-source-") as folder:
-        robot = RobotModel(name=name, description=source, base_link=source.root.name)
+        semantic = SemanticDescription(base_link=source.root.name)
+        robot = RobotModel(name=name, description=source, semantic=semantic)
         urdf.write(robot, folder)
         yield Path(folder, f"{name}.urdf")
 

@@ -1,1 +1,1 @@
-"""What a robot is, from its geometry: wheels, grippers, arms, support, motor limits."""
+"""Kind of robot from its geometry and joints: wheels, grippers, arms, support on the floor, motor limits."""

@@ -1,8 +1,9 @@
-"""Hands of a robot that nobody described: where a chain of joints parts into fingers.
+"""Detect grippers from the joint tree: links at which a chain of joints splits into fingers.
 
-Going out from the root, the first link is a hand that has two moving branches or more, and more joints behind
-it than any of its branches has in front. A trunk with arms has fewer behind it than in front, a hand on its
-own none. What hangs from the deepest chains counts: eyes on a short neck are no hand.
+Going out from the root, the first link is a gripper's base that has at least two moving branches, and more
+driven joints between the root and itself than any of its branches has. A trunk with arms has fewer before
+than after it; a gripper without an arm has none before it. Only the deepest chains count, so that eyes on a
+short neck are no gripper.
 """
 
 from __future__ import annotations
@@ -10,72 +11,74 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from roboyard.description.model import Joint, RobotDescription
-from roboyard.description.robot_model import EndEffector
-from roboyard.kinematics.joint_models import position_size
+from roboyard.description.semantic import EndEffector
+from roboyard.kinematics.description_poses import position_size
 
-LEAST_BEHIND = 3
-"""Joints that carry a hand: with fewer it is a stand."""
-AS_DEEP = 0.75
-"""Share of the joints behind the deepest hand that the others have at least."""
+MIN_JOINTS_BEFORE = 3
+"""Smallest number of driven joints between the root and a gripper; with fewer it is a stand."""
+MIN_DEPTH = 0.75
+"""Smallest number of joints before a gripper, as a share of the deepest gripper's."""
 
 
 def find_grippers(description: RobotDescription, virtual: Collection[str] = ()) -> tuple[EndEffector, ...]:
-    """Hands in depth-first order, each with the links of its fingers; empty where there are none.
+    """Return the grippers in depth-first order, each with the links of its fingers; empty without any.
 
-    How fingers are driven is for the user to say: their joints are left to no gripper.
+    Gripper joints stay empty: which joints open a gripper is a choice of the user's.
 
     Args:
-        virtual: joints that stand for the motion of the base and carry nothing.
+        description: the robot.
+        virtual: names of the joints that represent the motion of the base; they count as not driven.
     """
-    behind, ahead, moving = _depths(description, virtual)
+    before, after, moving = _depths(description, virtual)
     found: list[str] = []
-    todo = [description.root.name]
-    while todo:
-        link = todo.pop()
+    open_links = [description.root.name]
+    while open_links:
+        link = open_links.pop()
         joints = description.child_joints.get(link, ())
         branches = sum(moving[joint.name] for joint in joints)
-        if branches > 1 and behind[link] >= LEAST_BEHIND and ahead[link] < behind[link]:
+        if branches > 1 and before[link] >= MIN_JOINTS_BEFORE and after[link] < before[link]:
             found.append(link)
             continue
-        todo += [joint.child for joint in reversed(joints)]
-    deepest = max((behind[link] for link in found), default=0)
-    return tuple(_hand(description, link) for link in found if behind[link] >= AS_DEEP * deepest)
+        open_links += [joint.child for joint in reversed(joints)]
+    deepest = max((before[link] for link in found), default=0)
+    return tuple(_gripper(description, link) for link in found if before[link] >= MIN_DEPTH * deepest)
 
 
-def _drives(joint: Joint) -> bool:
-    """Whether a joint is one that something of its own moves."""
+def _is_driven(joint: Joint) -> bool:
+    """Return whether a joint has one degree of freedom and no leader."""
     return position_size(joint) == 1 and joint.mimic is None
 
 
 def _depths(
     description: RobotDescription, virtual: Collection[str]
 ) -> tuple[Mapping[str, int], Mapping[str, int], Mapping[str, bool]]:
-    """Driven joints between the root and each link, at most from each link on, and whether a joint's branch
-    moves at all.
+    """Return three mappings: link to the number of driven joints before it, link to the largest number of
+    driven joints after it, and joint to whether it or a joint after it moves.
     """
-    behind = {description.root.name: 0}
+    before = {description.root.name: 0}
     for joint in description.depth_first_joints:
-        counts = _drives(joint) and joint.name not in virtual
-        behind[joint.child] = behind[joint.parent] + int(counts)
-    ahead = dict.fromkeys(behind, 0)
+        counts = _is_driven(joint) and joint.name not in virtual
+        before[joint.child] = before[joint.parent] + int(counts)
+    after = dict.fromkeys(before, 0)
     moving: dict[str, bool] = {}
     for joint in reversed(description.depth_first_joints):
-        ahead[joint.parent] = max(ahead[joint.parent], ahead[joint.child] + int(_drives(joint)))
+        after[joint.parent] = max(after[joint.parent], after[joint.child] + int(_is_driven(joint)))
         further = description.child_joints.get(joint.child, ())
-        moving[joint.name] = joint.is_moving or any(moving[after.name] for after in further)
-    return behind, ahead, moving
+        moving[joint.name] = joint.is_moving or any(moving[next_joint.name] for next_joint in further)
+    return before, after, moving
 
 
-def _hand(description: RobotDescription, link: str) -> EndEffector:
+def _gripper(description: RobotDescription, link: str) -> EndEffector:
+    """Return the gripper whose base is `link`, with every link that moves relative to it."""
     below: list[Joint] = []
     moved: set[str] = set()
-    todo = list(reversed(description.child_joints.get(link, ())))
-    while todo:
-        joint = todo.pop()
+    open_joints = list(reversed(description.child_joints.get(link, ())))
+    while open_joints:
+        joint = open_joints.pop()
         below.append(joint)
         if joint.is_moving or joint.parent in moved:
             moved.add(joint.child)
-        todo += reversed(description.child_joints.get(joint.child, ()))
+        open_joints += reversed(description.child_joints.get(joint.child, ()))
     return EndEffector(
         link=link,
         gripper_links=tuple(joint.child for joint in below if joint.child in moved),

@@ -1,5 +1,6 @@
-"""Wheels of a robot that nobody described: round links that turn without end about a level axle, down to the
-floor. What swivels about an upright axle is a caster, which the robot does not drive by.
+"""Detect wheels from geometry: round links that turn without limits about a level axle and reach the floor.
+
+A wheel whose axle swivels without limits about an upright axis is a caster; nothing drives it.
 """
 
 from __future__ import annotations
@@ -10,58 +11,60 @@ from dataclasses import dataclass
 import numpy as np
 
 from roboyard.description.model import Joint, RobotDescription
+from roboyard.description.semantic import WheelPair
 from roboyard.kinematics.description_poses import chain, forward_kinematics
 from roboyard.morphology.shape_geometry import robot_bounds, shape_meshes
 from roboyard.transforms import Array
 
-LEVEL = 0.1
-"""Sine of the most that an axle leans."""
-ROUND = 0.9
-"""Least reach of a wheel square to its axle, of its largest: that of an octagon."""
+MAX_TILT = 0.1
+"""Largest sine of the angle between an axle and the floor."""
+MIN_ROUNDNESS = 0.9
+"""Smallest radius of a wheel across its axle, as a share of its largest; an octagon has 0.92."""
 DIRECTIONS = 16
-ABOVE_FLOOR = 0.15
-"""Of its radius: how far a wheel may end above the robot's lowest point."""
-AHEAD = 0.995
-"""Least share of the y axis in an axle's direction: it rolls the robot along x within 6 degrees."""
-ALIKE = 0.05
-"""Of the radius: how far the two wheels of an axle may differ, and lie beside one line."""
+"""Directions around the axle in which the radius is measured."""
+MAX_HEIGHT = 0.15
+"""Largest height of a wheel's lowest point above the robot's, as a share of the wheel's radius."""
+MIN_FORWARD = 0.995
+"""Smallest y component of a driven axle's unit axis: the wheel rolls along x within 6 degrees."""
+PAIR_TOLERANCE = 0.05
+"""Largest difference of the two radii of a pair, and offset of their axles, as a share of the radius."""
+MIN_UPRIGHT = 0.9
+"""Smallest |z| component of a caster's swivel axis."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Wheel:
-    """A wheel, joints at zero, in the root link's frame; m."""
+    """A wheel, all joints at zero, in the root link's frame."""
 
     joint: Joint
     centre: Array
-    """(3,) on the axle, in the middle of the wheel."""
+    """(3,) point on the axle in the middle of the wheel (m)."""
     axis: Array
-    """(3,) unit."""
+    """(3,) unit vector along the axle."""
     radius: float
+    """m"""
     is_direct: bool
-    """No joint moves its axle."""
+    """Whether no joint moves the axle."""
+    is_caster: bool
+    """Whether the axle swivels without limits about an upright axis."""
 
     @property
     def link(self) -> str:
-        """The link that rolls."""
+        """Name of the link that rolls."""
         return self.joint.child
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class WheelPair:
-    """Two wheels to drive by: both roll the robot along +x when they turn forwards."""
-
-    left: str
-    """Joint."""
-    right: str
-    """Joint."""
-    radius: float
-    """m"""
-    length: float
-    """m between the wheels."""
-
-
 def find_wheels(description: RobotDescription) -> tuple[Wheel, ...]:
-    """Driven wheels, depth first; joints that mimic another and casters are none.
+    """Return the driven wheels, depth first; casters and joints that mimic another are excluded.
+
+    Raises:
+        MeshError: a mesh file cannot be read.
+    """
+    return tuple(wheel for wheel in find_rolling_links(description) if not wheel.is_caster)
+
+
+def find_rolling_links(description: RobotDescription) -> tuple[Wheel, ...]:
+    """Return the driven wheels and the casters, depth first.
 
     Raises:
         MeshError: a mesh file cannot be read.
@@ -79,12 +82,12 @@ def find_wheels(description: RobotDescription) -> tuple[Wheel, ...]:
 
 
 def find_wheel_pair(wheels: Sequence[Wheel]) -> WheelPair | None:
-    """The axle of a robot that drives by just two wheels, side by side and alike; else None."""
-    if len(wheels) != 2 or not all(wheel.is_direct and wheel.axis[1] > AHEAD for wheel in wheels):
+    """Return the pair of a robot that drives by exactly two equal wheels side by side; else None."""
+    if len(wheels) != 2 or not all(wheel.is_direct and wheel.axis[1] > MIN_FORWARD for wheel in wheels):
         return None
     right, left = sorted(wheels, key=lambda wheel: float(wheel.centre[1]))
     between = left.centre - right.centre
-    length, tolerance = float(between[1]), ALIKE * left.radius
+    length, tolerance = float(between[1]), PAIR_TOLERANCE * left.radius
     if abs(left.radius - right.radius) > tolerance or length < left.radius / 2:
         return None
     if np.hypot(between[0], between[2]) > tolerance:
@@ -93,34 +96,42 @@ def find_wheel_pair(wheels: Sequence[Wheel]) -> WheelPair | None:
 
 
 def _is_endless(joint: Joint) -> bool:
+    """Return whether a joint turns without limits."""
     return joint.type == "continuous" or (joint.type == "revolute" and joint.position_limits() is None)
 
 
 def _wheel(
     description: RobotDescription, joint: Joint, frames: Mapping[str, Array], floor: float
 ) -> Wheel | None:
+    """Return the wheel that a joint turns; None where its link is not round, not level or above the floor."""
     frame = frames[joint.child]
     axis = frame[:3, :3] @ np.asarray(joint.axis)
     link = description.link_by_name[joint.child]
     meshes = shape_meshes(link.collisions or link.visuals)
-    if abs(axis[2]) > LEVEL or not meshes:
+    if abs(axis[2]) > MAX_TILT or not meshes:
         return None
     points = np.concatenate([mesh.vertices for mesh in meshes]) @ frame[:3, :3].T
     up = np.array([0.0, 0.0, 1.0]) - axis[2] * axis
     up /= np.linalg.norm(up)
     angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     around = np.outer(np.cos(angle), up) + np.outer(np.sin(angle), np.cross(axis, up))
-    reach = (points @ around.T).max(axis=0)
-    radius = float(reach.max())
-    if reach.min() < ROUND * radius or frame[2, 3] - radius > floor + ABOVE_FLOOR * radius:
+    radii = (points @ around.T).max(axis=0)
+    radius = float(radii.max())
+    if radii.min() < MIN_ROUNDNESS * radius or frame[2, 3] - radius > floor + MAX_HEIGHT * radius:
         return None
-    way = [before for before in chain(description, description.root.name, joint.parent) if before.is_moving]
-    if any(_is_endless(before) and _is_upright(before, frames) for before in way):
-        return None
+    above = [joint for joint in chain(description, description.root.name, joint.parent) if joint.is_moving]
     along = points @ axis
     centre = frame[:3, 3] + axis * float(along.min() + along.max()) / 2
-    return Wheel(joint=joint, centre=centre, axis=axis, radius=radius, is_direct=not way)
+    return Wheel(
+        joint=joint,
+        centre=centre,
+        axis=axis,
+        radius=radius,
+        is_direct=not above,
+        is_caster=any(_is_endless(joint) and _is_upright(joint, frames) for joint in above),
+    )
 
 
 def _is_upright(joint: Joint, frames: Mapping[str, Array]) -> bool:
-    return abs(float((frames[joint.child][:3, :3] @ np.asarray(joint.axis))[2])) > 0.9
+    """Return whether a joint's axis points up or down."""
+    return abs(float((frames[joint.child][:3, :3] @ np.asarray(joint.axis))[2])) > MIN_UPRIGHT

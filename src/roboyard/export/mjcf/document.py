@@ -50,7 +50,7 @@ def write(robot: RobotModel, path: Path | str, *, floating: bool | None = None) 
     target.parent.mkdir(parents=True, exist_ok=True)
     description = robot.description
     if floating is None:
-        floating = bool(robot.wheel_links) and not robot.holonomic
+        floating = bool(robot.semantic.wheel_links) and robot.semantic.base != "holonomic"
     notes: list[str] = []
     root = ET.Element("mujoco", model=robot.name)
     # strippath off: files keep their folders; inertiafromgeom off: masses are the file's own
@@ -201,7 +201,7 @@ def _add_excludes(root: ET.Element, robot: RobotModel, names: Mapping[str, str])
             above = rigid.parent if rigid is not None and not rigid.is_moving else None
         if above is not None and joint.child in solid:
             pairs.setdefault(frozenset((above, joint.child)), (above, joint.child))
-    for one, other in robot.filtered_pairs:
+    for one, other in robot.semantic.disabled_collision_pairs:
         pairs.setdefault(frozenset((one, other)), (one, other))
     for one, two in pairs.values():
         add(parent, "exclude", body1=names[one], body2=names[two])
@@ -227,9 +227,9 @@ def _add_home(
     floating: bool,
 ) -> None:
     """The rest posture as a keyframe, where there is one."""
-    if robot.planning is None or not robot.planning.retract:
+    if robot.planning is None or not robot.semantic.rest:
         return
-    home = dict(robot.planning.retract) | dict(robot.planning.lock_joints)
+    home = dict(robot.semantic.rest) | dict(robot.planning.lock_joints)
     description = robot.description
     numbers: list[float] = [0, 0, 0, 1, 0, 0, 0] if floating else []
     value_of: dict[str, float] = {}

@@ -134,7 +134,7 @@ def _left_out(link: Link, kind: str, shape: Visual | Collision) -> str:
 def add_filtered_pairs(stage: Any, robot: RobotModel, paths: Paths) -> None:
     """Keep links that overlap at rest from pushing each other; joined links never collide anyway."""
     targets: dict[str, list[Any]] = {}
-    for one, other in robot.filtered_pairs:
+    for one, other in robot.semantic.disabled_collision_pairs:
         targets.setdefault(one, []).append(Sdf.Path(paths.link(other)))
     for link, others in targets.items():
         api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath(paths.link(link)))

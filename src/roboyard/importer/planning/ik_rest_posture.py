@@ -24,9 +24,7 @@ import numpy as np
 
 from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import RobotModel
-from roboyard.importer.config.checks import virtual_joints
 from roboyard.importer.config.schema import ImportConfig
-from roboyard.importer.planning.rest_posture import end_effectors, torso_joints
 from roboyard.importer.planning.self_collision import contacts_at
 from roboyard.kinematics import ChainArrays, forward_kinematics, from_description, jacobian
 from roboyard.transforms import Array
@@ -62,12 +60,11 @@ def ik_rest_posture(robot: RobotModel, config: ImportConfig, rest: Posture) -> d
     if config.curobo.default_qpos is not None:
         return out
     description = robot.description
-    effectors = end_effectors(robot, config)
-    others = {*torso_joints(robot, config, effectors), *config.curobo.lock_joints}
-    others |= set(virtual_joints()) if robot.holonomic else set()
+    semantic = robot.semantic
+    others = {*semantic.trunk_joints, *semantic.virtual_joints, *config.curobo.lock_joints}
     touches = NewContacts(description, rest)
-    for effector in effectors:
-        arm = arm_of(description, robot.base_link, effector.link, out, others)
+    for effector in semantic.end_effectors:
+        arm = arm_of(description, semantic.base_link, effector.link, out, others)
         if arm is None:
             continue
         named = config.curobo.eef_to_gripper_info or effector.gripper_joints

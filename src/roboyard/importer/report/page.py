@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from roboyard.validation import Gate, ValidationReport
 
 MAX_ROWS = 40
+BASES = {
+    "none": "fixed or legged",
+    "wheeled": "on wheels",
+    "differential": "two driven wheels",
+    "holonomic": "moves in x, y, yaw",
+}
+"""Kind of base to its words."""
 _SETTLED = {
     "collision-overlap": "the pairs are kept from pushing each other",
     "link-name-odd": "kept; USD has its own name and keeps this one beside it",
@@ -132,11 +139,11 @@ def _cards(robot: RobotModel, facts: Mapping[str, Any]) -> str:
         ("moving joints", str(moving)),
         ("mass", f"{mass:.2f} kg"),
         ("size", f"{size} m"),
-        ("base", "glides in x, y, yaw" if robot.holonomic else "as it came"),
+        ("base", BASES[robot.semantic.base]),
     ]
     if planning is not None:
         balls = sum(map(len, planning.spheres.values()))
-        cards.append(("end effectors", ", ".join(e.link for e in planning.end_effectors) or "none"))
+        cards.append(("end effectors", ", ".join(e.link for e in robot.semantic.end_effectors) or "none"))
         cards.append(("planner's spheres", str(balls)))
     if robot.sensors:
         cards.append(("sensors and markers", str(len(robot.sensors))))

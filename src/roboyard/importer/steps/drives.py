@@ -10,8 +10,6 @@ from roboyard.importer.context import ImportContext
 from roboyard.kinematics.joint_order import SINGLE_DOF_TYPES
 from roboyard.morphology.motor_limits import with_motors
 
-DRIVEN_VIRTUAL = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
-
 
 def drives(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Position drives on joints with a range, velocity drives on those that turn for ever and on the base."""
@@ -27,8 +25,8 @@ def drives(robot: RobotModel, context: ImportContext) -> RobotModel:
     for joint in robot.description.joints:
         if joint.type not in SINGLE_DOF_TYPES:
             continue
-        if robot.holonomic and joint.name.startswith("base_footprint_"):
-            found[joint.name] = "velocity" if joint.name in DRIVEN_VIRTUAL else "none"
+        if joint.name in robot.semantic.virtual_joints:
+            found[joint.name] = "velocity" if joint.name in robot.semantic.base_joints else "none"
             continue
         found[joint.name] = _kind(joint, context)
     return replace(robot, drives=found)

@@ -13,10 +13,12 @@ from dataclasses import replace
 
 from roboyard.description.model import Joint, Limit, Link, Vector3
 from roboyard.description.robot_model import RobotModel
-from roboyard.importer.config.checks import VIRTUAL_AXES
+from roboyard.importer.config.checks import VIRTUAL_AXES, virtual_joints
 from roboyard.importer.context import ImportContext
 
 DIRECTIONS: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+DRIVEN = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
+"""Virtual joints that have a drive."""
 EFFORT = 1000.0
 """N and N m: what OmniGibson allows these joints."""
 LINEAR_SPEED, ANGULAR_SPEED = 1.5, math.pi
@@ -43,7 +45,9 @@ def holonomic_base(robot: RobotModel, context: ImportContext) -> RobotModel:
         robot,
         description=replace(description, links=(*links, *description.links), joints=(*virtual, *joints)),
         solids={**{link.name: () for link in links}, **robot.solids},
-        holonomic=True,
+        semantic=replace(
+            robot.semantic, base="holonomic", virtual_joints=virtual_joints(), base_joints=DRIVEN
+        ),
     )
 
 

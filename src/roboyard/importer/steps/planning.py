@@ -5,14 +5,15 @@ The configuration decides wherever it says something; the rest is worked out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
-from roboyard.description.robot_model import CollisionSphere, EndEffector, PlanningData, RobotModel
+from roboyard.description.robot_model import CollisionSphere, PlanningData, RobotModel
+from roboyard.description.semantic import REST
 from roboyard.importer.context import ImportContext
 from roboyard.importer.planning.ik_rest_posture import ik_rest_posture
 from roboyard.importer.planning.link_spheres import fit_links
-from roboyard.importer.planning.rest_posture import end_effectors, lock_joints, rest_posture, torso_joints
+from roboyard.importer.planning.rest_posture import lock_joints, rest_posture
 
 
 def planning(robot: RobotModel, context: ImportContext) -> RobotModel:
@@ -22,7 +23,6 @@ def planning(robot: RobotModel, context: ImportContext) -> RobotModel:
     locked = lock_joints(robot, context.config, rest)
     spheres = _spheres(robot, context)
     touching = _touching(robot, rest, context)
-    robot = replace(robot, filtered_pairs=tuple((a, b) for a, b, _ in touching))
     if curobo.self_collision_ignore:
         ignore: Mapping[str, tuple[str, ...]] = {
             link: tuple(others) for link, others in curobo.self_collision_ignore.items()
@@ -30,23 +30,19 @@ def planning(robot: RobotModel, context: ImportContext) -> RobotModel:
         _compare(robot, ignore, touching, context)
     else:
         ignore = _ignore(robot, spheres, {**rest, **locked}, touching, context)
-    effectors = end_effectors(robot, context.config)
-    if not curobo.eef_to_gripper_info:
-        context.log.note(_told(effectors))
-    torso = torso_joints(robot, context.config, effectors)
-    if torso and not curobo.torso_joints:
-        context.log.note(f"torso: {', '.join(torso)}, which all arms stand on")
     data = PlanningData(
         spheres=spheres,
-        end_effectors=effectors,
         ignore=ignore,
         self_collision_buffer=dict(curobo.self_collision_buffer),
         lock_joints=locked,
-        retract=rest,
-        torso_joints=torso,
         flip_joint_limits=tuple(curobo.flip_joint_limits),
     )
-    return replace(robot, planning=data)
+    semantic = replace(
+        robot.semantic,
+        disabled_collision_pairs=tuple((a, b) for a, b, _ in touching),
+        postures={REST: rest},
+    )
+    return replace(robot, semantic=semantic, planning=data)
 
 
 def _rest(robot: RobotModel, context: ImportContext) -> dict[str, float]:
@@ -56,13 +52,6 @@ def _rest(robot: RobotModel, context: ImportContext) -> dict[str, float]:
     if turned:
         context.log.note(f"rest: {', '.join(turned)}, as the arm can hardly move its tip when stretched out")
     return rest
-
-
-def _told(effectors: Sequence[EndEffector]) -> str:
-    if not effectors[0].gripper_links:
-        return f"end effector: {effectors[0].link!r}, the tip of the longest chain of joints"
-    hands = ", ".join(f"{e.link!r} ({len(e.gripper_links)} links)" for e in effectors)
-    return f"end effectors: {hands}, where chains of joints part into fingers"
 
 
 def _spheres(robot: RobotModel, context: ImportContext) -> dict[str, tuple[CollisionSphere, ...]]:

@@ -9,6 +9,7 @@ from roboyard.audit import ERROR, Finding
 from roboyard.description.loader import load_description
 from roboyard.description.model import Geometry, Mesh, RobotDescription
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.semantic import SemanticDescription
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.names import planned_names, renamed
@@ -57,7 +58,7 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     return RobotModel(
         name=context.config.name,
         description=description,
-        base_link=description.root.name,
+        semantic=SemanticDescription(base_link=description.root.name),
         category=context.config.category,
         original_names={new: old for plan in (renames.links, renames.joints) for old, new in plan.items()},
     )

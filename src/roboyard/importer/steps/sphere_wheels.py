@@ -23,7 +23,7 @@ def sphere_wheels(robot: RobotModel, context: ImportContext) -> RobotModel:
         wheels = tuple(wheel.link for wheel in find_wheels(robot.description))
         if wheels:
             context.log.note(f"taken for wheels: {', '.join(wheels)}; base_motion.wheel_links names others")
-    robot = replace(robot, wheel_links=wheels)
+    robot = replace(robot, semantic=replace(robot.semantic, wheel_links=wheels))
     if not base.use_sphere_wheels:
         return robot
     approximations: dict[str, Approximation] = dict(robot.approximations)

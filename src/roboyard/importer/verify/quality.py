@@ -89,7 +89,7 @@ def neighbour_overlaps(robot: RobotModel) -> dict[tuple[str, str], float]:
 
     world = World(visual_geoms=False)
     body = world.add_description(robot.description, fixed_base=True, self_collision=True, drives=False)
-    rest: Mapping[str, float] = robot.planning.retract if robot.planning is not None else {}
+    rest = robot.semantic.rest
     for joint in body.joints:
         if joint.is_scalar and joint.name in rest:
             joint.position = rest[joint.name]
