@@ -1,4 +1,4 @@
-"""`roboyard demo` as a user meets it."""
+"""The command `roboyard demo`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("fault", list(BAD))
-def test_a_bad_robot_is_told_with_its_file_and_nothing_is_written(
+def test_errors_name_the_robot_file_and_nothing_is_written(
     fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "bad.urdf"
@@ -85,12 +85,12 @@ def test_the_bundled_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert main(["demo", "--short", "--out", str(tmp_path / "demo")]) == 0
     out = capsys.readouterr().out
     assert "times real time" in out
-    assert "Put right" in out
+    assert "Fixed in a copy" in out
     summary = json.loads((tmp_path / "demo" / "summary.json").read_text(encoding="utf-8"))
     assert summary["robot"] == "r1"
     assert not summary["stance"]["fell_when_dropped"]
     assert not summary["stance"]["fell_when_moved"]
-    assert {mend["code"] for mend in summary["repairs"]} >= {"inertial-missing", "mesh-file-name"}
+    assert {fix["code"] for fix in summary["repairs"]} >= {"inertial-missing", "mesh-file-name"}
     assert all("moved" in joint or "follows" in joint["not_moved"] for joint in summary["joints"].values())
 
 

@@ -1,4 +1,4 @@
-"""A folder written whole or not at all."""
+"""The output folder is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="--overwrite"):
         check_target(tmp_path, overwrite=False)
     check_target(tmp_path, overwrite=True)
-    with pytest.raises(ConfigError, match="is a file"):
+    with pytest.raises(ConfigError, match="not a folder but a file"):
         check_target(tmp_path / "thesis.txt", overwrite=True)
 
 
@@ -66,12 +66,12 @@ def test_a_summary_that_names_paths_outside_removes_nothing_there(tmp_path: Path
     assert outside.read_text(encoding="utf-8") == "stay"
 
 
-def test_a_folder_that_cannot_be_written_to_is_told_before_any_work(
+def test_a_folder_that_cannot_be_written_is_an_error_before_the_demo_starts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(dir: Path) -> None:
         raise PermissionError(13, "Permission denied", str(dir))
 
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
-    with pytest.raises(ConfigError, match=f"nothing can be written to {tmp_path} .Permission denied"):
+    with pytest.raises(ConfigError, match=f"cannot write to {tmp_path} .Permission denied"):
         check_target(tmp_path / "a" / "b", overwrite=False)

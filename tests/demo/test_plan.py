@@ -1,4 +1,4 @@
-"""How a robot stands and how far its joints go, against figures worked out by hand."""
+"""Support and ranges of motion, compared with figures computed by hand."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from roboyard.demo.plan import make_plan
-from roboyard.demo.sweep import Sweep, first_sweep, full_range
+from roboyard.demo.sweep import Sweep, first_sweep
 from roboyard.description import Joint, Limit, RobotDescription, load_description
+from roboyard.morphology.joint_ranges import full_range
 from roboyard.morphology.point_model import PointModel, extreme_points
 from roboyard.morphology.support_mode import decide
 
@@ -67,14 +68,14 @@ def test_extreme_points_of_a_cube_of_points_are_its_corners() -> None:
 
 
 def test_centre_of_mass_and_inertia(arm: RobotDescription) -> None:
-    figure = PointModel(arm)
+    model = PointModel(arm)
     posture = {"shoulder": 0.0, "elbow": np.pi / 2, "grip": 0.0}
-    centre = figure.centre_of_mass(figure.poses(posture))
+    centre = model.centre_of_mass(model.poses(posture))
     # foot 2 kg at z 0.05, upper 1 kg at z 0.3, lower 1 kg at x 0.2, z 0.5, finger 0.1 kg at x 0.45, z 0.5
     assert centre == pytest.approx(np.array([0.245, 0.0, 0.1 + 0.3 + 0.5 + 0.05]) / 4.1)
     # stretched straight, which the elbow's range does not quite allow, the shoulder would move this much
     straight = 1.0 * 0.2**2 + 1.0 * 0.6**2 + 0.1 * 0.9**2
-    inertia = figure.moved_inertias()["shoulder"]
+    inertia = model.moved_inertias()["shoulder"]
     assert 0.8 * straight < inertia < straight
 
 
@@ -88,31 +89,31 @@ def test_followers_are_at_home_too(cart: RobotDescription) -> None:
 
 
 def test_a_cart_stands_on_its_wheels(cart: RobotDescription) -> None:
-    stance = decide(PointModel(cart))
-    assert stance.kind == "standing"
-    assert set(stance.feet) == {"wheel_fl", "wheel_fr", "wheel_bl", "wheel_br"}
-    assert stance.lowest == pytest.approx(-0.15, abs=1e-3)
+    support = decide(PointModel(cart))
+    assert support.kind == "free"
+    assert set(support.feet) == {"wheel_fl", "wheel_fr", "wheel_bl", "wheel_br"}
+    assert support.lowest == pytest.approx(-0.15, abs=1e-3)
     # wheels touch at x = ±0.2, y = ±0.25; the weight is in the middle
-    assert stance.margin == pytest.approx(0.2, abs=0.02)
-    assert stance.levers["roll_fl"] == pytest.approx(0.1, rel=0.02)
-    assert "lean" not in stance.levers
+    assert support.margin == pytest.approx(0.2, abs=0.02)
+    assert support.levers["roll_fl"] == pytest.approx(0.1, rel=0.02)
+    assert "lean" not in support.levers
 
 
-def test_a_walker_is_held_and_an_arm_mounted(walker: RobotDescription, arm: RobotDescription) -> None:
-    assert decide(PointModel(walker)).kind == "held"
-    stance = decide(PointModel(arm))
-    assert stance.kind == "mounted"
+def test_a_walker_is_supported_and_an_arm_mounted(walker: RobotDescription, arm: RobotDescription) -> None:
+    assert decide(PointModel(walker)).kind == "supported"
+    support = decide(PointModel(arm))
+    assert support.kind == "mounted"
     assert make_plan(PointModel(walker)).stand >= 0.05
 
 
-def test_a_robot_whose_base_weighs_nothing_is_mounted(cart: RobotDescription) -> None:
+def test_a_robot_without_base_mass_is_mounted(cart: RobotDescription) -> None:
     links = tuple(replace(link, inertial=None) if link.name == "base" else link for link in cart.links)
-    stance = decide(PointModel(replace(cart, links=links)))
-    assert (stance.kind, stance.reason) == ("mounted", "its base weighs nothing in its file")
+    support = decide(PointModel(replace(cart, links=links)))
+    assert (support.kind, support.reason) == ("mounted", "its base weighs nothing in its file")
 
 
-def test_an_arm_whose_hand_hangs_lower_than_its_base_is_mounted() -> None:
-    """A robot on one limb that does not carry its weight is no walker."""
+def test_an_arm_whose_gripper_hangs_below_its_base_is_mounted() -> None:
+    """A robot whose only limb on the floor does not carry its weight is not a walker."""
     box = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
     mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
     links = "".join(f'<link name="{name}">{mass}{box}</link>' for name in ("base", "elbow", "left", "right"))
@@ -126,9 +127,9 @@ def test_an_arm_whose_hand_hangs_lower_than_its_base_is_mounted() -> None:
             ("elbow", "right", "0.4 -0.1 -0.2"),
         )
     )
-    stance = decide(PointModel(load_description(f'<robot name="arm">{links}{joints}</robot>')))
-    assert stance.kind == "mounted"
-    assert "reaches the floor" in stance.reason
+    support = decide(PointModel(load_description(f'<robot name="arm">{links}{joints}</robot>')))
+    assert support.kind == "mounted"
+    assert "reaches the floor" in support.reason
 
 
 def test_a_root_called_world_is_the_world() -> None:
@@ -139,28 +140,28 @@ def test_a_root_called_world_is_the_world() -> None:
     assert decide(PointModel(load_description(text))).kind == "mounted"
 
 
-def test_a_standing_robot_keeps_its_balance_at_every_moment(cart: RobotDescription) -> None:
-    figure = PointModel(cart)
-    plan = make_plan(figure)
+def test_a_free_robot_keeps_its_balance_at_every_moment(cart: RobotDescription) -> None:
+    model = PointModel(cart)
+    plan = make_plan(model)
     lean = plan.sweeps["lean"]
-    assert "more would tip it over" in lean.reasons
+    assert "a wider sweep would tip the robot" in lean.reasons
     assert 0.0 < lean.share < 1.0
     # 8 kg on a mast at 0.5 m of 20.1 kg in all: the weight is out by 8 * 0.5 sin(lean) / 20.1 m
-    assert 8 * 0.5 * np.sin(lean.upper) / 20.1 < plan.stance.margin
+    assert 8 * 0.5 * np.sin(lean.upper) / 20.1 < plan.support.margin
     for group in plan.groups:
         phase = np.linspace(0, 1, 101)
-        poses = figure.poses({s.joint: s.at(phase)[0] for s in group.sweeps})
-        assert plan.stance.margin_at(figure.centre_of_mass(poses)).min() > 0.0
+        poses = model.poses({s.joint: s.at(phase)[0] for s in group.sweeps})
+        assert plan.support.margin_at(model.centre_of_mass(poses)).min() > 0.0
 
 
 def test_a_mounted_robot_clears_the_floor_through_its_whole_range(arm: RobotDescription) -> None:
-    figure = PointModel(arm)
-    plan = make_plan(figure)
+    model = PointModel(arm)
+    plan = make_plan(model)
     assert all(s.share == 1.0 for s in plan.sweeps.values())
-    base = -plan.stance.lowest + plan.stand
+    base = -plan.support.lowest + plan.stand
     for group in plan.groups:
-        poses = figure.poses({s.joint: s.at(np.linspace(0, 1, 201))[0] for s in group.sweeps})
-        assert figure.lowest(poses).min() + base > 0.0
+        poses = model.poses({s.joint: s.at(np.linspace(0, 1, 201))[0] for s in group.sweeps})
+        assert model.lowest(poses).min() + base > 0.0
 
 
 def test_every_joint_is_moved_or_explained(cart: RobotDescription) -> None:

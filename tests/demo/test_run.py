@@ -1,4 +1,4 @@
-"""The demo from one end to the other, on robots whose behaviour is known."""
+"""The whole demo, on robots with known behaviour."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def result(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequ
     folder = tmp_path_factory.mktemp("demo")
     file = folder / "sloppy arm.urdf"
     file.write_text(_sloppy_arm(), encoding="utf-8")
-    acts: list[str] = []
-    found = run_demo(file, out=folder / "out", short=True, report=lambda act, share: acts.append(act))
-    assert list(dict.fromkeys(acts)) == ["reading", "settling", "views", "moving", "writing"]
+    phases: list[str] = []
+    found = run_demo(file, out=folder / "out", short=True, progress=lambda phase, share: phases.append(phase))
+    assert list(dict.fromkeys(phases)) == ["reading", "settling", "views", "moving", "writing"]
     return found
 
 
@@ -56,12 +56,12 @@ def test_summary_file_is_what_was_returned(result: DemoResult) -> None:
     assert set(result.summary["files"]) == FILES
 
 
-def test_summary_tells_what_was_found_and_repaired(result: DemoResult) -> None:
+def test_the_summary_lists_findings_and_fixes(result: DemoResult) -> None:
     found = {finding["code"] for finding in result.summary["findings"]}
-    mended = {mend["code"] for mend in result.summary["repairs"]}
+    fixed = {fix["code"] for fix in result.summary["repairs"]}
     assert "axis-not-unit" in found
-    assert "axis-not-unit" in mended
-    assert mended <= found
+    assert "axis-not-unit" in fixed
+    assert fixed <= found
 
 
 def test_summary_figures(result: DemoResult) -> None:
@@ -106,45 +106,45 @@ def test_an_unusable_robot_leaves_no_folder(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["bad.urdf"]
 
 
-def tell(description: RobotDescription) -> MotionRecorder:
-    figure = PointModel(description)
-    teller = MotionRecorder(DemoWorld(figure, make_plan(figure)), lambda act, share: None, short=True)
-    teller.tell()
-    teller.move()
-    return teller
+def record_motion(description: RobotDescription) -> MotionRecorder:
+    model = PointModel(description)
+    recorder = MotionRecorder(DemoWorld(model, make_plan(model)), lambda phase, share: None, short=True)
+    recorder.settle_on_support()
+    recorder.move()
+    return recorder
 
 
 def test_a_cart_stays_on_its_wheels_and_comes_home(cart: RobotDescription) -> None:
-    teller = tell(cart)
-    story, robot = teller.story, teller.stage.robot
+    recorder = record_motion(cart)
+    sequence, robot = recorder.sequence, recorder.scene.robot
     assert not robot.is_fixed
-    assert not story.fell_when_dropped
-    assert not story.fell_when_moved
-    assert story.settle_time is not None
+    assert not sequence.fell_when_dropped
+    assert not sequence.fell_when_moved
+    assert sequence.settle_time is not None
     assert robot.position[2] == pytest.approx(0.15, abs=0.005)
     # the wheels turned forth and back, so it is where it was, give or take some slip
     assert np.abs(robot.position[:2]).max() < 0.1
     # while they turned it went as far as they rolled
-    rolled = 0.1 * teller.stage.plan.sweeps["roll_fl"].upper
+    rolled = 0.1 * recorder.scene.plan.sweeps["roll_fl"].upper
     assert rolled > 0.1
-    assert story.errors["lean"][0] < 0.05
+    assert sequence.errors["lean"][0] < 0.05
     assert robot.joint("wave").position == pytest.approx(0.1 - 2 * robot.joint("lean").position, abs=0.01)
 
 
-def test_a_walker_is_held_up_after_the_drop(walker: RobotDescription) -> None:
-    teller = tell(walker)
-    robot, plan = teller.stage.robot, teller.stage.plan
+def test_the_base_of_a_walker_is_fixed_after_the_drop(walker: RobotDescription) -> None:
+    recorder = record_motion(walker)
+    robot, plan = recorder.scene.robot, recorder.scene.plan
     assert robot.is_fixed
     assert robot.position[2] == pytest.approx(0.3 + plan.stand, abs=1e-6)
-    assert [body.name for body in teller.stage.world.bodies].count("walker") == 1
-    assert all(rms < 0.05 for rms, _ in teller.story.errors.values())
-    positions = np.array(teller.story.record.positions)
+    assert [body.name for body in recorder.scene.world.bodies].count("walker") == 1
+    assert all(rms < 0.05 for rms, _ in recorder.sequence.errors.values())
+    positions = np.array(recorder.sequence.record.positions)
     assert positions.max() == pytest.approx(1.0, abs=0.1)
     assert positions.min() == pytest.approx(-1.0, abs=0.1)
 
 
 def test_recorded_velocities_are_the_slopes_of_the_positions(arm: RobotDescription) -> None:
-    record = tell(arm).story.record
+    record = record_motion(arm).sequence.record
     times = np.array(record.times)
     positions, velocities = np.array(record.positions), np.array(record.velocities)
     assert (np.diff(times) > 0).all()

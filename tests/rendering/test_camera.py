@@ -149,3 +149,8 @@ def test_bad_helpers_say_what_is_wrong():
         _ = Camera.orthographic((1, 1, 1), (0, 0, 0)).intrinsics
     with pytest.raises(ValueError, match="shape"):
         Camera.look_at((1, 1, 1), (0, 0, 0)).deproject(np.zeros((3, 3)))
+
+
+def test_a_fitted_camera_needs_points() -> None:
+    with pytest.raises(ValueError, match=r"got \(0, 3\)"):
+        Camera.fitted(np.zeros((0, 3)), (1.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""`roboyard demo`: a robot description becomes a robot that moves, with pictures."""
+"""`roboyard demo`: load a robot, move its joints and write pictures of it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from roboyard.demo.run import Report
+    from roboyard.demo.run import Progress
 
 EXAMPLES = """
 Examples:
@@ -27,14 +27,14 @@ Examples:
   roboyard demo my_robot.urdf --out my_demo   your robot
 """
 
-_ACTS = {
-    "reading": ("reading the robot", 0.05),
+_PHASES = {
+    "reading": ("loading the robot", 0.05),
     "settling": ("dropping it on the floor", 0.15),
-    "views": ("taking four views", 0.05),
+    "views": ("rendering four views", 0.05),
     "moving": ("moving its joints", 0.65),
     "writing": ("writing the files", 0.10),
 }
-"""Act to its words and its share of the progress bar."""
+"""Phase to its text and its share of the progress bar."""
 
 
 def demo(
@@ -51,16 +51,16 @@ def demo(
     package: PackageOption = None,
     overwrite: Annotated[
         bool,
-        typer.Option("--overwrite/--no-overwrite", help="Write also into a folder that holds other things."),
+        typer.Option("--overwrite/--no-overwrite", help="Write also into a folder that holds other files."),
     ] = False,
-    short: Annotated[bool, typer.Option("--short", help="Smaller pictures and fewer of them.")] = False,
+    short: Annotated[bool, typer.Option("--short", help="Render fewer and smaller pictures.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the summary as JSON instead of tables.")
     ] = False,
 ) -> None:
-    """Show a robot that moves: a film, four views, a plot and a summary.
+    """Show a robot in motion: a video, four views, a plot and a summary.
 
-    The robot is read, mended in a copy, dropped on a floor, and every joint goes through its range.
+    The robot is audited, repaired in a copy and dropped on a floor; then every joint moves through its range.
     """
     from rich.console import Console
 
@@ -68,8 +68,10 @@ def demo(
     from roboyard.demo.run import run_demo
 
     packages = read_packages(package or [])
-    with _progress(Console(stderr=True)) as report:
-        result = run_demo(source, out=out, packages=packages, overwrite=overwrite, short=short, report=report)
+    with _progress(Console(stderr=True)) as progress:
+        result = run_demo(
+            source, out=out, packages=packages, overwrite=overwrite, short=short, progress=progress
+        )
     if as_json:
         import json
 
@@ -81,19 +83,19 @@ def demo(
 
 
 @contextmanager
-def _progress(console: Console) -> Iterator[Report]:
-    """A progress bar in a terminal; elsewhere one line for each act."""
-    shares = list(_ACTS.values())
-    before = {act: sum(share for _, share in shares[:k]) for k, act in enumerate(_ACTS)}
+def _progress(console: Console) -> Iterator[Progress]:
+    """Show a progress bar in a terminal; elsewhere print one line for each phase."""
+    shares = list(_PHASES.values())
+    before = {phase: sum(share for _, share in shares[:k]) for k, phase in enumerate(_PHASES)}
     if not console.is_terminal:
-        told: set[str] = set()
+        printed: set[str] = set()
 
-        def say(act: str, share: float) -> None:
-            if act not in told:
-                told.add(act)
-                console.print(f"{_ACTS[act][0]} ...", highlight=False)
+        def print_phase(phase: str, share: float) -> None:
+            if phase not in printed:
+                printed.add(phase)
+                console.print(f"{_PHASES[phase][0]} ...", highlight=False)
 
-        yield say
+        yield print_phase
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -101,8 +103,8 @@ def _progress(console: Console) -> Iterator[Report]:
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("", total=1.0)
 
-        def draw(act: str, share: float) -> None:
-            words, part = _ACTS[act]
-            progress.update(task, description=words, completed=before[act] + part * share)
+        def draw(phase: str, share: float) -> None:
+            text, part = _PHASES[phase]
+            progress.update(task, description=text, completed=before[phase] + part * share)
 
         yield draw

@@ -1,4 +1,4 @@
-"""A robot description becomes a robot that moves: what `roboyard demo` does, as a function."""
+"""`roboyard demo` as a function: load a robot, move its joints on a floor, write pictures and figures."""
 
 from __future__ import annotations
 

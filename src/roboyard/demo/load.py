@@ -1,8 +1,8 @@
-"""The robot comes in: audited, mended where that takes no guessing, and read."""
+"""Find the robot of a demo, audit it, repair it in a copy and load the copy."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,13 +13,13 @@ from roboyard.errors import ConfigError, unknown_name
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoadedRobot:
-    """A robot that can be used, and what stood in the way."""
+    """A robot that can be simulated, with the findings of its audit and the fixes made to it."""
 
     description: RobotDescription
     findings: tuple[Mapping[str, Any], ...]
-    """Of the audit, worst first, as `Finding.to_json` gives them."""
+    """Findings of the audit, worst first, as `Finding.to_json` returns them."""
     repairs: tuple[Mapping[str, Any], ...]
-    """As `Mend.to_json` gives them, in the order they were done."""
+    """Fixes in the order in which they were made, as `Fix.to_json` returns them."""
 
 
 def find_source(source: str | Path | None) -> tuple[Path, str]:
@@ -51,10 +51,15 @@ def find_source(source: str | Path | None) -> tuple[Path, str]:
 
 
 def load_robot(file: Path, *, packages: Mapping[str, Path] | None, folder: Path) -> LoadedRobot:
-    """Audit, repair into `folder`, and read the repaired robot; the original stays as it is.
+    """Audit a robot file, write a repaired copy to `folder` and load the copy; the original is not changed.
+
+    Args:
+        file: the robot file.
+        packages: ROS package name to its folder, for `package://`.
+        folder: where the copy is written.
 
     Raises:
-        DescriptionError: the robot is beyond repair; the message names the original file.
+        DescriptionError: the robot cannot be repaired; the message names the original file.
     """
     from roboyard.description import load_description
     from roboyard.repair import repair_urdf
@@ -62,45 +67,10 @@ def load_robot(file: Path, *, packages: Mapping[str, Path] | None, folder: Path)
     repaired = repair_urdf(file, folder, packages=packages)
     findings = tuple(finding.to_json() for finding in repaired.before.findings)
     if not repaired.before.is_usable:
-        return LoadedRobot(
-            description=load_description(file, packages=packages), findings=findings, repairs=()
-        )
+        description = load_description(file, packages=packages)
+        return LoadedRobot(description=description, findings=findings, repairs=())
     return LoadedRobot(
         description=load_description(repaired.urdf),
         findings=findings,
-        repairs=tuple(mend.to_json() for mend in repaired.mends),
+        repairs=tuple(fix.to_json() for fix in repaired.mends),
     )
-
-
-def told_findings(findings: Sequence[Mapping[str, Any]]) -> list[str]:
-    """One line for each kind of fault, worst first: how bad, the first place, and in how many more."""
-    lines = []
-    for first, more in _by_code(findings):
-        where = f"{first['element']}: " if first["element"] else ""
-        line = f"line {first['line']}: " if first["line"] else ""
-        lines.append(f"{first['severity']}: {line}{where}{first['message']}{more}")
-    return lines
-
-
-def told_repairs(repairs: Sequence[Mapping[str, Any]]) -> list[str]:
-    """One line for each kind of repair: the first before and after, and how many more there were."""
-    lines = []
-    for first, more in _by_code(repairs):
-        where = f"{first['element']}: " if first["element"] else ""
-        lines.append(f"{where}{_short(first['before'])} → {_short(first['after'])}{more}")
-    return lines
-
-
-def _by_code(entries: Sequence[Mapping[str, Any]]) -> list[tuple[Mapping[str, Any], str]]:
-    groups: dict[str, list[Mapping[str, Any]]] = {}
-    for entry in entries:
-        groups.setdefault(entry["code"], []).append(entry)
-    found = []
-    for group in groups.values():
-        found.append((group[0], f" (and {len(group) - 1} more like this)" if len(group) > 1 else ""))
-    return found
-
-
-def _short(text: str, most: int = 60) -> str:
-    flat = " ".join(text.split())
-    return flat if len(flat) <= most else flat[: most - 1] + "…"

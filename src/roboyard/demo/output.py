@@ -1,4 +1,4 @@
-"""A folder that is written whole or not at all."""
+"""An output folder that is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,35 +13,38 @@ from pathlib import Path
 from roboyard.errors import ConfigError
 
 MARK = "roboyard demo"
-"""Value of "made_by" in a summary.json: this folder is ours to replace."""
+"""Value of "made_by" in the summary.json of a demo, whose files a later demo may replace."""
 
 
 def check_target(target: Path, *, overwrite: bool) -> None:
-    """Refuse a place that holds something else or where nothing can be written, before any work is done.
+    """Check that the output folder can be written, before the demo starts.
+
+    Args:
+        target: the output folder.
+        overwrite: accept a folder that holds other files.
 
     Raises:
-        ConfigError: it is a file, or a folder that holds other things and `overwrite` is not given, or its
-            folder cannot be written to.
+        ConfigError: `target` is a file, holds other files without `overwrite`, or cannot be written to.
     """
     if target.exists() and not target.is_dir():
-        raise ConfigError(f"--out {target}: is a file; name a folder")
+        raise ConfigError(f"--out {target}: not a folder but a file; name a folder")
     folder = next(one for one in target.absolute().parents if one.exists())
     try:
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise ConfigError(
-            f"--out {target}: nothing can be written to {folder} ({error.strerror}); name another folder"
+            f"--out {target}: cannot write to {folder} ({error.strerror}); name another folder"
         ) from error
     if not target.is_dir() or overwrite or not any(target.iterdir()) or _made_before(target):
         return
     raise ConfigError(
         f"--out {target}: the folder is not empty and holds no earlier demo; "
-        "name another folder, or allow it with --overwrite"
+        "name another folder, or add --overwrite"
     )
 
 
 def _made_before(target: Path) -> set[str]:
-    """Files that an earlier demo wrote there; empty if none did."""
+    """Return the names of the files that an earlier demo wrote there."""
     try:
         summary = json.loads((target / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -55,10 +58,10 @@ def _made_before(target: Path) -> set[str]:
 
 @contextmanager
 def whole_folder(target: Path) -> Iterator[Path]:
-    """A folder to write into that becomes `target` at the end; after an error `target` is as it was.
+    """Yield a temporary folder that becomes `target` at the end; after an error `target` is unchanged.
 
-    Into a folder that exists the new files are moved one by one, and what an earlier demo left and this one
-    did not write is removed; other files stay.
+    If `target` exists, the new files are moved into it one by one, files of an earlier demo that were not
+    written again are removed, and all other files stay.
     """
     parent = target.absolute().parent
     made = _make_parents(parent)
@@ -75,7 +78,7 @@ def whole_folder(target: Path) -> Iterator[Path]:
 
 
 def _make_parents(parent: Path) -> list[Path]:
-    """Create what is missing of a path; the folders created, innermost first."""
+    """Create the missing folders of a path and return them, innermost first."""
     missing = []
     while not parent.exists():
         missing.append(parent)

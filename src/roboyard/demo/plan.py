@@ -1,9 +1,10 @@
-"""What the demo will do with a robot, worked out before anything moves.
+"""The plan of a demo, computed before the simulation starts: groups of joints and the range of each.
 
-Joints move in a few groups: first wheels and the like, then those equally far from the base together, so that
-both arms of a robot do the same and the whole takes about a minute of simulated time, however many joints
-there are. A robot that stands free moves each joint only as far as it keeps its balance and stays above the
-floor; one that is held or mounted goes through its whole range, on a stand high enough.
+Joints move in a few groups: first wheels and other joints that carry the robot, then joints equally far from
+the base together, so that both arms of a robot do the same and the demo takes about a minute of simulated
+time for any number of joints. On a free robot a joint moves only as far as the robot keeps its balance and
+stays above the floor; on a supported or mounted robot it moves through its full range, on a stand that is
+high enough.
 """
 
 from __future__ import annotations
@@ -24,22 +25,23 @@ Flags = NDArray[np.bool_]
 
 MOST_GROUPS = 6
 SHORTEST, LONGEST = 1.5, 20.0
-"""s for one group."""
+"""Duration of a group (s)."""
 SAMPLES = 33
+"""Positions of a joint at which balance and floor are checked."""
 REACH_DIRECTIONS = 48
-"""In which each group's farthest points are looked for."""
+"""Directions in which the farthest points of each group are searched."""
 CLEARANCE = 0.05
-"""m between a robot on a stand and the floor."""
+"""Distance between a robot on a stand and the floor (m)."""
 SINK = 0.01
-"""m that a standing robot's parts may come below its feet before they count as in the floor."""
+"""Depth below its feet at which a part of a free robot counts as in the floor (m)."""
 GRAVITY = 9.81
-"""m/s²"""
+"""Gravitational acceleration (m/s²)."""
 TIPPING_SHARE = 0.15
-"""Of the moment that would tip the robot: what the reaction to a sweep may use up."""
+"""Share of the tipping moment that the reaction to a sweep may reach."""
 ROLLING_SPEED = 1.2
-"""rad/s at most of joints that carry the robot: wheels are often hulls of meshes, whose flats rock it."""
+"""Largest speed of joints that carry the robot (rad/s): wheels are often hulls, whose flats rock it."""
 KEEP = 0.4
-"""Part of the balance margin that a sweep has to leave."""
+"""Share of the balance margin that must remain during a sweep."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -47,99 +49,101 @@ class Group:
     """Joints that move together."""
 
     sweeps: tuple[Sweep, ...]
+    """Motion of each joint."""
     duration: float
-    """s"""
+    """Duration of the motion (s)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
-    stance: SupportMode
+    """Support, home posture and motion of a robot in the demo."""
+
+    support: SupportMode
+    """How the robot is supported by the floor."""
     home: Mapping[str, float]
-    """Joint name to rad or m, for every driven joint."""
-    inertias: Mapping[str, float]
-    """Joint name to the largest inertia it moves; kg m² or kg."""
+    """Home position of every driven joint by name (rad or m)."""
     groups: tuple[Group, ...]
+    """Groups in the order in which they move."""
     still: Mapping[str, str]
-    """Joints that are not moved, and why."""
+    """Name of each joint that is not moved to the reason."""
     stand: float
-    """Height of the stand below a held or mounted robot; 0: none; m."""
+    """Height of the stand below a supported or mounted robot (m); 0 for none."""
     reach: Array
-    """(k, 3) outermost points that its outline reaches, in the root link's frame; m."""
+    """(k, 3) outermost points that its outline reaches, in the root link's frame (m)."""
     size: Array
-    """(2, 3) box around its outline at home, in the root link's frame; m."""
+    """(2, 3) bounding box of its outline at home, in the root link's frame (m)."""
 
     @property
     def duration(self) -> float:
-        """Of all groups; s."""
+        """Duration of all groups (s)."""
         return sum(group.duration for group in self.groups)
 
     @property
     def sweeps(self) -> dict[str, Sweep]:
-        """Joint name to its sweep, in the order they move."""
+        """Joint name to its sweep, in the order of motion."""
         return {sweep.joint: sweep for group in self.groups for sweep in group.sweeps}
 
 
-def make_plan(figure: PointModel) -> Plan:
-    """Decide how the robot stands, in which groups its joints move, and how far."""
-    stance = decide(figure)
-    inertias = figure.moved_inertias()
+def make_plan(model: PointModel) -> Plan:
+    """Return the plan of a robot: its support, the groups of its joints and the range of each sweep."""
+    support = decide(model)
+    inertias = model.moved_inertias()
     levels: dict[tuple[bool, int], list[Sweep]] = {}
-    for joint in figure.joints:
+    for joint in model.joints:
         inertia = inertias[joint.name]
-        sweep = first_sweep(joint, figure.home[joint.name], inertia)
+        sweep = first_sweep(joint, model.home[joint.name], inertia)
         if not sweep.stretches:
             continue
-        if stance.kind == "standing":
-            sweep = _trimmed(figure, stance, _gentle(figure, stance, sweep, inertia))
-        place = (joint.name not in stance.levers, _level(figure, joint.name))
+        if support.kind == "free":
+            sweep = _trimmed(model, support, _slowed(model, support, sweep, inertia))
+        place = (joint.name not in support.levers, _level(model, joint.name))
         levels.setdefault(place, []).append(_timed(sweep))
-    merged = _merged([levels[place] for place in sorted(levels)], stance.levers)
+    merged = _merged([levels[place] for place in sorted(levels)], support.levers)
     groups = []
     for sweeps in merged:
         together = tuple(sweeps)
-        if stance.kind == "standing":
-            together = _balanced(figure, stance, together)
+        if support.kind == "free":
+            together = _balanced(model, support, together)
         groups.append(Group(sweeps=together, duration=max(SHORTEST, *(s.duration for s in together))))
-    rest = figure.points(figure.poses({}))
-    places = [rest, *(figure.points(_group_poses(figure, group.sweeps)).reshape(-1, 3) for group in groups)]
+    rest = model.points(model.poses({}))
+    places = [rest, *(model.points(_group_poses(model, group.sweeps)).reshape(-1, 3) for group in groups)]
     reach = np.concatenate([extreme_points(place, REACH_DIRECTIONS) for place in places])
     stand = 0.0
-    below = stance.lowest - float(reach[:, 2].min(initial=stance.lowest))
-    if stance.kind == "held" or (stance.kind == "mounted" and below > SINK):
+    below = support.lowest - float(reach[:, 2].min(initial=support.lowest))
+    if support.kind == "supported" or (support.kind == "mounted" and below > SINK):
         stand = float(below + CLEARANCE)
     return Plan(
-        stance=stance,
-        home=dict(figure.home),
-        inertias=inertias,
+        support=support,
+        home=dict(model.home),
         groups=tuple(groups),
-        still=_still(figure, groups),
+        still=_still(model, groups),
         stand=stand,
         reach=reach,
         size=_box(rest),
     )
 
 
-def _gentle(figure: PointModel, stance: SupportMode, sweep: Sweep, inertia: float) -> Sweep:
-    """The sweep slowed down so that its reaction uses up only a part of the balance margin.
+def _slowed(model: PointModel, support: SupportMode, sweep: Sweep, inertia: float) -> Sweep:
+    """Return the sweep slowed down so that its reaction moment stays below a share of the tipping moment.
 
-    What tips a robot of mass m is a moment of m g · margin. Turning an inertia takes inertia · acceleration;
-    driving off on wheels takes m · height of the weight · lever · acceleration.
+    A robot of mass m tips at a moment of m g · margin. Accelerating an inertia takes inertia · acceleration;
+    accelerating the robot on wheels takes m · height of the centre of mass · lever · acceleration.
     """
-    moment = TIPPING_SHARE * figure.mass * GRAVITY * stance.margin
-    lever = stance.levers.get(sweep.joint)
+    moment = TIPPING_SHARE * model.mass * GRAVITY * support.margin
+    lever = support.levers.get(sweep.joint)
     if lever is not None:
         sweep = replace(sweep, speed=min(sweep.speed, ROLLING_SPEED))
-        height = float(figure.centre_of_mass(figure.poses({}))[2]) - stance.lowest
-        inertia = figure.mass * height * lever
-    elif figure.description.joint_by_name[sweep.joint].type == "prismatic":
-        inertia *= float(figure.centre_of_mass(figure.poses({}))[2]) - stance.lowest
+        height = float(model.centre_of_mass(model.poses({}))[2]) - support.lowest
+        inertia = model.mass * height * lever
+    elif model.description.joint_by_name[sweep.joint].type == "prismatic":
+        inertia *= float(model.centre_of_mass(model.poses({}))[2]) - support.lowest
     if inertia <= 0 or moment <= 0:
         return sweep
     return replace(sweep, acceleration=min(sweep.acceleration, moment / inertia))
 
 
 def _merged(levels: list[list[Sweep]], alone: Container[str]) -> list[list[Sweep]]:
-    """Neighbouring levels joined until there are few groups; never wheels or joints that endanger balance."""
+    """Merge neighbouring levels to a few groups; wheels and joints that affect balance stay alone."""
     groups = [list(level) for level in levels]
     while len(groups) > MOST_GROUPS:
         pairs = [
@@ -154,29 +158,29 @@ def _merged(levels: list[list[Sweep]], alone: Container[str]) -> list[list[Sweep
     return groups
 
 
-def _level(figure: PointModel, name: str) -> int:
-    """Driven joints between the root and this joint."""
-    driven = {joint.name for joint in figure.joints}
-    joint = figure.description.joint_by_name[name]
+def _level(model: PointModel, name: str) -> int:
+    """Return the number of driven joints between the root and this joint."""
+    driven = {joint.name for joint in model.joints}
+    joint = model.description.joint_by_name[name]
     level = 0
-    while (above := figure.description.parent_joint.get(joint.parent)) is not None:
+    while (above := model.description.parent_joint.get(joint.parent)) is not None:
         level += above.name in driven
         joint = above
     return level
 
 
 def _timed(sweep: Sweep) -> Sweep:
-    """The sweep, shortened where the joint is too slow for its range."""
+    """Return the sweep, shortened where the joint is too slow for its range."""
     if sweep.duration <= LONGEST:
         return sweep
-    reason = f"it is too slow for more in {LONGEST:g} s"
+    reason = f"too slow for its full range in {LONGEST:g} s"
     while sweep.duration > LONGEST:
         sweep = _shrunk(sweep, min(LONGEST / sweep.duration, 0.99), reason)
     return sweep
 
 
 def _shrunk(sweep: Sweep, factor: float, reason: str) -> Sweep:
-    """The sweep with both ends drawn towards home."""
+    """Return the sweep with both ends moved towards home by a factor."""
     return replace(
         sweep,
         lower=sweep.home + factor * (sweep.lower - sweep.home),
@@ -185,12 +189,12 @@ def _shrunk(sweep: Sweep, factor: float, reason: str) -> Sweep:
     )
 
 
-def _trimmed(figure: PointModel, stance: SupportMode, sweep: Sweep) -> Sweep:
-    """The part of a sweep around home in which a free-standing robot neither tips nor hits the floor."""
+def _trimmed(model: PointModel, support: SupportMode, sweep: Sweep) -> Sweep:
+    """Return the part of a sweep around home in which a free robot neither tips nor hits the floor."""
     values = np.unique(np.append(np.linspace(sweep.lower, sweep.upper, SAMPLES), sweep.home))
-    poses = figure.poses({sweep.joint: values})
+    poses = model.poses({sweep.joint: values})
     keeps, clear = _safety(
-        figure, stance, poses, figure.moved_links(figure.description.joint_by_name[sweep.joint])
+        model, support, poses, model.moved_links(model.description.joint_by_name[sweep.joint])
     )
     good = keeps & clear
     at_home = int(np.searchsorted(values, sweep.home))
@@ -201,38 +205,40 @@ def _trimmed(figure: PointModel, stance: SupportMode, sweep: Sweep) -> Sweep:
         first -= 1
     while last < len(values) - 1 and good[last + 1]:
         last += 1
-    reasons = [] if keeps.all() else ["more would tip it over"]
-    reasons += [] if clear.all() else ["more would hit the floor"]
+    reasons = [] if keeps.all() else ["a wider sweep would tip the robot"]
+    reasons += [] if clear.all() else ["a wider sweep would hit the floor"]
     return replace(
         sweep, lower=float(values[first]), upper=float(values[last]), reasons=(*sweep.reasons, *reasons)
     )
 
 
 def _safety(
-    figure: PointModel, stance: SupportMode, poses: Mapping[str, Array], moved: Sequence[str]
+    model: PointModel, support: SupportMode, poses: Mapping[str, Array], moved: Sequence[str]
 ) -> tuple[Flags, Flags]:
-    """Where it keeps its balance, and where its moved parts (but its feet) stay above the floor."""
-    keeps = stance.margin_at(figure.centre_of_mass(poses)) >= KEEP * stance.margin
-    lifted = [name for name in moved if name not in stance.feet]
-    clear = figure.lowest(poses, lifted) >= stance.lowest - SINK
+    """Return for each pose whether the robot keeps its balance and its moved parts clear the floor."""
+    keeps = support.margin_at(model.centre_of_mass(poses)) >= KEEP * support.margin
+    lifted = [name for name in moved if name not in support.feet]
+    clear = model.lowest(poses, lifted) >= support.lowest - SINK
     return np.broadcast_to(keeps, clear.shape), clear
 
 
-def _balanced(figure: PointModel, stance: SupportMode, sweeps: tuple[Sweep, ...]) -> tuple[Sweep, ...]:
-    """The sweeps of one group, made smaller together until they keep the robot on its feet."""
-    every = list(figure.outlines)
+def _balanced(model: PointModel, support: SupportMode, sweeps: tuple[Sweep, ...]) -> tuple[Sweep, ...]:
+    """Return the sweeps of one group, shrunk together until the robot keeps its balance."""
+    every = list(model.outlines)
     for _ in range(20):
-        keeps, clear = _safety(figure, stance, _group_poses(figure, sweeps), every)
+        keeps, clear = _safety(model, support, _group_poses(model, sweeps), every)
         if (keeps & clear).all():
             break
-        reason = "more would tip it over" if not keeps.all() else "more would hit the floor"
+        reason = (
+            "a wider sweep would tip the robot" if not keeps.all() else "a wider sweep would hit the floor"
+        )
         sweeps = tuple(_shrunk(sweep, 0.85, reason) for sweep in sweeps)
     return sweeps
 
 
-def _group_poses(figure: PointModel, sweeps: Sequence[Sweep]) -> dict[str, Array]:
+def _group_poses(model: PointModel, sweeps: Sequence[Sweep]) -> dict[str, Array]:
     phase = np.linspace(0.0, 1.0, 2 * SAMPLES + 1)
-    return figure.poses({sweep.joint: sweep.at(phase)[0] for sweep in sweeps})
+    return model.poses({sweep.joint: sweep.at(phase)[0] for sweep in sweeps})
 
 
 def _box(points: Array) -> Array:
@@ -241,21 +247,21 @@ def _box(points: Array) -> Array:
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
-def _still(figure: PointModel, groups: Sequence[Group]) -> dict[str, str]:
+def _still(model: PointModel, groups: Sequence[Group]) -> dict[str, str]:
     moved = {sweep.joint for group in groups for sweep in group.sweeps if sweep.stretches}
     found = {}
-    for joint in figure.description.depth_first_joints:
+    for joint in model.description.depth_first_joints:
         if not joint.is_moving or joint.name in moved:
             continue
         if joint.mimic is not None:
             found[joint.name] = f'follows "{joint.mimic.joint}"'
-        elif joint.name not in figure.home:
-            found[joint.name] = f"is {joint.type}; it has no drive and moves freely"
+        elif joint.name not in model.home:
+            found[joint.name] = f"{joint.type} joint without a drive; it moves freely"
         else:
             limits = joint.position_limits()
             found[joint.name] = (
-                f"its limits leave no room ({limits[0]:g} to {limits[1]:g})"
+                f"its limits allow no motion ({limits[0]:g} to {limits[1]:g})"
                 if limits is not None and limits[0] >= limits[1]
-                else "no part of its range is safe for a robot that stands free"
+                else "no part of its range is safe for a free robot"
             )
     return found

@@ -1,25 +1,37 @@
-"""joints.png: position and velocity of every joint over time, one row for each joint."""
+"""The plot joints.png: position and velocity of every joint over time, one row for each joint."""
 
 from __future__ import annotations
 
 import logging
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roboyard.demo.motion_sequence import Record
 from roboyard.demo.plan import Plan
 from roboyard.description.model import RobotDescription
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOST_POINTS = 1500
-"""Of a line; there are no more pixels to show them."""
+"""Largest number of points in a line, about its width in pixels."""
 ROW = 0.62
-"""inch"""
+"""Height of a row (inches)."""
 POSITION, TARGET, VELOCITY, LIMITS = "#1f5fa8", "#e07b24", "#2c8f5b", "#dfe5ec"
 
 
 def plot_joints(path: Path, record: Record, plan: Plan, description: RobotDescription) -> None:
-    """Write the plot: position with its target and limits on the left, velocity on the right."""
+    """Write the plot: position with target and limits on the left, velocity on the right.
+
+    Args:
+        path: the PNG file to write.
+        record: the recorded motion.
+        plan: names the joints that were moved, in their order.
+        description: the robot, for the joints' limits and units.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -59,7 +71,7 @@ def plot_joints(path: Path, record: Record, plan: Plan, description: RobotDescri
             _tidy(axis)
     if not names:
         for axis in axes[0]:
-            axis.text(0.5, 0.5, "this robot has no joints to drive", ha="center", transform=axis.transAxes)
+            axis.text(0.5, 0.5, "this robot has no driven joints", ha="center", transform=axis.transAxes)
     axes[0, 0].set_title("position (blue), target (orange), limits (grey); rad or m", fontsize=9, loc="left")
     axes[0, 1].set_title("velocity; rad/s or m/s", fontsize=9, loc="left")
     for axis in axes[-1]:
@@ -73,7 +85,9 @@ def plot_joints(path: Path, record: Record, plan: Plan, description: RobotDescri
     figure.savefig(path)
 
 
-def _draw_position(axis, times, position, target, limits) -> None:
+def _draw_position(
+    axis: Axes, times: Array, position: Array, target: Array, limits: tuple[float, float] | None
+) -> None:
     low = min(position.min(), target.min()) if len(times) else 0.0
     high = max(position.max(), target.max()) if len(times) else 1.0
     pad = max(0.08 * (high - low), 1e-3)
@@ -84,7 +98,7 @@ def _draw_position(axis, times, position, target, limits) -> None:
     axis.set_ylim(low - pad, high + pad)
 
 
-def _tidy(axis) -> None:
+def _tidy(axis: Axes) -> None:
     axis.tick_params(labelsize=7, length=2)
     axis.locator_params(axis="y", nbins=3)
     for side in ("top", "right"):

@@ -1,4 +1,4 @@
-"""The demo from one end to the other: read, settle, move, draw, write."""
+"""The demo from start to end: load, settle, move, render, write."""
 
 from __future__ import annotations
 
@@ -14,21 +14,25 @@ from typing import Any
 
 from roboyard.demo.output import check_target, whole_folder
 
-Report = Callable[[str, float], None]
-"""Called with the name of the act and the share of it that is over, 0 to 1."""
+Progress = Callable[[str, float], None]
+"""Called with the phase's name and its finished share, 0 to 1."""
 
 STILL_SIZE, STILL_SIZE_SHORT = (960, 720), (480, 360)
-FILM_SIZE, FILM_SIZE_SHORT = (420, 315), (240, 180)
-"""pixels"""
+"""Width and height of the views, and those of a short demo (pixels)."""
+VIDEO_SIZE, VIDEO_SIZE_SHORT = (420, 315), (240, 180)
+"""Width and height of the video, and those of a short demo (pixels)."""
 FRAMES, FRAMES_SHORT = 110, 24
+"""Number of pictures of the video, about, and that of a short demo."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DemoResult:
-    """Where the files are, and what summary.json says."""
+    """The result of a demo."""
 
     folder: Path
+    """Folder of the files."""
     summary: Mapping[str, Any]
+    """Content of summary.json."""
 
 
 def run_demo(
@@ -38,125 +42,115 @@ def run_demo(
     packages: Mapping[str, Path] | None = None,
     overwrite: bool = False,
     short: bool = False,
-    report: Report | None = None,
+    progress: Progress | None = None,
 ) -> DemoResult:
-    """Read a robot, drop it on a floor beside an obstacle, move every joint, and write what was seen.
+    """Load a robot, drop it on a floor beside an obstacle, move every joint and write pictures and figures.
 
     Args:
         source: a robot file, or the name of a registered or bundled robot; the bundled r1 by default.
-        out: folder for robot.gif, four views, joints.png and summary.json; made whole or not at all.
-        packages: ROS package name to folder, for `package://`.
-        overwrite: write also into a folder that holds other things (which stay).
-        short: smaller pictures and fewer of them, for a test of the installation.
-        report: told how far the demo is.
+        out: folder for robot.gif, four views, joints.png and summary.json; written completely or not at all.
+        packages: ROS package name to its folder, for `package://`.
+        overwrite: write also into a folder that holds other files, which stay.
+        short: fewer and smaller pictures, for a test of the installation.
+        progress: called with the progress of the demo.
 
     Raises:
-        DescriptionError: the robot cannot be read.
-        ConfigError: `out` holds something else, or `source` is neither a file nor a known name.
+        DescriptionError: the robot cannot be loaded.
+        ConfigError: `out` holds other files, or `source` is neither a file nor a known name.
     """
     check_target(out, overwrite=overwrite)
-    tell = report or (lambda act, share: None)
+    notify = progress or (lambda phase, share: None)
     began = perf_counter()
-    with _heard() as remarks, tempfile.TemporaryDirectory(prefix="roboyard-") as workshop:
-        summary = _perform(source, out, packages, short, tell, began, remarks, Path(workshop))
+    with _collected_warnings() as warnings, tempfile.TemporaryDirectory(prefix="roboyard-") as copy:
+        summary = _run(source, out, packages, short, notify, began, warnings, Path(copy))
     return DemoResult(folder=out, summary=summary)
 
 
-def _perform(
+def _run(
     source: str | Path | None,
     out: Path,
     packages: Mapping[str, Path] | None,
     short: bool,
-    tell: Report,
+    notify: Progress,
     began: float,
-    remarks: list[str],
-    workshop: Path,
+    warnings: list[str],
+    copy: Path,
 ) -> dict[str, Any]:
-    tell("reading", 0.0)
+    notify("reading", 0.0)
     from roboyard.demo.demo_world import DemoWorld
     from roboyard.demo.load import find_source, load_robot
     from roboyard.demo.motion_sequence import MotionRecorder
-    from roboyard.demo.pictures import FPS, DemoVideo, still_views
+    from roboyard.demo.pictures import DemoVideo, still_views
     from roboyard.demo.plan import make_plan
     from roboyard.demo.plots import plot_joints
-    from roboyard.demo.summary import summarize, where_things_are
+    from roboyard.demo.summary import link_positions, summarize
     from roboyard.morphology.point_model import PointModel
+    from roboyard.rendering import save_png
 
     file, label = find_source(source)
-    intake = load_robot(file, packages=packages, folder=workshop)
-    description = intake.description
-    figure = PointModel(description)
-    tell("reading", 0.5)
-    plan = make_plan(figure)
-    stage = DemoWorld(figure, plan)
-    stage.world.ensure_compiled()
-    notes = dict.fromkeys([*description.notes, *stage.robot.notes, *remarks])
-
-    width, height = FILM_SIZE_SHORT if short else FILM_SIZE
-    film = DemoVideo(
-        stage,
-        width=width,
-        height=height,
-        frames=FRAMES_SHORT if short else FRAMES,
-        seconds=plan.duration + 1.5,
-    )
-
-    def on_tick(act: str, share: float) -> None:
-        film.tick()
-        tell(act, share)
-
-    teller = MotionRecorder(stage, on_tick, short=short)
-    tell("settling", 0.0)
-    teller.tell()
-    tell("views", 0.0)
-    stills = still_views(stage, *(STILL_SIZE_SHORT if short else STILL_SIZE))
-    places = where_things_are(stage)
-    teller.move()
-    story = teller.story
-
-    tell("writing", 0.0)
-    from roboyard.rendering import save_gif, save_png
+    loaded = load_robot(file, packages=packages, folder=copy)
+    model = PointModel(loaded.description)
+    notify("reading", 0.5)
+    plan = make_plan(model)
+    scene = DemoWorld(model, plan)
+    scene.world.ensure_compiled()
+    notes = list(dict.fromkeys([*loaded.description.notes, *scene.robot.notes, *warnings]))
 
     with whole_folder(out) as folder:
-        save_gif(folder / "robot.gif", film.frames, fps=FPS)
-        tell("writing", 0.5)
+        size, frames = (VIDEO_SIZE_SHORT, FRAMES_SHORT) if short else (VIDEO_SIZE, FRAMES)
+        video = DemoVideo(folder / "robot.gif", scene, size=size, frames=frames, seconds=plan.duration + 1.5)
+
+        def on_tick(phase: str, share: float) -> None:
+            video.tick()
+            notify(phase, share)
+
+        recorder = MotionRecorder(scene, on_tick, short=short)
+        notify("settling", 0.0)
+        recorder.settle_on_support()
+        notify("views", 0.0)
+        stills = still_views(scene, *(STILL_SIZE_SHORT if short else STILL_SIZE))
+        places = link_positions(scene)
+        recorder.move()
+
+        notify("writing", 0.0)
+        video.close()
+        notify("writing", 0.5)
         for name, image in stills.items():
             save_png(folder / f"{name}.png", image)
-        tell("writing", 0.7)
-        plot_joints(folder / "joints.png", story.record, plan, description)
-        files = ["robot.gif", *(f"{name}.png" for name in stills), "joints.png", "summary.json"]
+        notify("writing", 0.7)
+        plot_joints(folder / "joints.png", recorder.sequence.record, plan, loaded.description)
         summary = summarize(
-            stage,
-            story,
+            scene,
+            recorder.sequence,
             source=label,
-            intake=intake,
-            notes=list(notes),
+            loaded=loaded,
+            notes=notes,
             places=places,
-            film={"frames": len(film.frames), "speed": film.speed},
+            film={"frames": video.count, "speed": video.speed},
             wall_time=perf_counter() - began,
-            files=files,
+            files=["robot.gif", *(f"{name}.png" for name in stills), "joints.png", "summary.json"],
         )
         text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
         (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    tell("writing", 1.0)
+    notify("writing", 1.0)
     return summary
 
 
 @contextmanager
-def _heard() -> Iterator[list[str]]:
-    """Collect what Roboyard's modules log as warnings, instead of printing it amid the progress."""
+def _collected_warnings() -> Iterator[list[str]]:
+    """Yield a list that collects the warnings logged by Roboyard's modules, instead of printing them."""
 
-    class Ear(logging.Handler):
+    class Collector(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            heard.append(record.getMessage())
+            messages.append(record.getMessage())
 
-    heard: list[str] = []
-    logger, ear = logging.getLogger("roboyard"), Ear(logging.WARNING)
-    spread = logger.propagate
-    logger.addHandler(ear)
+    messages: list[str] = []
+    logger, collector = logging.getLogger("roboyard"), Collector(logging.WARNING)
+    propagate = logger.propagate
+    logger.addHandler(collector)
     logger.propagate = False
     try:
-        yield heard
+        yield messages
     finally:
-        logger.removeHandler(ear)
-        logger.propagate = spread
+        logger.removeHandler(collector)
+        logger.propagate = propagate

@@ -1,4 +1,4 @@
-"""One joint's way through its range: from home to one end, to the other, and home again, smoothly."""
+"""A smooth motion of one joint through its range: from home to the upper end, the lower end and home."""
 
 from __future__ import annotations
 
@@ -10,57 +10,59 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.model import Joint
+from roboyard.morphology.joint_ranges import full_range
 from roboyard.transforms import Array
 
-FREE_SLIDE = 0.1
-"""m that a prismatic joint without limits moves each way."""
-TURN = 2 * math.pi
 PEAK_SPEED = {"revolute": 2.5, "continuous": 2.5, "prismatic": 0.5}
-"""rad/s or m/s at most."""
+"""Largest speed by type of joint (rad/s or m/s)."""
 PEAK_ACCELERATION = {"revolute": 6.0, "continuous": 6.0, "prismatic": 1.5}
-"""rad/s² or m/s² at most."""
+"""Largest acceleration by type of joint (rad/s² or m/s²)."""
 SHARE_OF_EFFORT = 0.2
-"""Of the file's effort limit that may go into acceleration."""
+"""Share of the effort limit that acceleration may use."""
 SHARE_OF_LIMIT = 0.8
-"""Of the file's velocity limit at most."""
+"""Share of the velocity limit that a sweep may reach."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Sweep:
-    """A joint's motion over a phase that runs from 0 to 1; rad or m."""
+    """Motion of one joint over a phase from 0 to 1."""
 
     joint: str
+    """Name of the joint."""
     home: float
+    """Position at which the sweep starts and ends (rad or m)."""
     lower: float
+    """Lower end of the sweep (rad or m)."""
     upper: float
+    """Upper end of the sweep (rad or m)."""
     full: tuple[float, float]
-    """What the joint could do; `lower` and `upper` are what it is made to do."""
+    """Full range of the joint (rad or m)."""
     speed: float
-    """Largest that is asked of it; rad/s or m/s."""
+    """Largest speed (rad/s or m/s)."""
     acceleration: float
-    """Largest that is asked of it; rad/s² or m/s²."""
+    """Largest acceleration (rad/s² or m/s²)."""
     reasons: tuple[str, ...] = ()
-    """Why it does not go all the way."""
+    """Why the sweep is shorter than the full range."""
 
     @property
     def share(self) -> float:
-        """Part of the full range that is moved, 0 to 1."""
+        """Share of the full range that the sweep covers, 0 to 1."""
         whole = self.full[1] - self.full[0]
         return 1.0 if whole <= 0 else (self.upper - self.lower) / whole
 
     @property
     def stretches(self) -> tuple[tuple[float, float], ...]:
-        """From home to the upper end, to the lower end, and home, without those of no length; rad or m."""
+        """Start and end (rad or m) of each move (to upper end, lower end, home) of more than zero length."""
         points = [self.home, self.upper, self.lower, self.home]
         return tuple((a, b) for a, b in pairwise(points) if a != b)
 
     @property
     def duration(self) -> float:
-        """s, for the largest speed and acceleration.
+        """Shortest duration (s) within the largest speed and acceleration.
 
-        A stretch of length d in time t follows a half cosine, which peaks at the speed π d / 2 t and the
-        acceleration π² d / 2 t²; the stretches share the time as the square roots of their lengths, so that
-        the acceleration is the same in all.
+        A move of length d in time t follows a half cosine, with the peak speed π d / 2 t and the peak
+        acceleration π² d / 2 t². The moves share the duration in proportion to the square roots of their
+        lengths, so that all have the same peak acceleration.
         """
         roots = [math.sqrt(abs(b - a)) for a, b in self.stretches]
         if not roots:
@@ -70,7 +72,14 @@ class Sweep:
         return sum(roots) * max(by_speed, by_acceleration)
 
     def at(self, phase: ArrayLike) -> tuple[Array, Array]:
-        """(...) position, and (...) its derivative by the phase."""
+        """Return the position and its derivative by the phase.
+
+        Args:
+            phase: (n,) phases, or one; clipped to 0 to 1.
+
+        Returns:
+            (n,) positions (rad or m) and (n,) their derivatives (rad or m).
+        """
         s = np.clip(np.asarray(phase, dtype=float), 0.0, 1.0)
         position, slope = np.full_like(s, self.home), np.zeros_like(s)
         roots = [math.sqrt(abs(b - a)) for a, b in self.stretches]
@@ -85,25 +94,14 @@ class Sweep:
         return position, slope
 
 
-def full_range(joint: Joint, home: float) -> tuple[float, float]:
-    """What "through its range" means: the limits, but never more than a turn; rad or m.
-
-    A continuous joint makes one turn; a revolute one of more than a turn makes half a turn each way; a slide
-    without limits moves a little.
-    """
-    limits = joint.position_limits()
-    if joint.type == "prismatic":
-        lower, upper = limits or (home - FREE_SLIDE, home + FREE_SLIDE)
-        return max(lower, home - 100.0), min(upper, home + 100.0)
-    if limits is None:
-        return home, home + TURN
-    if limits[1] - limits[0] > TURN:
-        return max(limits[0], home - math.pi), min(limits[1], home + math.pi)
-    return limits
-
-
 def first_sweep(joint: Joint, home: float, inertia: float) -> Sweep:
-    """The joint's whole range at a fitting speed; `inertia` is that of what it moves, kg m² or kg."""
+    """Return the sweep of a joint through its full range, at a speed within its limits.
+
+    Args:
+        joint: a revolute, continuous or prismatic joint.
+        home: its home position (rad or m).
+        inertia: inertia of all that it moves (kg m² or kg).
+    """
     lower, upper = full_range(joint, home)
     speed, acceleration = PEAK_SPEED[joint.type], PEAK_ACCELERATION[joint.type]
     limit = joint.limit

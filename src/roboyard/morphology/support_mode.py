@@ -2,8 +2,8 @@
 
 | kind | when | in the demo |
 | --- | --- | --- |
-| standing | its weight lies over its feet or wheels, which its joints do not lift | free on the floor |
-| held | joints between its base and its feet carry it (legs) | dropped, then held up |
+| free | its weight lies over its feet or wheels, which its joints do not lift | free on the floor |
+| supported | joints between its base and its feet carry it (legs) | dropped, then fixed by its base |
 | mounted | anything else: arms, hands, heads, robots whose root is the world | base fixed |
 """
 
@@ -15,11 +15,11 @@ from typing import Literal
 
 import numpy as np
 
-from roboyard.demo.sweep import full_range
+from roboyard.morphology.joint_ranges import full_range
 from roboyard.morphology.point_model import PointModel
 from roboyard.transforms import Array
 
-Kind = Literal["standing", "held", "mounted"]
+Kind = Literal["free", "supported", "mounted"]
 
 WORLD_NAMES = ("world", "map", "odom")
 """Root links of these names, without mass and shape, are the world itself."""
@@ -93,7 +93,7 @@ def decide(figure: PointModel) -> SupportMode:
     if not touching.intersection(feet):
         return found("mounted", "what reaches the floor has no collision shapes")
     if not figure.joints:
-        return found("standing", "it has no joints to drive")
+        return found("free", "it has no joints to drive")
     if figure.base_mass <= 0.0:
         return found("mounted", "its base weighs nothing in its file")
     legs = _carrying_joints(figure, feet, float(lowest), tolerance)
@@ -102,20 +102,20 @@ def decide(figure: PointModel) -> SupportMode:
             link for name in legs for link in figure.moved_links(figure.description.joint_by_name[name])
         }
         rest = tuple(name for name in feet if name not in lifted)
-        if found("standing", "", rest).margin < LEAST_MARGIN * size:
-            held = found("held", f"its joints carry it ({_first_of(legs)})")
+        if found("free", "", rest).margin < LEAST_MARGIN * size:
+            held = found("supported", f"its joints carry it ({_first_of(legs)})")
             if held.margin < 0 and _is_one_limb(figure, feet):  # an arm whose hand hangs lower than its base
                 return found("mounted", f'its weight does not lie over what reaches the floor ("{feet[0]}")')
             return held
         feet = rest
-    stance = found("standing", "", feet)
+    stance = found("free", "", feet)
     if stance.margin < LEAST_MARGIN * size:
         return found("mounted", "its weight does not lie over its base", feet)
     if not any(figure.path(name) for name in feet):
         tipping = _tipping_joints(figure, stance)
         if tipping:
             return found("mounted", f'its base is fixed and "{tipping[0]}" would tip it over', feet)
-    return found("standing", f"its weight lies {100 * stance.margin:.1f} cm inside what it stands on", feet)
+    return found("free", f"its weight lies {100 * stance.margin:.1f} cm inside what it stands on", feet)
 
 
 def _is_one_limb(figure: PointModel, feet: tuple[str, ...]) -> bool:

@@ -15,6 +15,8 @@ from roboyard.rendering.matrices import check_range, look_at_view, orbit_view, p
 Array = NDArray[np.float64]
 
 MAX_SIDE = 16384
+FITTED_NEAR, FITTED_FAR = 0.02, 60.0
+"""Distances of the clipping planes of `Camera.fitted`, as multiples of its distance from what it shows."""
 _FLIP_YZ = np.diag([1.0, -1.0, -1.0])
 
 
@@ -84,6 +86,56 @@ class Camera:
         """
         projection = perspective(fovy, width / height, near, far)
         return cls(width, height, look_at_view(eye, target, up), projection)
+
+    @classmethod
+    def fitted(
+        cls,
+        points: ArrayLike,
+        direction: ArrayLike,
+        up: ArrayLike = (0.0, 0.0, 1.0),
+        *,
+        width: int = 640,
+        height: int = 480,
+        fovy: float = math.radians(30.0),
+        fill: float = 0.9,
+    ) -> Camera:
+        """Return the nearest perspective camera in a direction that has all points in its picture.
+
+        Its near and far planes are `FITTED_NEAR` and `FITTED_FAR` times its distance from the points' centre.
+
+        Args:
+            points: (n, 3) points in the world frame (m).
+            direction: (3,) from the points to the camera, in the world frame.
+            up: (3,) direction in the world frame that points up in the picture.
+            width: width of the picture (pixels).
+            height: height of the picture (pixels).
+            fovy: vertical opening angle (rad).
+            fill: share of the picture's width and height that the points may cover.
+        """
+        given = np.asarray(points, dtype=float)
+        if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
+            raise ValueError(f"points must have the shape (n, 3) with n > 0, got {given.shape}")
+        backward = np.asarray(direction, dtype=float) / np.linalg.norm(np.asarray(direction, dtype=float))
+        right = np.cross(np.asarray(up, dtype=float), backward)
+        right /= np.linalg.norm(right)
+        axes = np.stack([right, np.cross(backward, right), backward])
+        in_view = given @ axes.T
+        middle = 0.5 * (in_view.min(axis=0) + in_view.max(axis=0))
+        x, y, z = (in_view - middle).T
+        half_height = fill * math.tan(0.5 * fovy)
+        half_width = half_height * width / height
+        distance = float(max((np.abs(x) / half_width + z).max(), (np.abs(y) / half_height + z).max(), 1e-3))
+        centre = middle @ axes
+        return cls.look_at(
+            centre + distance * backward,
+            centre,
+            up,
+            width=width,
+            height=height,
+            fovy=fovy,
+            near=FITTED_NEAR * distance,
+            far=FITTED_FAR * distance,
+        )
 
     @classmethod
     def orthographic(

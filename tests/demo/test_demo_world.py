@@ -1,11 +1,13 @@
-"""The demo's drives hold light joints still."""
+"""Drives in the demo's world hold light joints still."""
 
 import numpy as np
+import pytest
 
 from roboyard.demo.demo_world import DemoWorld
 from roboyard.demo.plan import make_plan
-from roboyard.description import load_description
+from roboyard.description import RobotDescription, load_description
 from roboyard.morphology.point_model import PointModel
+from roboyard.sim import World
 
 
 def hand() -> str:
@@ -47,11 +49,28 @@ def hand() -> str:
 
 
 def test_strong_light_fingers_with_followers_do_not_chatter() -> None:
-    figure = PointModel(load_description(hand()))
-    stage = DemoWorld(figure, make_plan(figure))
-    stage.world.step(720)
+    model = PointModel(load_description(hand()))
+    scene = DemoWorld(model, make_plan(model))
+    scene.world.step(720)
     fastest = 0.0
     for _ in range(60):
-        stage.world.step()
-        fastest = max(fastest, float(np.abs(stage.robot.joint_velocities).max()))
+        scene.world.step()
+        fastest = max(fastest, float(np.abs(scene.robot.joint_velocities).max()))
     assert fastest < 0.01
+
+
+def test_the_demo_drives_joints_as_any_world_does(arm: RobotDescription) -> None:
+    model = PointModel(arm)
+    scene = DemoWorld(model, make_plan(model))
+    world = World()
+    alone = world.add_urdf(arm, scene.robot.position, fixed_base=True)
+    alone.joint_positions = model.home
+    for name, value in model.home.items():
+        alone.joint(name).drive_position(value)
+    scene.drive("shoulder", 0.6, 0.1)
+    alone.joint("shoulder").drive_position(0.6, velocity=0.1)
+    for _ in range(5):
+        scene.world.step(48)
+        world.step(48)
+        assert scene.robot.joint_positions == pytest.approx(alone.joint_positions, abs=1e-9)
+    assert alone.joint("shoulder").position == pytest.approx(0.6, abs=0.05)
