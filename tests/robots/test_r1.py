@@ -12,7 +12,7 @@ from roboyard.robots import Robot, add_robot
 from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.sim import World
 from roboyard.transforms import matrix_from_quaternion, quaternion_from_rpy
-from roboyard.validation.gates.ik_reach import command, reach, sample_ways
+from roboyard.validation.gates.ik_reach import command, reach, sample_paths
 
 ABSOLUTE = {"mode": "absolute_pose", "command_output_limits": None}
 FORWARD = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
@@ -96,7 +96,7 @@ def test_a_hundred_poses_are_reached() -> None:
     robot = floor(action_normalize=False, controllers=dict.fromkeys(arms, ABSOLUTE))
     errors = []
     for arm in arms:
-        for way in sample_ways(robot, arm, 50, seed=11):
+        for way in sample_paths(robot, arm, 50, seed=11):
             robot.reset()
             for pose in way[:-1]:
                 command(robot, arm, pose)

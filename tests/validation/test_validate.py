@@ -28,7 +28,7 @@ from roboyard.robots import parse_definition
 from roboyard.sensors.occlusion import occluded_fraction
 from roboyard.validation import ValidationReport, validate
 from roboyard.validation.gates import GATES
-from roboyard.validation.page import page
+from roboyard.validation.page import page_html
 from roboyard.validation.report import Gate
 
 DEFINITION = {
@@ -216,7 +216,7 @@ def test_pages_escape_what_files_say() -> None:
     gate = Gate(
         name="x", title="<script>", figure=2.0, threshold=1.0, unit="m", findings=["<b>"], advice="<i>"
     )
-    text = page(ValidationReport(robot="<r>", gates=(gate,)))
+    text = page_html(ValidationReport(robot="<r>", gates=(gate,)))
     assert "<script>" not in text
     assert "<b>&lt;" not in text.replace("<b>2 m", "")
     assert "&lt;r&gt;" in text

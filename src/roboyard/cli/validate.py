@@ -1,4 +1,4 @@
-"""`roboyard validate`: does a robot work?"""
+"""`roboyard validate`: run a robot's pass/fail tests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def validate(
     robot: Annotated[
         str,
         typer.Argument(
-            help="A robot of `roboyard robots`, or a URDF with --definition.",
+            help="A robot of `roboyard robots`, or a robot file.",
             metavar="ROBOT",
             show_default=False,
             autocompletion=robot_names,
@@ -37,17 +37,20 @@ def validate(
     ] = None,
     only: Annotated[
         list[str] | None,
-        typer.Option("--gate", metavar="NAME", help="Run this gate; may be given again.", show_default=False),
+        typer.Option(
+            "--gate", metavar="NAME", help="Run only this gate; may be repeated.", show_default=False
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     html: Annotated[
-        Path | None, typer.Option("--html", help="Write a page with curves here.", show_default=False)
+        Path | None,
+        typer.Option("--html", help="Write an HTML page with curves to this file.", show_default=False),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Of the poses that arms are sent to.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the random arm poses.")] = 0,
 ) -> None:
-    """Try a robot out: it settles, stays, obeys, reaches, sees.
+    """Test resting stability, controllers, IK reach and cameras.
 
-    Exit code 0: every gate passed; 1: one failed, with a word on what to look at.
+    Exit code 0: every gate passed; 1: a gate failed, with advice on what to check.
     """
     from roboyard.validation import validate as run_validation
 
@@ -67,7 +70,7 @@ def validate(
             if not gate.passed:
                 for finding in list(gate.findings)[:8]:
                     print(f"        {finding}")
-                print(f"        look at: {gate.advice}")
+                print(f"        check: {gate.advice}")
         if html is not None:
             print(f"wrote {html}")
     raise typer.Exit(0 if report.passed else 1)

@@ -8,7 +8,7 @@ from html import escape
 
 import numpy as np
 
-from roboyard.robots.portrait import WIDTH, portrait
+from roboyard.robots.portrait import WIDTH, render_portrait
 from roboyard.robots.robot_body import RobotBody
 
 MAX_JOINTS = 40
@@ -19,7 +19,7 @@ def robot_html(robot: RobotBody) -> str:
     """Return self-contained HTML with a picture of a robot and tables of its controllers and joints."""
     from roboyard.rendering import png_bytes
 
-    picture = b64encode(png_bytes(portrait(robot))).decode()
+    picture = b64encode(png_bytes(render_portrait(robot))).decode()
     owner = {name: group.name for group in robot.groups.values() for name in group.joints}
     slices = robot.controller_action_idx
     groups = [

@@ -30,7 +30,7 @@ def picture_of(robot: RegisteredRobot, registry: Registry) -> Path:
     file = data_folder(registry.data) / ".pictures" / f"{robot.name}-{digest[:12]}.png"
     if not file.is_file():
         from roboyard.rendering import png_bytes
-        from roboyard.robots.portrait import portrait
+        from roboyard.robots.portrait import render_portrait
         from roboyard.robots.spawn import add_robot
         from roboyard.sim.world import World
 
@@ -38,7 +38,7 @@ def picture_of(robot: RegisteredRobot, registry: Registry) -> Path:
         world.add_plane()
         spawned = add_robot(world, robot)
         spawned.set_pose(spawned.position - [0.0, 0.0, spawned.body.bounds[0, 2]])
-        image = png_bytes(portrait(spawned))
+        image = png_bytes(render_portrait(spawned))
         file.parent.mkdir(parents=True, exist_ok=True)
         draft = file.with_name(f".{file.name}")
         draft.write_bytes(image)

@@ -22,7 +22,7 @@ RADIUS_PER_DIAGONAL = 0.52
 """Radius of the sphere that is shown, per diagonal of the robot's bounding box."""
 
 
-def portrait(robot: RobotBody, *, width: int = WIDTH, height: int = HEIGHT) -> Image:
+def render_portrait(robot: RobotBody, *, width: int = WIDTH, height: int = HEIGHT) -> Image:
     """Return a picture of a robot in its world, from the front and its right.
 
     Args:

@@ -9,7 +9,7 @@ from roboyard.robots.robot_body import RobotBody
 from roboyard.transforms import Array, matrix_from_quaternion, rpy_from_matrix
 
 
-def proprioception(robot: RobotBody, keys: tuple[str, ...] | None = None) -> tuple[Array, dict[str, Array]]:
+def own_state(robot: RobotBody, keys: tuple[str, ...] | None = None) -> tuple[Array, dict[str, Array]]:
     """Return the arrays of `keys` as one (k,) vector, and all arrays by key.
 
     Args:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, StaleHandleError, unknown_name
-from roboyard.robots.configure_body import configure_body
+from roboyard.robots.body_setup import configure_body
 from roboyard.robots.control.action_space import ActionSpace
 from roboyard.robots.control.control_loop import ControlLoop
 from roboyard.robots.control.setup import ControllerConfig, Group, Setup, make_groups
@@ -263,9 +263,9 @@ class Robot(RobotBody, SensorSet):
         Raises:
             RoboyardError: a key does not exist.
         """
-        from roboyard.robots.proprioception import proprioception
+        from roboyard.robots.proprioception import own_state
 
-        return proprioception(self, keys)
+        return own_state(self, keys)
 
     @property
     def default_proprioception(self) -> tuple[str, ...]:

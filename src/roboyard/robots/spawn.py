@@ -14,9 +14,9 @@ from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import RobotModel
 from roboyard.errors import ConfigError
 from roboyard.robots.control.setup import ControllerConfig
-from roboyard.robots.definition.default_definition import default_definition
 from roboyard.robots.definition.description_edits import edit_description
 from roboyard.robots.definition.end_effectors import description_with, with_end_effector
+from roboyard.robots.definition.from_description import default_definition
 from roboyard.robots.definition.load import check_fits, load_definition, parse_definition
 from roboyard.robots.definition.postures import ResetMode
 from roboyard.robots.definition.schema import RobotDefinition

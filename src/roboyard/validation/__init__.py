@@ -1,4 +1,4 @@
-"""Does a robot work? Gates with figures: it settles, stays, obeys each controller, reaches, sees.
+"""Pass/fail tests of a robot: resting stability, controllers, IK reach and cameras, each with its figures.
 
 report = validate("r1")
 print(report.passed, [gate.name for gate in report.failed])

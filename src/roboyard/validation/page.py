@@ -1,4 +1,4 @@
-"""A validation as one self-contained HTML page, curves included."""
+"""A validation report as one self-contained HTML page with curves."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy as np
 from roboyard.validation.report import Curve, Gate, ValidationReport
 
 WIDTH, HEIGHT, LEFT, BOTTOM, TOP = 520, 170, 64, 34, 10
+"""Size and margins of a plot (pixels)."""
 COLORS = ("#1f6feb", "#d1660a", "#23803a", "#8250df")
-MOST_POINTS = 400
+MAX_POINTS = 400
 STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:60rem;padding:0
 1rem;color:#1c2430;background:#fff}
@@ -26,16 +27,16 @@ svg text{font:11px system-ui,sans-serif;fill:#5b6675}
 
 
 def write_page(report: ValidationReport, file: Path | str) -> Path:
-    """Write the page; returns where."""
+    """Write the page of a report and return its path."""
     path = Path(file)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page(report), encoding="utf-8")
+    path.write_text(page_html(report), encoding="utf-8")
     return path
 
 
-def page(report: ValidationReport) -> str:
-    """The page's HTML."""
-    verdict = '<span class="tag ok">passed</span>' if report.passed else '<span class="tag bad">failed</span>'
+def page_html(report: ValidationReport) -> str:
+    """Return a report as HTML."""
+    status = '<span class="tag ok">passed</span>' if report.passed else '<span class="tag bad">failed</span>'
     facts = (
         f"{report.joints} joints; {', '.join(report.capabilities) or 'no capabilities'}; "
         f"{report.seconds:.1f} s"
@@ -45,15 +46,16 @@ def page(report: ValidationReport) -> str:
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head><body>'
-        f'<h1>{title} {verdict}</h1><p class="facts">{escape(facts)}</p>{body}</body></html>'
+        f'<h1>{title} {status}</h1><p class="facts">{escape(facts)}</p>{body}</body></html>'
     )
 
 
 def _section(gate: Gate) -> str:
+    """Return the HTML of one gate."""
     if gate.skipped:
-        tag = '<span class="tag none">not asked</span>'
+        tag = '<span class="tag none">skipped</span>'
         return f"<section><h2>{escape(gate.title)} {tag}</h2><p>{escape(gate.skipped)}</p></section>"
-    tag = '<span class="tag ok">ok</span>' if gate.passed else '<span class="tag bad">fails</span>'
+    tag = '<span class="tag ok">ok</span>' if gate.passed else '<span class="tag bad">failed</span>'
     figure = f"{gate.figure:.4g} {gate.unit} ({gate.sense} {gate.threshold:g})"
     parts = [
         f"<h2>{escape(gate.title)} {tag}</h2>",
@@ -62,19 +64,19 @@ def _section(gate: Gate) -> str:
     if gate.findings:
         parts.append("<ul>" + "".join(f"<li>{escape(line)}</li>" for line in gate.findings[:50]) + "</ul>")
     if not gate.passed and gate.advice:
-        parts.append(f"<p><b>What to look at:</b> {escape(gate.advice)}</p>")
+        parts.append(f"<p><b>To check:</b> {escape(gate.advice)}</p>")
     if gate.curve is not None and len(gate.curve.x) > 1 and gate.curve.lines:
         parts.append(plot(gate.curve))
     return f"<section>{''.join(parts)}</section>"
 
 
 def plot(curve: Curve) -> str:
-    """An SVG of the curves, values from 0 up."""
-    step = max(1, len(curve.x) // MOST_POINTS)
+    """Return the curves as SVG; the value axis starts at 0."""
+    step = max(1, len(curve.x) // MAX_POINTS)
     x = curve.x[::step]
     lines = {label: np.nan_to_num(values[::step]) for label, values in curve.lines.items()}
     top = max((float(values.max()) for values in lines.values()), default=0.0)
-    top = max(top, 1e-6)  # what is less than that is rounding
+    top = max(top, 1e-6)  # smaller values are rounding errors
     low, high = float(x.min()), float(x.max())
     span = high - low or 1.0
     across, up = WIDTH - LEFT - 10, HEIGHT - BOTTOM - TOP

@@ -1,4 +1,4 @@
-"""What validation found: gates, each with a figure, a threshold, a curve to look at and a word of advice."""
+"""The results of a validation: gates, each with a figure, a threshold, a curve and advice."""
 
 from __future__ import annotations
 
@@ -12,40 +12,43 @@ from roboyard.transforms import Array
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Curve:
-    """Some lines over one axis."""
+    """Lines over one axis."""
 
     x: Array
-    """(n,)"""
+    """(n,) values of the axis, in the unit of `x_label`."""
     lines: Mapping[str, Array]
-    """Label to (n,) values."""
+    """Label to (n,) values, in the unit of `y_label`."""
     x_label: str
     y_label: str
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Gate:
-    """One question with its answer."""
+    """The result of one test."""
 
     name: str
     title: str
-    """The question in a few words."""
+    """The requirement in a few words."""
     figure: float
+    """Measured value, in `unit`."""
     threshold: float
+    """Limit of the figure, in `unit`."""
     unit: str
     sense: Literal["at most", "at least"] = "at most"
+    """Side of the threshold that passes."""
     detail: str = ""
-    """What was measured, and where the figure comes from."""
+    """How the figure was measured."""
     advice: str = ""
-    """Which parameter to look at when the gate fails."""
+    """Parameters to check when the gate fails."""
     findings: Sequence[str] = ()
-    """Single cases, the worst first."""
+    """Single failures, the worst first."""
     curve: Curve | None = None
     skipped: str = ""
-    """Why the gate does not apply; empty where it does."""
+    """Why the test does not apply; empty where it does."""
 
     @property
     def passed(self) -> bool:
-        """Whether the figure keeps to the threshold; a gate that does not apply passes."""
+        """Whether the figure is within the threshold; a skipped gate passes."""
         if self.skipped:
             return True
         if math.isnan(self.figure):
@@ -53,7 +56,7 @@ class Gate:
         return self.figure <= self.threshold if self.sense == "at most" else self.figure >= self.threshold
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data, curves left out."""
+        """Return the result as plain data, without its curve."""
         return {
             "name": self.name,
             "title": self.title,
@@ -69,7 +72,7 @@ class Gate:
         }
 
     def line(self) -> str:
-        """One line for a terminal."""
+        """Return the result as one line for a terminal."""
         if self.skipped:
             return f"  --  {self.title}: {self.skipped}"
         mark = " ok " if self.passed else "FAIL"
@@ -80,33 +83,39 @@ class Gate:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ValidationReport:
-    """All gates of one robot."""
+    """The results of all gates of one robot."""
 
     robot: str
     gates: tuple[Gate, ...]
     capabilities: tuple[str, ...] = ()
     joints: int = 0
     seconds: float = 0.0
-    """How long it took."""
+    """Duration (s)."""
     notes: tuple[str, ...] = field(default=())
 
     @property
     def passed(self) -> bool:
+        """Whether every gate passed."""
         return all(gate.passed for gate in self.gates)
 
     @property
     def failed(self) -> tuple[Gate, ...]:
+        """Gates that failed."""
         return tuple(gate for gate in self.gates if not gate.passed)
 
     def gate(self, name: str) -> Gate:
-        """The gate of this name; raises KeyError."""
+        """Return the gate of this name.
+
+        Raises:
+            KeyError: there is none.
+        """
         for gate in self.gates:
             if gate.name == name:
                 return gate
         raise KeyError(name)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return the report as plain data for JSON."""
         return {
             "robot": self.robot,
             "passed": self.passed,

@@ -1,4 +1,4 @@
-"""Validate a robot: every gate in turn, one that breaks counts as failed."""
+"""Run the gates of a robot; a gate that raises an error counts as failed."""
 
 from __future__ import annotations
 
@@ -26,54 +26,57 @@ def validate(
     scene: Callable[[Any], None] | None = None,
     **options: Any,
 ) -> ValidationReport:
-    """Try a robot out in a scene of its own and report on every gate.
+    """Run a robot's tests in worlds of their own and return the result of every gate.
 
     Args:
-        robot: a registered name or robot, or with `definition` a URDF file or a description.
-        definition: a definition file, its data or a checked one; a registered robot has its own.
+        robot: a registered name, a robot file, a registered robot, a description or a model.
+        definition: a definition file, its data, or a loaded definition; the default is as in `add_robot`.
         gates: names of the gates to run; all by default (see `roboyard.validation.gates.GATES`).
-        seed: of the poses that are sampled.
-        progress: told the gate and the share done.
-        scene: puts a floor (and more) into each world; a plane by default.
+        seed: of randomly sampled poses.
+        progress: called with the name of each gate and the finished fraction.
+        scene: adds a floor (and more) to each world; a plane by default.
         options: of `roboyard.robots.add_robot`.
 
     Raises:
         ConfigError: the definition is wrong, or the robot or a gate unknown.
-        DescriptionError: the URDF cannot be used.
+        DescriptionError: the robot file cannot be loaded.
     """
     for name in gates or ():
         if name not in GATES:
             raise ConfigError(unknown_name("gate", name, GATES))
     began = time.perf_counter()
-    bench = _test_world(robot, definition, seed, scene, options)
+    test_world = _test_world(robot, definition, seed, scene, options)
     chosen = [name for name in GATES if gates is None or name in gates]
     results: list[Gate] = []
     for index, name in enumerate(chosen):
         if progress is not None:
             progress(name, index / len(chosen))
         try:
-            results += GATES[name](bench)
+            results += GATES[name](test_world)
         except RoboyardError as error:
             results.append(_broken(name, str(error)))
-    joints = bench.joint_count if bench.joint_count is not None else len(bench.robot().joint_names)
+    joints = (
+        test_world.joint_count if test_world.joint_count is not None else len(test_world.robot().joint_names)
+    )
     return ValidationReport(
-        robot=bench.name,
+        robot=test_world.name,
         gates=tuple(results),
-        capabilities=bench.definition.capabilities,
+        capabilities=test_world.definition.capabilities,
         joints=joints,
         seconds=time.perf_counter() - began,
     )
 
 
-def _broken(name: str, told: str) -> Gate:
+def _broken(name: str, message: str) -> Gate:
+    """Return the failed result of a gate that raised an error."""
     return Gate(
         name=name,
-        title=f"Gate {name} could not be finished",
+        title=f"Gate {name} raised an error",
         figure=float("nan"),
         threshold=0.0,
         unit="",
-        findings=[" ".join(told.split())],
-        advice="mend what the message names first",
+        findings=[" ".join(message.split())],
+        advice="fix the error in the message first",
     )
 
 

@@ -1,4 +1,4 @@
-"""A robot on a floor, ready to be tried: every gate starts from a fresh one."""
+"""The world of a gate: the robot under test on a floor, new for every gate."""
 
 from __future__ import annotations
 
@@ -16,29 +16,35 @@ from roboyard.sim.world import World
 from roboyard.transforms import Array
 
 SUNK = 2e-3
-"""m: a robot that reaches further below the floor is lifted onto it"""
+"""A robot that reaches further below the floor is lifted onto it (m)."""
 
 
 @dataclass(kw_only=True, slots=True)
 class TestWorld:
-    """Builds worlds with the robot under test."""
+    """Creates worlds with the robot under test."""
 
     name: str
     source: RegisteredRobot | RobotDescription
     definition: RobotDefinition
     timestep: float = 1 / 240
+    """Time step of the worlds (s)."""
     seed: int = 0
+    """Of randomly sampled poses."""
     cameras: tuple[CameraFrame, ...] = ()
     scene: Any = None
-    """Called with each new world; a floor by default."""
+    """Called with each new world to add its floor; None: a plane."""
     options: Mapping[str, Any] = field(default_factory=dict)
-    """Of `add_robot`."""
+    """Options of `add_robot`."""
     joint_count: int | None = None
-    """Joints of the robot, known once one was made."""
+    """Number of joints; known after the first robot was added."""
 
     def robot(self, *, visual: bool = False, **options: Any) -> Robot:
-        """A fresh robot on the floor of a fresh world, without its visual shapes unless they are asked for:
-        nothing touches them, and dense ones take most of the time and memory of a world.
+        """Return a new robot on the floor of a new world.
+
+        Args:
+            visual: also build visual shapes. They do not collide, and dense ones take most of the time and
+                memory of a world.
+            options: of `add_robot`, on top of `self.options`.
         """
         world = World(timestep=self.timestep, visual_geoms=visual)
         if self.scene is None:
@@ -56,7 +62,7 @@ class TestWorld:
 
 
 def advance(robot: Robot, seconds: float, action: Array | None = None) -> None:
-    """Step on, with an action repeated at each control step if one is given."""
+    """Step the world for a time (s), with an (action_dim,) action at each control step if one is given."""
     steps = max(1, round(seconds * robot.control_freq))
     for _ in range(steps):
         if action is not None:
@@ -65,12 +71,12 @@ def advance(robot: Robot, seconds: float, action: Array | None = None) -> None:
 
 
 def zero_action(robot: Robot) -> Array:
-    """(action_dim,) zeros."""
+    """Return (action_dim,) zeros."""
     return np.zeros(robot.action_dim)
 
 
 def all_contacts(robot: Robot) -> set[tuple[str, str]]:
-    """Pairs that touch now: links of the robot with one another ("arm", "base"), or with another body."""
+    """Return the pairs in contact: two links of the robot ("arm", "base"), or a link and "<body>/"."""
     robot.world.detect_contacts()
     found = set()
     for contact in robot.world.contacts(robot.body):
@@ -81,9 +87,7 @@ def all_contacts(robot: Robot) -> set[tuple[str, str]]:
 
 
 def own_contacts(robot: Robot) -> list[tuple[str, str, float]]:
-    """Links of the robot that overlap one another now, with the depth in m, the deepest first; one entry a
-    pair.
-    """
+    """Return the pairs of links of the robot that overlap, with their depth (m), the deepest first."""
     robot.world.detect_contacts()
     deepest: dict[tuple[str, str], float] = {}
     for contact in robot.world.contacts(robot.body, robot.body):

@@ -1,28 +1,28 @@
-"""The gates, one a file, in the order they run."""
+"""The gates in the order in which they run, one test a file."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from roboyard.validation.gates.drive import drive
-from roboyard.validation.gates.ik_reach import ik_reach
-from roboyard.validation.gates.limits import limits
-from roboyard.validation.gates.response import response
-from roboyard.validation.gates.rest import drift, self_collision, settle
-from roboyard.validation.gates.sensors import sensors
-from roboyard.validation.gates.tuck import tuck
+from roboyard.validation.gates.drive import drive_gates
+from roboyard.validation.gates.ik_reach import ik_reach_gates
+from roboyard.validation.gates.limits import limits_gates
+from roboyard.validation.gates.response import response_gates
+from roboyard.validation.gates.rest import drift_gates, self_collision_gates, settle_gates
+from roboyard.validation.gates.sensors import sensors_gates
+from roboyard.validation.gates.tuck import tuck_gates
 from roboyard.validation.report import Gate
 from roboyard.validation.test_world import TestWorld
 
 GATES: dict[str, Callable[[TestWorld], tuple[Gate, ...]]] = {
-    "limits": limits,
-    "self_collision": self_collision,
-    "settle": settle,
-    "drift": drift,
-    "response": response,
-    "drive": drive,
-    "ik_reach": ik_reach,
-    "tuck": tuck,
-    "sensors": sensors,
+    "limits": limits_gates,
+    "self_collision": self_collision_gates,
+    "settle": settle_gates,
+    "drift": drift_gates,
+    "response": response_gates,
+    "drive": drive_gates,
+    "ik_reach": ik_reach_gates,
+    "tuck": tuck_gates,
+    "sensors": sensors_gates,
 }
-"""Name to the function that answers; one function may answer several questions."""
+"""Name to the function that runs it; one function may return several gates."""

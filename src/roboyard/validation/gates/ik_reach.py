@@ -1,9 +1,9 @@
-"""Do arms under inverse kinematics reach poses that they can reach?
+"""Test that arms with inverse kinematics reach poses that are reachable.
 
-Poses come from random postures of the arm, up to 1.5 rad from the reset posture, whose straight way from
-there, joint by joint, touches nothing and asks no drive for more than 80 % of its effort against gravity.
-The arm's own controller is led along that way by absolute poses (controllers do not plan), and then has to
-come to rest at the last.
+Poses come from random postures of the arm, up to 1.5 rad from the reset posture. The straight joint-space
+path from there is free of contacts, and gravity takes no more than 80 % of any joint's effort limit on it.
+The arm's controller follows absolute poses along that path (controllers do not plan), and must come to rest
+at the last.
 """
 
 from __future__ import annotations
@@ -19,29 +19,31 @@ from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, all_contacts
 
 POSES = 20
-"""For each arm."""
+"""Number of poses for each arm."""
 SECONDS = 6.0
-SECONDS_A_LEG = 1.5
+"""Time to reach the last pose of a path (s)."""
+SECONDS_PER_POSE = 1.5
+"""Time to reach each pose on the path (s)."""
 NEAR = (0.02, 0.1)
-"""m and rad: near enough to a pose on the way"""
+"""Tolerances of a pose on the path (m, rad)."""
 POSITION, ROTATION = 5e-3, 0.05
-"""m and rad"""
-SHARE = 0.9
-"""Of the poses: an arm that follows poses, not joints, may fold the other way on the way and touch "
-"something."""
+"""Tolerances of the last pose (m, rad)."""
+MIN_REACHED = 0.9
+"""Fraction of poses to reach: an arm that follows poses, not joints, may take another posture on the path and
+collide."""
 WINDOW = 1.5
-"""rad or m from the reset posture"""
-HOLDABLE = 0.8
-"""Of the effort limits"""
+"""Largest joint distance from the reset posture (rad or m)."""
+MAX_GRAVITY_EFFORT = 0.8
+"""Largest effort against gravity, as a fraction of the effort limits."""
 STEP = 0.25
-"""rad or m between the postures looked at between reset and pose."""
+"""Joint distance between the checked postures of a path (rad or m)."""
 
 
-def ik_reach(bench: TestWorld, poses: int = POSES) -> tuple[Gate, ...]:
-    """Share of poses reached, and the errors."""
+def ik_reach_gates(test_world: TestWorld, poses: int = POSES) -> tuple[Gate, ...]:
+    """Measure the fraction of poses reached, and the errors."""
     arms = [
         group
-        for group, name in bench.definition.controller_names().items()
+        for group, name in test_world.definition.controller_names().items()
         if name in ("InverseKinematicsController", "OperationalSpaceController")
     ]
     if not arms:
@@ -50,24 +52,26 @@ def ik_reach(bench: TestWorld, poses: int = POSES) -> tuple[Gate, ...]:
                 name="ik_reach",
                 title="Arms reach poses",
                 figure=0.0,
-                threshold=SHARE,
+                threshold=MIN_REACHED,
                 unit="of the poses",
                 skipped="no group has inverse kinematics",
             ),
         )
     absolute = {"mode": "absolute_pose", "command_output_limits": None, "command_input_limits": None}
-    robot = bench.robot(action_normalize=False, controllers=dict.fromkeys(arms, absolute))
+    robot = test_world.robot(action_normalize=False, controllers=dict.fromkeys(arms, absolute))
     errors, labels, findings = [], [], []
     for arm in arms:
-        for k, way in enumerate(sample_ways(robot, arm, poses, bench.seed)):
+        for k, path in enumerate(sample_paths(robot, arm, poses, test_world.seed)):
             robot.reset()
-            for pose in way[:-1]:
-                reach(robot, arm, pose, SECONDS_A_LEG, near=NEAR)
-            error = reach(robot, arm, way[-1], SECONDS)
+            for pose in path[:-1]:
+                reach(robot, arm, pose, SECONDS_PER_POSE, near=NEAR)
+            error = reach(robot, arm, path[-1], SECONDS)
             errors.append(error)
             labels.append(f"{arm} {k}")
             if error[0] > POSITION or error[1] > ROTATION:
-                findings.append(f"{arm}, pose {k}: {error[0] * 1e3:.1f} mm and {error[1]:.3f} rad short")
+                findings.append(
+                    f"{arm}, pose {k}: {error[0] * 1e3:.1f} mm and {error[1]:.3f} rad from the pose"
+                )
     found = np.array(errors).reshape(-1, 2)
     if len(found) == 0:
         return (
@@ -75,11 +79,11 @@ def ik_reach(bench: TestWorld, poses: int = POSES) -> tuple[Gate, ...]:
                 name="ik_reach",
                 title="Arms reach poses",
                 figure=0.0,
-                threshold=SHARE,
+                threshold=MIN_REACHED,
                 unit="of the poses",
                 sense="at least",
                 detail="no posture free of self-collision was found",
-                advice="look at self-collision: disabled_collision_pairs, self_collisions",
+                advice="self-collision: disabled_collision_pairs, self_collisions",
             ),
         )
     good = (found[:, 0] <= POSITION) & (found[:, 1] <= ROTATION)
@@ -88,15 +92,15 @@ def ik_reach(bench: TestWorld, poses: int = POSES) -> tuple[Gate, ...]:
             name="ik_reach",
             title="Arms reach poses",
             figure=float(good.mean()),
-            threshold=SHARE,
+            threshold=MIN_REACHED,
             unit="of the poses",
             sense="at least",
             detail=f"{len(found)} poses, within {POSITION * 1e3:g} mm and {ROTATION:g} rad; median error"
             f" {np.median(found[:, 0]) * 1e3:.2f} mm, {np.median(found[:, 1]):.4f} rad",
             findings=findings,
-            advice="look at arm_joint_names and eef_link_names, at effort and joint limits, at "
-            "default_joint_pos, and"
-            " at what the arm touches on its way",
+            advice="arm_joint_names and eef_link_names, effort and joint limits, default_joint_pos, and "
+            "contacts of"
+            " the arm on its path",
             curve=Curve(
                 x=np.arange(len(found), dtype=float),
                 lines={"position, cm": found[:, 0] * 100, "orientation, rad": found[:, 1]},
@@ -107,9 +111,17 @@ def ik_reach(bench: TestWorld, poses: int = POSES) -> tuple[Gate, ...]:
     )
 
 
-def sample_ways(robot: Robot, group: str, count: int, seed: int) -> list[list[Array]]:
-    """Up to `count` ways, each of (4, 4) poses of a group's tip in the robot's base frame; leaves "
-    "the robot reset.
+def sample_paths(robot: Robot, group: str, count: int, seed: int) -> list[list[Array]]:
+    """Return up to `count` contact-free paths of a group's tip; the robot is reset afterwards.
+
+    Args:
+        robot: in the world of the test.
+        group: of an arm with a task-space controller.
+        count: of paths.
+        seed: of the random postures.
+
+    Returns:
+        Paths of (4, 4) poses in the robot's base frame.
     """
     controller, places = robot.controllers[group], robot.groups[group].indices
     assert isinstance(controller, TaskController)
@@ -125,36 +137,36 @@ def sample_ways(robot: Robot, group: str, count: int, seed: int) -> list[list[Ar
     for _ in range(count * 20):
         if len(found) == count:
             break
-        way = _free_way(robot, group, resting, places, rng.uniform(lower, upper), usual)
-        if way:
-            found.append(way)
+        path = _free_path(robot, group, resting, places, rng.uniform(lower, upper), usual)
+        if path:
+            found.append(path)
     robot.reset()
     return found
 
 
-def _free_way(
-    robot: Robot, group: str, resting: Array, places: Indices, wanted: Array, usual: set[tuple[str, str]]
+def _free_path(
+    robot: Robot, group: str, resting: Array, places: Indices, target: Array, usual: set[tuple[str, str]]
 ) -> list[Array]:
-    """Poses of the tip on the straight way to a posture; empty where something touches on it."""
+    """Return the poses of the tip on the straight joint path to a posture; empty where it is not free."""
     controller = robot.controllers[group]
     assert isinstance(controller, TaskController)
     poses = []
-    count = max(1, int(np.ceil(np.abs(wanted - resting[places]).max() / STEP)))
-    for share in np.linspace(1.0 / count, 1.0, count):
+    count = max(1, int(np.ceil(np.abs(target - resting[places]).max() / STEP)))
+    for fraction in np.linspace(1.0 / count, 1.0, count):
         q = resting.copy()
-        q[places] += share * (wanted - resting[places])
+        q[places] += fraction * (target - resting[places])
         robot.joint_arrays.q = q
         if all_contacts(robot) - usual:
             return []
         robot.joint_arrays.refresh()
-        if (np.abs(robot.joint_arrays.bias[places]) > HOLDABLE * robot.limits.effort[places]).any():
+        if (np.abs(robot.joint_arrays.bias[places]) > MAX_GRAVITY_EFFORT * robot.limits.effort[places]).any():
             return []
         poses.append(controller.tip(robot.loop.state_of(robot.groups[group])))
     return poses
 
 
 def command(robot: Robot, group: str, pose: Array) -> None:
-    """Give a group a (4, 4) pose in the base frame."""
+    """Set a group's goal to a (4, 4) pose in the base frame."""
     robot.apply_action({group: np.concatenate([pose[:3, 3], vector_of_matrix(pose[:3, :3])])})
 
 
@@ -166,8 +178,17 @@ def reach(
     *,
     near: tuple[float, float] = (POSITION / 5, ROTATION / 5),
 ) -> tuple[float, float]:
-    """Send an arm to a (4, 4) pose in the base frame; distance left in m and rad when it is near, "
-    "or time is up.
+    """Command an arm to a (4, 4) pose in the base frame, until it is near or the time is up.
+
+    Args:
+        robot: in the world of the test.
+        group: of the arm.
+        pose: (4, 4) in the base frame.
+        seconds: at most (s).
+        near: tolerances (m, rad).
+
+    Returns:
+        Remaining errors of position (m) and rotation (rad).
     """
     command(robot, group, pose)
     link = robot.body.link(_tip_link(robot, group))

@@ -12,7 +12,7 @@ TOLERANCE = 1e-4
 """Distance by which a posture may exceed a limit (rad or m)."""
 
 
-def limits(test_world: TestWorld) -> tuple[Gate, ...]:
+def limits_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     """Count joints and posture entries with impossible values."""
     robot = test_world.robot()
     findings = [*_joints(robot), *_postures(robot)]

@@ -1,10 +1,12 @@
-"""Does every controller move its own joints, and no others?
+"""Test that every controller moves its own joints, and no others.
 
-Each number of each command is nudged alone, up and then down, for half a second; beside it the same robot
-does nothing. A joint's response is the largest difference between the two.
+Each number of each command is changed alone, up and then down, for half a second, and compared with the same
+robot under the no-op action. A joint's response is the largest difference between the two.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,101 +17,124 @@ from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld
 
 SECONDS = 0.5
-NUDGE = 0.1
-"""Of the command's range."""
-MOVES = 2e-3
-"""rad or m: what counts as a response"""
-LEAK = 0.1
-"""Share of the response that other joints may show"""
+"""Duration of each change (s)."""
+CHANGE = 0.1
+"""Change of a command's number, as a fraction of its range."""
+MIN_RESPONSE = 2e-3
+"""Smallest motion that counts as a response (rad or m)."""
+MAX_LEAK = 0.1
+"""Largest motion of other joints, as a fraction of the response."""
 
 
-def response(bench: TestWorld) -> tuple[Gate, ...]:
-    """Least response of any command, and largest motion of joints that were not meant."""
-    robot = bench.robot()
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Response:
+    """The effect of one number of an action."""
+
+    label: str
+    """Group and index of the number in its command."""
+    moved: float
+    """Largest motion of the group's own joints (rad or m)."""
+    leak: float
+    """Largest motion of other joints, as a fraction of `moved`."""
+    other: str
+    """The other joint that moved most."""
+
+
+def response_gates(test_world: TestWorld) -> tuple[Gate, ...]:
+    """Measure the smallest response of any command, and the largest motion of other joints."""
+    robot = test_world.robot()
     if robot.action_dim == 0:
         return (
             Gate(
                 name="response",
                 title="Every command moves its joints",
                 figure=0.0,
-                threshold=MOVES,
+                threshold=MIN_RESPONSE,
                 unit="rad or m",
                 skipped="no controller takes commands",
             ),
         )
-    idle = robot.no_op_action()
-    robot.world.step(1)
-    start = robot.world.save_state()
-    _settle(robot, idle)
-    start = robot.world.save_state()
-    still = _run(robot, start, idle)
-    moved, leaks, findings, labels = [], [], [], []
-    for name, numbers in robot.controller_action_idx.items():
-        own = _own(robot, name)
-        for k in range(numbers.stop - numbers.start):
-            best, leak, culprit = 0.0, 0.0, ""
-            for sign in (1.0, -1.0):
-                action = idle.copy()
-                action[numbers.start + k] = _nudged(robot, name, float(idle[numbers.start + k]), sign)
-                apart = np.abs(_run(robot, start, action) - still)
-                answer = float(apart[:, own].max())
-                if answer > best:
-                    others = np.setdiff1d(np.arange(robot.n_dof), _related(robot, name))
-                    worst = apart[:, others].max(axis=0) if len(others) else np.zeros(1)
-                    best, leak = answer, float(worst.max()) / answer
-                    culprit = robot.joint_names[others[int(worst.argmax())]] if len(others) else ""
-            moved.append(best)
-            leaks.append(leak if best > MOVES else 0.0)
-            labels.append(f"{name}[{k}]")
-            if best < MOVES:
-                findings.append(f"{name}[{k}] moves its joints by {best:.2g} only")
-            if leaks[-1] > LEAK:
-                findings.append(f"{name}[{k}] also moves {culprit}, by {leak:.0%} of its own motion")
-    x = np.arange(len(moved), dtype=float)
-    weakest = labels[int(np.argmin(moved))]
+    responses = _measure_responses(robot)
+    moved = np.array([response.moved for response in responses])
+    leaks = np.array([response.leak for response in responses])
+    weakest = responses[int(np.argmin(moved))].label
     return (
         Gate(
             name="response",
             title="Every command moves its joints",
-            figure=float(min(moved)),
-            threshold=MOVES,
+            figure=float(moved.min()),
+            threshold=MIN_RESPONSE,
             unit="rad or m",
             sense="at least",
-            detail=f"{len(moved)} numbers nudged by {NUDGE:g} for {SECONDS:g} s; least response: {weakest}",
-            findings=[line for line in findings if "only" in line],
-            advice="look at the joint names of the group, at effort and velocity limits, at joints "
-            "that mimic others,"
-            " and at command_output_limits",
+            detail=f"{len(moved)} numbers changed by {CHANGE:g} for {SECONDS:g} s; smallest response: "
+            f"{weakest}",
+            findings=[
+                f"{response.label} moves its joints by only {response.moved:.2g}"
+                for response in responses
+                if response.moved < MIN_RESPONSE
+            ],
+            advice="the joint names of the group, effort and velocity limits, mimic joints, and"
+            " command_output_limits",
             curve=Curve(
-                x=x,
-                lines={"own joints": np.array(moved), "others": np.array(moved) * np.array(leaks)},
-                x_label="number of the action",
+                x=np.arange(len(moved), dtype=float),
+                lines={"own joints": moved, "others": moved * leaks},
+                x_label="index in the action",
                 y_label="rad or m",
             ),
         ),
         Gate(
             name="isolation",
             title="No command moves other joints",
-            figure=float(max(leaks)),
-            threshold=LEAK,
+            figure=float(leaks.max()),
+            threshold=MAX_LEAK,
             unit="of its own motion",
             detail="largest motion of a joint outside the group",
-            findings=[line for line in findings if "also" in line],
-            advice="look at collision shapes that touch, at stiffness of the joints that give way, "
-            "and at the joint"
-            " names of both groups",
+            findings=[
+                f"{response.label} also moves {response.other}, by {response.leak:.0%} of its own motion"
+                for response in responses
+                if response.leak > MAX_LEAK
+            ],
+            advice="collision shapes in contact, the stiffness of the other joints, and the joint names of "
+            "both groups",
         ),
     )
 
 
-def _settle(robot: Robot, idle: Array) -> None:
+def _measure_responses(robot: Robot) -> list[Response]:
+    """Return the response to each number of an action; the robot rests for a second first."""
+    idle = robot.no_op_action()
+    robot.world.step(1)
     for _ in range(round(robot.control_freq)):
         robot.apply_action(idle)
         robot.world.step(robot.steps_per_control)
+    start = robot.world.save_state()
+    reference = _run(robot, start, idle)
+    found = []
+    for group, numbers in robot.controller_action_idx.items():
+        own = robot.groups[group].indices
+        others = np.setdiff1d(np.arange(robot.n_dof), _related(robot, group))
+        for k in range(numbers.stop - numbers.start):
+            best = Response(label=f"{group}[{k}]", moved=0.0, leak=0.0, other="")
+            for sign in (1.0, -1.0):
+                action = idle.copy()
+                number = numbers.start + k
+                action[number] = _changed(robot, group, float(idle[number]), sign)
+                difference = np.abs(_run(robot, start, action) - reference)
+                moved = float(difference[:, own].max())
+                if moved > best.moved:
+                    worst = difference[:, others].max(axis=0) if len(others) else np.zeros(1)
+                    best = Response(
+                        label=best.label,
+                        moved=moved,
+                        leak=float(worst.max()) / moved if moved > MIN_RESPONSE else 0.0,
+                        other=robot.joint_names[others[int(worst.argmax())]] if len(others) else "",
+                    )
+            found.append(best)
+    return found
 
 
 def _run(robot: Robot, start: object, action: Array) -> Array:
-    """(steps, n) joint positions under a repeated action."""
+    """Return the (steps, n) joint positions (rad or m) under a repeated action from a saved state."""
     robot.world.restore_state(start)  # type: ignore[arg-type]
     robot.loop.invalidate()
     steps = round(SECONDS * robot.control_freq)
@@ -117,24 +142,20 @@ def _run(robot: Robot, start: object, action: Array) -> Array:
     for k in range(steps):
         robot.apply_action(action)
         robot.world.step(robot.steps_per_control)
-        out[k] = robot.joint_arrays.q
+        out[k] = robot.joint_positions
     return out
 
 
-def _nudged(robot: Robot, group: str, idle: float, sign: float) -> float:
-    """The command's number, moved; binary grippers are told the other way round."""
+def _changed(robot: Robot, group: str, idle: float, sign: float) -> float:
+    """Return a changed number of a command; for binary grippers one end of the range."""
     settings = robot.controllers[group].settings
     if getattr(settings, "mode", "") == "binary":
         return sign
-    return idle + sign * NUDGE
-
-
-def _own(robot: Robot, group: str) -> Indices:
-    return robot.groups[group].indices
+    return idle + sign * CHANGE
 
 
 def _related(robot: Robot, group: str) -> Indices:
-    """Joints that may move with a group: its own, a base's virtual or free ones, and followers by mimic."""
+    """Return the joints that may move with a group: its own, their mimic joints, and free or base joints."""
     own = {robot.joint_names[i] for i in robot.groups[group].indices}
     related = set(own)
     for name in robot.joint_names:

@@ -1,4 +1,4 @@
-"""Left alone with zero actions: does the robot overlap itself, come to rest, and stay where it is?"""
+"""Test a robot under zero actions: no self-collision, it comes to rest, and it does not drift."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, own_contacts, zero_action
 
 OVERLAP = 2e-4
-"""m: contacts this deep push."""
-SETTLE_SECONDS, LOOK_SECONDS = 2.0, 0.25
-SPEED = 0.02
-"""rad/s or m/s at the end"""
+"""Penetration of two links that counts as a self-collision (m)."""
+SETTLE_SECONDS, MEASURED_SECONDS = 2.0, 0.25
+"""Duration of the test, and its last part in which speeds are measured (s)."""
+MAX_SPEED = 0.02
+"""Largest speed at rest (rad/s or m/s)."""
 DRIFT_SECONDS = 10.0
+"""Duration of the drift test (s)."""
 BASE_DRIFT, FLOATING_DRIFT = 1e-3, 5e-3
-"""m: of a base that is bolted or on virtual joints, and of one that stands on its own wheels or legs"""
-BASE_TURN = 5e-3
-"""rad"""
+"""Largest motion of a fixed or holonomic base, and of one on its own wheels or legs (m)."""
 JOINT_DRIFT = 5e-3
-"""rad or m"""
+"""Largest motion of a joint (rad or m)."""
 
 
-def self_collision(bench: TestWorld) -> tuple[Gate, ...]:
-    """Count pairs of links that overlap in the reset posture."""
-    robot = bench.robot()
+def self_collision_gates(test_world: TestWorld) -> tuple[Gate, ...]:
+    """Count the pairs of links that overlap in the reset posture."""
+    robot = test_world.robot()
     pairs = [(a, b, depth) for a, b, depth in own_contacts(robot) if depth > OVERLAP]
     return (
         Gate(
             name="self_collision",
-            title="No link overlaps another at rest",
+            title="No self-collision at rest",
             figure=float(len(pairs)),
             threshold=0.0,
             unit="pairs",
@@ -43,37 +43,37 @@ def self_collision(bench: TestWorld) -> tuple[Gate, ...]:
     )
 
 
-def settle(bench: TestWorld) -> tuple[Gate, ...]:
-    """Fastest joint and base speed after two seconds of zero actions."""
-    robot = bench.robot()
+def settle_gates(test_world: TestWorld) -> tuple[Gate, ...]:
+    """Measure the largest speed of joints and base after two seconds of zero actions."""
+    robot = test_world.robot()
     action = zero_action(robot)
     steps = round(SETTLE_SECONDS * robot.control_freq)
-    times, joints, bases, who = np.zeros(steps), np.zeros(steps), np.zeros(steps), ""
-    last = steps - round(LOOK_SECONDS * robot.control_freq)
+    times, joints, bases, fastest = np.zeros(steps), np.zeros(steps), np.zeros(steps), ""
+    last = steps - round(MEASURED_SECONDS * robot.control_freq)
     worst = -1.0
     for k in range(steps):
         robot.apply_action(action)
         robot.world.step(robot.steps_per_control)
-        v = np.abs(robot.joint_arrays.v)
-        linear, angular = robot.base_link.velocity
+        v = np.abs(robot.joint_velocities)
+        linear, angular = robot.velocity
         times[k], joints[k] = (k + 1) / robot.control_freq, v.max(initial=0.0)
         bases[k] = max(np.linalg.norm(linear), np.linalg.norm(angular))
         if k >= last and max(joints[k], bases[k]) > worst:
             worst = float(max(joints[k], bases[k]))
-            who = robot.joint_names[int(v.argmax())] if len(v) and joints[k] >= bases[k] else "the base"
+            fastest = robot.joint_names[int(v.argmax())] if len(v) and joints[k] >= bases[k] else "the base"
     return (
         Gate(
             name="settle",
             title="The robot comes to rest",
             figure=worst,
-            threshold=SPEED,
+            threshold=MAX_SPEED,
             unit="rad/s or m/s",
-            detail=f"largest speed in the last {LOOK_SECONDS:g} s of {SETTLE_SECONDS:g} s of zero "
-            f"actions: {who}",
-            findings=[f"{who} still moves at {worst:.3g}"] if worst > SPEED else [],
-            advice="look at collision shapes that overlap, at inertias and masses off their scale, "
-            "at damping and"
-            " effort limits, and at isaac_kp and isaac_kd of the controller that drives the joint",
+            detail=f"largest speed in the last {MEASURED_SECONDS:g} s of {SETTLE_SECONDS:g} s of zero "
+            f"actions: {fastest}",
+            findings=[f"{fastest} still moves at {worst:.3g}"] if worst > MAX_SPEED else [],
+            advice="overlapping collision shapes, implausible masses and inertias, damping and effort "
+            "limits, and"
+            " isaac_kp and isaac_kd of the joint's controller",
             curve=Curve(
                 x=times,
                 lines={"fastest joint": joints, "base": bases},
@@ -84,15 +84,15 @@ def settle(bench: TestWorld) -> tuple[Gate, ...]:
     )
 
 
-def drift(bench: TestWorld) -> tuple[Gate, ...]:
-    """How far base and joints are, after ten seconds of zero actions, from where they came to rest."""
-    robot = bench.robot()
+def drift_gates(test_world: TestWorld) -> tuple[Gate, ...]:
+    """Measure the motion of base and joints in ten seconds of zero actions, once at rest."""
+    robot = test_world.robot()
     action = zero_action(robot)
     for _ in range(round(SETTLE_SECONDS * robot.control_freq)):
         robot.apply_action(action)
         robot.world.step(robot.steps_per_control)
-    start, turned = robot.pose
-    q0 = robot.joint_arrays.q
+    start, start_rotation = robot.pose
+    q0 = robot.joint_positions
     steps = round(DRIFT_SECONDS * robot.control_freq)
     times, moved, turns = np.zeros(steps), np.zeros(steps), np.zeros(steps)
     joints = np.zeros((steps, robot.n_dof))
@@ -101,42 +101,42 @@ def drift(bench: TestWorld) -> tuple[Gate, ...]:
         robot.world.step(robot.steps_per_control)
         position, quaternion = robot.pose
         times[k] = (k + 1) / robot.control_freq
-        moved[k], turns[k] = np.linalg.norm(position - start), _turn(turned, quaternion)
-        joints[k] = np.abs(robot.joint_arrays.q - q0)
+        moved[k], turns[k] = np.linalg.norm(position - start), _angle_between(start_rotation, quaternion)
+        joints[k] = np.abs(robot.joint_positions - q0)
     floating = not robot.body.is_fixed
     gates = [
         Gate(
             name="base_drift",
-            title="The base stays where it is",
+            title="The base does not drift",
             figure=float(moved.max()),
             threshold=FLOATING_DRIFT if floating else BASE_DRIFT,
             unit="m",
-            detail=f"largest distance from its place in {DRIFT_SECONDS:g} s of zero actions;"
-            f" it turned by {turns.max():.2g} rad",
-            advice="look at wheels (force_sphere_wheel_approximation, friction), at links that touch "
-            "the floor"
-            " besides them, and at the base controller",
+            detail=f"largest distance from the start in {DRIFT_SECONDS:g} s of zero actions;"
+            f" rotation {turns.max():.2g} rad",
+            advice="wheels (force_sphere_wheel_approximation, friction), other links that touch the floor, "
+            "and the"
+            " base controller",
             curve=Curve(
                 x=times, lines={"moved, m": moved, "turned, rad": turns}, x_label="time, s", y_label="m, rad"
             ),
         )
     ]
-    watched = _held(robot)
+    watched = _controlled(robot)
     worst = joints[:, watched].max(axis=0) if len(watched) else np.zeros(1)
-    who = robot.joint_names[watched[int(worst.argmax())]] if len(watched) else "no joint"
+    fastest = robot.joint_names[watched[int(worst.argmax())]] if len(watched) else "no joint"
     gates.append(
         Gate(
             name="joint_drift",
-            title="Joints stay where they are",
+            title="Joints do not drift",
             figure=float(worst.max()),
             threshold=JOINT_DRIFT,
             unit="rad or m",
-            detail=f"largest way of a joint in the same time: {who}",
-            findings=[f"{who} moved by {worst.max():.3g}"] if worst.max() > JOINT_DRIFT else [],
-            advice="look at the joint's effort limit, at use_gravity_compensation, isaac_kp and isaac_kd",
+            detail=f"largest motion of a joint in the same time: {fastest}",
+            findings=[f"{fastest} moved by {worst.max():.3g}"] if worst.max() > JOINT_DRIFT else [],
+            advice="the joint's effort limit, use_gravity_compensation, isaac_kp and isaac_kd",
             curve=Curve(
                 x=times,
-                lines={who: joints[:, watched[int(worst.argmax())]]} if len(watched) else {},
+                lines={fastest: joints[:, watched[int(worst.argmax())]]} if len(watched) else {},
                 x_label="time, s",
                 y_label="rad or m",
             ),
@@ -145,11 +145,12 @@ def drift(bench: TestWorld) -> tuple[Gate, ...]:
     return tuple(gates)
 
 
-def _turn(a: Array, b: Array) -> float:
+def _angle_between(a: Array, b: Array) -> float:
+    """Return the angle (rad) between two (4,) quaternions x, y, z, w."""
     return float(np.linalg.norm(vector_of_matrix(matrix_from_quaternion(a).T @ matrix_from_quaternion(b))))
 
 
-def _held(robot: Robot) -> list[int]:
-    """Joints that drives hold; wheels that roll freely and virtual joints may do as they like."""
-    held = {int(i) for group in robot.groups.values() if group.kind != "base" for i in group.indices}
-    return sorted(held)
+def _controlled(robot: Robot) -> list[int]:
+    """Return the indices of joints with a controller, except those of the base."""
+    controlled = {int(i) for group in robot.groups.values() if group.kind != "base" for i in group.indices}
+    return sorted(controlled)

@@ -1,4 +1,4 @@
-"""Do cameras see anything but the robot's own inside, and the right way up?"""
+"""Test that cameras are upright and not occluded by the robot itself."""
 
 from __future__ import annotations
 
@@ -9,55 +9,56 @@ from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Gate
 from roboyard.validation.test_world import TestWorld
 
-BLOCKED = 0.5
-"""Share of the view that may be blocked"""
+MAX_OCCLUDED = 0.5
+"""Fraction of the view that the robot may occlude."""
 
 
-def sensors(bench: TestWorld) -> tuple[Gate, ...]:
-    """Share of the most obstructed camera's view that the robot itself blocks from near by."""
-    title = "Cameras see past the robot"
-    if not bench.cameras:
+def sensors_gates(test_world: TestWorld) -> tuple[Gate, ...]:
+    """Measure the largest fraction of a camera's view that the robot occludes at close range."""
+    title = "Cameras are not occluded by the robot"
+    if not test_world.cameras:
         return (
             Gate(
                 name="sensors",
                 title=title,
                 figure=0.0,
-                threshold=BLOCKED,
+                threshold=MAX_OCCLUDED,
                 unit="of the view",
                 skipped="the robot has no cameras",
             ),
         )
-    robot = bench.robot(visual=True)
-    findings, shares = [], []
-    for camera in bench.cameras:
-        names = [link.name for link in robot.body.links]
+    robot = test_world.robot(visual=True)
+    findings, fractions = [], []
+    for camera in test_world.cameras:
+        names = [link.name for link in robot.links]
         if camera.link not in names:
             findings.append(f"{camera.name}: there is no link {camera.link!r}")
-            shares.append(1.0)
+            fractions.append(1.0)
             continue
         position, rotation = _pose(robot, camera)
-        share = occluded_fraction(robot.body, position, rotation)
-        shares.append(share)
-        if share > BLOCKED:
-            findings.append(f"{camera.name}: {share:.0%} of the view is blocked within {NEAR * 100:g} cm")
+        fraction = occluded_fraction(robot.body, position, rotation)
+        fractions.append(fraction)
+        if fraction > MAX_OCCLUDED:
+            findings.append(f"{camera.name}: {fraction:.0%} of the view is occluded within {NEAR * 100:g} cm")
         if ("head" in camera.name or "eye" in camera.name) and rotation[2, 1] < 0.3:
             findings.append(f"{camera.name}: +y of the camera does not point up (z {rotation[2, 1]:.2f})")
-            shares[-1] = max(shares[-1], 1.0)
+            fractions[-1] = max(fractions[-1], 1.0)
     return (
         Gate(
             name="sensors",
             title=title,
-            figure=float(max(shares)),
-            threshold=BLOCKED,
+            figure=float(max(fractions)),
+            threshold=MAX_OCCLUDED,
             unit="of the view",
-            detail=f"{len(bench.cameras)} cameras (-z forward, +y up), {RAYS}x{RAYS} rays each",
+            detail=f"{len(test_world.cameras)} cameras (-z forward, +y up), {RAYS}x{RAYS} rays each",
             findings=findings,
-            advice="look at offset.position and offset.orientation of the camera in the import configuration",
+            advice="offset.position and offset.orientation of the camera in the import configuration",
         ),
     )
 
 
 def _pose(robot: Robot, camera: CameraFrame) -> tuple[Array, Array]:
-    position, quaternion = robot.body.link(camera.link).pose
-    turn = matrix_from_quaternion(quaternion)
-    return position + turn @ camera.position, turn @ matrix_from_quaternion(camera.quaternion)
+    """Return position (3,) (m) and rotation matrix (3, 3) of a camera in the world frame."""
+    position, quaternion = robot.link(camera.link).pose
+    R_world_link = matrix_from_quaternion(quaternion)
+    return position + R_world_link @ camera.position, R_world_link @ matrix_from_quaternion(camera.quaternion)
