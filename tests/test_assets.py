@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from roboyard.assets import ROBOTS, SOURCE_CONFIGS, THINGS, asset_path, assets_root
+from roboyard.assets import OBJECTS, ROBOTS, SOURCE_CONFIGS, asset_path, assets_root
 from roboyard.errors import RoboyardError
 
 ROOT = assets_root()
@@ -36,10 +36,10 @@ def mesh_file(urdf: Path, uri: str) -> Path:
 
 
 def test_names_lead_to_files() -> None:
-    for name in ROBOTS | THINGS:
+    for name in ROBOTS | OBJECTS:
         assert asset_path(name).suffix == ".urdf"
     assert asset_path("husky/husky.urdf") == asset_path("husky")
-    assert sorted((ROBOTS | THINGS).values()) == URDFS
+    assert sorted((ROBOTS | OBJECTS).values()) == URDFS
 
 
 @pytest.mark.parametrize("name", ["r2", "../errors.py", "/etc/passwd", ""])

@@ -1,14 +1,14 @@
-"""Every error Roboyard raises on purpose.
+"""Errors that Roboyard raises.
 
     RoboyardError
-    ├── DescriptionError      a robot description (URDF, MJCF, USD) says something that cannot be used
+    ├── DescriptionError      a robot description (URDF, MJCF, USD, ...) is invalid or missing
     │   └── MeshError         a mesh file is missing, unreadable or empty
-    ├── ConfigError           a YAML or command line configuration is wrong
-    ├── ModelError            the physics engine refuses the world that was asked for
-    ├── StaleHandleError      a handle outlived the body it points to
+    ├── ConfigError           a YAML or command line configuration is invalid
+    ├── ModelError            the physics engine rejects the world
+    ├── StaleHandleError      a handle refers to a body that was removed
     └── MissingExtraError     an optional dependency is not installed
 
-Messages read `file:line: element: what is wrong; how to mend it` on one line.
+Messages have one line: `file:line: element: cause; remedy`.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from pathlib import Path
 
 
 class RoboyardError(Exception):
-    """Base of every error that Roboyard raises on purpose."""
+    """Base class of all errors that Roboyard raises."""
 
 
 class DescriptionError(RoboyardError):
-    """A robot description says something that cannot be used.
+    """A robot description is invalid or missing.
 
     Attributes:
-        problems: one line for each problem found; the first is the message's first line.
-        file: the description's path, where there is one.
-        line: line in `file` (1-based), where known.
-        element: the element at fault, as in `joint "elbow"`.
+        problems: one line for each error; the first is the first line of the message.
+        file: path of the description, if it has one.
+        line: line number in `file` (1-based), if known.
+        element: the element concerned, such as `joint "elbow"`.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class DescriptionError(RoboyardError):
 
     @classmethod
     def collect(cls, errors: Sequence[DescriptionError]) -> DescriptionError:
-        """Join several errors into one that reports them all, in order."""
+        """Return one error that reports several, in order."""
         if len(errors) == 1:
             return errors[0]
         lines = [line for error in errors for line in error.problems]
@@ -68,15 +68,15 @@ class MeshError(DescriptionError):
 
 
 class ConfigError(RoboyardError):
-    """A configuration is wrong."""
+    """A configuration is invalid."""
 
 
 class ModelError(RoboyardError):
-    """The physics engine refuses the world that was asked for."""
+    """The physics engine rejects the world."""
 
 
 class StaleHandleError(RoboyardError):
-    """A handle outlived the body it points to."""
+    """A handle refers to a body that was removed."""
 
 
 class MissingExtraError(RoboyardError):
@@ -87,7 +87,7 @@ class MissingExtraError(RoboyardError):
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:
-    """Message for an unknown name, with the nearest and the available ones."""
+    """Return the message for an unknown name, with the nearest and the available names."""
     names = list(known)
     near = get_close_matches(name, names, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""

@@ -1,9 +1,9 @@
-"""Where Roboyard keeps imported robots.
+"""Folders in which imported robots are stored.
 
-    <data>/<dataset>/objects/robot/<name>/   an import with all its files
-    <data>/<dataset>/models/<name>/          a copy with its definition: what the registry finds
+    <data>/<dataset>/objects/robot/<name>/   an imported robot with all its files
+    <data>/<dataset>/models/<name>/          a copy with its definition, found by the registry
 
-The layout is that of an OmniGibson data folder, so that either tool finds the other's robots.
+The layout is that of an OmniGibson data folder, so that each tool finds the other's robots.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ DEFAULT_DATASET = "omnigibson-robot-assets"
 
 
 def data_folder(given: Path | str | None = None) -> Path:
-    """The data folder: `given`, else the environment variable ROBOYARD_DATA, else the user's data folder.
+    """Return the data folder: `given`, else that of the variable ROBOYARD_DATA, else the user's data folder.
 
-    It need not exist yet.
+    It may not exist yet.
     """
     if given is not None:
         return Path(given).expanduser()
@@ -31,10 +31,10 @@ def data_folder(given: Path | str | None = None) -> Path:
 
 
 def objects_folder(data: Path, dataset: str, name: str) -> Path:
-    """Folder of an import."""
+    """Return the folder of an imported robot."""
     return data / dataset / "objects" / "robot" / name
 
 
 def models_folder(data: Path, dataset: str, name: str) -> Path:
-    """Folder of a registered robot."""
+    """Return the folder of a registered robot."""
     return data / dataset / "models" / name

@@ -1,4 +1,4 @@
-"""Rotations and poses: quaternions are (x, y, z, w), lengths metres, angles radians.
+"""Rotations and poses: quaternions are (x, y, z, w), lengths in metres, angles in radians.
 
 `T_world_tool` is the pose of `tool` in `world` and maps tool coordinates to world coordinates, so that
 products cancel: `T_world_tool = T_world_base @ T_base_tool`. All functions broadcast over leading axes.
@@ -17,26 +17,32 @@ _TO_WXYZ, _FROM_WXYZ = np.array([3, 0, 1, 2]), np.array([1, 2, 3, 0])
 
 
 def to_wxyz(quaternion: ArrayLike) -> Array:
-    """(..., 4) x, y, z, w to (..., 4) w, x, y, z."""
+    """Return (..., 4) quaternions x, y, z, w in the order w, x, y, z."""
     return np.asarray(quaternion, dtype=float)[..., _TO_WXYZ]
 
 
 def from_wxyz(quaternion: ArrayLike) -> Array:
-    """(..., 4) w, x, y, z to (..., 4) x, y, z, w."""
+    """Return (..., 4) quaternions w, x, y, z in the order x, y, z, w."""
     return np.asarray(quaternion, dtype=float)[..., _FROM_WXYZ]
 
 
 def normalized(quaternion: ArrayLike) -> Array:
-    """(..., 4) quaternion scaled to unit length; raises ValueError for one of zero length."""
+    """Return the (..., 4) quaternion scaled to unit length.
+
+    Raises:
+        ValueError: a quaternion has zero length or is not finite.
+    """
     q = np.asarray(quaternion, dtype=float)
     norm = np.sqrt((q * q).sum(axis=-1, keepdims=True))
     if not (norm > 1e-12).all():
-        raise ValueError("a quaternion of zero length is no rotation; use (0, 0, 0, 1) for none")
+        raise ValueError(
+            f"quaternion must have a length above 0, got {q.tolist()}; use (0, 0, 0, 1) for none"
+        )
     return q / norm
 
 
 def multiply(a: ArrayLike, b: ArrayLike) -> Array:
-    """Hamilton product of two (..., 4) quaternions: rotation `b`, then `a`."""
+    """Return the Hamilton product of two (..., 4) quaternions: rotation `b`, then `a`."""
     p, q = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     single = p.ndim == q.ndim == 1  # plain numbers are much faster than arrays of one
     ax, ay, az, aw = p.tolist() if single else np.moveaxis(p, -1, 0)
@@ -51,12 +57,12 @@ def multiply(a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def conjugate(quaternion: ArrayLike) -> Array:
-    """Inverse of a unit (..., 4) quaternion."""
+    """Return the inverse of a unit (..., 4) quaternion."""
     return np.asarray(quaternion, dtype=float) * np.array([-1.0, -1.0, -1.0, 1.0])
 
 
 def rotate(quaternion: ArrayLike, vector: ArrayLike) -> Array:
-    """(..., 3) vector turned by a unit (..., 4) quaternion."""
+    """Return the (..., 3) vector rotated by a unit (..., 4) quaternion."""
     q = np.asarray(quaternion, dtype=float)
     v = np.asarray(vector, dtype=float)
     if q.ndim == v.ndim == 1:  # the same in plain numbers, thirty times faster
@@ -70,7 +76,7 @@ def rotate(quaternion: ArrayLike, vector: ArrayLike) -> Array:
 
 
 def quaternion_from_rpy(rpy: ArrayLike) -> Array:
-    """(..., 4) quaternion of roll, pitch, yaw (rad) about the fixed axes x, y, z, as URDF means them."""
+    """Return the (..., 4) quaternion of URDF's (..., 3) roll, pitch, yaw (rad) about fixed x, y, z axes."""
     half = np.asarray(rpy, dtype=float) / 2.0
     (cr, cp, cy), (sr, sp, sy) = np.moveaxis(np.cos(half), -1, 0), np.moveaxis(np.sin(half), -1, 0)
     return np.stack(
@@ -85,7 +91,7 @@ def quaternion_from_rpy(rpy: ArrayLike) -> Array:
 
 
 def rpy_from_matrix(matrix: ArrayLike) -> Array:
-    """(..., 3) roll, pitch, yaw (rad) of a (..., 3, 3) rotation; roll is 0 at pitch ±90 degrees."""
+    """Return (..., 3) roll, pitch, yaw (rad) of a (..., 3, 3) rotation; roll is 0 at pitch ±90 degrees."""
     m = np.asarray(matrix, dtype=float)
     pitch = np.arctan2(-m[..., 2, 0], np.hypot(m[..., 0, 0], m[..., 1, 0]))
     locked = np.hypot(m[..., 0, 0], m[..., 1, 0]) < 1e-9
@@ -95,13 +101,13 @@ def rpy_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
-    """(..., 4) quaternion that turns by `angle` (rad) about the unit (..., 3) `axis`."""
+    """Return the (..., 4) quaternion of a rotation by `angle` (rad) about the unit (..., 3) `axis`."""
     half = np.asarray(angle, dtype=float)[..., None] / 2.0
     return np.concatenate([np.asarray(axis, dtype=float) * np.sin(half), np.cos(half) + 0.0 * half], axis=-1)
 
 
 def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
-    """(..., 3, 3) rotation matrix of a unit (..., 4) quaternion."""
+    """Return the (..., 3, 3) rotation matrix of a unit (..., 4) quaternion."""
     q = np.asarray(quaternion, dtype=float)
     x, y, z, w = q.tolist() if q.ndim == 1 else np.moveaxis(q, -1, 0)
     rows = [
@@ -113,7 +119,7 @@ def matrix_from_quaternion(quaternion: ArrayLike) -> Array:
 
 
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
-    """(..., 4) unit quaternion, w >= 0, of a (..., 3, 3) rotation matrix."""
+    """Return the (..., 4) unit quaternion, w >= 0, of a (..., 3, 3) rotation matrix."""
     m = np.asarray(matrix, dtype=float)
     flat = m.reshape(-1, 3, 3)
     out = np.empty((len(flat), 4))
@@ -136,7 +142,7 @@ def quaternion_from_matrix(matrix: ArrayLike) -> Array:
 
 
 def pose_matrix(position: ArrayLike = (0, 0, 0), quaternion: ArrayLike = IDENTITY_QUATERNION) -> Array:
-    """(..., 4, 4) homogeneous matrix of a position and a unit quaternion."""
+    """Return the (..., 4, 4) homogeneous matrix of a (..., 3) position (m) and a unit (..., 4) quaternion."""
     p = np.asarray(position, dtype=float)
     r = matrix_from_quaternion(quaternion)
     shape = np.broadcast_shapes(p.shape[:-1], r.shape[:-2])
@@ -148,7 +154,7 @@ def pose_matrix(position: ArrayLike = (0, 0, 0), quaternion: ArrayLike = IDENTIT
 
 
 def inverse_pose(matrix: ArrayLike) -> Array:
-    """Inverse of a (..., 4, 4) rigid transform."""
+    """Return the inverse of a (..., 4, 4) rigid transform."""
     m = np.asarray(matrix, dtype=float)
     out = np.zeros_like(m)
     rt = np.swapaxes(m[..., :3, :3], -1, -2)

@@ -13,7 +13,7 @@ from roboyard.config.yaml_edit import edited_yaml, write_with_backup
 from roboyard.errors import ConfigError
 
 TEXT = """\
-# What the importer is told.
+# Configuration of the importer.
 name: arm   # lower case
 
 curobo:     # for the planner
@@ -30,7 +30,7 @@ curobo:     # for the planner
   lock_joints: {}
   empty:
   after: true  # end
-# closing words
+# end of file
 """
 
 
@@ -53,7 +53,7 @@ def test_unchanged_data_changes_nothing() -> None:
     assert edited_yaml(TEXT, yaml.safe_load(TEXT)) == TEXT
 
 
-def test_items_come_and_go_with_their_lines() -> None:
+def test_items_are_added_and_removed_with_their_lines() -> None:
     def add(d):
         d["curobo"]["collision_spheres"]["palm"].append({"center": [0.5, 0.0, 0.0], "radius": 0.2})
 
@@ -63,7 +63,7 @@ def test_items_come_and_go_with_their_lines() -> None:
     assert result == TEXT.replace("      - {center: [0.0, 0.0, -0.01], radius: 0.05}\n", "")
 
 
-def test_keys_come_and_go() -> None:
+def test_keys_are_added_and_removed() -> None:
     spheres = [{"center": [0.0, 0.0, 0.0], "radius": 0.5}, {"center": [1.0, 0.0, 0.0], "radius": 0.5}]
     result = changed(lambda d: d["curobo"]["collision_spheres"].update(tip=spheres))
     lines = "".join(f"      - {{center: [{x}, 0.0, 0.0], radius: 0.5}}\n" for x in (0.0, 1.0))
@@ -75,10 +75,10 @@ def test_keys_come_and_go() -> None:
     assert "# in each link's frame" in result
     assert "left: [" in result
     result = changed(lambda d: d.update(sensors=[{"link": "eyes", "parent_link": None}]))
-    assert result.startswith(TEXT.split("# closing")[0])
+    assert result.startswith(TEXT.split("# end of")[0])
 
 
-def test_nothing_becomes_something_and_back() -> None:
+def test_empty_values_are_filled_and_emptied() -> None:
     result = changed(lambda d: d["curobo"]["lock_joints"].update(hinge=0.5))
     assert "lock_joints: {hinge: 0.5}\n" in result
     result = changed(lambda d: d["curobo"].update(empty={"a": [[1.0, 2.0], [3.0]], "b": 1}))
@@ -87,7 +87,7 @@ def test_nothing_becomes_something_and_back() -> None:
     changed(lambda d: d.update(curobo=None))
 
 
-def test_words_are_quoted_where_they_must() -> None:
+def test_strings_are_quoted_where_needed() -> None:
     words = ["no", "1", "a: b", "# not a comment", "", "x,y", "käse", "12:30", "null"]
     changed(lambda d: d.update(words=words))
     result = changed(lambda d: d.update(name="yes"))
@@ -99,7 +99,7 @@ def test_small_numbers_stay_numbers() -> None:
     assert yaml.safe_load(result)["small"] == [1e-06, 1.5e-07, -2e20]
 
 
-def test_anchors_are_refused_rather_than_broken() -> None:
+def test_anchors_raise_an_error() -> None:
     text = "a: &x {b: 1}\nc: *x\n"
     with pytest.raises(ConfigError, match="cannot be edited in place"):
         edited_yaml(text, {"a": {"b": 2}, "c": {"b": 1}})
@@ -116,7 +116,7 @@ PLAIN = st.recursive(
 
 @settings(max_examples=150, deadline=None)
 @given(before=PLAIN, after=PLAIN, flow=st.sampled_from([None, True, False]))
-def test_whatever_was_there_the_result_reads_as_the_data(before, after, flow) -> None:
+def test_result_of_any_edit_parses_as_the_data(before, after, flow) -> None:
     text = "# top\n" + yaml.safe_dump({"k": before, "z": 0}, default_flow_style=flow) + "# bottom\n"
     for data in ({"k": after, "z": 0}, {"k": before, "z": 0, "new": after}, {"z": 0}):
         result = edited_yaml(text, copy.deepcopy(data))
@@ -138,7 +138,7 @@ def test_the_bundled_configuration_keeps_its_comments() -> None:
     assert sum(a != b for a, b in zip(before, after, strict=True)) == 3
 
 
-def test_files_are_written_whole_and_the_old_one_kept(tmp_path: Path) -> None:
+def test_files_are_replaced_atomically_with_a_backup(tmp_path: Path) -> None:
     file = tmp_path / "a.yaml"
     assert write_with_backup(file, "a: 1\n") is None
     backup = write_with_backup(file, "a: 2\n")

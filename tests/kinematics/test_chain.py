@@ -1,4 +1,4 @@
-"""Chains: what is taken from a description, in which order, and what is refused."""
+"""Chains: joints taken from a description, their order, and invalid requests."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def test_mimic_follows_its_leader_and_narrows_its_limits(two_arms_description):
     assert jacobian(chain, [0.02], link="finger_b")[1, 0] == pytest.approx(-2.0)
 
 
-def test_mimic_of_a_locked_leader_is_still(two_arms_description):
+def test_mimic_of_a_locked_leader_is_constant(two_arms_description):
     chain = from_description(
         two_arms_description, "finger_b", base_link="left_hand", locked={"finger_a": 0.02}
     )
@@ -101,7 +101,7 @@ def test_mimic_of_nothing_names_the_nearest_joint(build):
         from_description(robot("r", joints), "two")
 
 
-def test_zero_axis_is_refused(build):
+def test_zero_axis_raises(build):
     joint, robot = build
     with pytest.raises(
         DescriptionError, match=r'joint "a": <axis> is \(0.0, 0.0, 0.0\); give a non-zero axis'
@@ -118,7 +118,7 @@ def test_zero_axis_is_refused(build):
         ({"tip_links": "tool", "locked": {"joint9": 0.0}}, "no joint coordinate named 'joint9'"),
     ],
 )
-def test_wrong_names_are_answered_with_the_right_ones(arm_description, arguments, message):
+def test_unknown_names_list_the_nearest_ones(arm_description, arguments, message):
     with pytest.raises(ValueError, match=message):
         from_description(arm_description, **arguments)
 

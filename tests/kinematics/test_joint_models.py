@@ -27,7 +27,7 @@ def test_plane_axes_are_right_handed():
 
 
 @pytest.mark.parametrize("normal", [(0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, -1), (0.36, 0.48, 0.8)])
-def test_planar_joint_moves_alike_in_a_world_a_chain_and_a_description(build, normal):
+def test_planar_joint_has_the_same_pose_in_world_chain_and_description(build, normal):
     joint, robot = build
     axis = tuple(map(float, normal))
     description = robot(

@@ -1,4 +1,4 @@
-"""Inverse kinematics: answers checked by an independent forward pass, closed forms and a NumPy twin."""
+"""Inverse kinematics: answers checked by an independent forward pass, closed forms and a NumPy reference."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def twin(chain, target, q, iterations, position_weight, orientation_weight):
 
 
 @pytest.mark.parametrize("iterations", [1, 2, 3, 5])
-def test_descent_is_the_numpy_twins(arm, home, iterations):
+def test_descent_equals_the_numpy_reference(arm, home, iterations):
     _, targets = sample_reachable(arm, 15, seed=4)
     for target in targets:
         answer = solve_ik(arm, target, home, iterations=iterations, restarts=0, tolerance_position=1e-12)
@@ -113,7 +113,7 @@ def test_unreachable_target_gives_the_nearest_posture(planar):
     assert answer.q[0] == pytest.approx(np.pi / 2, abs=1e-3)
 
 
-def test_limits_hold_where_the_answer_lies_beyond_them(arm, home):
+def test_answer_stays_inside_the_limits(arm, home):
     beyond = home.copy()
     beyond[3] = 0.6
     answer = solve_ik(arm, forward_kinematics(arm, beyond)[:3, 3], home, restarts=2)
@@ -121,12 +121,12 @@ def test_limits_hold_where_the_answer_lies_beyond_them(arm, home):
     assert np.all(answer.q >= arm.lower)
 
 
-def test_start_outside_the_limits_is_brought_in(arm):
+def test_start_outside_the_limits_is_clipped(arm):
     answer = solve_ik(arm, [0.4, 0.1, 0.6], np.full(7, 9.0), restarts=0, iterations=0)
     assert np.array_equal(answer.q, arm.upper)
 
 
-def test_position_alone_leaves_the_orientation(arm, home):
+def test_position_target_leaves_the_orientation_free(arm, home):
     answer = solve_ik(arm, [0.4, 0.1, 0.6], home, restarts=0)
     assert answer.converged
     assert answer.orientation_error == 0.0
@@ -159,7 +159,7 @@ def test_orientation_alone(arm, home):
     assert angle_between(forward_kinematics(arm, answer.q), target) < 1e-3
 
 
-def test_two_hands_at_once(two_arms):
+def test_two_end_effectors_at_once(two_arms):
     _, targets = sample_reachable(two_arms, 30, seed=3)
     many = solve_ik_batch(two_arms, targets)
     assert many.converged.all()
@@ -196,15 +196,15 @@ def test_rest_posture_is_approached_within_the_tolerances(arm, home):
         a, b = np.linalg.norm(plain.q - rest), np.linalg.norm(drawn.q - rest)
         assert b <= a
         nearer += b < a - 1e-3
-    assert nearer >= 30  # the others are held by a limit
+    assert nearer >= 30  # the others are at a joint limit
 
 
-def test_rest_ends_where_the_null_space_is_level(arm, home):
+def test_rest_ends_at_the_null_space_minimum(arm, home):
     rest = home + 0.4
     target = forward_kinematics(arm, home)
     answer = solve_ik(arm, target, home, rest=rest, rest_iterations=100)
     slack = (answer.q > arm.lower + 1e-6) & (answer.q < arm.upper - 1e-6)
-    free = np.linalg.svd(jacobian(arm, answer.q))[2][6]  # the one direction that moves no tip
+    free = np.linalg.svd(jacobian(arm, answer.q))[2][6]  # the direction of the null space
     assert slack.all()
     assert abs(free @ (rest - answer.q)) < 0.01
 
@@ -235,7 +235,7 @@ def test_rest_weights_choose_the_joint_that_matters(planar):
         ({"position_weights": -1.0}, "weights must be finite and not negative"),
     ],
 )
-def test_what_does_not_fit_is_refused(arm, arguments, message):
+def test_invalid_arguments_raise(arm, arguments, message):
     given = {"targets": [0.4, 0.1, 0.6], "q0": None} | arguments
     with pytest.raises(ValueError, match=message):
         solve_ik(arm, given.pop("targets"), given.pop("q0"), **given)
@@ -248,7 +248,7 @@ def test_batch_names_the_bad_target(arm):
         solve_ik_batch(arm, targets)
 
 
-def test_chain_without_joints_says_whether_it_is_there(arm_description):
+def test_chain_without_joints_reports_whether_the_target_is_reached(arm_description):
     from roboyard.kinematics import from_description
 
     stiff = from_description(arm_description, "tool", base_link="link7")

@@ -95,7 +95,7 @@ def test_velocity_keeps_speed_and_position_limits(arm, home):
             assert np.all(q + 0.01 * velocity <= arm.upper + 1e-12)
 
 
-def test_two_hands_step_together(two_arms):
+def test_two_end_effectors_step_together(two_arms):
     q = np.array([0.2, 0.1, 0.3, 0.4, -0.2, 0.5, 0.1, -0.3, 0.4, 0.2, 0.5, -0.1])
     targets = forward_kinematics(two_arms, q + 0.1 * np.sin(np.arange(12.0)))
     for _ in range(200):
@@ -158,7 +158,7 @@ def test_plain_descent_with_two_tips_is_pybullets(arm_description, home):
     assert np.allclose(damped_step_ik(chain, home, [[0.3, 0.1, 0.8], [0.35, 0.15, 0.6]]), expected, atol=1e-9)
 
 
-def test_plain_descent_leaves_its_start_alone(arm, home):
+def test_plain_descent_does_not_change_its_start(arm, home):
     before = home.copy()
     damped_step_ik(arm, home, POSITION)
     assert np.array_equal(home, before)
@@ -186,6 +186,6 @@ def test_plain_descent_leaves_its_start_alone(arm, home):
         (lambda c, q: differential_velocity(c, q, np.zeros(6), 0.0), "dt is 0.0"),
     ],
 )
-def test_what_does_not_fit_is_refused(arm, home, call, message):
+def test_invalid_arguments_raise(arm, home, call, message):
     with pytest.raises(ValueError, match=message):
         call(arm, home)

@@ -70,7 +70,7 @@ def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Regi
     assert np.array_equal(seen["proprio"], robot.proprioception()[0])
 
 
-def test_each_looks_at_its_own_rate(registry: Registry, world: World) -> None:
+def test_each_sensor_observes_at_its_own_rate(registry: Registry, world: World) -> None:
     robot = add_robot(world, registry["mast"], sensor_options={"Camera": {"width": 8, "height": 8}})
     robot.sensors["mast:head:Lidar:0"].rate = 5.0
     looks = dict.fromkeys(robot.sensors.names, 0)

@@ -1,4 +1,4 @@
-"""Pictures from a link: which way it looks, depth against rays, names against the robot."""
+"""Camera sensors: viewing direction, depth against ray casts, segmentation against the robot's links."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from roboyard.sim import Body, World
 from roboyard.transforms import quaternion_from_matrix, rotate
 
 FORWARD = quaternion_from_matrix(np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]]))
-"""Of a camera that looks along the link's +x with the link's +z up."""
+"""Return the orientation of a camera that looks along the link's +x with the link's +z up."""
 
 
-def test_it_looks_along_minus_z_with_y_up(world: World, mast: Body) -> None:
+def test_camera_looks_along_minus_z_with_y_up(world: World, mast: Body) -> None:
     ahead = world.add_box((0.2, 0.2, 0.2), (2, 0, 0.6), mass=0, name="ahead")
     above = world.add_box((0.2, 0.2, 0.2), (2, 0, 1.2), mass=0, name="above")
     left = world.add_box((0.2, 0.2, 0.2), (2, 0.6, 0.6), mass=0, name="left")
@@ -35,7 +35,7 @@ def test_it_looks_along_minus_z_with_y_up(world: World, mast: Body) -> None:
     assert middle(left)[1] < 40 and middle(left)[0] == pytest.approx(64, abs=1)
 
 
-def test_the_opening_angle_is_the_documents() -> None:
+def test_default_field_of_view_matches_omnigibson() -> None:
     world = World()
     sensor = CameraSensor(world.add_box((1, 1, 1)).links[0], width=200, height=100)
     camera = sensor.camera()
@@ -57,7 +57,7 @@ def test_depth_and_points_agree_with_rays() -> None:
         width=48,
         height=48,
         near=0.05,
-        wants=("depth", "points"),
+        outputs=("depth", "points"),
         backend="software",
     )
     seen = sensor.observe()
@@ -74,7 +74,7 @@ def test_depth_and_points_agree_with_rays() -> None:
     assert np.mean(np.array(apart) < 0.01) > 0.97, "but for pixels on an edge"
 
 
-def test_segmentation_names_the_right_links(world: World, mast: Body) -> None:
+def test_segmentation_gives_the_links(world: World, mast: Body) -> None:
     box = world.add_box((0.2, 0.2, 0.2), (2, 0, 0.6), mass=0, name="ahead")
     eye = world.add_box((0.01, 0.01, 0.01), (0, -2, 0.5), mass=0, name="eye")
     turn = quaternion_from_matrix(np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]))
@@ -88,8 +88,8 @@ def test_segmentation_names_the_right_links(world: World, mast: Body) -> None:
         assert names[tuple(seg[int(row), int(column)])] == f"{body.name}/{link}"
 
 
-def test_unknown_modalities_and_angles_are_refused(world: World, mast: Body) -> None:
+def test_unknown_outputs_and_invalid_angles_raise(world: World, mast: Body) -> None:
     with pytest.raises(RoboyardError, match="'normals' is none of rgb, depth, seg, points"):
-        CameraSensor(mast.link("head"), wants=("normals",))
+        CameraSensor(mast.link("head"), outputs=("normals",))
     with pytest.raises(ValueError, match="fovx"):
         CameraSensor(mast.link("head"), fovx=4.0)

@@ -1,4 +1,4 @@
-"""Acceleration, forces and touch against mechanics done by hand."""
+"""IMU, force-torque and contact sensors against closed-form mechanics."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .conftest import solid
 
 
 def _weight(mass: float, joint: str = "fixed") -> RobotDescription:
-    """An arm that carries a weight 0.3 m from its wrist along x."""
+    """Return an arm that carries a load 0.3 m from its wrist along x."""
     return RobotDescription(
         name="arm",
         links=(
@@ -42,7 +42,7 @@ def _weight(mass: float, joint: str = "fixed") -> RobotDescription:
 
 
 class TestImu:
-    def test_at_rest_it_reads_gravity_upwards_in_its_own_frame(self, world: World) -> None:
+    def test_at_rest_the_accelerometer_measures_gravity_upwards(self, world: World) -> None:
         world.add_plane()
         box = world.add_box((0.2, 0.2, 0.2), (0, 0, 0.1))
         tilt = quaternion_from_rpy((0, math.radians(30), 0))
@@ -56,12 +56,12 @@ class TestImu:
         assert np.allclose(seen["angular_velocity"], 0, atol=1e-3)
         assert np.allclose(seen["orientation"], tilt, atol=1e-3)
 
-    def test_in_free_fall_it_reads_nothing(self, world: World) -> None:
+    def test_in_free_fall_the_acceleration_is_zero(self, world: World) -> None:
         box = world.add_box((0.2, 0.2, 0.2), (0, 0, 5))
         world.step(20)
         assert np.allclose(Imu(box.links[0]).observe()["acceleration"], 0, atol=1e-9)
 
-    def test_off_the_axis_of_a_spinning_body_it_feels_the_pull_inwards(self) -> None:
+    def test_off_axis_imu_measures_centripetal_acceleration(self) -> None:
         world = World(gravity=(0, 0, 0))
         box = world.add_box((0.2, 0.2, 0.2))
         box.set_velocity(angular=(0, 0, 4.0))
@@ -70,14 +70,14 @@ class TestImu:
         assert np.allclose(seen["angular_velocity"], (0, 0, 4), atol=1e-6)
         assert np.allclose(seen["acceleration"], (-16 * 0.1, 0, 0), atol=1e-6)
 
-    def test_a_push_is_felt_as_force_over_mass(self) -> None:
+    def test_applied_force_gives_force_over_mass(self) -> None:
         world = World(gravity=(0, 0, 0))
         box = world.add_box((0.2, 0.2, 0.2), mass=2.0)
         box.links[0].apply_wrench((6.0, 0, 0))
         world.step(1)
         assert np.allclose(Imu(box.links[0]).observe()["acceleration"], (3, 0, 0), atol=1e-9)
 
-    def test_reading_changes_nothing(self) -> None:
+    def test_observing_does_not_change_the_state(self) -> None:
         def run(*, look: bool) -> np.ndarray:
             world = World()
             world.add_plane()
@@ -94,7 +94,7 @@ class TestImu:
 
 class TestForceTorque:
     @pytest.mark.parametrize("kind", ["fixed", "revolute"])
-    def test_a_hanging_weight_reads_its_weight(self, world: World, kind: str) -> None:
+    def test_hanging_load_measures_its_weight(self, world: World, kind: str) -> None:
         arm = world.add_urdf(_weight(2.5, kind), (0, 0, 1), fixed_base=True)
         world.step(240)
         seen = ForceTorqueSensor(arm.link("weight")).observe()
@@ -102,7 +102,7 @@ class TestForceTorque:
         # r x F with r = (0.3, 0, 0): down at +x turns about +y
         assert np.allclose(seen["torque"], (0, 0.3 * 2.5 * 9.81, 0), rtol=0.01, atol=0.05)
 
-    def test_it_reads_in_its_own_frame_about_its_own_origin(self, world: World) -> None:
+    def test_wrench_is_in_the_sensor_frame_about_its_origin(self, world: World) -> None:
         arm = world.add_urdf(_weight(2.5), (0, 0, 1), fixed_base=True)
         sensor = ForceTorqueSensor(
             arm.link("weight"), position=(0.3, 0, 0), orientation=quaternion_from_rpy((math.pi / 2, 0, 0))
@@ -112,7 +112,7 @@ class TestForceTorque:
         assert np.allclose(seen["force"], (0, -2.5 * 9.81, 0), rtol=0.01, atol=0.05)
         assert np.allclose(seen["torque"], 0, atol=1e-6)
 
-    def test_a_swinging_weight_pulls_outwards(self) -> None:
+    def test_swinging_load_adds_centrifugal_force(self) -> None:
         world = World(gravity=(0, 0, 0))
         arm = world.add_urdf(_weight(2.0, "revolute"), fixed_base=True)
         arm.joint("wrist").velocity = 5.0
@@ -120,7 +120,7 @@ class TestForceTorque:
         seen = ForceTorqueSensor(arm.link("weight")).observe()
         assert seen["force"][0] == pytest.approx(2.0 * 25 * 0.3, rel=0.01)
 
-    def test_a_push_from_outside_goes_through(self, world: World) -> None:
+    def test_applied_wrench_is_transmitted(self, world: World) -> None:
         arm = world.add_urdf(_weight(1.0), (0, 0, 1), fixed_base=True)
         arm.link("weight").apply_wrench((0, 7.0, 0))
         world.step(1)
@@ -128,7 +128,7 @@ class TestForceTorque:
 
 
 class TestContact:
-    def test_a_resting_box_presses_with_its_weight(self, world: World) -> None:
+    def test_contact_force_of_a_resting_box_is_its_weight(self, world: World) -> None:
         world.add_plane()
         table = world.add_box((1, 1, 0.5), (0, 0, 0.25), mass=0, name="table")
         box = world.add_box((0.2, 0.2, 0.2), (0, 0, 0.6), mass=3.0)
@@ -139,7 +139,7 @@ class TestContact:
         assert {tuple(row) for row in over["touching"].tolist()} == {(table.id, 0)}
         assert np.allclose(over["positions"][:, 2], 0.5, atol=2e-3)
 
-    def test_nothing_touches_a_thing_in_the_air(self, world: World) -> None:
+    def test_falling_body_has_no_contacts(self, world: World) -> None:
         box = world.add_box((0.2, 0.2, 0.2), (0, 0, 3))
         world.step(5)
         seen = ContactSensor(box.links[0]).observe()

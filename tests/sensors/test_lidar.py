@@ -1,4 +1,4 @@
-"""Scans against geometry done by hand and against single rays."""
+"""Lidar scans against closed-form geometry and single ray casts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from roboyard.sensors.scan_rays import cast_scan
 from roboyard.sim import Body, World
 
 
-def test_patterns_are_the_documents() -> None:
+def test_default_patterns_match_omnigibson() -> None:
     assert (ScanPattern().rows, ScanPattern().columns) == (1, 360)
     assert (IMPORTED_PATTERN.rows, IMPORTED_PATTERN.columns) == (8, 900)
     assert np.allclose(np.diff(np.degrees(IMPORTED_PATTERN.azimuths)), 0.4)
@@ -25,7 +25,7 @@ def test_patterns_are_the_documents() -> None:
     assert np.allclose(np.linalg.norm(IMPORTED_PATTERN.directions, axis=-1), 1.0)
 
 
-def test_a_room_of_four_walls_is_measured(world: World, mast: Body) -> None:
+def test_ranges_to_four_walls(world: World, mast: Body) -> None:
     """Distance to a wall at x = d along azimuth a is d / cos(a)."""
     for k, d in enumerate((2.0, 3.0, 2.5, 4.0)):
         angle = k * np.pi / 2
@@ -46,7 +46,7 @@ def test_a_room_of_four_walls_is_measured(world: World, mast: Body) -> None:
     assert np.allclose(scan.points()[:, 2], 0.6)
 
 
-def test_it_turns_with_its_link(world: World, mast: Body) -> None:
+def test_scan_rotates_with_the_link(world: World, mast: Body) -> None:
     box = world.add_box((0.4, 0.4, 2), (0, 2, 1), mass=0)
     lidar = Lidar(mast.link("head"))
     ahead = 180
@@ -58,7 +58,7 @@ def test_it_turns_with_its_link(world: World, mast: Body) -> None:
     assert np.allclose(scan.points(world=False)[:, 0].max(), 1.8)
 
 
-def test_its_own_robot_is_in_its_way_only_if_asked(world: World, mast: Body) -> None:
+def test_own_robot_is_detected_only_with_sees_itself(world: World, mast: Body) -> None:
     wall = world.add_box((0.2, 4, 2), (3.1, 0, 1), mass=0)
     seen = Lidar(mast.link("head")).scan()
     assert seen.ranges[0, 180] == pytest.approx(3.0)
@@ -70,7 +70,7 @@ def test_its_own_robot_is_in_its_way_only_if_asked(world: World, mast: Body) -> 
     assert np.array_equal(world.model.geom_group, groups)
 
 
-def test_ranges_have_ends(world: World, mast: Body) -> None:
+def test_ranges_outside_the_limits_are_no_hits(world: World, mast: Body) -> None:
     world.add_box((0.2, 4, 2), (3.1, 0, 1), mass=0)
     near = Lidar(mast.link("head"), pattern=ScanPattern(max_range=2.9)).scan()
     assert np.isinf(near.ranges[0, 180]) and near.normalized()[0, 180] == 1.0
@@ -80,7 +80,7 @@ def test_ranges_have_ends(world: World, mast: Body) -> None:
     assert plain.normalized()[0, 180] == pytest.approx(0.5)
 
 
-def test_in_the_flat_it_agrees_with_single_rays() -> None:
+def test_scan_of_the_flat_agrees_with_single_rays() -> None:
     scene = home()
     place = scene.world.add_box((0.02, 0.02, 0.02), (*scene.spawn[:2], 1.0), mass=0, name="post")
     pattern = ScanPattern(
@@ -101,7 +101,7 @@ def test_in_the_flat_it_agrees_with_single_rays() -> None:
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "capsule", "ellipsoid"])
 @pytest.mark.parametrize("spread", [3.0, 0.3], ids=["outside", "inside"])
-def test_every_solid_is_met_where_mujoco_meets_it(kind: str, spread: float) -> None:
+def test_hits_on_every_solid_agree_with_mujoco(kind: str, spread: float) -> None:
     """Tilted solids around and about a tilted lidar; every ray against `mj_ray`."""
     import mujoco
 
@@ -146,7 +146,7 @@ def test_every_solid_is_met_where_mujoco_meets_it(kind: str, spread: float) -> N
 
 
 def test_meshes_terrain_and_glass(world: World, mast: Body) -> None:
-    """Meshes and height fields count; shapes that are wholly transparent do not."""
+    """Rays hit meshes and height fields, but not fully transparent shapes."""
     from roboyard.shapes.primitives import box
 
     hill = world.add_heightfield(np.full((8, 8), 1.5), 0.25, (4.0, 0.0, 0.0))
@@ -164,7 +164,7 @@ def test_meshes_terrain_and_glass(world: World, mast: Body) -> None:
     assert tuple(lidar.scan().owners[0, 0]) == (wall.id, 0)
 
 
-def test_a_scan_of_the_flat_is_quick() -> None:
+def test_scan_of_the_flat_is_fast() -> None:
     scene = home()
     place = scene.world.add_box((0.02, 0.02, 0.02), (*scene.spawn[:2], 1.0), mass=0, name="post")
     lidar = Lidar(place.links[0], pattern=IMPORTED_PATTERN)
@@ -187,6 +187,6 @@ def test_a_scan_of_the_flat_is_quick() -> None:
         {"horizontal_resolution_deg": 1e-6},
     ],
 )
-def test_impossible_lidars_are_refused(wrong: dict[str, float]) -> None:
-    with pytest.raises(RoboyardError, match=r"lidar sees|too large"):
+def test_invalid_patterns_raise(wrong: dict[str, float]) -> None:
+    with pytest.raises(RoboyardError, match=r"horizontal_fov_deg must be|too large"):
         ScanPattern(**wrong)

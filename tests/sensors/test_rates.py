@@ -1,4 +1,4 @@
-"""Names, and that each sensor looks as often as it should."""
+"""Sensor sets: names and observation rates."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from roboyard.sim import Body, World
 
 
 class Clock(Imu):
-    """Counts how often it is asked."""
+    """A sensor that records the time of each observation."""
 
     def observe(self) -> Observation:
         return {"time": self.world.time}
@@ -35,7 +35,9 @@ def test_names_count_by_link_and_kind(world: World, mast: Body) -> None:
 @pytest.mark.parametrize(
     ("rate", "expected"), [(30.0, 30), (240.0, 240), (100.0, 100), (7.0, 7), (None, 240)]
 )
-def test_each_looks_at_its_own_rate(world: World, mast: Body, rate: float | None, expected: int) -> None:
+def test_each_sensor_observes_at_its_own_rate(
+    world: World, mast: Body, rate: float | None, expected: int
+) -> None:
     sensors = Sensors(world)
     name = sensors.add(Clock(mast.link("head"), rate=rate))
     times = set()
@@ -45,7 +47,7 @@ def test_each_looks_at_its_own_rate(world: World, mast: Body, rate: float | None
     assert len(times) == expected
 
 
-def test_going_back_in_time_looks_again(world: World, mast: Body) -> None:
+def test_reset_to_an_earlier_time_observes_again(world: World, mast: Body) -> None:
     sensors = Sensors(world)
     name = sensors.add(Clock(mast.link("head"), rate=1.0))
     start = world.save_state()
@@ -59,7 +61,7 @@ def test_going_back_in_time_looks_again(world: World, mast: Body) -> None:
 
 
 def test_rates_and_worlds_are_checked(world: World, mast: Body) -> None:
-    with pytest.raises(RoboyardError, match="a rate is above 0 Hz; got -1"):
+    with pytest.raises(RoboyardError, match="rate must be above 0 Hz, got -1"):
         Imu(mast.link("head"), rate=-1)
     with pytest.raises(RoboyardError, match="is in another world"):
         Sensors(World()).add(Imu(mast.link("head")))

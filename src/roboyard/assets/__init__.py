@@ -21,7 +21,7 @@ ROBOTS: dict[str, str] = {
 }
 """File of each bundled robot, relative to the assets folder."""
 
-THINGS: dict[str, str] = {
+OBJECTS: dict[str, str] = {
     "block": "block.urdf",
     "cube": "cube.urdf",
     "cube_small": "cube_small.urdf",
@@ -33,29 +33,32 @@ THINGS: dict[str, str] = {
     "table": "table/table.urdf",
     "tray": "tray/traybox.urdf",
 }
-"""File of each bundled thing that is not a robot."""
+"""File of each bundled object that is not a robot."""
 
 SOURCE_CONFIGS: dict[str, str] = {"r1": "r1/r1_description/urdf/r1_source_config.yaml"}
 """Import configuration of each robot that also ships as a finished package, relative to the assets folder."""
 
 
 def assets_root() -> Path:
-    """The folder of the bundled files; search here to find `plane.urdf` or `husky/husky.urdf` by name."""
+    """Return the folder of the bundled files.
+
+    Search here to find `plane.urdf` or `husky/husky.urdf` by name.
+    """
     return Path(__file__).resolve().parent
 
 
 def asset_path(name: str) -> Path:
-    """Path of a bundled URDF by its short name, or of any bundled file by its path in the assets folder.
+    """Return the path of a bundled URDF by short name, or of any bundled file by its path in the folder.
 
     Args:
-        name: a key of `ROBOTS` or `THINGS` ("r1", "plane"), or a path such as "husky/husky.urdf".
+        name: a key of `ROBOTS` or `OBJECTS` ("r1", "plane"), or a path such as "husky/husky.urdf".
 
     Raises:
-        RoboyardError: nothing of that name is bundled; the message lists what is.
+        RoboyardError: no bundled file has that name; the message lists the names.
     """
     root = assets_root()
-    known = ROBOTS | THINGS
+    known = ROBOTS | OBJECTS
     path = (root / known.get(name, name)).resolve()
     if path.is_file() and path.is_relative_to(root):
         return path
-    raise RoboyardError(unknown_name("bundled robot or thing", name, known))
+    raise RoboyardError(unknown_name("bundled robot or object", name, known))

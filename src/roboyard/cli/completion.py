@@ -15,9 +15,9 @@ def robot_names(incomplete: str) -> list[str]:
 
 def viewed_names(incomplete: str) -> list[str]:
     """Registered robots, and bundled robots and things, whose names begin like this."""
-    from roboyard.assets import ROBOTS, THINGS
+    from roboyard.assets import OBJECTS, ROBOTS
 
-    names = {*robot_names(incomplete), *ROBOTS, *THINGS}
+    names = {*robot_names(incomplete), *ROBOTS, *OBJECTS}
     return sorted(name for name in names if name.startswith(incomplete))
 
 

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a value, in words for whoever wrote the file."""
+"""Translate pydantic's validation errors into messages for the author of a file."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import Any
 
 
 def format_validation_error(detail: Mapping[str, Any]) -> str | None:
-    """The rest of a sentence that begins with the field; None for kinds that need to know the field.
+    """Return the predicate of a message that starts with the field; None for kinds that depend on the field.
 
-    `detail`: one of pydantic's `ValidationError.errors()`.
+    Args:
+        detail: one of pydantic's `ValidationError.errors()`.
     """
     context = detail.get("ctx", {})
     match detail["type"]:
@@ -24,7 +25,7 @@ def format_validation_error(detail: Mapping[str, Any]) -> str | None:
         case "less_than_equal":
             return f"must be at most {context['le']}"
         case "string_type":
-            return "must be a word; quote it"
+            return "must be text; quote it"
         case "string_too_short":
             return "must not be empty"
         case "dict_type" | "model_type" | "model_attributes_type":

@@ -1,4 +1,9 @@
-"""Change values in a YAML file and leave the rest as its author wrote it: comments, order, lines, style.
+"""Change values in a YAML file and preserve the rest: comments, order, line breaks, style.
+
+ruamel.yaml's round trip is no replacement: it drops the comment after a flow mapping that gains a key,
+re-wraps long flow sequences, and writes new entries in block style
+(`test_result_of_any_edit_parses_as_the_data`, `test_the_bundled_configuration_keeps_its_comments`
+and five more tests fail with it).
 
 >>> edited_yaml("radius: 0.1  # m", {"radius": 0.2})
 'radius: 0.2  # m'
@@ -19,22 +24,23 @@ from roboyard.errors import ConfigError
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 WIDTH = 100
-"""Longest collection that is written in one line"""
+"""Longest collection that is written in one line (characters)."""
 STEP = 2
-"""Blanks of an indentation"""
+"""Indentation (spaces)."""
 
 
 def edited_yaml(text: str, data: Any) -> str:
-    """The text, changed where needed so that it reads as `data`.
+    """Return the text with the changes that make it parse as `data`.
 
-    Entries that stay keep their place, comments and style; new ones come after the last of their collection.
+    Unchanged entries keep their position, comments and style; new ones follow the last entry of their
+    collection.
 
     Args:
         text: a YAML file of plain data.
-        data: dicts, lists, words, numbers, booleans and None.
+        data: dicts, lists, strings, numbers, booleans and None.
 
     Raises:
-        ConfigError: the file is no YAML, or is written in a way (anchors, merges) that cannot be kept.
+        ConfigError: the text is not YAML, or has anchors or merges that cannot be preserved.
     """
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -42,17 +48,21 @@ def edited_yaml(text: str, data: Any) -> str:
             return text + ("" if text.endswith("\n") or not text else "\n") + _block(data, 0) + "\n"
         for coarse in (False, True):
             changes = _Changes(text, coarse=coarse)
-            changes.turn(node, data, 0)
+            changes.update(node, data, 0)
             result = changes.done()
             if _same(_read(result), data):
                 return result
     except (yaml.YAMLError, RecursionError) as error:
         raise ConfigError(f"cannot be edited: {' '.join(str(error).split())}") from error
-    raise ConfigError("cannot be edited in place (anchors or merges?); write its values out, then try again")
+    raise ConfigError("cannot be edited in place (anchors or merges?); write the values out, then try again")
 
 
 def write_with_backup(file: Path, text: str) -> Path | None:
-    """Write a text file in one step; what was there before is kept as `<name>.bak`, whose path is given."""
+    """Write a text file atomically and return the path of the backup of its old content, `<name>.bak`.
+
+    Returns:
+        None where there was no file before.
+    """
     backup = None
     if file.exists():
         backup = file.with_name(f"{file.name}.bak")
@@ -75,30 +85,32 @@ def _write(file: Path, data: bytes) -> None:
 
 
 class _Changes:
-    """Pieces of a text to replace, found by comparing its nodes with the data it shall hold."""
+    """Replacements in a text, found by comparing its nodes with the new data."""
 
     def __init__(self, text: str, *, coarse: bool) -> None:
-        """Begin without changes; `coarse` ones replace whole values of the outermost mapping."""
+        """Start without changes; `coarse` changes replace whole values of the outermost mapping."""
         self.text = text
         self._coarse = coarse
         self._pieces: list[tuple[int, int, str]] = []
 
     def done(self) -> str:
-        """The text with all pieces replaced."""
+        """Return the text with all replacements made."""
         out = self.text
         for begin, end, new in sorted(self._pieces, key=lambda piece: piece[:2], reverse=True):
             out = out[:begin] + new + out[end:]
         return out
 
-    def turn(self, node: yaml.Node, data: Any, indent: int, *, in_line: bool = False, depth: int = 0) -> None:
-        """Make a node say `data`.
+    def update(
+        self, node: yaml.Node, data: Any, indent: int, *, in_line: bool = False, depth: int = 0
+    ) -> None:
+        """Record the replacements that make a node parse as `data`.
 
         Args:
-            node: what to change.
-            data: what it shall say.
-            indent: column of what holds it.
-            in_line: it stands between brackets, where no lines may begin.
-            depth: of the node in the file.
+            node: the node to change.
+            data: its new value.
+            indent: column of its parent.
+            in_line: whether the node is between brackets, where line breaks are not allowed.
+            depth: depth of the node in the file.
         """
         if _same(_plain(node), data):
             return
@@ -128,7 +140,7 @@ class _Changes:
         if in_line:
             self._pieces.append((begin, end, _flow(data)))
         elif starts_line and depth:
-            # what stands on lines of its own must be further in than the key that it belongs to
+            # a value on lines of its own must be indented further than its key
             column = max(node.start_mark.column, indent + (0 if isinstance(data, list) else STEP))
             blanks = " " * (column - node.start_mark.column)
             text = _flow(data) if _fits(data) else _block(data, column).lstrip(" ")
@@ -153,7 +165,7 @@ class _Changes:
             return
         for key, (_, value) in entries.items():
             if key in data:
-                self.turn(value, data[key], column, in_line=bool(node.flow_style), depth=depth + 1)
+                self.update(value, data[key], column, in_line=bool(node.flow_style), depth=depth + 1)
         for key in gone:
             self._drop(entries[key][0], entries[key][1])
         if new:
@@ -164,7 +176,7 @@ class _Changes:
         if node.flow_style:
             if len(old) == len(data):
                 for item, value in zip(old, data, strict=True):
-                    self.turn(item, value, node.start_mark.column, in_line=True, depth=depth + 1)
+                    self.update(item, value, node.start_mark.column, in_line=True, depth=depth + 1)
             else:
                 self._pieces.append((node.start_mark.index, self._end(node), _flow(data)))
             return
@@ -177,7 +189,7 @@ class _Changes:
         column = node.start_mark.column
         was, now = old[head : len(old) - tail], data[head : len(data) - tail]
         for item, value in zip(was, now, strict=False):
-            self.turn(item, value, column, depth=depth + 1)
+            self.update(item, value, column, depth=depth + 1)
         for item in was[len(now) :]:
             self._drop(item, item)
         if len(now) > len(was):
@@ -191,7 +203,7 @@ class _Changes:
                 self._insert_after(last, text)
 
     def _insert_after(self, node: yaml.Node, text: str) -> None:
-        """Whole lines after the last line of a node."""
+        """Insert whole lines after the last line of a node."""
         place = self.text.find("\n", self._end(node))
         if place < 0:
             self._pieces.append((len(self.text), len(self.text), "\n" + text))
@@ -199,20 +211,20 @@ class _Changes:
             self._pieces.append((place + 1, place + 1, text + "\n"))
 
     def _drop(self, first: yaml.Node, last: yaml.Node) -> None:
-        """Take out the lines from one node to another."""
+        """Remove the lines from one node to another."""
         end = self.text.find("\n", self._end(last))
         self._pieces.append((self._line(first.start_mark.index), end + 1 if end >= 0 else len(self.text), ""))
 
     def _starts_lines(self, nodes: Any) -> bool:
-        """Whether each node is the first thing on its line."""
+        """Whether each node is the first on its line."""
         return all(not self.text[self._line(n.start_mark.index) : n.start_mark.index].strip() for n in nodes)
 
     def _line(self, index: int) -> int:
-        """Where the line of a character begins."""
+        """Return the index at which the line of a character starts."""
         return self.text.rfind("\n", 0, index) + 1
 
     def _end(self, node: yaml.Node) -> int:
-        """Behind the last character of a node, comments and blank lines after it not counted."""
+        """Return the index after the last character of a node, without trailing comments and blank lines."""
         if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
             last = node.value[-1]
             return self._end(last[1] if isinstance(last, tuple) else last)
@@ -227,11 +239,11 @@ def _read(text: str) -> Any:
 
 
 class _Nothing:
-    """Equal to no data."""
+    """A value that equals no data."""
 
 
 def _plain(node: yaml.Node) -> Any:
-    """A node as data."""
+    """Return a node as data."""
     if isinstance(node, yaml.MappingNode):
         return {_plain(key): _plain(value) for key, value in node.value}
     if isinstance(node, yaml.SequenceNode):
@@ -240,7 +252,7 @@ def _plain(node: yaml.Node) -> Any:
 
 
 def _same(a: Any, b: Any) -> bool:
-    """Equal data; 1 and 1.0 are, 1 and true are not, and the order of keys counts for nothing."""
+    """Whether data are equal: 1 equals 1.0 but not true, and the order of keys does not matter."""
     if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(_same(a[key], b[key]) for key in a)
     if isinstance(a, list) and isinstance(b, list):
@@ -257,16 +269,16 @@ def _depth(data: Any) -> int:
 
 
 def _fits(data: Any) -> bool:
-    """Whether it is written in one line: vectors, poses, spheres."""
-    return _depth(data) <= 2 and len(_flow(data)) <= WIDTH and not _is_list_of_things(data)
+    """Whether data are written in one line: vectors, poses, spheres."""
+    return _depth(data) <= 2 and len(_flow(data)) <= WIDTH and not _is_list_of_collections(data)
 
 
-def _is_list_of_things(data: Any) -> bool:
+def _is_list_of_collections(data: Any) -> bool:
     return isinstance(data, list) and any(isinstance(item, dict | list) for item in data)
 
 
 def _block(data: Any, column: int) -> str:
-    """Lines of a collection at a column, without the last line's end."""
+    """Return the lines of a collection at a column, without the last line break."""
     blanks = " " * column
     if isinstance(data, dict) and data:
         lines = []
@@ -302,11 +314,11 @@ def _scalar(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, float):
         text = repr(value)
-        mantissa, mark, exponent = text.partition("e")  # YAML reads 1e-06 as a word, 1.0e-06 as a number
+        mantissa, mark, exponent = text.partition("e")  # YAML 1.1 reads 1e-06 as text, 1.0e-06 as a number
         return text if not mark or "." in mantissa else f"{mantissa}.0e{exponent}"
     if isinstance(value, int):
         return str(value)
     if isinstance(value, str):
-        is_word = _PLAIN.fullmatch(value) and yaml.safe_load(value) == value
-        return value if is_word else json.dumps(value)
-    raise TypeError(f"{type(value).__name__} is no plain data")
+        is_plain = _PLAIN.fullmatch(value) and yaml.safe_load(value) == value
+        return value if is_plain else json.dumps(value)
+    raise TypeError(f"{type(value).__name__} is not plain data")

@@ -1,7 +1,7 @@
-"""YAML as plain data, with the line of every key and item.
+"""Parse YAML as plain data, with the line number of every key and item.
 
-Files are untrusted: only plain scalars, lists and mappings are made, a key given twice is an error (YAML
-would let the last one win), and aliases that unfold to more than a fair amount of data are refused.
+Files are untrusted: only plain scalars, lists and mappings are built, a duplicate key is an error (YAML would
+keep the last one), and aliases that expand to more than `MAX_NODES` nodes are refused.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ import yaml
 from roboyard.errors import ConfigError
 
 MAX_BYTES = 8 * 2**20
+"""Largest file (bytes)."""
 MAX_NODES = 500_000
+"""Most nodes after expanding aliases."""
 
 Where = tuple[str | int, ...]
-"""Keys and list positions from the top."""
+"""Keys and list indices from the top of the file."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -27,13 +29,14 @@ class YamlFile:
     """One parsed YAML file."""
 
     data: Any
+    """Dicts, lists and scalars; None for an empty file."""
     lines: Mapping[Where, int]
     """1-based line of each key and list item."""
     problems: tuple[tuple[int, str], ...]
-    """Line and text of what can be reported without giving up: keys given twice, keys that are no words."""
+    """Line and message of errors that do not stop the parser: duplicate keys, keys that are not scalars."""
 
     def line(self, where: Where) -> int | None:
-        """Line of the nearest thing that exists on the way to `where`."""
+        """Return the line of `where`, or of its nearest parent that exists; None if there is none."""
         for length in range(len(where), 0, -1):
             if where[:length] in self.lines:
                 return self.lines[where[:length]]
@@ -41,17 +44,19 @@ class YamlFile:
 
 
 def read_yaml(file: Path) -> YamlFile:
-    """Parse a YAML file.
+    """Parse a YAML file as plain data.
 
     Raises:
-        ConfigError: the file is missing, too large, not YAML, or asks for more than plain data.
+        ConfigError: the file is missing, too large, not YAML, or has tags beyond plain data.
     """
     try:
         size = file.stat().st_size
         if file.is_dir():
-            raise ConfigError(f"{file.name}: this is a folder; give a YAML file")
+            raise ConfigError(f"{file.name}: is a folder; give a YAML file")
         if size > MAX_BYTES:
-            raise ConfigError(f"{file.name}: {size / 2**20:.0f} MiB is too large for a configuration")
+            raise ConfigError(
+                f"{file.name}: {size / 2**20:.0f} MiB is too large for a configuration (at most 8 MiB)"
+            )
         text = file.read_bytes().decode("utf-8")
     except UnicodeDecodeError as error:
         raise ConfigError(f"{file.name}: not UTF-8 text (byte {error.start}); save it as UTF-8") from None
@@ -61,14 +66,18 @@ def read_yaml(file: Path) -> YamlFile:
 
 
 def parse_yaml(text: str, name: str) -> YamlFile:
-    """The same for text; `name` stands for the file in messages."""
+    """Parse YAML text as plain data; messages call the file `name`.
+
+    Raises:
+        ConfigError: the text is not YAML, or has tags beyond plain data.
+    """
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"{name}:{mark.line + 1}" if mark else name
-        told = " ".join(part for part in (error.context, error.problem) if part)
-        raise ConfigError(f"{where}: not valid YAML: {told}; mend the syntax at this line") from None
+        reason = " ".join(part for part in (error.context, error.problem) if part)
+        raise ConfigError(f"{where}: not valid YAML: {reason}; fix the syntax at this line") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{name}: not valid YAML: {' '.join(str(error).split())}") from None
     except RecursionError:
@@ -93,7 +102,9 @@ class _Walk:
         self._seen += 1
         line = node.start_mark.line + 1
         if self._seen > MAX_NODES:
-            raise ConfigError(f"{self.name}:{line}: aliases unfold to too much data; write it out")
+            raise ConfigError(
+                f"{self.name}:{line}: aliases expand to more than {MAX_NODES} values; write the values out"
+            )
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, where)
         if isinstance(node, yaml.SequenceNode):
@@ -107,7 +118,7 @@ class _Walk:
             return self._scalars.construct_object(node)
         except yaml.YAMLError:
             raise ConfigError(
-                f"{self.name}:{line}: the tag {node.tag!r} is not allowed; a configuration is plain data"
+                f"{self.name}:{line}: the tag {node.tag!r} is not allowed; use plain data"
             ) from None
         except (ValueError, OverflowError) as error:
             raise ConfigError(f"{self.name}:{line}: {node.value!r} cannot be read ({error})") from None
@@ -115,9 +126,7 @@ class _Walk:
     def _plain_tag(self, node: yaml.Node, kind: str) -> None:
         if node.tag != f"tag:yaml.org,2002:{kind}":
             line = node.start_mark.line + 1
-            raise ConfigError(
-                f"{self.name}:{line}: the tag {node.tag!r} is not allowed; a configuration is plain data"
-            )
+            raise ConfigError(f"{self.name}:{line}: the tag {node.tag!r} is not allowed; use plain data")
 
     def _mapping(self, node: yaml.MappingNode, where: Where) -> dict[str | int, Any]:
         self._plain_tag(node, "map")
@@ -125,15 +134,15 @@ class _Walk:
         for key_node, value_node in node.value:
             at = key_node.start_mark.line + 1
             if key_node.tag == "tag:yaml.org,2002:merge":
-                self.problems.append((at, "'<<' merges are not read; write the keys out"))
+                self.problems.append((at, "'<<' merges are not supported; write the keys out"))
                 continue
             key = self.plain(key_node, where) if isinstance(key_node, yaml.ScalarNode) else None
             if not isinstance(key, Hashable) or key is None or isinstance(key, list | dict):
-                self.problems.append((at, "a key must be a single word; quote it or mend the indentation"))
+                self.problems.append((at, "a key must be a scalar; quote it or fix the indentation"))
                 continue
             key = key if isinstance(key, str) else str(key_node.value)
             if key in found:
-                self.problems.append((at, f"{key!r} is given twice; keep one"))
+                self.problems.append((at, f"{key!r} is a duplicate key; keep one"))
                 continue
             self.lines[(*where, key)] = at
             found[key] = self.plain(value_node, (*where, key))

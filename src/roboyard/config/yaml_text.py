@@ -1,4 +1,4 @@
-"""YAML that people read: short numbers, vectors in a row, notes beside the numbers of a vector."""
+"""Write readable YAML: short numbers, vectors in one line, comments beside the entries of a vector."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ else:  # libyaml writes the same text several times faster
     _SafeDumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 _DIGITS = 6
-"""Significant digits of a number: micrometres in metres."""
+"""Significant digits of a number: micrometres where lengths are in metres."""
 
 
 class Column(list):
-    """A list written one entry a line."""
+    """A list that is written with one entry per line."""
 
 
 class _Dumper(_SafeDumper):
@@ -50,7 +50,7 @@ _Dumper.add_representer(float, _float)
 
 
 def number(value: float) -> str:
-    """Six significant digits, always with a decimal point and never a bare exponent."""
+    """Return a number with six significant digits and a decimal point, as YAML 1.1 needs for floats."""
     text = f"{value + 0.0:.{_DIGITS}g}"
     if "e" in text:
         mantissa, _, exponent = text.partition("e")
@@ -59,13 +59,13 @@ def number(value: float) -> str:
 
 
 def dump(data: Mapping[str, Any], *, header: Sequence[str] = (), sort_keys: bool = False) -> str:
-    """YAML text of plain data, ASCII only, with comment lines above."""
+    """Return YAML text of plain data in ASCII, below comment lines `header`."""
     text = yaml.dump(dict(data), Dumper=_Dumper, sort_keys=sort_keys, width=110, default_flow_style=False)
     return "".join(f"# {line}\n" for line in header) + text
 
 
 def annotate(text: str, key: str, notes: Sequence[str]) -> str:
-    """The text with a comment behind each entry of the first column called `key`."""
+    """Return the text with a comment after each entry of the first `Column` under `key`."""
     match = re.search(
         rf"^(?P<indent> *){re.escape(key)}:\n(?P<rows>(?:(?P=indent) *- .*\n)+)", text, re.MULTILINE
     )

@@ -32,7 +32,7 @@ def find_source(source: str | Path | None) -> tuple[Path, str]:
     Raises:
         ConfigError: `source` is neither a file nor a known name; the message lists the nearest names.
     """
-    from roboyard.assets import ROBOTS, THINGS, asset_path
+    from roboyard.assets import OBJECTS, ROBOTS, asset_path
 
     if source is None:
         return asset_path("r1"), "bundled r1"
@@ -44,7 +44,7 @@ def find_source(source: str | Path | None) -> tuple[Path, str]:
     registered = REGISTERED_ROBOTS.get(source)
     if registered is not None and not registered.bundled:
         return registered.urdf_of(registered.definition), source
-    bundled = ROBOTS | THINGS
+    bundled = ROBOTS | OBJECTS
     if source in bundled:
         return asset_path(source), f"bundled {source}"
     raise ConfigError(unknown_name("file or robot", source, sorted({*REGISTERED_ROBOTS, *bundled})))

@@ -40,7 +40,7 @@ def make_sensors(robot: RobotBody, file: Path | None, options: SensorOptions) ->
 
     frames: list[tuple[str, type[Sensor], SensorFrame, dict[str, Any]]] = []
     if file is not None:
-        camera = {"rate": CAMERA_RATE, "wants": CameraSensor.modalities}
+        camera = {"rate": CAMERA_RATE, "outputs": CameraSensor.modalities}
         frames += [("Camera", CameraSensor, frame, camera) for frame in camera_frames(file)]
         frames += [("Lidar", Lidar, frame, {"rate": LIDAR_RATE}) for frame in lidar_frames(file)]
     known = {link.name for link in robot.links}

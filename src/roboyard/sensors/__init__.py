@@ -1,4 +1,4 @@
-"""What a robot senses: pictures, lidar scans, acceleration, forces and touch, each at its own rate.
+"""Simulated cameras, lidars, IMUs, force-torque and contact sensors, each at its own rate.
 
 >>> from roboyard.sensors import CameraSensor, Lidar, Sensors
 >>> sensors = Sensors(world)
@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from roboyard.sensors.base import Mount, Sensor
+from roboyard.sensors.base import Sensor, SensorPose
 from roboyard.sensors.camera import CameraSensor, link_names
 from roboyard.sensors.contact import ContactSensor
 from roboyard.sensors.force_torque import ForceTorqueSensor
@@ -26,10 +26,10 @@ __all__ = [
     "ForceTorqueSensor",
     "Imu",
     "Lidar",
-    "Mount",
     "Scan",
     "ScanPattern",
     "Sensor",
+    "SensorPose",
     "Sensors",
     "link_names",
 ]

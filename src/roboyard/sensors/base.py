@@ -1,4 +1,4 @@
-"""What all sensors share: a link, a place on it, a rate, and an observation as a dictionary of arrays."""
+"""Base class of sensors: a pose on a link, a rate, and an observation as a dictionary of arrays."""
 
 from __future__ import annotations
 
@@ -18,21 +18,33 @@ Observation = dict[str, Any]
 """Modality ("rgb", "scan", ...) to array."""
 
 
-class Mount:
+class SensorPose:
     """A frame fixed to a link."""
 
     def __init__(
         self, link: Link, position: ArrayLike = (0, 0, 0), orientation: ArrayLike = IDENTITY_QUATERNION
     ) -> None:
-        """Put a frame at `position` (3,) m and `orientation` (4,) x, y, z, w in the link's frame."""
+        """Fix a frame to a link.
+
+        Args:
+            link: the link.
+            position: (3,) position in the link's frame (m).
+            orientation: (4,) quaternion x, y, z, w in the link's frame.
+
+        Raises:
+            RoboyardError: the position is not three finite numbers.
+            ValueError: the quaternion has zero length.
+        """
         self.link = link
         self.position = np.array(position, dtype=float)
         if self.position.shape != (3,) or not np.isfinite(self.position).all():
-            raise RoboyardError(f"a sensor's position has three finite numbers; got {position}")
+            raise RoboyardError(
+                f"sensor on {link.name!r}: position must be three finite numbers, got {position}"
+            )
         self.rotation = matrix_from_quaternion(normalized(orientation))
 
     def in_world(self) -> tuple[Array, Array]:
-        """Position (3,) m and rotation (3, 3) of the frame in the world."""
+        """Return the (3,) position (m) and (3, 3) rotation of the frame in the world."""
         data = self.link.body.world.kinematics()
         row = self.link.body.mujoco_ids[self.link.index]
         turn = data.xmat[row].reshape(3, 3)
@@ -43,9 +55,9 @@ class Sensor(ABC):
     """One sensor on one link."""
 
     kind: ClassVar[str]
-    """As in its name."""
+    """Kind of the sensor, part of its default name."""
     modalities: ClassVar[tuple[str, ...]]
-    """Keys of its observations."""
+    """Keys that an observation may have."""
 
     def __init__(
         self,
@@ -58,29 +70,31 @@ class Sensor(ABC):
         """Put the sensor on a link.
 
         Args:
-            link: what it is fixed to.
-            position: (3,) in the link's frame; m.
-            orientation: (4,) x, y, z, w in the link's frame.
-            rate: observations a second of simulated time; None: a new one whenever asked.
+            link: the link that the sensor is fixed to.
+            position: (3,) position in the link's frame (m).
+            orientation: (4,) quaternion x, y, z, w in the link's frame.
+            rate: observations per second of simulated time (Hz); None: one at every call.
 
         Raises:
-            RoboyardError: a rate that is not above 0, or a place that is not finite.
+            RoboyardError: the rate is not above 0, or the position is not finite.
         """
         if rate is not None and not (np.isfinite(rate) and rate > 0):
-            raise RoboyardError(f"{self.kind} on {link.name!r}: a rate is above 0 Hz; got {rate}")
-        self.mount = Mount(link, position, orientation)
+            raise RoboyardError(f"{self.kind} on {link.name!r}: rate must be above 0 Hz, got {rate}")
+        self.mount = SensorPose(link, position, orientation)
         self.rate = rate
 
     @property
     def link(self) -> Link:
+        """The link that the sensor is fixed to."""
         return self.mount.link
 
     @property
     def world(self) -> World:
+        """The world of that link."""
         from roboyard.sim.world import World
 
         return World.of(self.link.body)
 
     @abstractmethod
     def observe(self) -> Observation:
-        """What it senses now, by modality."""
+        """Return the present measurements by modality; shapes and units as in the subclass."""

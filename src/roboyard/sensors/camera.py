@@ -1,4 +1,4 @@
-"""A camera on a link: colours, depth and who is seen, as the robot sees it."""
+"""A camera on a link: colour, depth and segmentation images."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from roboyard.sim import Link, World
 
 HORIZONTAL_APERTURE, FOCAL_LENGTH = 20.955, 17.0
-"""mm, of OmniGibson's cameras"""
+"""Of OmniGibson's cameras (mm)."""
 FOVX = 2.0 * math.atan(HORIZONTAL_APERTURE / (2.0 * FOCAL_LENGTH))
-"""rad: 63.3 degrees"""
+"""Default horizontal field of view (rad): 63.3 degrees."""
 
 
 class CameraSensor(Sensor):
-    """A camera whose frame looks along its own -z with +y up."""
+    """A camera that looks along -z of its frame, with +y up."""
 
     kind: ClassVar[str] = "Camera"
     modalities: ClassVar[tuple[str, ...]] = ("rgb", "depth", "seg", "points")
@@ -40,48 +40,48 @@ class CameraSensor(Sensor):
         fovx: float = FOVX,
         near: float = 0.01,
         far: float = 100.0,
-        wants: tuple[str, ...] = ("rgb", "depth", "seg"),
+        outputs: tuple[str, ...] = ("rgb", "depth", "seg"),
         shadow: bool = False,
         backend: Literal["auto", "software", "gl"] = "auto",
         rate: float | None = None,
     ) -> None:
-        """Mount a camera.
+        """Fix a camera to a link.
 
         Args:
-            link: what it is fixed to.
-            position: (3,) in the link's frame; m.
-            orientation: (4,) x, y, z, w in the link's frame.
-            width: pixels.
-            height: pixels.
-            fovx: horizontal opening angle; rad.
-            near: nearest depth seen; m.
-            far: farthest depth seen; m.
-            wants: which modalities an observation has.
-            shadow: whether the sun throws shadows.
+            link: the link that the sensor is fixed to.
+            position: (3,) position in the link's frame (m).
+            orientation: (4,) quaternion x, y, z, w in the link's frame.
+            width: image width (pixels).
+            height: image height (pixels).
+            fovx: horizontal field of view (rad).
+            near: distance of the near clipping plane (m).
+            far: distance of the far clipping plane (m).
+            outputs: modalities of an observation.
+            shadow: whether the sun casts shadows.
             backend: see `roboyard.rendering.render`.
-            rate: pictures a second; None: one whenever asked.
+            rate: images per second of simulated time (Hz); None: one at every call.
 
         Raises:
-            RoboyardError: an unknown modality.
-            ValueError: a size, angle or depth that no camera has.
+            RoboyardError: an unknown modality, or a rate that is not above 0.
+            ValueError: a size, field of view or clipping distance out of range.
         """
         super().__init__(link, position=position, orientation=orientation, rate=rate)
-        strange = [name for name in wants if name not in self.modalities]
-        if strange:
+        unknown = [name for name in outputs if name not in self.modalities]
+        if unknown:
             raise RoboyardError(
-                f"camera on {link.name!r}: {strange[0]!r} is none of {', '.join(self.modalities)}"
+                f"camera on {link.name!r}: output {unknown[0]!r} is none of {', '.join(self.modalities)}"
             )
         self.width, self.height = width, height
-        self.wants = wants
+        self.outputs = outputs
         self.shadow = shadow
         self.backend: Literal["auto", "software", "gl"] = backend
         if not 0.0 < fovx < math.pi:
-            raise ValueError(f"fovx must lie between 0 and pi (rad), got {fovx}")
+            raise ValueError(f"fovx must be between 0 and pi (rad), got {fovx}")
         fovy = 2.0 * math.atan(math.tan(fovx / 2.0) * height / width)
         self._projection = perspective(fovy, width / height, near, far)
 
     def camera(self) -> Camera:
-        """Where it is now."""
+        """Return the camera at its present pose."""
         position, rotation = self.mount.in_world()
         view = np.eye(4)
         view[:3, :3] = rotation.T
@@ -89,14 +89,15 @@ class CameraSensor(Sensor):
         return Camera(self.width, self.height, view, self._projection)
 
     def image(self) -> Image:
-        """What it sees now."""
+        """Render and return the present image."""
         return self.world.render(self.camera(), shadow=self.shadow, backend=self.backend)
 
     def observe(self) -> Observation:
-        """The modalities that are wanted.
+        """Return the chosen modalities.
 
-        "rgb" (h, w, 3) uint8; "depth" (h, w) m along the camera's axis, inf for nothing; "seg" (h, w, 2)
-        body id and link index, -1 for nothing; "points" (h, w, 3) m in the world, NaN for nothing.
+        "rgb" (h, w, 3) uint8; "depth" (h, w) along the camera's axis (m), inf where nothing is visible; "seg"
+        (h, w, 2) body id and link index, -1 where nothing is; "points" (h, w, 3) in the world frame (m), NaN
+        where nothing is.
         """
         image = self.image()
         made = {
@@ -105,11 +106,11 @@ class CameraSensor(Sensor):
             "seg": lambda: image.segmentation,
             "points": image.points,
         }
-        return {name: made[name]() for name in self.wants}
+        return {name: made[name]() for name in self.outputs}
 
 
 def link_names(world: World, segmentation: NDArray[np.int32]) -> dict[tuple[int, int], str]:
-    """Who is in a (..., 2) segmentation: (body id, link index) to "body/link"."""
+    """Return the names in a (..., 2) segmentation: (body id, link index) to "body/link"."""
     pairs = np.unique(np.asarray(segmentation).reshape(-1, 2), axis=0)
     return {
         (

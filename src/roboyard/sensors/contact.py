@@ -1,4 +1,4 @@
-"""Touch: who presses on a link, and how hard."""
+"""Contact sensor: the bodies that touch a link and the total force."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class ContactSensor(Sensor):
     modalities: ClassVar[tuple[str, ...]] = ("force", "touching", "positions")
 
     def observe(self) -> Observation:
-        """What presses on the link.
+        """Return the contact forces on the link.
 
-        "force" (3,) N, the sum in the sensor's frame; "touching" (k, 2) int32 body id and link index of
-        whatever touches; "positions" (k, 3) m in the world.
+        "force" (3,) their sum in the sensor's frame (N); "touching" (k, 2) int32 body id and link index of
+        the other body of each contact; "positions" (k, 3) contact points in the world frame (m).
         """
         arrays = self.world.contact_arrays()
         me = (self.link.body.id, self.link.index)

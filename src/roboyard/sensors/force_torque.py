@@ -1,4 +1,4 @@
-"""Force and torque between a link and the link that carries it."""
+"""Force-torque sensor between a link and its parent."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
 
 
 class ForceTorqueSensor(Sensor):
-    """What a link hands on to its parent, as a wrist sensor between the two reads it.
+    """Force and torque that a link exerts on its parent, as measured by a wrist sensor between the two.
 
-    A hanging weight reads its weight, pointing down. Drives and friction of the joint between the two are
-    part of what is handed on.
+    A hanging load reads its weight, pointing down. Motor effort and friction of the joint between the two are
+    included.
     """
 
     kind: ClassVar[str] = "ForceTorque"
     modalities: ClassVar[tuple[str, ...]] = ("force", "torque")
 
     def observe(self) -> Observation:
-        """Force and torque of the last step, in the sensor's frame.
+        """Return force and torque of the last step in the sensor's frame.
 
-        "force" (3,) N; "torque" (3,) N m about the sensor's origin.
+        "force" (3,) N; "torque" (3,) about the sensor's origin (N m).
         """
         world = self.world
         data = world.velocities()
@@ -33,7 +33,7 @@ class ForceTorqueSensor(Sensor):
         internal_forces(world)
         row = int(self.link.body.mujoco_ids[self.link.index])
         position, rotation = self.mount.in_world()
-        from_parent = data.cfrc_int[row]  # what the parent does to the link, about the tree's centre of mass
+        from_parent = data.cfrc_int[row]  # from the parent on the link, about the tree's centre of mass
         force = from_parent[3:]
         arm = data.subtree_com[model.body_rootid[row]] - position
         torque = from_parent[:3] + np.cross(arm, force)
@@ -41,7 +41,7 @@ class ForceTorqueSensor(Sensor):
 
 
 def internal_forces(world: World) -> None:
-    """Work out `cacc`, `cfrc_ext` and `cfrc_int` of the last step, pushes from outside included."""
+    """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, applied wrenches included."""
     import mujoco
 
     data = world.data

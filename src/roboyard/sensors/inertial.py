@@ -11,16 +11,16 @@ from roboyard.transforms import quaternion_from_matrix
 
 
 class Imu(Sensor):
-    """Accelerometer, gyroscope and attitude; at rest it reads 9.81 m/s² upwards, as real ones do."""
+    """Accelerometer, gyroscope and attitude; at rest it measures 9.81 m/s² upwards, as real ones do."""
 
     kind: ClassVar[str] = "IMU"
     modalities: ClassVar[tuple[str, ...]] = ("acceleration", "angular_velocity", "orientation")
 
     def observe(self) -> Observation:
-        """What it reads, in its own frame.
+        """Return the measurements in the sensor's frame.
 
-        "acceleration" (3,) m/s² of the last step, without gravity's pull: in free fall 0;
-        "angular_velocity" (3,) rad/s; "orientation" (4,) x, y, z, w of the sensor in the world.
+        "acceleration" (3,) specific force of the last step (m/s²), 0 in free fall;
+        "angular_velocity" (3,) rad/s; "orientation" (4,) quaternion x, y, z, w of the sensor in the world.
         """
         import mujoco
 

@@ -1,4 +1,4 @@
-"""A lidar: all rays of a turn cast at once from one point."""
+"""A lidar: all rays of one revolution cast at once from one point."""
 
 from __future__ import annotations
 
@@ -22,37 +22,38 @@ SOLID_GROUPS = (0, 1, 3, 4)
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Scan:
-    """One turn of a lidar."""
+    """One revolution of a lidar."""
 
     ranges: Array
-    """(rows, columns) m along each ray; inf where nothing was seen"""
+    """(rows, columns) distance along each ray (m); inf without a hit."""
     owners: np.ndarray
-    """(rows, columns, 2) int32 body id and link index; -1 for nothing"""
+    """(rows, columns, 2) int32 body id and link index; -1 without a hit."""
     position: Array
-    """(3,) m of the lidar in the world"""
+    """(3,) position of the lidar in the world (m)."""
     rotation: Array
-    """(3, 3) of the lidar in the world"""
+    """(3, 3) rotation of the lidar in the world."""
     pattern: ScanPattern
+    """Directions and range of the rays."""
 
     @property
     def hit(self) -> np.ndarray:
-        """(rows, columns) bool"""
+        """(rows, columns) bool: whether the ray hit a shape in range."""
         return np.isfinite(self.ranges)
 
     def normalized(self) -> Array:
-        """(rows, columns) 0 at the nearest range, 1 at the farthest and for nothing."""
+        """Return (rows, columns) ranges scaled to 0..1; rays without a hit give 1."""
         low, high = self.pattern.min_range, self.pattern.max_range
         return np.where(self.hit, (self.ranges - low) / (high - low), 1.0)
 
     def points(self, *, world: bool = True) -> Array:
-        """(k, 3) m: where the rays that hit something ended, in the world or in the lidar's frame."""
+        """Return the (k, 3) points that rays hit (m), in the world or the lidar's frame."""
         seen = self.hit
         local = self.pattern.directions[seen] * self.ranges[seen][:, None]
         return self.position + local @ self.rotation.T if world else local
 
 
 class Lidar(Sensor):
-    """A lidar that sees collision shapes; z of its frame is up, azimuth 0 its x."""
+    """A lidar that detects collision shapes; z of its frame is up, azimuth 0 is x."""
 
     kind: ClassVar[str] = "Lidar"
     modalities: ClassVar[tuple[str, ...]] = ("scan", "seg", "points")
@@ -67,15 +68,15 @@ class Lidar(Sensor):
         sees_itself: bool = False,
         rate: float | None = None,
     ) -> None:
-        """Mount a lidar.
+        """Fix a lidar to a link.
 
         Args:
-            link: what it is fixed to.
-            position: (3,) in the link's frame; m.
-            orientation: (4,) x, y, z, w in the link's frame.
-            pattern: which way its rays go and how far.
-            sees_itself: whether the robot it is on (all but the link it is fixed to) is in its way.
-            rate: turns a second; None: one whenever asked.
+            link: the link that the sensor is fixed to.
+            position: (3,) position in the link's frame (m).
+            orientation: (4,) quaternion x, y, z, w in the link's frame.
+            pattern: directions and range of the rays.
+            sees_itself: whether rays hit its own robot (except the link that it is fixed to).
+            rate: revolutions per second of simulated time (Hz); None: one at every call.
         """
         super().__init__(link, position=position, orientation=orientation, rate=rate)
         self.pattern = ScanPattern() if pattern is None else pattern
@@ -83,11 +84,11 @@ class Lidar(Sensor):
         self._own: tuple[int, np.ndarray] = (-1, np.zeros(0, dtype=bool))
 
     def scan(self) -> Scan:
-        """What it sees now."""
+        """Cast all rays and return the scan."""
         world, pattern = self.world, self.pattern
         position, rotation = self.mount.in_world()
         geoms, distances = cast_scan(
-            world.model, world.kinematics(), pattern, position, rotation, self._in_the_way()
+            world.model, world.kinematics(), pattern, position, rotation, self._targets()
         )
         seen = (geoms >= 0) & (distances >= pattern.min_range) & (distances <= pattern.max_range)
         owners = np.full((*geoms.shape, 2), -1, dtype=np.int32)
@@ -101,22 +102,22 @@ class Lidar(Sensor):
         )
 
     def observe(self) -> Observation:
-        """One turn.
+        """Return one revolution.
 
-        "scan" (rows, columns) m, inf for nothing; "seg" (rows, columns, 2) body id and link index, -1 for
-        nothing; "points" (k, 3) m in the world, of the rays that hit something.
+        "scan" (rows, columns) m, inf without a hit; "seg" (rows, columns, 2) body id and link index, -1
+        without a hit; "points" (k, 3) hit points in the world frame (m).
         """
         scan = self.scan()
         return {"scan": scan.ranges, "seg": scan.owners, "points": scan.points()}
 
-    def _in_the_way(self) -> np.ndarray:
-        """(ngeom,) bool: what it does not look through."""
+    def _targets(self) -> np.ndarray:
+        """Return (ngeom,) bool: whether rays can hit the geom."""
         world = self.world
         if self._own[0] != world.revision:
             body, model = self.link.body, world.model
-            looked_at = np.isin(model.geom_group, SOLID_GROUPS)
-            looked_at &= model.geom_bodyid != body.mujoco_ids[self.link.index]
+            is_target = np.isin(model.geom_group, SOLID_GROUPS)
+            is_target &= model.geom_bodyid != body.mujoco_ids[self.link.index]
             if not self.sees_itself:
-                looked_at &= world.geom_owners[:, 0] != body.id
-            self._own = (world.revision, looked_at)
+                is_target &= world.geom_owners[:, 0] != body.id
+            self._own = (world.revision, is_target)
         return self._own[1]

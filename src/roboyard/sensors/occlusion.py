@@ -1,4 +1,4 @@
-"""How much of a camera's view the robot itself blocks."""
+"""Share of a camera's view that the robot itself blocks."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ if TYPE_CHECKING:
     from roboyard.sim.body import Body
 
 NEAR = 0.05
-"""m: the robot's own surface nearer than this blocks the view"""
+"""Surfaces of the robot nearer than this block the view (m)."""
 VIEW = np.deg2rad(48.0)
-"""rad: width and height of the view that is looked at"""
+"""Width and height of the tested view (rad)."""
 RAYS = 9
-"""A side"""
+"""Number of rays along each side of the view."""
 START = 0.002
-"""m in front of the lens"""
+"""Start of the rays in front of the lens (m)."""
 
 
 def occluded_fraction(body: Body, position: ArrayLike, rotation: ArrayLike) -> float:
-    """Share of the view, from 0 to 1, in which a body itself is nearer than `NEAR`.
+    """Return the share of the view, from 0 to 1, that the body itself blocks nearer than `NEAR`.
 
     Args:
         body: the robot that carries the camera.
-        position: (3,) of the lens in the world; m.
-        rotation: (3, 3) camera to world; it looks along its -z.
+        position: (3,) of the lens in the world (m).
+        rotation: (3, 3) camera to world; the camera looks along its -z.
     """
     side = np.tan(VIEW / 2) * np.linspace(-1.0, 1.0, RAYS)
     x, y = (grid.ravel() for grid in np.meshgrid(side, side))

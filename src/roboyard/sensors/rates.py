@@ -1,4 +1,4 @@
-"""Many sensors, each observing at its own rate."""
+"""A set of sensors, each observing at its own rate."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from roboyard.sim import World
 
 SLACK = 1e-9
-"""s: rounding of the clock."""
+"""Tolerance of the comparison of times (s)."""
 
 
 class Sensors:
-    """Sensors of one world by name. `observe` after each step: what is due looks again, the rest stays."""
+    """Sensors of one world by name; `observe` after each step updates those that are due."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -28,7 +28,7 @@ class Sensors:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """In the order they were added."""
+        """Names in the order in which the sensors were added."""
         return tuple(self._sensors)
 
     def __getitem__(self, name: str) -> Sensor:
@@ -37,37 +37,43 @@ class Sensors:
         return self._sensors[name]
 
     def add(self, sensor: Sensor, name: str | None = None) -> str:
-        """Add a sensor; returns its name, "<robot>:<link>:<kind>:<count>" unless given.
+        """Add a sensor and return its name, "<robot>:<link>:<kind>:<count>" by default.
 
         Raises:
             RoboyardError: the name is taken, or the sensor is in another world.
         """
         if sensor.world is not self._world:
-            raise RoboyardError(f"{sensor.kind} on {sensor.link.name!r} is in another world")
+            raise RoboyardError(
+                f"{sensor.kind} on {sensor.link.name!r} is in another world; add it to the sensors of its own"
+            )
         if name is None:
             stem = f"{sensor.link.body.name}:{sensor.link.name}:{sensor.kind}:"
             name = next(
                 f"{stem}{k}" for k in range(len(self._sensors) + 1) if f"{stem}{k}" not in self._sensors
             )
         elif name in self._sensors:
-            raise RoboyardError(f"there is a sensor named {name!r} already")
+            raise RoboyardError(f"a sensor named {name!r} already exists; choose another name")
         self._sensors[name] = sensor
         return name
 
     def remove(self, name: str) -> None:
-        """Take a sensor out."""
+        """Remove a sensor.
+
+        Raises:
+            RoboyardError: no sensor has this name.
+        """
         self[name]
         for table in (self._sensors, self._latest, self._next):
             table.pop(name, None)
 
     def observe(self, *, fresh: bool = False) -> Mapping[str, Observation]:
-        """Latest observation of every sensor by name; those that are due look again first.
+        """Return the latest observation of every sensor by name, after updating those that are due.
 
-        Sensors of rate f observe in each of the intervals of 1/f that began when the first observation was
-        made. Going back in time makes everything due.
+        A sensor of rate f observes once in each interval of 1/f, counted from its first observation. After a
+        reset to an earlier time every sensor is due.
 
         Args:
-            fresh: everything looks again, due or not.
+            fresh: update every sensor, due or not.
         """
         now = self._world.time
         if now < self._seen_time - SLACK:

@@ -1,4 +1,4 @@
-"""Which way the rays of a lidar go."""
+"""Directions and range of a lidar's rays."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from roboyard.transforms import Array
 
 @dataclass(frozen=True, kw_only=True)
 class ScanPattern:
-    """Which way the rays go. Defaults are OmniGibson's for a lidar that is loaded."""
+    """Directions and range of the rays. Defaults are OmniGibson's for a lidar loaded from a file."""
 
     horizontal_fov_deg: float = 360.0
     vertical_fov_deg: float = 1.0
@@ -22,9 +22,9 @@ class ScanPattern:
     vertical_resolution_deg: float = 1.0
     yaw_offset_deg: float = 0.0
     min_range: float = 0.05
-    """m; nearer things are not seen, nor what is behind them"""
+    """Smallest range (m); a nearer surface gives no hit and hides those behind it."""
     max_range: float = 10.0
-    """m"""
+    """Largest range (m)."""
 
     def __post_init__(self) -> None:
         values = [getattr(self, name) for name in self.__dataclass_fields__]
@@ -38,31 +38,36 @@ class ScanPattern:
         )
         if not ok:
             raise RoboyardError(
-                "a lidar sees 0 to 360 degrees across and 0 to 180 up and down, has resolutions above 0 and "
-                f"0 <= min_range < max_range; got {self}"
+                "horizontal_fov_deg must be in (0, 360], vertical_fov_deg in (0, 180], resolutions above 0 "
+                f"and 0 <= min_range < max_range; got {self}"
             )
         if self.rows * self.columns > 4_000_000:
             raise RoboyardError(
-                f"a scan of {self.rows} x {self.columns} rays is too large (4 million at most)"
+                f"a scan of {self.rows} x {self.columns} rays is too large (at most 4 million); "
+                "use coarser resolutions"
             )
 
     @property
     def rows(self) -> int:
-        """Rays one above the other."""
+        """Number of rays one above the other."""
         return max(1, math.ceil(self.vertical_fov_deg / self.vertical_resolution_deg - 1e-9))
 
     @property
     def columns(self) -> int:
-        """Rays side by side."""
+        """Number of rays side by side."""
         return max(1, math.ceil(self.horizontal_fov_deg / self.horizontal_resolution_deg - 1e-9))
 
     @property
     def is_full_turn(self) -> bool:
+        """Whether the rays cover 360 degrees."""
         return self.horizontal_fov_deg == 360.0
 
     @cached_property
     def azimuths(self) -> Array:
-        """(columns,) rad from the frame's x towards its y, growing; a full turn begins at -180 degrees."""
+        """(columns,) azimuth (rad) from the frame's x towards its y, ascending.
+
+        A full turn starts at -180 degrees.
+        """
         step, n = self.horizontal_resolution_deg, self.columns
         k = np.arange(n)
         degrees = 360.0 * k / n - 180.0 if self.is_full_turn else (k - (n - 1) / 2.0) * step
@@ -70,20 +75,20 @@ class ScanPattern:
 
     @cached_property
     def elevations(self) -> Array:
-        """(rows,) rad above the frame's x-y plane, the highest first, as in a picture."""
+        """(rows,) elevation (rad) above the frame's x-y plane, highest first, as in an image."""
         n = self.rows
         return np.radians(((n - 1) / 2.0 - np.arange(n)) * self.vertical_resolution_deg)
 
     @property
     def grid(self) -> tuple[float, float, float, float]:
-        """First azimuth, step to the next, highest elevation, step down to the next; rad."""
+        """First azimuth, step to the next, highest elevation, step down to the next (rad)."""
         across = 360.0 / self.columns if self.is_full_turn else self.horizontal_resolution_deg
         first, highest = float(self.azimuths[0]), float(self.elevations[0])
         return first, math.radians(across), highest, math.radians(self.vertical_resolution_deg)
 
     @cached_property
     def directions(self) -> Array:
-        """(rows, columns, 3) unit, in the lidar's frame."""
+        """(rows, columns, 3) unit vectors in the lidar's frame."""
         up, side = self.elevations[:, None], self.azimuths[None, :]
         flat = np.cos(up)
         return np.stack(
@@ -103,4 +108,4 @@ IMPORTED_PATTERN = ScanPattern(
     min_range=0.4,
     max_range=100.0,
 )
-"""What OmniGibson's importer writes into a robot's file."""
+"""The pattern that OmniGibson's importer writes into a robot's file."""

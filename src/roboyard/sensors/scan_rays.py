@@ -1,47 +1,49 @@
-"""All rays of a lidar at once: own loops for simple solids, MuJoCo's for meshes and height fields.
+"""Cast all rays of a lidar at once: compiled loops for simple solids, MuJoCo for meshes and height fields.
 
-MuJoCo looks at every shape in a ray's broad phase and at every ray for a shape. Here each shape is projected
-onto the grid of rays first, and shapes are taken nearest first, so that most of what stands behind others
-is never computed.
+MuJoCo tests every shape in each ray's broad phase. Here each shape is first projected onto the grid of rays,
+and shapes are processed nearest first, so that most occluded shapes are never intersected.
 """
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
     from roboyard.sensors.scan_pattern import ScanPattern
 
+_kernels = lazy_module("roboyard.sensors.kernels.scan")
+
 _HIDDEN_GROUP = 5
-"""MuJoCo geom group of what is not looked at meanwhile."""
+"""MuJoCo geom group of shapes excluded from a ray cast."""
 
 
 def cast_scan(
-    model: Any, data: Any, pattern: ScanPattern, position: Array, rotation: Array, looked_at: np.ndarray
+    model: Any, data: Any, pattern: ScanPattern, position: Array, rotation: Array, is_target: np.ndarray
 ) -> tuple[np.ndarray, Array]:
-    """What each ray meets first: geom (rows, columns) int32, -1 for nothing, and distance (rows, columns) m.
+    """Return the geom that each ray hits first and its distance (m), both (rows, columns); -1 for no hit.
 
     Args:
         model: MuJoCo's model.
-        data: its data, with present positions of geoms.
-        pattern: of the rays.
-        position: (3,) m of the lidar in the world.
+        data: its data with present geom poses.
+        pattern: directions and range of the rays.
+        position: (3,) of the lidar in the world (m).
         rotation: (3, 3) of the lidar in the world.
-        looked_at: (ngeom,) bool. Shapes that are wholly transparent are looked through anyway.
+        is_target: (ngeom,) bool: whether rays can hit the geom. Fully transparent geoms are skipped in any
+            case.
     """
-    simple, other = _kinds(model, looked_at)
+    simple, other = _kinds(model, is_target)
     shape = (pattern.rows, pattern.columns)
     geoms = np.full(shape, -1, dtype=np.int32)
     distances = np.full(shape, np.inf)
     if len(other):
         _mesh_hits(model, data, pattern, position, rotation, other, geoms, distances)
     if len(simple):
-        _compiled()(
+        _kernels().scan_solids(
             model.geom_type, model.geom_size, model.geom_aabb, data.geom_xpos,
             data.geom_xmat.reshape(-1, 3, 3), simple, position, np.ascontiguousarray(rotation),
             pattern.directions, pattern.grid, float(pattern.max_range), geoms, distances,
@@ -49,15 +51,15 @@ def cast_scan(
     return geoms, distances
 
 
-def _kinds(model: Any, looked_at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of simple solids and of all other shapes, among those looked at that are not transparent."""
+def _kinds(model: Any, is_target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows of simple solids and of all other shapes among the targets that are not transparent."""
     import mujoco
 
     kind, clear = model.geom_type, model.geom_rgba[:, 3] == 0.0
     if clear.any() and model.nmat:
         material = model.geom_matid
         clear &= (material < 0) | (model.mat_rgba[material, 3] == 0.0)
-    seen = looked_at & ~clear
+    seen = is_target & ~clear
     is_other = (kind == int(mujoco.mjtGeom.mjGEOM_HFIELD)) | (kind >= int(mujoco.mjtGeom.mjGEOM_MESH))
     return np.flatnonzero(seen & ~is_other), np.flatnonzero(seen & is_other)
 
@@ -72,7 +74,7 @@ def _mesh_hits(
     geoms: np.ndarray,
     distances: Array,
 ) -> None:
-    """Meshes and height fields by MuJoCo."""
+    """Write the hits on meshes and height fields, found by MuJoCo, into `geoms` and `distances`."""
     import mujoco
 
     vectors = pattern.directions.reshape(-1, 3) @ rotation.T
@@ -90,11 +92,3 @@ def _mesh_hits(
     met = hit.reshape(geoms.shape) >= 0
     geoms[met] = hit.reshape(geoms.shape)[met]
     distances[met] = far.reshape(geoms.shape)[met]
-
-
-@cache
-def _compiled() -> Any:
-    """The compiled loop; numba is loaded on the first call."""
-    from roboyard.sensors.kernels.scan import scan
-
-    return scan

@@ -1,1 +1,1 @@
-"""Compiled loops of the sensors. Import on first use only."""
+"""Compiled loops of the sensors, imported on first use."""

@@ -1,4 +1,4 @@
-"""A turn of a lidar against solids, nearest solid first, each with only the rays that may meet it."""
+"""Rays of a lidar against solids, nearest solid first, each tested against only the rays that may hit it."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ def _towards(turn, begin, end, out):  # pragma: no cover
 
 @njit(cache=True)
 def window(box, position, rotation, at, turn, longest, to_local, middle, out):  # pragma: no cover
-    """Which directions may meet a box, seen from a lidar.
+    """Range of directions in which a lidar may hit a box.
 
     box: (6,) centre and half extents in the solid's frame; position (3,), rotation (3, 3) of the solid and
-    at (3,), turn (3, 3) of the lidar in the world. longest: m; beyond it only the distance is told.
-    to_local (3, 3), middle (3,): scratch. Into out (5,) go the middle azimuth, the half width (π: all round),
-    the lowest and highest elevation (rad) and the least distance (m).
+    at (3,), turn (3, 3) of the lidar in the world. longest: range (m); for a box beyond it only the distance
+    is written. to_local (3, 3), middle (3,): scratch. out (5,): middle azimuth, half width (π: all around),
+    lowest and highest elevation (rad) and smallest distance (m).
     """
     _towards(rotation, position, at, middle)
     gap = 0.0
@@ -82,15 +82,15 @@ def window(box, position, rotation, at, turn, longest, to_local, middle, out):  
 
 
 @njit(cache=True, nogil=True)
-def scan(  # pragma: no cover
+def scan_solids(  # pragma: no cover
     kinds, sizes, boxes, positions, rotations, rows, at, turn, directions, grid, longest, geoms, distances
 ):
     """First hits of a lidar's rays.
 
     kinds (g,), sizes (g, 3), boxes (g, 6), positions (g, 3), rotations (g, 3, 3): MuJoCo's, of all geoms.
-    rows: those to look at. at (3,), turn (3, 3): the lidar. directions: (r, c, 3) in its frame. grid: first
-    azimuth, step, highest elevation, step (rad). longest: m. Into geoms (r, c) and
-    distances (r, c) go hits nearer than what is there.
+    rows: the geoms to test. at (3,), turn (3, 3): pose of the lidar. directions: (r, c, 3) in its frame.
+    grid: first azimuth, step, highest elevation, step (rad). longest: range (m). Hits nearer than those
+    already in geoms (r, c) and distances (r, c) overwrite them.
     """
     n_rows, n_columns = directions.shape[0], directions.shape[1]
     first, step, highest, drop = grid

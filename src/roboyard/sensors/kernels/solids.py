@@ -1,6 +1,7 @@
-"""Where a ray meets a solid first: distance along it, or -1. Rays start at o with direction d (unit), in the
-solid's frame; s are MuJoCo's sizes. As in MuJoCo, a ray that starts inside meets the surface from inside, and
-a plane is met from above only.
+"""Distance along a ray to its first hit on a solid, or -1.
+
+Rays start at o with unit direction d, both in the solid's frame; s are MuJoCo's sizes. As in MuJoCo, a ray
+that starts inside hits the surface from inside, and a plane is hit from above only.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def box(ox, oy, oz, dx, dy, dz, sx, sy, sz):  # pragma: no cover
 
 @njit(cache=True)
 def capsule(ox, oy, oz, dx, dy, dz, r, half):  # pragma: no cover
-    """A tube between two balls; from inside, the exit is where the last of the three is left."""
+    """A cylinder between two spheres; from inside, the exit is the last of the three exits."""
     inside = ox * ox + oy * oy + (oz - min(max(oz, -half), half)) ** 2 < r * r
     best = -1.0
     a, b, c = dx * dx + dy * dy, ox * dx + oy * dy, ox * ox + oy * oy - r * r
@@ -96,7 +97,7 @@ def cylinder(ox, oy, oz, dx, dy, dz, r, half):  # pragma: no cover
 
 @njit(cache=True)
 def meet(kind, ox, oy, oz, dx, dy, dz, sx, sy, sz):  # pragma: no cover
-    """The first surface of a solid of any of these kinds."""
+    """Distance to the first surface of a solid of any of these kinds, or -1."""
     if kind == BOX:
         return box(ox, oy, oz, dx, dy, dz, sx, sy, sz)
     if kind == CYLINDER:

@@ -57,7 +57,7 @@ def find_robot(word: str, planner_file: Path | None = None, config: Path | None 
     Raises:
         RoboyardError: there is no such file and no such name; the message lists the nearest.
     """
-    from roboyard.assets import ROBOTS, THINGS, asset_path
+    from roboyard.assets import OBJECTS, ROBOTS, asset_path
     from roboyard.robots.registry import REGISTERED_ROBOTS
 
     path = Path(word)
@@ -67,7 +67,7 @@ def find_robot(word: str, planner_file: Path | None = None, config: Path | None 
         raise RoboyardError(f"there is no file {word!r}")
     if word in REGISTERED_ROBOTS:
         return _registered(word, planner_file, config)
-    bundled = ROBOTS | THINGS
+    bundled = ROBOTS | OBJECTS
     if word in bundled:
         return RobotSource(
             name=word, urdf=asset_path(word), planner_file=planner_file, config=config, is_bundled=True
