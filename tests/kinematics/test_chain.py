@@ -113,8 +113,8 @@ def test_zero_axis_raises(build):
     ("arguments", "message"),
     [
         ({"tip_links": "tol"}, "no link named 'tol'; did you mean 'tool'"),
-        ({"tip_links": []}, "tip_links is empty"),
-        ({"tip_links": "link2", "base_link": "link4"}, "link 'link2' does not hang from 'link4'"),
+        ({"tip_links": []}, "tip_links must name at least one link"),
+        ({"tip_links": "link2", "base_link": "link4"}, "link 'link2' is not below 'link4'"),
         ({"tip_links": "tool", "locked": {"joint9": 0.0}}, "no joint coordinate named 'joint9'"),
     ],
 )

@@ -137,7 +137,7 @@ def test_wrong_names_and_shapes(arm):
         chain(arm, "base", "hand")
     with pytest.raises(ValueError, match="'weld' is fixed"):
         forward_kinematics(arm, {"weld": 0})
-    with pytest.raises(ValueError, match=r"takes \(\.\.\., 4\) numbers"):
+    with pytest.raises(ValueError, match=r"takes positions of shape \(\.\.\., 4\)"):
         forward_kinematics(arm, {"socket": [0, 0, 1]})
-    with pytest.raises(ValueError, match=r"give \(\.\.\., 2\)"):
+    with pytest.raises(ValueError, match=r"must have shape \(\.\.\., 2\)"):
         forward_kinematics(arm, [0, 0, 0])

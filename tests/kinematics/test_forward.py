@@ -101,5 +101,5 @@ def test_wrong_sizes_are_named(arm):
         forward_kinematics(arm, np.zeros(6))
     with pytest.raises(ValueError, match="no link of the chain named 'tol'; did you mean 'tool'"):
         jacobian(arm, np.zeros(7), link="tol")
-    with pytest.raises(ValueError, match="frame is 'world'"):
+    with pytest.raises(ValueError, match='frame must be "base" or "link"'):
         jacobian(arm, np.zeros(7), frame="world")

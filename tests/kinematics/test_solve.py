@@ -225,8 +225,8 @@ def test_rest_weights_choose_the_joint_that_matters(planar):
     ("arguments", "message"),
     [
         ({"targets": np.zeros(5)}, r"targets have shape \(5,\); give \(3\) or \(7\) or \(4, 4\) for 1 tip"),
-        ({"targets": [0, 0, np.nan]}, "the target or its start holds a value that is not finite"),
-        ({"targets": [0.1, 0, 0, 0, 0, 0, 0]}, "a quaternion has zero length"),
+        ({"targets": [0, 0, np.nan]}, "the target or its start has a value that is not finite"),
+        ({"targets": [0.1, 0, 0, 0, 0, 0, 0]}, "a quaternion of zero length"),
         ({"q0": np.zeros(6)}, r"q0 has shape \(6,\); the chain has 7 joints \(joint1"),
         ({"q0": np.full(7, np.inf)}, "not finite"),
         ({"rest": np.zeros(2)}, r"rest has shape \(2,\)"),

@@ -168,22 +168,22 @@ def test_plain_descent_does_not_change_its_start(arm, home):
     ("call", "message"),
     [
         (lambda c, q: damped_step_ik(c, q, POSITION, lower=-1.0, upper=1.0), "belong together"),
-        (lambda c, q: damped_step_ik(c, q, [np.inf, 0, 0]), "not finite"),
+        (lambda c, q: damped_step_ik(c, q, [np.inf, 0, 0]), "must be finite"),
         (
             lambda c, q: damped_step_ik(c, q, POSITION, joint_damping=[1, 2]),
             r"joint_damping has shape \(2,\)",
         ),
         (lambda c, q: differential_step(c, q[:3], POSITION), r"q has shape \(3,\)"),
-        (lambda c, q: differential_step(c, q, [np.nan, 0, 0]), "not finite"),
+        (lambda c, q: differential_step(c, q, [np.nan, 0, 0]), "must be finite"),
         (
             lambda c, q: differential_step(c, q, POSITION, max_step=-0.1),
-            "the bound on a joint's motion is -0.1",
+            "one positive number or one per joint, got -0.1",
         ),
         (
             lambda c, q: differential_velocity(c, q, np.zeros(5), 0.01),
             r"twists have shape \(5,\); give \(1, 6\)",
         ),
-        (lambda c, q: differential_velocity(c, q, np.zeros(6), 0.0), "dt is 0.0"),
+        (lambda c, q: differential_velocity(c, q, np.zeros(6), 0.0), "dt must be positive \\(s\\), got 0.0"),
     ],
 )
 def test_invalid_arguments_raise(arm, home, call, message):

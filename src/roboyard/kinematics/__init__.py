@@ -1,8 +1,8 @@
 """Forward and inverse kinematics of trees of joints; compiled on first use.
 
-chain = from_description(robot, "hand")
-answer = solve_ik(chain, pose, q0)
-answer.q, answer.position_error, answer.converged
+chain = from_description(robot, "gripper_link")
+result = solve_ik(chain, pose, q0)
+result.q, result.position_error, result.converged
 """
 
 from typing import TYPE_CHECKING

@@ -15,14 +15,18 @@ class Transform:
     """A rigid transform; `a @ b` applies b, then a."""
 
     position: Array
+    """(3,) translation (m)."""
     rotation: Array
+    """(3, 3) rotation."""
 
     @classmethod
     def identity(cls) -> Transform:
+        """Return the identity."""
         return cls(position=np.zeros(3), rotation=np.eye(3))
 
     @classmethod
     def of(cls, position: ArrayLike, rotation: ArrayLike) -> Transform:
+        """Return a transform of a (3,) position (m) and a (3, 3) rotation."""
         return cls(position=np.asarray(position, dtype=float), rotation=np.asarray(rotation, dtype=float))
 
     def __matmul__(self, other: Transform) -> Transform:
@@ -31,20 +35,23 @@ class Transform:
         )
 
     def inverse(self) -> Transform:
+        """Return the inverse."""
         return Transform(position=-self.rotation.T @ self.position, rotation=self.rotation.T)
 
 
 def about_z(angle: float) -> Transform:
+    """Return a rotation about z (rad)."""
     c, s = np.cos(angle), np.sin(angle)
     return Transform.of(np.zeros(3), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def along_z(distance: float) -> Transform:
+    """Return a translation along z (m)."""
     return Transform.of([0.0, 0.0, distance], np.eye(3))
 
 
 def z_to(axis: ArrayLike) -> Transform:
-    """Smallest rotation that brings z onto the unit `axis` (about x for -z)."""
+    """Return the smallest rotation that maps z to the unit (3,) `axis` (about x for -z)."""
     a = np.asarray(axis, dtype=float)
     if a[2] < -1.0 + 1e-12:
         return Transform.of(np.zeros(3), np.diag([1.0, -1.0, -1.0]))

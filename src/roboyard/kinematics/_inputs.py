@@ -1,4 +1,4 @@
-"""What callers pass, checked and brought to the shapes that the kernels take."""
+"""Check callers' arguments and convert them to the arrays that the kernels take."""
 
 from __future__ import annotations
 
@@ -10,16 +10,24 @@ from numpy.typing import ArrayLike
 from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array
 
-UNREADABLE = " or its start holds a value that is not finite, or a quaternion has zero length"
+INVALID = " or its start has a value that is not finite, or a quaternion of zero length"
 
 
 def read_targets(chain: ChainArrays, targets: ArrayLike) -> Array:
-    """(t, k) targets of one problem, k = 3 position, 7 with quaternion, 16 matrix; raises ValueError."""
+    """Return (t, k) targets of one problem: k = 3 position (m), 7 with quaternion, 16 matrix.
+
+    Raises:
+        ValueError: another shape.
+    """
     return _flat(np.array(targets, dtype=float), (), len(chain.tips))
 
 
 def read_batch(chain: ChainArrays, targets: ArrayLike) -> Array:
-    """(b, t, k) targets of many problems; raises ValueError."""
+    """Return (b, t, k) targets of many problems, k as in `read_targets`.
+
+    Raises:
+        ValueError: another shape.
+    """
     array = np.array(targets, dtype=float)
     return _flat(array, array.shape[:1], len(chain.tips))
 
@@ -31,12 +39,16 @@ def _flat(array: Array, front: tuple[int, ...], t: int) -> Array:
     if shape in ((t, 3), (t, 7)) or (t == 1 and shape in ((3,), (7,))):
         return array.reshape(*front, t, shape[-1])
     axes = ("b, " if front else "") + ("" if t == 1 else f"{t}, ")
-    wanted = " or ".join(f"({axes}{size})" for size in ("3", "7", "4, 4"))
-    raise ValueError(f"targets have shape {array.shape}; give {wanted} for {t} tip{'s' if t > 1 else ''}")
+    expected = " or ".join(f"({axes}{size})" for size in ("3", "7", "4, 4"))
+    raise ValueError(f"targets have shape {array.shape}; give {expected} for {t} tip{'s' if t > 1 else ''}")
 
 
 def read_starts(chain: ChainArrays, q0: ArrayLike | None, batch: int) -> Array:
-    """(1 or batch, n) start postures, the middle of the limits for None; raises ValueError."""
+    """Return (1 or batch, n) start postures (rad or m), the middle of the limits for None.
+
+    Raises:
+        ValueError: another shape.
+    """
     array = np.array(chain.middle if q0 is None else q0, dtype=float)
     if array.ndim == 1:
         array = array[None]
@@ -46,25 +58,33 @@ def read_starts(chain: ChainArrays, q0: ArrayLike | None, batch: int) -> Array:
 
 
 def joint_vector(chain: ChainArrays, values: ArrayLike, what: str) -> Array:
-    """(n,) copy of `values`, a scalar spread over all joints; raises ValueError naming `what`."""
+    """Return an (n,) copy of `values`, a scalar repeated for all joints.
+
+    Raises:
+        ValueError: another shape, or a value is not finite; the message calls the argument `what`.
+    """
     array = np.array(values, dtype=float)
     if array.ndim == 0:
         array = np.full(chain.size, float(array))
     if array.shape != (chain.size,):
         raise ValueError(wrong_size(chain, what, array.shape))
     if not np.isfinite(array).all():
-        raise ValueError(f"{what} holds a value that is not finite")
+        raise ValueError(f"{what} must be finite, got {array.tolist()}")
     return array
 
 
 def wrong_size(chain: ChainArrays, what: str, shape: tuple[int, ...]) -> str:
-    """Message for a joint vector of another length."""
+    """Return the message for a joint vector of the wrong length."""
     names = ", ".join(chain.joint_names[:12]) + (", ..." if chain.size > 12 else "")
     return f"{what} has shape {shape}; the chain has {chain.size} joints ({names})"
 
 
 def task_weights(t: int, width: int, position: ArrayLike, orientation: ArrayLike) -> Array:
-    """(t, 6) weights of x, y, z and of the turns about them; raises ValueError. Not to be written to."""
+    """Return (t, 6) weights of the errors along x, y, z (1/m) and about them (1/rad); do not write to them.
+
+    Raises:
+        ValueError: shapes that do not fit, or a weight that is negative or not finite.
+    """
     if isinstance(position, float) and isinstance(orientation, float):
         return _scalar_weights(t, width, position, orientation)
     return _task_weights(t, width, position, orientation)
@@ -87,5 +107,5 @@ def _task_weights(t: int, width: int, position: ArrayLike, orientation: ArrayLik
     if width == 3:
         weights[:, 3:] = 0.0
     if not (weights.min() >= 0.0 and weights.max() < np.inf):
-        raise ValueError("weights must be finite and not negative")
+        raise ValueError(f"weights must be finite and not negative, got {position} and {orientation}")
     return weights

@@ -3,7 +3,7 @@
 Layouts (see `ChainArrays.nodes`): `whole` (m, 3) parent, kind (1 prismatic), q index; `real` (m, 14)
 position, rotation by rows, multiplier, offset. A frame is 12 floats: position, then rotation by rows. A
 target is 3 floats (position), 7 (position, quaternion) or 16 (homogeneous matrix by rows). The Jacobian is
-kept transposed, so that what one joint does lies together in memory.
+kept transposed, so that the columns of one joint are contiguous in memory.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 
 from numba import njit
 
-# Fast maths without "ninf" and "nnan": limits may be infinite, and what is not finite must be noticed.
+# Fast math without "ninf" and "nnan": limits may be infinite, and non-finite values must be detected.
 kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "arcp", "nsz"})
 
 
@@ -50,7 +50,7 @@ def place_nodes(whole, real, q, frames):
 
 @kernel
 def place_links(frames, node, local, out):
-    """Frames (k, 12) of links that sit on nodes at constant offsets."""
+    """Frames (k, 12) of links at constant offsets from nodes."""
     for i in range(node.shape[0]):
         if node[i] < 0:
             for k in range(12):
@@ -69,7 +69,7 @@ def forward_batch(whole, real, node, local, qs, frames, out):
 
 @kernel
 def fill_jacobian(whole, real, frames, node, x, y, z, out, row):
-    """Six columns of `out` (n, ...) from `row` on: velocity of the point (x, y, z) of `node`, its turning."""
+    """Six columns of `out` (n, ...) from `row` on: linear and angular velocity of a point of `node`."""
     for j in range(out.shape[0]):
         for r in range(6):
             out[j, row + r] = 0.0
@@ -94,7 +94,7 @@ def fill_jacobian(whole, real, frames, node, x, y, z, out, row):
 
 @kernel
 def jacobian_at(whole, real, node, local, q, frames, tip, out):
-    """(n, 6) transposed Jacobian at one frame, whose place is left in `tip` (1, 12)."""
+    """(n, 6) transposed Jacobian at one frame, which is written to `tip` (1, 12)."""
     place_nodes(whole, real, q, frames)
     place_links(frames, node, local, tip)
     fill_jacobian(whole, real, frames, node[0], tip[0, 0], tip[0, 1], tip[0, 2], out, 0)
@@ -102,7 +102,7 @@ def jacobian_at(whole, real, node, local, q, frames, tip, out):
 
 @kernel
 def read_targets(targets, out):
-    """Targets as frames (t, 12); False where one is not finite or has no direction."""
+    """Targets as frames (t, 12); False where one is not finite or a quaternion has zero length."""
     good = True
     for t in range(targets.shape[0]):
         width = targets.shape[1]
@@ -187,8 +187,8 @@ def task_errors(target, weights, tip, raw, errors):
 
 
 @kernel
-def weigh_turns(target, t, raw, weights, jac, row, rhs):
-    """Turn three rows of angular velocity into weighted rates of the rotation vector, and its weighted error.
+def weight_rotation(target, t, raw, weights, jac, row, rhs):
+    """Convert three rows of angular velocity to weighted rates of the rotation vector and its error.
 
     d(log E) = J_l⁻¹(φ) · R_targetᵀ · ω, with φ = log E (Barfoot, State Estimation for Robotics, 7.2).
     """
@@ -218,7 +218,7 @@ def weigh_turns(target, t, raw, weights, jac, row, rhs):
 
 @kernel
 def linearize(whole, real, frames, node, target, weights, tip, raw, jac, rhs):
-    """Weighted transposed Jacobian (n, 6t) and right side (6t,): jacᵀ · dq = rhs brings tips to targets."""
+    """Weighted transposed Jacobian (n, 6t) and right side (6t,): jacᵀ · dq = rhs moves tips to targets."""
     for t in range(node.shape[0]):
         row = 6 * t
         fill_jacobian(whole, real, frames, node[t], tip[t, 0], tip[t, 1], tip[t, 2], jac, row)
@@ -228,7 +228,7 @@ def linearize(whole, real, frames, node, target, weights, tip, raw, jac, rhs):
             for c in range(jac.shape[0]):
                 jac[c, row + k] *= w
         if weights[t, 3] > 0.0 or weights[t, 4] > 0.0 or weights[t, 5] > 0.0:
-            weigh_turns(target, t, raw, weights, jac, row, rhs)
+            weight_rotation(target, t, raw, weights, jac, row, rhs)
         else:
             for k in range(3, 6):
                 rhs[row + k] = 0.0

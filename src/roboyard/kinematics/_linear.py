@@ -38,7 +38,7 @@ def solve_free(hessian, damping, right, free, count, factor, step):
         total = hessian[i, i] + damping[i]
         for c in range(a):
             total -= factor[a, c] * factor[a, c]
-        factor[a, a] = 1.0 / math.sqrt(max(total, 1e-300))  # reciprocal: divisions are dear
+        factor[a, a] = 1.0 / math.sqrt(max(total, 1e-300))  # reciprocal: divisions are slow
         total = right[i]
         for c in range(a):
             total -= factor[a, c] * step[free[c]]
@@ -93,7 +93,10 @@ def bounded_step(hessian, damping, gradient, low, high, free, right, factor, ste
 
 @kernel
 def mark_wrong(hessian, damping, right, low, high, free, count, step):
-    """Mark free entries beyond a bound and fixed ones that are pulled inwards; the last such entry, or -1."""
+    """Mark free entries beyond a bound and fixed ones whose gradient points inwards.
+
+    The last such entry, or -1.
+    """
     n, last = step.shape[0], -1
     for i in range(n):
         if free[n + i] == 0:

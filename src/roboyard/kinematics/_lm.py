@@ -44,7 +44,7 @@ def seed_state(seed, state):
 
 @kernel
 def evaluate(whole, real, node, local, target, weights, q, frames, tip, raw, errors):
-    """Cost at q, with frames, tips and errors left in the work arrays."""
+    """Cost at q (n,); writes frames, tips and errors to the work arrays."""
     place_nodes(whole, real, q, frames)
     place_links(frames, node, local, tip)
     return task_errors(target, weights, tip, raw, errors)
@@ -52,6 +52,7 @@ def evaluate(whole, real, node, local, target, weights, q, frames, tip, raw, err
 
 @kernel
 def within(errors, tolerance_position, tolerance_orientation):
+    """Whether all errors (t, 2) are within the tolerances."""
     for t in range(errors.shape[0]):
         if not (errors[t, 0] <= tolerance_position and errors[t, 1] <= tolerance_orientation):
             return False
@@ -60,7 +61,7 @@ def within(errors, tolerance_position, tolerance_orientation):
 
 @kernel
 def draw(ranges, q0, state, q):
-    """Random configuration inside the limits; half a turn (or 1 m) around q0 where a side is open."""
+    """Random configuration inside the limits; within half a turn (or 1 m) of q0 where a side has no limit."""
     for i in range(q.shape[0]):
         low, high = ranges[i, 0], ranges[i, 1]
         if not math.isfinite(low):
@@ -72,7 +73,7 @@ def draw(ranges, q0, state, q):
 
 @kernel
 def nearest_turn(ranges, q0, q):
-    """Move every entry that may turn freely to the equivalent nearest to q0 inside its limits."""
+    """Move every periodic entry to the equivalent nearest to q0 inside its limits."""
     for i in range(q.shape[0]):
         period = ranges[i, 2]
         if period > 0.0 and ranges[i, 1] - ranges[i, 0] > period:
@@ -124,7 +125,7 @@ def descend(whole, real, node, local, ranges, target, weights,
 def solve(whole, real, node, local, ranges, targets, weights, q0, warm,
           tolerance_position, tolerance_orientation, iterations, restarts, candidates, seed,
           out):  # fmt: skip
-    """Answer many problems (b, t, k) with t tips each.
+    """Solve many problems (b, t, k) with t tips each.
 
     q0 has one row for all problems, or one each; with `warm` a solved problem's answer starts the next one.
     out (b, n + 6): q, position and orientation error (of the worst tip), converged, iterations, descents,
@@ -180,7 +181,7 @@ def solve(whole, real, node, local, ranges, targets, weights, q0, warm,
 
 @kernel
 def work_space(m, n, t):
-    """Frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free: what descents write to."""
+    """Work arrays: frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free."""
     return (
         np.empty((m, 12)), np.empty((t, 12)), np.empty((t, 12)), np.zeros((t, 6)), np.zeros((t, 2)),
         np.empty((n, 6 * t)), np.empty(6 * t), np.empty((n, n)), np.empty((n, n)), np.empty((6, n)),

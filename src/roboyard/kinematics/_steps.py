@@ -23,7 +23,7 @@ PROJECTOR_DAMPING = 1e-4  # of the null-space projector: singular values above 0
 
 @kernel
 def bounded_motion(jac, rhs, damping_square, low, high, pull, out):
-    """Motion within low..high: damped least squares for jacᵀ d = rhs, plus what of `pull` moves no tip.
+    """Motion within low..high: damped least squares for jacᵀ d = rhs, plus `pull` in the null space.
 
     The projected pull is w = μ (JᵀJ + μ)⁻¹ pull; the task step then solves for what w leaves to do.
     """
@@ -54,7 +54,7 @@ def bounded_motion(jac, rhs, damping_square, low, high, pull, out):
 def step_to_targets(
     whole, real, node, local, targets, weights, q, gain, damping_square, low, high, pull, out
 ):
-    """Motion `out` (n,) towards the targets; False where they or q cannot be read."""
+    """Motion `out` (n,) towards the targets; False where they or q are not finite."""
     m, n, t = whole.shape[0], q.shape[0], node.shape[0]
     frames, tip, target = np.empty((m, 12)), np.empty((t, 12)), np.empty((t, 12))
     raw, errors = np.zeros((t, 6)), np.empty((t, 2))
@@ -94,7 +94,7 @@ def step_with_twists(whole, real, node, local, twists, weights, q, damping_squar
 @kernel
 def plain_descent(whole, real, node, local, targets, damping, rest, lower, upper, ranges,
                   rest_gain, limit_gain, longest, threshold, iterations, q):  # fmt: skip
-    """`damped_step_ik` in place; an empty `rest` means no null-space motion. -1 for unreadable input."""
+    """`damped_step_ik` in place; an empty `rest` means no null-space motion. -1 for invalid input."""
     m, n, t = whole.shape[0], q.shape[0], node.shape[0]
     frames, tip, target = np.empty((m, 12)), np.empty((t, 12)), np.empty((t, 12))
     per = 3 if targets.shape[1] == 3 else 6

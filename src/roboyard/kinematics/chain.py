@@ -1,16 +1,18 @@
-"""A robot's tree of joints as plain arrays, ready for the kernels.
+"""Compile a robot's tree of joints into plain arrays for the kernels.
 
 Only moving joints become nodes: fixed and locked joints are folded into constant transforms. Every node frame
-is turned so that its z axis is the joint's axis, which makes a joint's motion a rotation of two columns (or a
-shift along one). A link is a node plus a constant offset; node -1 is the base link.
+is rotated so that its z axis is the joint's axis; a joint's motion then rotates two columns or translates
+along one. A link is a node plus a constant offset; node -1 is the base link.
 
 Joints with several degrees of freedom are a row of one-degree nodes:
 
-    spherical  NAME:rx, NAME:ry, NAME:rz         rotations about x, then the turned y, then the turned z
-    planar     NAME:x, NAME:y, NAME:rz           shifts in the plane, then a rotation about its normal
-    floating   NAME:x, :y, :z, :rx, :ry, :rz     shifts along the parent's axes, then as spherical
+    spherical  NAME:rx, NAME:ry, NAME:rz         rotations about x, then the new y, then the new z
+    planar     NAME:x, NAME:y, NAME:rz           translations along `plane_axes`, then a rotation about the
+    normal floating   NAME:x, :y, :z, :rx, :ry, :rz     translations along the parent's axes, then as
+    spherical
 
-A joint that mimics another has no entry in q: its node reads the leader's value, multiplier · q + offset.
+A joint that mimics another has no entry in q: its node moves by multiplier · q + offset of the leader's
+entry.
 """
 
 from __future__ import annotations
@@ -36,47 +38,47 @@ class ChainArrays:
     """Joints and links between one base link and one or more tips; arrays are read-only.
 
     Sizes: n entries of q (independent joint coordinates), m nodes (moving coordinates, mimics included),
-    l links, t tips. Positions are metres or radians as the joint asks.
+    l links, t tips. Positions are in rad for rotations, in m for translations.
     """
 
     base_link: str
-    """Poses that go in or come out are relative to this link's frame."""
+    """Link whose frame poses are relative to."""
     joint_names: tuple[str, ...]
-    """(n) Names of the entries of q: depth first, children in file order."""
+    """(n) names of the entries of q: depth first, children in file order."""
     lower: Array
-    """(n,) smallest position, -inf for none."""
+    """(n,) lower limits (rad or m), -inf for none."""
     upper: Array
-    """(n,) largest position, inf for none."""
+    """(n,) upper limits (rad or m), inf for none."""
     velocity: Array
-    """(n,) largest speed, rad/s or m/s; inf for none."""
+    """(n,) velocity limits (rad/s or m/s), inf for none."""
     period: Array
-    """(n,) 2π where adding a full turn changes no pose, else 0."""
+    """(n,) 2π where a full turn changes no pose, else 0 (rad)."""
     node_names: tuple[str, ...]
-    """(m) Coordinate that moves each node."""
+    """(m) names of the coordinates that move the nodes."""
     parent: Indices
-    """(m,) parent node, -1 for the base; parents come first."""
+    """(m,) parent nodes, -1 for the base; parents come first."""
     is_prismatic: NDArray[np.bool_]
-    """(m,) True for a shift along the node's z axis, False for a turn about it."""
+    """(m,) True for a translation along the node's z axis, False for a rotation about it."""
     origin_position: Array
-    """(m, 3) of the node in its parent node's frame, at position zero."""
+    """(m, 3) positions in the parent nodes' frames with q at zero (m)."""
     origin_rotation: Array
-    """(m, 3, 3) likewise."""
+    """(m, 3, 3) rotations in the parent nodes' frames with q at zero."""
     q_index: Indices
-    """(m,) entry of q that moves the node."""
+    """(m,) entries of q that move the nodes."""
     multiplier: Array
-    """(m,) 1, or the mimic's."""
+    """(m,) multipliers of mimic joints, else 1."""
     offset: Array
-    """(m,) 0, or the mimic's."""
+    """(m,) offsets of mimic joints (rad or m), else 0."""
     links: tuple[str, ...]
-    """(l) Links of the chain, base first, depth first."""
+    """(l) names of the links, base first, depth first."""
     link_node: Indices
-    """(l,) node that carries the link, -1 for the base."""
+    """(l,) nodes that the links are fixed to, -1 for the base."""
     link_position: Array
-    """(l, 3) of the link in its node's frame."""
+    """(l, 3) positions of the links in their nodes' frames (m)."""
     link_rotation: Array
-    """(l, 3, 3) likewise."""
+    """(l, 3, 3) rotations of the links in their nodes' frames."""
     tips: Indices
-    """(t,) entries of `links` that targets are given for."""
+    """(t,) entries of `links` that targets refer to."""
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
@@ -90,10 +92,15 @@ class ChainArrays:
 
     @property
     def tip_names(self) -> tuple[str, ...]:
+        """Names of the tips."""
         return tuple(self.links[i] for i in self.tips)
 
     def link(self, name: str) -> int:
-        """Index of a link in `links`; raises ValueError naming the nearest one."""
+        """Return the index of a link in `links`.
+
+        Raises:
+            ValueError: the chain has no such link; the message lists the nearest.
+        """
         if name not in self._link_index:
             raise ValueError(unknown_name("link of the chain", name, self.links))
         return self._link_index[name]
@@ -104,7 +111,10 @@ class ChainArrays:
 
     @cached_property
     def nodes(self) -> tuple[NDArray[np.int64], Array]:
-        """For the kernels: (m, 3) parent, kind, q index; (m, 14) position, rotation, multiplier, offset."""
+        """Arrays of the kernels: (m, 3) parent, is_prismatic, q index.
+
+        (m, 14) position, rotation, multiplier, offset.
+        """
         whole = np.stack([self.parent, self.is_prismatic.astype(np.int64), self.q_index], axis=1)
         m = len(self.parent)
         parts = [self.origin_position, self.origin_rotation.reshape(m, 9), self.multiplier[:, None]]
@@ -112,11 +122,11 @@ class ChainArrays:
 
     @cached_property
     def tip_frames(self) -> tuple[NDArray[np.int64], Array]:
-        """Node and packed offset of every tip, as `frames` gives them."""
+        """(t,) nodes and (t, 12) offsets of the tips, as of `frames`."""
         return self.frames(self.tips)
 
     def frames(self, links: Iterable[int] | Indices) -> tuple[NDArray[np.int64], Array]:
-        """(k,) node and (k, 12) offset (position, rotation by rows) of the links with these indices."""
+        """Return (k,) nodes and (k, 12) offsets (position, rotation by rows) of links by index."""
         chosen = np.array(list(links), dtype=np.int64)
         rotation = self.link_rotation[chosen].reshape(len(chosen), 9)
         offsets = np.concatenate([self.link_position[chosen], rotation], axis=1)
@@ -124,12 +134,12 @@ class ChainArrays:
 
     @cached_property
     def ranges(self) -> Array:
-        """(n, 3) lower, upper, period: what the kernels read."""
+        """(n, 3) lower limit, upper limit and period (rad or m), for the kernels."""
         return np.ascontiguousarray(np.stack([self.lower, self.upper, self.period], axis=1))
 
     @cached_property
     def middle(self) -> Array:
-        """(n,) middle of every range; 0 (or the nearest limit to it) where a side is open."""
+        """(n,) middle of each range (rad or m); 0 or the limit nearest to it where a side has no limit."""
         both = np.isfinite(self.lower) & np.isfinite(self.upper)
         centre = np.where(both, self.lower, 0.0) / 2 + np.where(both, self.upper, 0.0) / 2
         return np.clip(centre, self.lower, self.upper)
@@ -144,26 +154,26 @@ def from_description(
     whole_tree: bool = False,
     follow_mimic: bool = True,
 ) -> ChainArrays:
-    """Arrays of the joints between `base_link` and `tip_links`.
+    """Compile the joints between `base_link` and `tip_links`.
 
     Args:
         description: the robot.
-        tip_links: one link or several; targets are given for them in this order.
+        tip_links: one link or several, in the order of the targets.
         base_link: an ancestor of every tip; the root link by default.
-        locked: coordinates to hold still, name to position (rad or m); they leave q.
-        whole_tree: take every joint below the base link, not only those that lead to a tip.
+        locked: coordinates with constant positions (name to rad or m), which are no entries of q.
+        whole_tree: include every joint below the base link, not only those that lead to a tip.
         follow_mimic: False makes every mimic joint a coordinate of its own.
 
-    A mimic narrows its leader's limits by its own, unless nothing would be left.
+    The limits of a mimic joint narrow its leader's, unless the range would be empty.
 
     Raises:
-        ValueError: unknown link or joint, no tip, or a tip that does not hang from the base link.
-        DescriptionError: a joint's axis is zero, or mimics form a circle or name no joint.
+        ValueError: unknown link or joint, no tip, or a tip that is not below the base link.
+        DescriptionError: a joint's axis is zero, or mimic joints form a circle or name no single-DOF joint.
     """
     base = description.root.name if base_link is None else base_link
     tips = [tip_links] if isinstance(tip_links, str) else list(tip_links)
     if not tips:
-        raise ValueError("tip_links is empty; name at least one link")
+        raise ValueError(f"tip_links must name at least one link, got {tip_links!r}")
     for name in [base, *tips]:
         if name not in description.link_by_name:
             raise ValueError(unknown_name("link", name, description.link_by_name))
@@ -174,7 +184,7 @@ def from_description(
 
 
 def _joints_below(description: RobotDescription, base: str) -> list[Joint]:
-    """Joints under `base`, depth first."""
+    """Return the joints below `base`, depth first."""
     reached, found = {base}, []
     for joint in description.depth_first_joints:
         if joint.parent in reached:
@@ -184,12 +194,12 @@ def _joints_below(description: RobotDescription, base: str) -> list[Joint]:
 
 
 def _path(description: RobotDescription, base: str, tip: str) -> list[Joint]:
-    """Joints from `tip` up to `base`."""
+    """Return the joints from `tip` up to `base`."""
     path, link = [], tip
     while link != base:
         joint = description.parent_joint.get(link)
         if joint is None:
-            raise ValueError(f"link {tip!r} does not hang from {base!r}; choose a base link above every tip")
+            raise ValueError(f"link {tip!r} is not below {base!r}; choose a base link above every tip")
         path.append(joint)
         link = joint.parent
     return path
@@ -197,7 +207,7 @@ def _path(description: RobotDescription, base: str, tip: str) -> list[Joint]:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Source:
-    """A coordinate's value: multiplier · (entry `leader` of q) + offset; the offset alone for no leader."""
+    """Value of a coordinate: multiplier · (entry `leader` of q) + offset; the offset alone for no leader."""
 
     leader: str | None
     multiplier: float = 1.0
@@ -205,7 +215,7 @@ class _Source:
 
 
 class _Builder:
-    """Walks the joints once and gathers rows; one object a call."""
+    """Visits the joints once and collects the rows; one object per call."""
 
     def __init__(
         self, description: RobotDescription, base: str, locked: Mapping[str, float], follow_mimic: bool
@@ -298,7 +308,7 @@ def _limits(
     multiplier: Array,
     offset: Array,
 ) -> tuple[Array, Array]:
-    """Limits of every entry of q, narrowed by those of its followers."""
+    """Return the limits of every entry of q, narrowed by those of its mimic joints."""
     lower = np.array([c.lower for c in entries], dtype=float)
     upper = np.array([c.upper for c in entries], dtype=float)
     for coordinate, i, k, b in zip(moved, q_index, multiplier, offset, strict=True):
@@ -312,7 +322,7 @@ def _limits(
 
 
 def _periods(size: int, q_index: Indices, multiplier: Array, prismatic: NDArray[np.bool_]) -> Array:
-    """2π for entries that move only hinges, each by a whole number of turns a turn."""
+    """Return 2π for entries that move only hinges, with integer multipliers, else 0."""
     period = np.full(size, 2 * np.pi)
     whole = ~prismatic & (np.abs(multiplier - np.round(multiplier)) < 1e-12)
     period[q_index[~whole]] = 0.0

@@ -1,4 +1,4 @@
-"""Where the links are: chains and forward kinematics of a description."""
+"""Chains and forward kinematics of a description, in plain NumPy."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from roboyard.transforms import Array
 
 
 def chain(description: RobotDescription, from_link: str, to_link: str) -> tuple[Joint, ...]:
-    """Joints on the way from one link to another: up to their common ancestor, then down.
+    """Return the joints from one link to another: up to their common ancestor, then down.
 
     Raises:
-        KeyError: a link of that name does not exist.
+        KeyError: no link has that name.
     """
     up = _path_to_root(description, from_link)
     down = _path_to_root(description, to_link)
@@ -41,20 +41,23 @@ def _path_to_root(description: RobotDescription, link: str) -> list[Joint]:
 def forward_kinematics(
     description: RobotDescription, positions: Mapping[str, ArrayLike] | ArrayLike | None = None
 ) -> dict[str, Array]:
-    """Pose of every link in the root link's frame, for one or many configurations.
+    """Return the pose of every link in the root link's frame, for one or many configurations.
+
+    Multi-DOF joints take quaternions; see `joint_models` for the compiled alternative.
 
     Args:
-        positions: joint name to position, (...) for one number a joint and (..., k) for joints of k numbers
-            (see `position_size`); leading axes broadcast. Joints not named are at zero (multi-dof joints at
-            the identity), mimic joints not named follow theirs. Or an array (..., n) of the n moving joints
-            of one number that mimic no other, in the order of `vector_joints`.
+        description: the robot.
+        positions: joint name to position: (...) for single-DOF joints, (..., k) for joints with k entries
+            (see `position_size`), rad and m; leading axes broadcast. Joints not named are at zero (multi-DOF
+            joints at the identity), mimic joints not named follow their leaders. Or an array (..., n) of the
+            n joints of `vector_joints`.
 
     Returns:
-        Link name to (..., 4, 4); the leading axes are those of all positions broadcast together.
+        Link name to (..., 4, 4) pose (m), with the broadcast leading axes of all positions.
 
     Raises:
-        KeyError: a joint of that name does not exist.
-        ValueError: a position has the wrong shape, or names a fixed joint.
+        KeyError: no joint has that name.
+        ValueError: a position has the wrong shape, or is for a fixed joint.
     """
     values = _values(description, positions)
     batch = np.broadcast_shapes(*(value.shape[:-1] for value in values.values()))
@@ -69,7 +72,7 @@ def forward_kinematics(
 
 
 def vector_joints(description: RobotDescription) -> tuple[Joint, ...]:
-    """The joints that an array of positions holds: one number each, no mimics, depth first in file order."""
+    """Return the joints of a position vector: single-DOF, no mimic joints, depth first in file order."""
     joints = single_dof_joints(description.depth_first_joints)
     return tuple(joint for joint in joints if joint.mimic is None)
 
@@ -77,7 +80,7 @@ def vector_joints(description: RobotDescription) -> tuple[Joint, ...]:
 def _values(
     description: RobotDescription, positions: Mapping[str, ArrayLike] | ArrayLike | None
 ) -> dict[str, Array]:
-    """(..., k) position of every joint that is not at rest, mimics included."""
+    """Return the (..., k) position of every joint that is not at zero, mimic joints included."""
     if positions is None:
         given: dict[str, Array] = {}
     elif isinstance(positions, Mapping):
@@ -87,7 +90,7 @@ def _values(
         array = np.asarray(positions, dtype=float)
         if array.ndim == 0 or array.shape[-1] != len(joints):
             raise ValueError(
-                f"positions of shape {array.shape}; give (..., {len(joints)}), see vector_joints"
+                f"positions must have shape (..., {len(joints)}) (see vector_joints), got {array.shape}"
             )
         given = {joint.name: array[..., i : i + 1] for i, joint in enumerate(joints)}
     followers = [joint for joint in description.joints if joint.mimic is not None and joint.name not in given]
@@ -104,11 +107,13 @@ def _checked(description: RobotDescription, name: str, value: ArrayLike) -> Arra
     size = position_size(joint)
     array = np.asarray(value, dtype=float)
     if size == 0:
-        raise ValueError(f"joint {name!r} is fixed; it takes no position")
+        raise ValueError(f"joint {name!r} is fixed and has no position, got {value}")
     if size == 1:
         return array[..., None]
     if array.ndim == 0 or array.shape[-1] != size:
-        raise ValueError(f"joint {name!r} ({joint.type}) takes (..., {size}) numbers, not {array.shape}")
+        raise ValueError(
+            f"joint {name!r} ({joint.type}) takes positions of shape (..., {size}), got {array.shape}"
+        )
     return array
 
 

@@ -1,4 +1,4 @@
-"""Where links are, and how they move with the joints."""
+"""Compiled forward kinematics, Jacobians and manipulability of a chain."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _kernels = lazy_module("roboyard.kinematics._kernels")
 
 
 def forward_kinematics(chain: ChainArrays, q: ArrayLike, links: str | Sequence[str] | None = None) -> Array:
-    """Poses of links in the frame of `chain.base_link`.
+    """Return poses of links in the frame of `chain.base_link`.
 
     Args:
         chain: the joints.
-        q: (..., n) joint positions; rad or m. Limits are not looked at.
+        q: (..., n) joint positions (rad or m); limits are ignored.
         links: one name or several of `chain.links`; the chain's tips by default.
 
     Returns:
-        (..., 4, 4) homogeneous matrices for one name, or for the tip of a chain with one tip;
+        (..., 4, 4) homogeneous matrices (m) for one name, or for the tip of a chain with one tip;
         (..., k, 4, 4) for a list, or for several tips.
 
     Raises:
@@ -57,14 +57,14 @@ def jacobian(
     link: str | None = None,
     frame: Literal["base", "link"] = "base",
 ) -> Array:
-    """(6, n) geometric Jacobian: rows of linear velocity (m/s) of a point, then angular velocity (rad/s).
+    """Return the (6, n) geometric Jacobian: linear velocity (m/s) of a point, then angular velocity (rad/s).
 
     Args:
         chain: the joints.
-        q: (n,) joint positions; rad or m.
-        point: (3,) m, in the link's frame, moving with it.
+        q: (n,) joint positions (rad or m).
+        point: (3,) point fixed in the link's frame (m).
         link: one of `chain.links`; the first tip by default.
-        frame: axes that the velocities are given in, those of the chain's base link or of the link itself.
+        frame: axes of the velocities: the chain's base link's or the link's own.
 
     Raises:
         ValueError: q does not have n entries, or the link or frame is unknown.
@@ -75,7 +75,7 @@ def jacobian(
             f"q has shape {values.shape}; the chain has {chain.size} joints: {chain.joint_names}"
         )
     if frame not in ("base", "link"):
-        raise ValueError(f'frame is {frame!r}; choose "base" or "link"')
+        raise ValueError(f'frame must be "base" or "link", got {frame!r}')
     node, local = chain.frames(chain.tips[:1]) if link is None else _frames(chain, link)
     rotation = local[0, 3:].reshape(3, 3)
     local[0, :3] += rotation @ np.asarray(point, dtype=float)
@@ -89,21 +89,21 @@ def jacobian(
 
 
 def manipulability(chain: ChainArrays, q: ArrayLike, *, link: str | None = None) -> float:
-    """Yoshikawa's measure √det(J Jᵀ) of the whole Jacobian: 0 in a singular posture.
+    """Return Yoshikawa's measure √det(J Jᵀ) at (n,) `q` (rad or m): 0 in a singular posture.
 
-    The product of J's singular values where there are fewer than six joints. Source: Yoshikawa,
+    With fewer than six joints it is the product of J's singular values. Source: Yoshikawa,
     Manipulability of Robotic Mechanisms, IJRR 4(2), 1985.
     """
     return float(np.prod(np.linalg.svd(jacobian(chain, q, link=link), compute_uv=False)))
 
 
 def sample_reachable(chain: ChainArrays, count: int, seed: int = 0) -> tuple[Array, Array]:
-    """Random postures inside the limits and the poses of the tips there.
+    """Return random postures inside the limits and the poses of the tips there.
 
-    Joints without limits are drawn from half a turn (1 m for slides) around zero.
+    Joints without limits are sampled within half a turn (1 m for prismatic joints) around zero.
 
     Returns:
-        (count, n) joint positions and their `forward_kinematics`.
+        (count, n) joint positions (rad or m) and their `forward_kinematics`, (count, 4, 4) for one tip.
     """
     spread = np.where(chain.period > 0.0, np.pi, 1.0)
     lower = np.where(np.isfinite(chain.lower), chain.lower, np.minimum(0.0, chain.upper) - spread)

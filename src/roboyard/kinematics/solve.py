@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roboyard._lazy import lazy_module
 from roboyard.kinematics._inputs import (
-    UNREADABLE,
+    INVALID,
     joint_vector,
     read_batch,
     read_starts,
@@ -20,45 +20,45 @@ from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array
 
 _kernels = lazy_module("roboyard.kinematics._lm")
-_rest_kernels = lazy_module("roboyard.kinematics._settle")
+_rest_kernels = lazy_module("roboyard.kinematics._rest")
 
-_CANDIDATES = 8  # random postures looked at for each restart; the one nearest the target is descended from
+_CANDIDATES = 8  # random postures for each restart; the descent starts from the one nearest the target
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class IKResult:
-    """An answer with its quality."""
+    """Solution of one inverse kinematics problem, with its errors."""
 
     q: Array
-    """(n,) joint positions inside the limits, in the chain's `joint_names` order; rad or m."""
+    """(n,) joint positions inside the limits (rad or m), in the order of the chain's `joint_names`."""
     position_error: float
-    """m; of the worst tip, over the axes that have a weight."""
+    """Largest position error of a tip (m), over the axes with a weight."""
     orientation_error: float
-    """rad; of the worst tip, over the axes that have a weight."""
+    """Largest orientation error of a tip (rad), over the axes with a weight."""
     converged: bool
-    """True where every tip is within both tolerances."""
+    """Whether every tip is within both tolerances."""
     iterations: int
-    """Linear solves spent, over all descents."""
+    """Number of linear solves, over all descents."""
     descents: int
-    """1 where the first start sufficed, plus one for every restart."""
+    """Number of descents: 1 plus the number of restarts."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class IKBatchResult:
-    """Answers to many targets; each field as in `IKResult`, one row a target."""
+    """Solutions for many targets; fields as in `IKResult`, with one row per target."""
 
     q: Array
-    """(b, n)"""
+    """(b, n) joint positions (rad or m)."""
     position_error: Array
-    """(b,) m"""
+    """(b,) largest position errors (m)."""
     orientation_error: Array
-    """(b,) rad"""
+    """(b,) largest orientation errors (rad)."""
     converged: NDArray[np.bool_]
-    """(b,)"""
+    """(b,) whether every tip is within both tolerances."""
     iterations: NDArray[np.int64]
-    """(b,)"""
+    """(b,) number of linear solves."""
     descents: NDArray[np.int64]
-    """(b,)"""
+    """(b,) number of descents."""
 
 
 def solve_ik(
@@ -77,33 +77,33 @@ def solve_ik(
     rest_iterations: int = 40,
     seed: int = 0,
 ) -> IKResult:
-    """Joint positions that bring the chain's tips to their targets, with the error that is left.
+    """Return joint positions that bring the chain's tips to their targets, and the remaining errors.
 
-    Levenberg-Marquardt within the joint limits from `q0`; when it ends elsewhere, again from random postures
-    (the same ones for the same `seed`). With `rest`, the answer then slides along the solutions towards that
-    posture as long as it stays within the tolerances. Joints that turn freely come back within half a turn of
-    `q0`. An unreachable target gives the nearest posture found, `converged` False.
+    Levenberg-Marquardt within the joint limits from `q0`; where that does not converge, again from random
+    postures (the same for the same `seed`). With `rest`, the solution then moves in the null space towards
+    that posture while it stays within the tolerances. Continuous joints end within half a turn of `q0`. An
+    unreachable target gives the nearest posture found, with `converged` False.
 
     Args:
-        chain: what to move.
-        targets: poses of the tips in the frame of `chain.base_link`. For one tip (3,) a position alone,
+        chain: the joints to move.
+        targets: poses of the tips in the frame of `chain.base_link`. For one tip (3,) a position (m) alone,
             (7,) position and quaternion (x, y, z, w), or (4, 4) a homogeneous matrix; for t tips (t, 3),
             (t, 7) or (t, 4, 4) in the order of `chain.tips`.
-        q0: (n,) start; values outside the limits are brought to them. The middle of the limits by default.
-        tolerance_position: m.
-        tolerance_orientation: rad.
-        iterations: most linear solves for each descent.
+        q0: (n,) start (rad or m), clipped to the limits; the middle of the limits by default.
+        tolerance_position: largest position error of a solution (m).
+        tolerance_orientation: largest orientation error of a solution (rad).
+        iterations: most linear solves of each descent.
         restarts: most random starts after the first.
-        position_weights: scalar, (3,) or (t, 3), of the errors along the base frame's x, y, z; 1/m.
-        orientation_weights: scalar, (3,) or (t, 3), of the errors about the target's x, y, z; 1/rad.
-            Weight 0 leaves an axis free; only weighted axes count towards the tolerances.
-        rest: (n,) preferred posture.
-        rest_weights: scalar or (n,), how much each joint matters in the distance to `rest`.
+        position_weights: scalar, (3,) or (t, 3) weights of the errors along the base frame's x, y, z (1/m).
+        orientation_weights: scalar, (3,) or (t, 3) weights of the errors about the target's x, y, z (1/rad).
+            Weight 0 frees an axis; the tolerances apply to weighted axes only.
+        rest: (n,) preferred posture (rad or m).
+        rest_weights: scalar or (n,) weights of the joints in the distance to `rest`.
         rest_iterations: most steps towards `rest`.
-        seed: of the restarts.
+        seed: seed of the restarts.
 
     Raises:
-        ValueError: an array's shape does not fit, or a target, weight or start is not a number.
+        ValueError: an array has the wrong shape, or a target, weight or start is not finite.
     """
     out = _run(
         chain,
@@ -117,7 +117,7 @@ def solve_ik(
     n = chain.size
     position_error, orientation_error, converged, used, descents, bad = out[0, n:].tolist()
     if bad:
-        raise ValueError(f"the target{UNREADABLE}")
+        raise ValueError(f"the target{INVALID}")
     return IKResult(
         q=out[0, :n],
         position_error=position_error,
@@ -145,19 +145,19 @@ def solve_ik_batch(
     rest_iterations: int = 40,
     seed: int = 0,
 ) -> IKBatchResult:
-    """`solve_ik` for many targets in one call, which releases the interpreter lock.
+    """Solve `solve_ik` for many targets in one call, which releases the interpreter lock.
 
     Args:
-        chain: what to move.
+        chain: the joints to move.
         targets: (b, ...) of what `solve_ik` takes; for t tips (b, t, 3), (b, t, 7) or (b, t, 4, 4).
-        q0: (n,) for all, or (b, n).
-        warm_start: start each target from the answer before it where that converged; for paths.
+        q0: (n,) start for all targets, or (b, n); rad or m.
+        warm_start: start each target from the previous solution if that converged; for paths.
         tolerance_position, tolerance_orientation, iterations, restarts: as in `solve_ik`.
         position_weights, orientation_weights, rest, rest_weights, rest_iterations: as in `solve_ik`.
-        seed: of the first target; the next ones count up.
+        seed: seed of the first target; each further target adds 1.
 
     Raises:
-        ValueError: as `solve_ik`, naming the first target that cannot be read.
+        ValueError: as `solve_ik`; the message names the first invalid target.
     """
     many = read_batch(chain, targets)
     out = _run(
@@ -171,7 +171,7 @@ def solve_ik_batch(
     )
     n = chain.size
     if out[:, n + 5].any():
-        raise ValueError(f"target {int(np.argmax(out[:, n + 5]))}{UNREADABLE}")
+        raise ValueError(f"target {int(np.argmax(out[:, n + 5]))}{INVALID}")
     return IKBatchResult(
         q=out[:, :n],
         position_error=out[:, n],
@@ -191,7 +191,17 @@ def _run(
     weights: tuple[ArrayLike, ArrayLike],
     rest: tuple[ArrayLike | None, ArrayLike, int],
 ) -> Array:
-    """(b, n + 6) rows of `_lm.solve`; budget: tolerances, iterations, restarts, seed; rest: also in order."""
+    """Return (b, n + 6) rows of `_lm.solve`.
+
+    Args:
+        chain: the joints to move.
+        targets: (b, t, k) as of `read_batch`.
+        q0: (1 or b, n) starts (rad or m).
+        warm: as `warm_start` of `solve_ik_batch`.
+        budget: tolerances (m, rad), iterations, restarts, seed.
+        weights: position and orientation weights.
+        rest: posture (rad or m), its weights and iterations.
+    """
     whole, real = chain.nodes
     node, local = chain.tip_frames
     tasks = task_weights(len(node), targets.shape[2], *weights)
@@ -204,8 +214,8 @@ def _run(
     if rest[0] is not None:
         scale = joint_vector(chain, rest[1], "rest_weights")
         if scale.min() < 0.0:
-            raise ValueError("rest_weights must not be negative")
-        _rest_kernels().settle(
+            raise ValueError(f"rest_weights must not be negative, got {rest[1]}")
+        _rest_kernels().approach_rest(
             whole, real, node, local, chain.ranges, targets, tasks, position, orientation,
             joint_vector(chain, rest[0], "rest"), scale, int(rest[2]), out,
         )  # fmt: skip

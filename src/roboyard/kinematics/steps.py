@@ -1,4 +1,4 @@
-"""One step at a time: for controllers that run at every tick, and PyBullet's kind of inverse kinematics."""
+"""Differential inverse kinematics for controllers, one step per call, and PyBullet's damped iteration."""
 
 from __future__ import annotations
 
@@ -31,27 +31,28 @@ def differential_step(
     position_weights: ArrayLike = 1.0,
     orientation_weights: ArrayLike = 1.0,
 ) -> Array:
-    """Joint positions one damped least-squares step nearer to the targets, inside the limits.
+    """Return joint positions after one damped least-squares step towards the targets, inside the limits.
 
     The step d minimises |J d - gain · e|² + damping² |d|² within the joint limits and `max_step`; joints that
-    meet a bound stay on it and the others take over. The pull towards `rest` acts in the null space of J.
+    reach a bound stay there and the others compensate. The motion towards `rest` is in the null space of J.
 
     Args:
-        chain: what moves.
-        q: (n,) where the joints are (or were last sent); a value outside its limits is brought back.
+        chain: the joints to move.
+        q: (n,) measured or last commanded joint positions (rad or m); values outside the limits return to
+            them.
         targets: as in `solve_ik`.
-        gain: share of the error to remove; 1 for all of it, rate · dt for exponential approach.
-        damping: m or rad per rad; larger is calmer near singular postures and slower.
-        max_step: scalar or (n,), largest move of each joint, as `chain.velocity * dt`.
-        rest: (n,) posture that the free motion goes to.
-        rest_gain: share of the way to `rest` in one step.
+        gain: share of the error to remove: 1 for all, rate · dt for an exponential approach.
+        damping: larger values give smaller, slower steps near singular postures (m/rad or rad/rad).
+        max_step: scalar or (n,) largest motion of each joint (rad or m), such as `chain.velocity * dt`.
+        rest: (n,) preferred posture (rad or m) for the null space.
+        rest_gain: share of the distance to `rest` in one step.
         position_weights, orientation_weights: as in `solve_ik`.
 
     Returns:
-        (n,) new joint positions.
+        (n,) new joint positions (rad or m).
 
     Raises:
-        ValueError: a shape does not fit, or a value is not finite.
+        ValueError: an array has the wrong shape, or a value is not finite.
     """
     values, bound = _state(chain, q, max_step)
     goals = read_targets(chain, targets)
@@ -77,7 +78,10 @@ def differential_step(
         move,
     )
     if not good:
-        raise ValueError("q or a target holds a value that is not finite, or a quaternion has zero length")
+        raise ValueError(
+            f"q and targets must be finite and quaternions longer than 0, got q={values.tolist()}, "
+            f"targets={goals.tolist()}"
+        )
     move += values
     return move
 
@@ -95,42 +99,42 @@ def differential_velocity(
     position_weights: ArrayLike = 1.0,
     orientation_weights: ArrayLike = 1.0,
 ) -> Array:
-    """Joint velocities that give the tips the velocities asked for, and pass no limit within `dt`.
+    """Return joint velocities that give the tips the requested twists and exceed no limit within `dt`.
 
     Args:
-        chain: what moves.
-        q: (n,) joint positions.
+        chain: the joints to move.
+        q: (n,) joint positions (rad or m).
         twists: (6,), or (t, 6) for t tips: linear velocity of the tip's origin (m/s), then angular velocity
-            (rad/s), both in the base link's axes.
-        dt: s, how long the answer will be held.
+            (rad/s), both along the base link's axes.
+        dt: time for which the velocities are applied (s).
         damping: as in `differential_step`.
-        max_velocity: scalar or (n,), rad/s or m/s; the description's limits by default.
-        rest: (n,) posture that the free motion goes to.
-        rest_gain: 1/s.
+        max_velocity: scalar or (n,) limits (rad/s or m/s); the description's by default.
+        rest: (n,) preferred posture (rad or m) for the null space.
+        rest_gain: rate of the motion towards `rest` (1/s).
         position_weights, orientation_weights: as in `solve_ik`, here both along base axes.
 
     Returns:
-        (n,) rad/s or m/s.
+        (n,) joint velocities (rad/s or m/s).
 
     Raises:
-        ValueError: a shape does not fit, or a value is not finite.
+        ValueError: an array has the wrong shape, or a value is not finite.
     """
     if not dt > 0.0:
-        raise ValueError(f"dt is {dt}; give a positive number of seconds")
+        raise ValueError(f"dt must be positive (s), got {dt}")
     values, bound = _state(chain, q, chain.velocity if max_velocity is None else max_velocity)
     node, local = chain.tip_frames
-    wanted = np.array(twists, dtype=float)
-    if wanted.shape != (len(node), 6) and not (wanted.shape == (6,) and len(node) == 1):
-        raise ValueError(f"twists have shape {wanted.shape}; give ({len(node)}, 6)")
-    if not (np.isfinite(wanted).all() and np.isfinite(values).all()):
-        raise ValueError("q or twists hold a value that is not finite")
+    given = np.array(twists, dtype=float)
+    if given.shape != (len(node), 6) and not (given.shape == (6,) and len(node) == 1):
+        raise ValueError(f"twists have shape {given.shape}; give ({len(node)}, 6)")
+    if not (np.isfinite(given).all() and np.isfinite(values).all()):
+        raise ValueError(f"q and twists must be finite, got {values.tolist()} and {given.tolist()}")
     weights = task_weights(len(node), 6, position_weights, orientation_weights)
     pull = np.zeros(chain.size) if rest is None else rest_gain * (joint_vector(chain, rest, "rest") - values)
     low, high = _within((chain.lower - values) / dt, bound), _within((chain.upper - values) / dt, bound)
     whole, real = chain.nodes
     velocity = np.empty(chain.size)
     _kernels().step_with_twists(
-        whole, real, node, local, wanted.reshape(-1, 6), weights, values, float(damping) ** 2, low, high,
+        whole, real, node, local, given.reshape(-1, 6), weights, values, float(damping) ** 2, low, high,
         pull, velocity,
     )  # fmt: skip
     return velocity
@@ -149,41 +153,41 @@ def damped_step_ik(
     ranges: ArrayLike | None = None,
     rest: ArrayLike | None = None,
 ) -> Array:
-    """Joint positions after a fixed number of plain damped steps: what PyBullet's inverse kinematics answers.
+    """Return joint positions after a fixed number of damped steps, as PyBullet's inverse kinematics does.
 
     Every step from q0 solves (JᵀJ + D) d = Jᵀ e, where D is 0.5 or the joint damping given, and is scaled so
-    that no joint moves by more than 45 degrees. Neither the joint limits nor whether the target was reached
-    play a part: use `solve_ik` for an answer that holds. With all four null-space arguments D is 0.36, and a
-    weak pull towards `rest` and a strong one back inside `lower`..`upper` are projected on the null space of
-    the damped pseudo-inverse.
+    that no joint moves by more than 45 degrees. It ignores joint limits and
+    does not check convergence: use `solve_ik` where these matter. With all four null-space arguments D is
+    0.36, and a weak motion towards `rest` and a strong one back into `lower`..`upper` are projected on the
+    null space of the damped pseudo-inverse. Constants were measured on PyBullet 3.2.7.
 
     Args:
-        chain: joints, whole or in part; the answer has one value for each.
-        q0: (n,) start.
-        target: as in `solve_ik`; a position alone, (3,), leaves the orientation free.
+        chain: the joints; the result has one value for each.
+        q0: (n,) start (rad or m).
+        target: as in `solve_ik`; a position alone, (3,) in m, frees the orientation.
         iterations: most steps.
-        residual_threshold: m; the step that starts with a smaller distance is the last.
-        joint_damping: scalar or (n,), D; not used together with the null-space arguments.
-        lower, upper: (n,) range that the null-space motion keeps to.
-        ranges: (n,) width by which a passed limit is measured.
-        rest: (n,) posture that the null-space motion goes to.
+        residual_threshold: the step that starts nearer than this to the target (m) is the last.
+        joint_damping: scalar or (n,) D; ignored with the null-space arguments.
+        lower, upper: (n,) range of the null-space motion (rad or m).
+        ranges: (n,) width that scales the distance beyond a limit (rad or m).
+        rest: (n,) target of the null-space motion (rad or m).
 
     Returns:
         (n,) joint positions.
 
     Raises:
-        ValueError: a shape does not fit, or only some of the null-space arguments are given.
+        ValueError: an array has the wrong shape, or only some of the null-space arguments are given.
     """
     q = joint_vector(chain, q0, "q0")
     goals = read_targets(chain, target)
-    pulls = [lower, upper, ranges, rest]
+    names, pulls = ("lower", "upper", "ranges", "rest"), (lower, upper, ranges, rest)
     if all(value is None for value in pulls):
         low = high = width = posture = _NONE
         damping = joint_vector(chain, _DAMPING if joint_damping is None else joint_damping, "joint_damping")
     elif any(value is None for value in pulls):
-        raise ValueError("lower, upper, ranges and rest belong together; give all four or none")
+        missing = [name for name, value in zip(names, pulls, strict=True) if value is None]
+        raise ValueError(f"lower, upper, ranges and rest belong together; {', '.join(missing)} missing")
     else:
-        names = ("lower", "upper", "ranges", "rest")
         low, high, width, posture = (
             joint_vector(chain, value, name)  # type: ignore[arg-type]
             for name, value in zip(names, pulls, strict=True)
@@ -196,7 +200,7 @@ def damped_step_ik(
         _REST_GAIN, _LIMIT_GAIN, _LONGEST_STEP, float(residual_threshold), int(iterations), q,
     )  # fmt: skip
     if used < 0:
-        raise ValueError("target holds a value that is not finite, or a quaternion of zero length")
+        raise ValueError(f"target must be finite and quaternions longer than 0, got {goals.tolist()}")
     return q
 
 
@@ -220,11 +224,11 @@ def _state(chain: ChainArrays, q: ArrayLike, bound: ArrayLike | None) -> tuple[A
         bound = np.asarray(bound, dtype=float)
         if bound.shape not in ((), (chain.size,)) or not bound.min() >= 0.0:
             raise ValueError(
-                f"the bound on a joint's motion is {bound}; give one positive number, or one a joint"
+                f"the bound of a joint's motion must be one positive number or one per joint, got {bound}"
             )
     return values, bound
 
 
 def _within(values: Array, bound: Any) -> Array:
-    """`values` cut to ±bound."""
+    """Return `values` clipped to ±bound."""
     return values if bound is None else np.minimum(np.maximum(values, -bound), bound)

@@ -1,4 +1,4 @@
-"""Sliding solutions towards a rest posture, as a kernel; imported on first use only."""
+"""Kernel that moves solutions towards a rest posture in the null space; imported on first use only."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from roboyard.kinematics._kernels import kernel, linearize, read_targets
 from roboyard.kinematics._linear import bounded_step, normal_equations
 from roboyard.kinematics._lm import descend, evaluate, note_errors, within, work_space
 
-SMALL = 1e-6  # weight of a radian from rest against the task's own unit
+SMALL = 1e-6  # weight of a radian from rest relative to the task's unit
 
 
 @kernel
 def rest_cost(rest, rest_weights, q):
+    """Weighted squared distance of q (n,) to rest (n,)."""
     total = 0.0
     for i in range(q.shape[0]):
         total += rest_weights[i] * (rest[i] - q[i]) ** 2
@@ -20,9 +21,10 @@ def rest_cost(rest, rest_weights, q):
 
 
 @kernel
-def settle(whole, real, node, local, ranges, targets, weights, tolerance_position, tolerance_orientation,
-           rest, rest_weights, iterations, out):  # fmt: skip
-    """Bring the converged rows of `_lm.solve`'s `out` nearer to rest without leaving the tolerances.
+def approach_rest(whole, real, node, local, ranges, targets, weights,
+                  tolerance_position, tolerance_orientation,
+                  rest, rest_weights, iterations, out):  # fmt: skip
+    """Move the converged rows of `_lm.solve`'s `out` towards rest, within the tolerances.
 
     Each step d is the minimum of |jacᵀ d - rhs|² / SMALL + |rest - q - d|², cut to `reach` and corrected by a
     short descent; a step that leaves the tolerances or comes no nearer to rest shortens the reach. Iterations
