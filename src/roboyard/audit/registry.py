@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Protocol
 from roboyard.audit.findings import Finding, Severity
 
 if TYPE_CHECKING:
-    from roboyard.audit.urdf_elements import UrdfElements
+    from roboyard.description.urdf.elements import UrdfElements
 
 
 LONGEST_MESSAGE, LONGEST_ELEMENT = 400, 120

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from roboyard.audit.urdf_elements import UrdfElements
+from roboyard.description.urdf.elements import UrdfElements
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 

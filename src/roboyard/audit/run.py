@@ -13,11 +13,11 @@ import numpy as np
 
 from roboyard.audit import checks as checks
 from roboyard.audit.findings import ERROR, Audit, Facts, Finding
-from roboyard.audit.parse_elements import parse_elements, refused
 from roboyard.audit.registry import CHECKS, Fault, Faults, check
-from roboyard.audit.urdf_elements import UrdfElements
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.loader import load_description
+from roboyard.description.urdf.elements import UrdfElements
+from roboyard.description.urdf.parse_elements import parse_elements, refused
 from roboyard.description.urdf.xml import read_xml
 from roboyard.errors import DescriptionError
 

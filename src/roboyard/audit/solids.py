@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from roboyard.audit.urdf_elements import LinkElement, ShapeElement
+from roboyard.description.urdf.elements import LinkElement, ShapeElement
 from roboyard.shapes import inertia
 from roboyard.shapes.inertia import SolidInertia
 from roboyard.transforms import Array

@@ -15,9 +15,9 @@ from typing import Literal
 
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import RobotDescription
+from roboyard.description.urdf.build import read_urdf
+from roboyard.description.urdf.build_context import Context
 from roboyard.description.urdf.problems import Problems
-from roboyard.description.urdf.read import read_urdf
-from roboyard.description.urdf.read_context import Context
 from roboyard.description.urdf.xml import line_of, read_xml
 from roboyard.errors import DescriptionError
 

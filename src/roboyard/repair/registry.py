@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from roboyard.audit.registry import CHECKS, Fault
-from roboyard.audit.urdf_elements import UrdfElements
 from roboyard.description.files.copy_files import FileCopier
+from roboyard.description.urdf.elements import UrdfElements
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -14,11 +14,11 @@ from typing import Any
 from urllib.parse import unquote
 
 from roboyard.audit.findings import Audit, Finding
-from roboyard.audit.parse_elements import parse_elements
 from roboyard.audit.registry import CHECKS
 from roboyard.audit.run import audit_elements, audit_urdf, open_elements, quietly
-from roboyard.audit.urdf_elements import UrdfElements
 from roboyard.description.files.copy_files import FileCopier, plain_name
+from roboyard.description.urdf.elements import UrdfElements
+from roboyard.description.urdf.parse_elements import parse_elements
 from roboyard.errors import ConfigError, DescriptionError, unknown_name
 from roboyard.repair import fixes as fixes
 from roboyard.repair.registry import FIXES, RepairContext

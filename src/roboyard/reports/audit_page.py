@@ -11,7 +11,7 @@ import numpy as np
 from roboyard.audit.findings import Audit, Finding, Severity
 from roboyard.audit.report import facts_line
 from roboyard.audit.run import audit_elements, open_elements
-from roboyard.audit.urdf_elements import UrdfElements
+from roboyard.description.urdf.elements import UrdfElements
 from roboyard.reports.html import figure, page, verdict
 from roboyard.reports.pictures import RGBA, Kind, view_of
 

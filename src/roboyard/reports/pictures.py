@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from roboyard.audit.urdf_elements import LinkElement, ShapeElement, UrdfElements
+from roboyard.description.urdf.elements import LinkElement, ShapeElement, UrdfElements
 from roboyard.errors import MeshError
 from roboyard.rendering import STUDIO, Camera, RenderScene, RenderShape, png_bytes, render
 from roboyard.shapes import primitives

@@ -9,7 +9,7 @@ import numpy as np
 from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import hulls_meet, shape_points
-from roboyard.audit.urdf_elements import LinkElement, Location, UrdfElements
+from roboyard.description.urdf.elements import LinkElement, Location, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.transforms import Array
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from roboyard.audit.findings import ERROR, INFO
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Location, UrdfElements
+from roboyard.description.urdf.elements import Location, UrdfElements
 
 MAX_LINKS = 10_000
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import PRIMITIVES, UrdfElements
+from roboyard.description.urdf.elements import PRIMITIVES, UrdfElements
 from roboyard.description.urdf.xml import line_of
 
 NOTHING = 1e-9

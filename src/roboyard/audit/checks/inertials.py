@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import link_solid
-from roboyard.audit.urdf_elements import InertialElement, LinkElement, UrdfElements
+from roboyard.description.urdf.elements import InertialElement, LinkElement, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.inertia import principal_moments
 from roboyard.shapes.valid_inertia import rod_inertia

@@ -7,7 +7,7 @@ import math
 from roboyard.audit.checks.xml import misspelt
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import UrdfElements
+from roboyard.description.urdf.elements import UrdfElements
 
 
 @check("axis-zero", ERROR, remedy="give a non-zero axis", example='<axis xyz="0 0 0"/>')

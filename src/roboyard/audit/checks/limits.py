@@ -6,7 +6,7 @@ import math
 
 from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import JointElement, UrdfElements
+from roboyard.description.urdf.elements import JointElement, UrdfElements
 
 ENDLESS = 1000.0
 """rad or m beyond which a bound stops nothing."""

@@ -10,7 +10,7 @@ from roboyard.audit.checks.inertials import inertial_line, inertials_of, with_te
 from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import link_volumes
-from roboyard.audit.urdf_elements import LinkElement, Location, UrdfElements
+from roboyard.description.urdf.elements import LinkElement, Location, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.inertia import principal_moments
 

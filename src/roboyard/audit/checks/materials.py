@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import MaterialElement, UrdfElements
+from roboyard.description.urdf.elements import MaterialElement, UrdfElements
 
 
 @check(

@@ -7,7 +7,7 @@ import numpy as np
 from roboyard.audit.checks.meshes import file_name, first_uses
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import ShapeElement, UrdfElements
+from roboyard.description.urdf.elements import ShapeElement, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.transforms import Array
 

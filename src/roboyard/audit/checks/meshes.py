@@ -7,7 +7,7 @@ from pathlib import Path
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import MeshUse, ShapeElement, UrdfElements
+from roboyard.description.urdf.elements import MeshUse, ShapeElement, UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.readers.references import missing_files
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import MOVING_TYPES, JointElement, UrdfElements
+from roboyard.description.urdf.elements import MOVING_TYPES, JointElement, UrdfElements
 from roboyard.errors import unknown_name
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from roboyard.audit.findings import INFO
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.renames import planned_renames
-from roboyard.audit.urdf_elements import JointElement, LinkElement, UrdfElements
+from roboyard.description.urdf.elements import JointElement, LinkElement, UrdfElements
 
 
 def _odd(things: tuple[LinkElement, ...] | tuple[JointElement, ...], renames: Mapping[str, str]) -> Faults:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import (
+from roboyard.description.urdf.elements import (
     JOINT_TYPES,
     JointElement,
     LinkElement,

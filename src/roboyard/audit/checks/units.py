@@ -6,7 +6,7 @@ import math
 
 from roboyard.audit.findings import WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import UrdfElements
+from roboyard.description.urdf.elements import UrdfElements
 
 
 @check(

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.audit.urdf_elements import Location, UrdfElements
 from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS
+from roboyard.description.urdf.elements import Location, UrdfElements
 from roboyard.description.urdf.numbers import BEYOND, LARGEST
 from roboyard.description.urdf.xml import line_of
 

@@ -13,8 +13,8 @@ from roboyard.reports.html import figure, page, plural, table, verdict
 from roboyard.reports.pictures import Kind, SceneView, view_of
 
 if TYPE_CHECKING:
-    from roboyard.audit.urdf_elements import UrdfElements
     from roboyard.description.robot_model import RobotModel
+    from roboyard.description.urdf.elements import UrdfElements
     from roboyard.importer.context import ImportContext
     from roboyard.validation import Gate, ValidationReport
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from roboyard.audit.registry import Fault
 from roboyard.audit.solids import link_solid
-from roboyard.audit.urdf_elements import LinkElement
 from roboyard.description.model import INERTIA_KEYS
+from roboyard.description.urdf.elements import LinkElement
 from roboyard.repair.registry import Change, Changes, RepairContext, change, fix, rounded
 from roboyard.shapes.inertia import DEFAULT_DENSITY
 from roboyard.shapes.valid_inertia import rod_inertia, valid_inertia

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from roboyard.audit.checks.mesh_sizes import is_plainly_in_millimetres, unit_slip
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import LinkElement, ShapeElement
+from roboyard.description.urdf.elements import LinkElement, ShapeElement
 from roboyard.description.urdf.xml import line_of
 from roboyard.repair.registry import Change, Changes, RepairContext, change, fix, rounded, shown, text
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import JointElement
+from roboyard.description.urdf.elements import JointElement
 from roboyard.repair.registry import Changes, RepairContext, change, fix, shown, text
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from roboyard.audit.registry import Fault
 from roboyard.audit.renames import planned_renames
-from roboyard.audit.urdf_elements import JointElement, LinkElement
+from roboyard.description.urdf.elements import JointElement, LinkElement
 from roboyard.repair.registry import Changes, RepairContext, change, fix
 
 

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 from roboyard.audit.checks.xml import NUMBERS, read_elements
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import JointElement, ShapeElement
+from roboyard.description.urdf.build_context import UNIT_TOLERANCE, unit_quaternion
+from roboyard.description.urdf.elements import JointElement, ShapeElement
 from roboyard.description.urdf.numbers import read_number, read_vector
 from roboyard.description.urdf.problems import Problems
-from roboyard.description.urdf.read_context import UNIT_TOLERANCE, unit_quaternion
 from roboyard.description.urdf.xml import line_of
 from roboyard.repair.registry import Change, Changes, RepairContext, change, fix, shown, text
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from roboyard.audit.registry import Fault
-from roboyard.audit.urdf_elements import ShapeElement
+from roboyard.description.urdf.elements import ShapeElement
 from roboyard.description.urdf.xml import line_of
 from roboyard.repair.registry import Change, Changes, RepairContext, fix
 

@@ -8,9 +8,7 @@ from difflib import get_close_matches
 from typing import cast, get_args
 
 from roboyard.description.model import TYPES_WITH_AXIS, Joint, JointType, Limit, Mimic, Vector3
-from roboyard.description.urdf.numbers import read_number, read_vector
-from roboyard.description.urdf.problems import Problems
-from roboyard.description.urdf.read_context import (
+from roboyard.description.urdf.build_context import (
     UNIT_TOLERANCE,
     Context,
     children_of,
@@ -18,6 +16,8 @@ from roboyard.description.urdf.read_context import (
     unread_attributes,
     unread_part,
 )
+from roboyard.description.urdf.numbers import read_number, read_vector
+from roboyard.description.urdf.problems import Problems
 
 _READ = ("origin", "parent", "child", "limit", "dynamics", "mimic")
 _TYPES: tuple[str, ...] = get_args(JointType)

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from roboyard.audit.link_tree import Tree
 from roboyard.description.files.resolver import Resolved, Resolver
+from roboyard.description.urdf.link_tree import Tree
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import DescriptionError, MeshError
 from roboyard.shapes.mesh_stats import MeshStats, mesh_stats

@@ -6,9 +6,9 @@ import xml.etree.ElementTree as ET
 from typing import cast
 
 from roboyard.description.model import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere, Vector3
+from roboyard.description.urdf.build_context import Context
 from roboyard.description.urdf.numbers import read_number, read_vector
 from roboyard.description.urdf.problems import Problems
-from roboyard.description.urdf.read_context import Context
 
 GEOMETRY_TAGS = ("box", "sphere", "cylinder", "capsule", "plane", "mesh")
 

@@ -19,16 +19,16 @@ from roboyard.description.model import (
     Material,
     Visual,
 )
-from roboyard.description.urdf.numbers import read_number, read_vector
-from roboyard.description.urdf.problems import Problems
-from roboyard.description.urdf.read_context import (
+from roboyard.description.urdf.build_context import (
     Context,
     children_of,
     read_pose,
     unread_attributes,
     unread_part,
 )
-from roboyard.description.urdf.read_geometry import GEOMETRY_TAGS, read_geometry
+from roboyard.description.urdf.build_geometry import GEOMETRY_TAGS, read_geometry
+from roboyard.description.urdf.numbers import read_number, read_vector
+from roboyard.description.urdf.problems import Problems
 
 
 def read_link(element: ET.Element, context: Context) -> Link | None:

@@ -12,9 +12,9 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from roboyard.description.model import RobotDescription
-from roboyard.description.urdf.read_context import Context, unread_attributes
-from roboyard.description.urdf.read_joint import read_joint
-from roboyard.description.urdf.read_link import read_link, read_material, resolve_materials
+from roboyard.description.urdf.build_context import Context, unread_attributes
+from roboyard.description.urdf.build_joint import read_joint
+from roboyard.description.urdf.build_link import read_link, read_material, resolve_materials
 from roboyard.description.urdf.tree import check_tree, drop_unusable_mimics
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import DescriptionError

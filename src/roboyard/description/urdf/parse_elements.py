@@ -6,7 +6,10 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from pathlib import Path
 
-from roboyard.audit.urdf_elements import (
+from roboyard.description.files.resolver import Resolver
+from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS
+from roboyard.description.urdf.build_context import read_pose
+from roboyard.description.urdf.elements import (
     InertialElement,
     JointElement,
     LinkElement,
@@ -18,11 +21,8 @@ from roboyard.audit.urdf_elements import (
     UrdfElements,
     plain_type,
 )
-from roboyard.description.files.resolver import Resolver
-from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS
 from roboyard.description.urdf.numbers import read_number, read_vector
 from roboyard.description.urdf.problems import Problems
-from roboyard.description.urdf.read_context import read_pose
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import DescriptionError, MeshError
 from roboyard.shapes.mesh_stats import MeshStats

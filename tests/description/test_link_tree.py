@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from roboyard.audit.link_tree import Tree
 from roboyard.audit.renames import identifier
+from roboyard.description.urdf.link_tree import Tree
 
 
 def tree(*edges: str, fixed: str = "") -> Tree:
