@@ -98,3 +98,16 @@ def test_a_quaternion_of_any_length_is_a_direction(tmp_path: Path) -> None:
     assert load_description(mended.urdf).joints[0].origin.quaternion == pytest.approx(
         (0, 0, 0.6, 0.8), abs=1e-15
     )
+
+
+def test_optenv_without_a_default_is_an_error_not_a_crash(tmp_path: Path) -> None:
+    file = write_case(arm(limit='<limit lower="$(optenv A)" upper="1" effort="1" velocity="1"/>'), tmp_path)
+    assert audit_urdf(file).codes[0] == "number-wrong"
+    with pytest.raises(RoboyardError, match="holds 0 of 1 numbers; give one number"):
+        load_description(file)
+
+
+def test_audit_and_reader_take_the_same_shape_of_a_geometry(tmp_path: Path) -> None:
+    file = write_case(arm(tip=inertial() + both('<cone/><box size="0.1 0.1 0.1"/>')), tmp_path)
+    assert "geometry-unknown" not in audit_urdf(file).codes
+    assert load_description(file).link_by_name["tip"].collisions

@@ -8,8 +8,9 @@ from audit_cases import CUBE, INERTIAL, arm, both, mesh, stl, write_case
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
-from roboyard.audit.run import open_elements
+from roboyard.audit import audit_urdf
 from roboyard.audit.solids import hulls_meet, link_solid, shape_points
+from roboyard.description.urdf.parse import parse_urdf
 
 
 def meet_by_programming(a: np.ndarray, b: np.ndarray) -> bool:
@@ -53,7 +54,8 @@ def tip_of(folder: Path, shapes: str):
     (folder / "arm" / "part.stl").write_bytes(stl(CUBE))
     file = folder / "arm" / "arm.urdf"
     file.write_text(arm(tip=INERTIAL + shapes))
-    draft, _ = open_elements(file)
+    draft = parse_urdf(file)
+    audit_urdf(draft)
     return draft.link_by_name["tip"]
 
 
@@ -89,7 +91,7 @@ def test_points_span_the_shape(geometry: str, tmp_path: Path) -> None:
 
 
 def test_a_draft_of_a_case_is_complete(tmp_path: Path) -> None:
-    draft, blocked = open_elements(write_case(arm(), tmp_path))
-    assert not blocked
+    draft = parse_urdf(write_case(arm(), tmp_path))
+    audit_urdf(draft)
     assert [link.name for link in draft.links] == ["base", "tip"]
     assert draft.reach == pytest.approx(0.2)

@@ -1,21 +1,31 @@
 """Trees that are broken in every way are still walked to the end."""
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from roboyard.audit.renames import identifier
-from roboyard.description.urdf.link_tree import Tree
+from roboyard.description.urdf.link_tree import LinkTree
 
 
-def tree(*edges: str, fixed: str = "") -> Tree:
+@dataclass(frozen=True)
+class Edge:
+    parent: str
+    child: str
+    is_fixed: bool = False
+    rest: np.ndarray = field(default_factory=lambda: np.eye(4))
+
+
+def tree(*edges: str, fixed: str = "") -> LinkTree:
     """From words such as "ab": a carries b."""
     names = dict.fromkeys("".join(edges))
-    return Tree.of(list(names), [(e[0], e[1], np.eye(4), e in fixed.split()) for e in edges])
+    return LinkTree.of(list(names), [Edge(e[0], e[1], e in fixed.split()) for e in edges])
 
 
 def test_a_sound_tree() -> None:
     found = tree("ab", "bc", "ad")
     assert found.roots == ("a",)
-    assert found.is_sound
+    assert found.is_valid
     assert found.loops == ()
 
 
@@ -23,20 +33,20 @@ def test_rings_are_found_whole_and_once() -> None:
     assert [set(ring) for ring in tree("ab", "bc", "ca").loops] == [{"a", "b", "c"}]
     assert tree("aa").loops == (("a",),)
     assert [set(ring) for ring in tree("ab", "cd", "dc").loops] == [{"c", "d"}]
-    assert not tree("ab", "cd", "dc").is_sound
+    assert not tree("ab", "cd", "dc").is_valid
 
 
 def test_two_ways_to_one_link_are_no_ring() -> None:
     found = tree("ab", "ac", "bd", "cd")
     assert found.loops == ()
-    assert not found.is_sound
+    assert not found.is_valid
 
 
 def test_many_rings_end() -> None:
     count = 3000
-    edges = [(f"l{k}", f"l{k + 1}", np.eye(4), False) for k in range(count)]
-    edges += [(f"l{k + 1}", f"l{k}", np.eye(4), False) for k in range(count)]
-    found = Tree.of([f"l{k}" for k in range(count + 1)], edges)
+    edges = [Edge(f"l{k}", f"l{k + 1}") for k in range(count)]
+    edges += [Edge(f"l{k + 1}", f"l{k}") for k in range(count)]
+    found = LinkTree.of([f"l{k}" for k in range(count + 1)], edges)
     assert len(found.loops) == 10
     assert found.roots == ()
     assert found.frames == {}
@@ -49,7 +59,7 @@ def test_fixed_joints_make_one_body() -> None:
 
 
 def test_edges_to_unknown_links_are_left_out() -> None:
-    found = Tree.of(["a"], [("a", "ghost", np.eye(4), True)])
+    found = LinkTree.of(["a"], [Edge("a", "ghost", is_fixed=True)])
     assert found.edges == ()
     assert found.bodies == (("a",),)
 

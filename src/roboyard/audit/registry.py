@@ -2,9 +2,9 @@
 test:
 
     @check("axis-zero", ERROR, remedy="give a non-zero axis", example='<axis xyz="0 0 0"/>')
-    def axis_zero(draft: UrdfElements) -> Faults:
+    def axis_zero(urdf: UrdfElements) -> Faults:
         '''A moving joint's axis has length zero.'''
-        for joint in draft.moving_joints:
+        for joint in urdf.moving_joints:
             if joint.axis is not None and not any(joint.axis):
                 yield Fault(at=joint, message="<axis> is (0, 0, 0)")
 
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Protocol
 from roboyard.audit.findings import Finding, Severity
 
 if TYPE_CHECKING:
-    from roboyard.description.urdf.elements import UrdfElements
+    from roboyard.description.urdf.parse import UrdfElements
 
 
 LONGEST_MESSAGE, LONGEST_ELEMENT = 400, 120

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from roboyard.description.urdf.elements import UrdfElements
+from roboyard.description.urdf.parse import UrdfElements
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -20,11 +20,11 @@ class Renames:
     joints: Mapping[str, str]
 
 
-def planned_renames(draft: UrdfElements) -> Renames:
+def planned_renames(urdf: UrdfElements) -> Renames:
     """What `repair` renames: every name that is no USD identifier, kept distinct from all others."""
     return Renames(
-        links=distinct_names((link.name for link in draft.links), _PLAIN),
-        joints=distinct_names((joint.name for joint in draft.joints), _PLAIN),
+        links=distinct_names((link.name for link in urdf.links), _PLAIN),
+        joints=distinct_names((joint.name for joint in urdf.joints), _PLAIN),
     )
 
 

@@ -1,4 +1,4 @@
-"""Volumes and masses of a draft's shapes, in the link frame."""
+"""Volumes and masses of a urdf's shapes, in the link frame."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def shape_solid(shape: ShapeElement) -> SolidInertia | None:
 
 def _own_solid(shape: ShapeElement) -> SolidInertia | None:
     if shape.mesh is not None:
-        facts = shape.mesh.facts
+        facts = shape.mesh.stats
         if facts is None or not facts.is_finite or not all(shape.mesh.scale):
             return None
         with np.errstate(all="ignore"):
@@ -66,7 +66,7 @@ def link_volumes(link: LinkElement) -> tuple[float, float] | None:
 def shape_points(shape: ShapeElement) -> Array | None:
     """(k, 3) points in the link frame whose hull is (nearly) the shape; None where it is not known."""
     if shape.mesh is not None:
-        facts = shape.mesh.facts
+        facts = shape.mesh.stats
         if facts is None or not facts.is_finite or len(facts.hull) == 0:
             return None
         points = facts.hull * np.asarray(shape.mesh.scale)

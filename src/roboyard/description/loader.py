@@ -11,18 +11,39 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import RobotDescription
-from roboyard.description.urdf.build import read_urdf
-from roboyard.description.urdf.build_context import Context
-from roboyard.description.urdf.problems import Problems
+from roboyard.description.urdf.build import build_description
+from roboyard.description.urdf.build_context import MissingMeshes
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of, read_xml
 from roboyard.errors import DescriptionError
 
-MissingMeshes = Literal["error", "note"]
-Reader = Callable[[ET.Element, Context], RobotDescription]
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LoadOptions:
+    """Options of `load_description`, for readers."""
+
+    packages: Mapping[str, Path] | None = None
+    search_paths: Sequence[Path] = ()
+    missing_meshes: MissingMeshes = "error"
+    strict: bool = False
+    words_are_zero: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class XmlSource:
+    """A parsed XML file."""
+
+    root: ET.Element
+    file: Path | None = None
+    """None for XML made in memory."""
+    notes: tuple[str, ...] = ()
+    """Corrections that made the file well-formed."""
+
+
+Reader = Callable[[XmlSource, LoadOptions], RobotDescription]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -35,13 +56,24 @@ class Format:
     suffixes: tuple[str, ...]
     """File suffixes, in lower case; they only decide for formats that are not XML."""
     read: Reader | None = None
-    """Function that reads the root element; None where Roboyard does not read the format yet."""
+    """None where Roboyard does not read the format yet."""
     remedy: str = ""
     """For a format that is not read yet: the action to take."""
 
 
+def _read_urdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
+    elements = UrdfElements(
+        file=source.file,
+        root=source.root,
+        xml_notes=source.notes,
+        words_are_zero=options.words_are_zero,
+        resolver=Resolver.of_file(source.file, packages=options.packages, search_paths=options.search_paths),
+    )
+    return build_description(elements, missing_meshes=options.missing_meshes, strict=options.strict)
+
+
 FORMATS: tuple[Format, ...] = (
-    Format(name="URDF", root="robot", suffixes=(".urdf", ".xml"), read=read_urdf),
+    Format(name="URDF", root="robot", suffixes=(".urdf", ".xml"), read=_read_urdf),
     Format(name="SDF", root="sdf", suffixes=(".sdf", ".world"), remedy="export the robot as URDF"),
     Format(
         name="MJCF",
@@ -59,7 +91,7 @@ FORMATS: tuple[Format, ...] = (
 
 
 def load_description(
-    source: Path | str | ET.ElementTree | ET.Element,
+    source: Path | str | ET.ElementTree | ET.Element | UrdfElements,
     *,
     packages: Mapping[str, Path] | None = None,
     search_paths: Sequence[Path] = (),
@@ -70,7 +102,8 @@ def load_description(
     """Load a robot description; mesh files are located but not opened.
 
     Args:
-        source: a robot file; or XML text (a string that starts with `<`); or a parsed tree.
+        source: a robot file; or XML text (a string that starts with `<`); or a parsed tree; or the elements
+            that `parse_urdf` returned, for which `packages`, `search_paths` and `words_are_zero` are ignored.
         packages: ROS package name to folder, for `package://` and `model://`.
         search_paths: more folders to search for packages and files; see
             `roboyard.description.files.resolver`.
@@ -85,57 +118,46 @@ def load_description(
     Raises:
         DescriptionError: the file cannot be used; `problems` lists everything that is wrong with it.
     """
-    root, file, notes = _root_element(source)
-    problems = Problems(file, strict=strict, words_are_zero=words_are_zero)
-    for note in notes:
-        problems.note(None, "", note)
-    read = _reader(root, file)
-    base = None if file is None else Path(file).absolute().parent
-    real_base = None if file is None or not file.is_symlink() else file.resolve().parent
-    context = Context(
-        problems=problems,
-        resolver=Resolver(
-            base=base,
-            real_base=real_base,
-            packages={name: Path(folder) for name, folder in (packages or {}).items()},
-            search_paths=[Path(folder) for folder in search_paths],
-        ),
+    if isinstance(source, UrdfElements):
+        return build_description(source, missing_meshes=missing_meshes, strict=strict)
+    xml = _xml_source(source)
+    options = LoadOptions(
+        packages=packages,
+        search_paths=search_paths,
         missing_meshes=missing_meshes,
+        strict=strict,
+        words_are_zero=words_are_zero,
     )
-    return read(root, context)
+    return _reader(xml)(xml, options)
 
 
-def _root_element(
-    source: Path | str | ET.ElementTree | ET.Element,
-) -> tuple[ET.Element, Path | None, tuple[str, ...]]:
-    """Root element of a source, its file if it has one, and notes on corrections of the XML."""
+def _xml_source(source: Path | str | ET.ElementTree | ET.Element) -> XmlSource:
     if isinstance(source, ET.Element):
-        return source, None, ()
+        return XmlSource(root=source)
     if isinstance(source, ET.ElementTree):
         root = source.getroot()
         if root is None:
             raise DescriptionError("the tree is empty; a URDF starts with a <robot> element")
-        return root, None, ()
+        return XmlSource(root=root)
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         root, notes = read_xml(source)
-        return root, None, notes
+        return XmlSource(root=root, notes=notes)
     file = Path(source)
     for each in FORMATS:
         if each.root is None and file.suffix.lower() in each.suffixes:
             raise DescriptionError(f"{each.name} is not read yet; {each.remedy}", file=file)
     root, notes = read_xml(file)
-    return root, file, notes
+    return XmlSource(root=root, file=file, notes=notes)
 
 
-def _reader(root: ET.Element, file: Path | None) -> Reader:
+def _reader(source: XmlSource) -> Reader:
     """The function that reads files with this root element."""
+    root = source.root
     known = next((each for each in FORMATS if each.root == root.tag), None)
     if known is not None and known.read is not None:
         return known.read
     tag = root.tag if len(root.tag) <= 60 else root.tag[:57] + "..."
     what = "give a URDF" if known is None else f"{known.name} is not read yet; {known.remedy}"
     raise DescriptionError(
-        f"the root element is <{tag}>, not <robot>; {what}",
-        file=file,
-        line=line_of(root),
+        f"the root element is <{tag}>, not <robot>; {what}", file=source.file, line=line_of(root)
     )

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 from roboyard.audit.registry import CHECKS, Fault
 from roboyard.description.files.copy_files import FileCopier
-from roboyard.description.urdf.elements import UrdfElements
+from roboyard.description.urdf.parse import UrdfElements
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -34,7 +34,7 @@ class Change:
 class RepairContext:
     """What a mend works on."""
 
-    draft: UrdfElements
+    urdf: UrdfElements
     stage: FileCopier
     keep: frozenset[str] = frozenset()
     """Codes that are not to be mended."""

@@ -13,12 +13,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-from roboyard.audit.findings import Audit, Finding
+from roboyard.audit.findings import ERROR, Audit, Finding
 from roboyard.audit.registry import CHECKS
-from roboyard.audit.run import audit_elements, audit_urdf, open_elements, quietly
+from roboyard.audit.run import audit_urdf, quietly
 from roboyard.description.files.copy_files import FileCopier, plain_name
-from roboyard.description.urdf.elements import UrdfElements
-from roboyard.description.urdf.parse_elements import parse_elements
+from roboyard.description.urdf.parse import UrdfElements, parse_urdf
 from roboyard.errors import ConfigError, DescriptionError, unknown_name
 from roboyard.repair import fixes as fixes
 from roboyard.repair.registry import FIXES, RepairContext
@@ -110,9 +109,9 @@ def repair_urdf(
     """
     source, folder = Path(path), Path(out)
     codes = _chosen(only, keep)
-    draft, blocked = open_elements(source, packages=packages, search_paths=search_paths)
-    before = audit_elements(draft, blocked=blocked)
-    if blocked:
+    urdf = parse_urdf(source, packages=packages, search_paths=search_paths)
+    before = audit_urdf(urdf)
+    if any(CHECKS[finding.code].topic == "file" and finding.severity == ERROR for finding in before.findings):
         first = before.findings[0]
         raise DescriptionError(f"{first.message}; {first.remedy}", file=source, line=first.line)
     _refuse_own_folder(source, folder)
@@ -120,15 +119,15 @@ def repair_urdf(
     with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as partial:
         work = Path(partial)
         name = plain_name(source.with_suffix(".urdf").name)
-        original = _text(draft.root)
+        original = _text(urdf.root)
         bench = RepairContext(
-            draft=draft,
-            stage=FileCopier(folder=work, plain="mesh-file-name" in codes, reserved=_missing_names(draft)),
+            urdf=urdf,
+            stage=FileCopier(folder=work, plain="mesh-file-name" in codes, reserved=_missing_names(urdf)),
             keep=frozenset(FIXES) - codes,
         )
         done = _mend_all(bench, codes)
         _stage_rest(bench)
-        text = _text(bench.draft.root)
+        text = _text(bench.urdf.root)
         diff = _diff(original, text, source.name, name)
         renames = {"links": bench.link_renames, "joints": bench.joint_renames}
         staged = {str(file): copy for file, copy in bench.stage.staged.items()}
@@ -173,40 +172,39 @@ def _mend_all(bench: RepairContext, codes: frozenset[str]) -> list[Fix]:
         if code not in codes:
             continue
         check = CHECKS[code]
-        faults = [fault for fault in check.run(bench.draft) if check.finding(fault).fixable]
+        faults = [fault for fault in check.run(bench.urdf) if check.finding(fault).fixable]
         if not faults:
             continue
         for made in function(bench, faults):
             done.append(
                 Fix(code=code, element=made.element, line=made.line, before=made.before, after=made.after)
             )
-        bench.draft = _again(bench.draft)
+        bench.urdf = _again(bench.urdf)
     return done
 
 
-def _missing_names(draft: UrdfElements) -> frozenset[str]:
+def _missing_names(urdf: UrdfElements) -> frozenset[str]:
     """Names of the files that the description names and that are not there."""
-    missing = [mesh.uri for _, mesh in draft.mesh_shapes if mesh.found.path is None]
-    for material in draft.materials:
+    missing = [mesh.uri for _, mesh in urdf.mesh_shapes if mesh.found.path is None]
+    for material in urdf.materials:
         texture = material.element.find("texture")
         if texture is not None and (material.texture is None or material.texture.path is None):
             missing.append(texture.get("filename") or "")
     return frozenset(unquote(uri).replace("\\", "/").rpartition("/")[2].strip().casefold() for uri in missing)
 
 
-def _again(draft: UrdfElements) -> UrdfElements:
-    """The draft of the tree as it is now; mesh files are not read again."""
-    resolver = draft.resolver
-    return parse_elements(draft.file, draft.root, (), resolver, known_meshes=draft.meshes)
+def _again(urdf: UrdfElements) -> UrdfElements:
+    """The urdf of the tree as it is now; mesh files are not read again."""
+    return urdf.parsed_again()
 
 
 def _stage_rest(bench: RepairContext) -> None:
     """Stage the meshes and images that no mend has moved: relative references must hold in the new folder."""
-    for _, mesh in bench.draft.mesh_shapes:
+    for _, mesh in bench.urdf.mesh_shapes:
         kept = "mesh-reference" in bench.keep and ("://" in mesh.uri or mesh.uri.strip().startswith("/"))
         if mesh.found.path is not None and id(mesh.element) not in bench.moved and not kept:
             mesh.element.set("filename", bench.stage.mesh(mesh.found.path))
-    for material in bench.draft.materials:
+    for material in bench.urdf.materials:
         texture = material.element.find("texture")
         if texture is not None and material.texture is not None and material.texture.path is not None:
             texture.set("filename", bench.stage.image(material.texture.path))

@@ -10,8 +10,8 @@ import numpy as np
 
 from roboyard.audit.findings import Audit, Finding, Severity
 from roboyard.audit.report import facts_line
-from roboyard.audit.run import audit_elements, open_elements
-from roboyard.description.urdf.elements import UrdfElements
+from roboyard.audit.run import audit_urdf
+from roboyard.description.urdf.parse import UrdfElements, parse_urdf
 from roboyard.reports.html import figure, page, verdict
 from roboyard.reports.pictures import RGBA, Kind, view_of
 
@@ -42,8 +42,8 @@ def write_audit_page(
     findings with a picture in which the links concerned stand out: red what blocks import, orange what will
     misbehave, blue what is untidy.
     """
-    draft, blocked = open_elements(file, packages=packages, search_paths=search_paths)
-    audit = audit_elements(draft, blocked=blocked)
+    draft = parse_urdf(file, packages=packages, search_paths=search_paths)
+    audit = audit_urdf(draft)
     Path(page).write_text(audit_page(audit, draft), encoding="utf-8")
     return audit
 
@@ -58,7 +58,7 @@ def audit_page(audit: Audit, draft: UrdfElements) -> str:
     ]
     if audit.facts.links:
         parts.append(f'<p class="facts">{escape(facts_line(audit))}</p>')
-    parts += _overview(draft)
+        parts += _overview(draft)
     parts += _findings(audit, draft)
     return page(f"Audit of {title}", parts, _STYLE)
 

@@ -10,7 +10,8 @@ from typing import Literal
 
 import numpy as np
 
-from roboyard.description.urdf.elements import LinkElement, ShapeElement, UrdfElements
+from roboyard.description.urdf.elements import LinkElement, ShapeElement
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.errors import MeshError
 from roboyard.rendering import STUDIO, Camera, RenderScene, RenderShape, png_bytes, render
 from roboyard.shapes import primitives
@@ -198,7 +199,7 @@ def _render_shape(
 def _triangles(shape: ShapeElement) -> TriangleMesh | None:
     if shape.mesh is not None:
         path = shape.mesh.found.path
-        if path is None or shape.mesh.facts is None or not all(shape.mesh.scale):
+        if path is None or shape.mesh.stats is None or not all(shape.mesh.scale):
             return None
         try:
             return scaled(load_mesh(path), shape.mesh.scale)

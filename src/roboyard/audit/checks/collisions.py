@@ -9,7 +9,9 @@ import numpy as np
 from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import hulls_meet, shape_points
-from roboyard.description.urdf.elements import LinkElement, Location, UrdfElements
+from roboyard.description.urdf.elements import LinkElement
+from roboyard.description.urdf.numbers import Location
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.transforms import Array
 
@@ -25,11 +27,11 @@ MAX_TESTS = 3000
     remedy="add collision shapes; the importer makes hulls of the visual meshes",
     example="(visuals only)",
 )
-def collision_none(draft: UrdfElements) -> Faults:
+def collision_none(urdf: UrdfElements) -> Faults:
     """No link has a collision shape, though some are visible: the robot falls through everything."""
-    shapes = list(draft.shapes)
+    shapes = list(urdf.shapes)
     if shapes and not any(shape.kind == "collision" and shape.geometry is not None for shape in shapes):
-        robot = Location(who="robot", line=line_of(draft.root))
+        robot = Location(who="robot", line=line_of(urdf.root))
         yield Fault(at=robot, message="no link has a collision shape")
 
 
@@ -39,11 +41,11 @@ def collision_none(draft: UrdfElements) -> Faults:
     remedy="add a collision shape, unless nothing should touch this link",
     example="<link> with <visual> alone",
 )
-def collision_missing(draft: UrdfElements) -> Faults:
+def collision_missing(urdf: UrdfElements) -> Faults:
     """Some links are visible but have no collision shape, though others have one."""
-    if not any(link.collisions for link in draft.links):
+    if not any(link.collisions for link in urdf.links):
         return
-    bare = [link for link in draft.links if link.visuals and not link.collisions]
+    bare = [link for link in urdf.links if link.visuals and not link.collisions]
     if bare:
         named = ", ".join(f'"{link.name}"' for link in bare[:6]) + (", ..." if len(bare) > 6 else "")
         message = f"{len(bare)} visible links have no collision shape ({named})"
@@ -56,18 +58,18 @@ def collision_missing(draft: UrdfElements) -> Faults:
     remedy="use a simple shape or a reduced mesh; the importer makes hulls of it",
     example="(one arm.dae of 20,000 triangles as visual and collision)",
 )
-def collision_is_visual(draft: UrdfElements) -> Faults:
+def collision_is_visual(urdf: UrdfElements) -> Faults:
     """A collision mesh is the visual mesh itself, and over 1000 triangles."""
     found: list[LinkElement] = []
-    for link in draft.links:
+    for link in urdf.links:
         seen = {shape.mesh.found.path for shape in link.visuals if shape.mesh is not None}
         for shape in link.collisions:
             mesh = shape.mesh
             if (
                 mesh is not None
                 and mesh.found.path in seen
-                and mesh.facts is not None
-                and mesh.facts.triangles > 1000
+                and mesh.stats is not None
+                and mesh.stats.triangles > 1000
             ):
                 found.append(link)
                 break
@@ -83,11 +85,11 @@ def collision_is_visual(draft: UrdfElements) -> Faults:
     remedy="split it into convex parts: coacd in the importer, or several collision shapes",
     example="(a U-shaped bracket as one collision mesh)",
 )
-def collision_hull_balloons(draft: UrdfElements) -> Faults:
+def collision_hull_balloons(urdf: UrdfElements) -> Faults:
     """A collision mesh's hull, with which simulators collide, has over 4 times the mesh's own volume."""
     seen: set[str] = set()
-    for shape, mesh in draft.mesh_shapes:
-        facts = mesh.facts
+    for shape, mesh in urdf.mesh_shapes:
+        facts = mesh.stats
         if shape.kind != "collision" or facts is None or facts.content in seen or not facts.is_closed:
             continue
         seen.add(facts.content)
@@ -105,13 +107,13 @@ def collision_hull_balloons(draft: UrdfElements) -> Faults:
     remedy="shrink or move the shapes, or filter the pair (self-collision off for it)",
     example="(an upper arm whose shape cuts into the base two joints away)",
 )
-def collision_overlap(draft: UrdfElements) -> Faults:
+def collision_overlap(urdf: UrdfElements) -> Faults:
     """Collision shapes of links that no joint connects overlap deeply at the rest pose.
 
     Not looked for beyond 300 bodies or 3000 pairs of shapes.
     """
-    tree = draft.tree
-    clouds = _clouds(draft)
+    tree = urdf.tree
+    clouds = _clouds(urdf)
     pairs = [
         pair for pair in combinations(sorted(clouds), 2) if pair not in tree.body_pairs
     ] if len(clouds) <= 300 else []  # fmt: skip
@@ -130,17 +132,17 @@ def collision_overlap(draft: UrdfElements) -> Faults:
                 break
     for one, other in found[:MAX_LISTED]:
         more = f" (and {len(found) - MAX_LISTED} more pairs)" if len(found) > MAX_LISTED else ""
-        place = draft.link_by_name[one]
+        place = urdf.link_by_name[one]
         message = f'its collision shape overlaps that of link "{other}" at rest'
         is_last = (one, other) == found[:MAX_LISTED][-1]
         yield Fault(at=place, message=message + (more if is_last else ""), links=(one, other))
 
 
-def _clouds(draft: UrdfElements) -> dict[int, list[tuple[str, Array]]]:
+def _clouds(urdf: UrdfElements) -> dict[int, list[tuple[str, Array]]]:
     """Body to (link, (k, 3) shrunken points in the root frame) of its collision shapes."""
     found: dict[int, list[tuple[str, Array]]] = {}
-    for link in draft.link_by_name.values():
-        pose = draft.tree.frames.get(link.name)
+    for link in urdf.link_by_name.values():
+        pose = urdf.tree.frames.get(link.name)
         if pose is None:
             continue
         for shape in link.collisions:
@@ -150,7 +152,7 @@ def _clouds(draft: UrdfElements) -> dict[int, list[tuple[str, Array]]]:
             points = points @ pose[:3, :3].T + pose[:3, 3]
             middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
             points = middle + SHRINK * (points - middle)
-            found.setdefault(draft.tree.body_of[link.name], []).append((link.name, points))
+            found.setdefault(urdf.tree.body_of[link.name], []).append((link.name, points))
     return found
 
 

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from roboyard.audit.findings import ERROR, INFO
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import Location, UrdfElements
+from roboyard.description.urdf.numbers import Location
+from roboyard.description.urdf.parse import UrdfElements
 
 MAX_LINKS = 10_000
 
 
-def _refusal(draft: UrdfElements, *words: str) -> Faults:
+def _refusal(urdf: UrdfElements, *words: str) -> Faults:
     """The reader's refusal as a fault, where it holds one of the words."""
-    error = draft.refusal
+    error = urdf.refusal
     if error is None:
         return
     text = error.problems[0]
-    where = f"{draft.file.name}:{error.line}: " if error.line else f"{draft.file.name}: "
+    where = f"{urdf.path.name}:{error.line}: " if error.line else f"{urdf.path.name}: "
     message, _, remedy = text.removeprefix(where).rpartition("; ")
     if any(word in text for word in words):
         yield Fault(message=message or remedy, remedy=remedy if message else None, line=error.line)
@@ -27,9 +28,9 @@ def _refusal(draft: UrdfElements, *words: str) -> Faults:
     remedy="give a URDF file of at most 64 MiB that can be read",
     example="(a path that does not exist)",
 )
-def file_unreadable(draft: UrdfElements) -> Faults:
+def file_unreadable(urdf: UrdfElements) -> Faults:
     """The file does not exist, is a folder, may not be read or is larger than 64 MiB."""
-    yield from _refusal(draft, "no such file", "is a folder", "cannot be read", "too large")
+    yield from _refusal(urdf, "no such file", "is a folder", "cannot be read", "too large")
 
 
 @check(
@@ -38,9 +39,9 @@ def file_unreadable(draft: UrdfElements) -> Faults:
     remedy="remove the DOCTYPE; a URDF needs none",
     example='<!DOCTYPE robot [<!ENTITY x SYSTEM "other.txt">]>',
 )
-def xml_unsafe(draft: UrdfElements) -> Faults:
+def xml_unsafe(urdf: UrdfElements) -> Faults:
     """The file declares a DTD or entities, or is nested or long beyond any robot description."""
-    yield from _refusal(draft, "DOCTYPE", "nested more than", "elements; this is no robot")
+    yield from _refusal(urdf, "DOCTYPE", "nested more than", "elements; this is no robot")
 
 
 @check(
@@ -49,9 +50,9 @@ def xml_unsafe(draft: UrdfElements) -> Faults:
     remedy="mend the XML at this line",
     example='<robot name="arm"><link name="base"></robot>',
 )
-def xml_syntax(draft: UrdfElements) -> Faults:
+def xml_syntax(urdf: UrdfElements) -> Faults:
     """The file is not well-formed XML, and what it means is not plain either."""
-    yield from _refusal(draft, "not well-formed", "the file is empty")
+    yield from _refusal(urdf, "not well-formed", "the file is empty")
 
 
 @check(
@@ -61,9 +62,9 @@ def xml_syntax(draft: UrdfElements) -> Faults:
     fixable=True,
     example='(a blank line before <?xml version="1.0"?>)',
 )
-def xml_tolerated(draft: UrdfElements) -> Faults:
+def xml_tolerated(urdf: UrdfElements) -> Faults:
     """The file is not well-formed XML, but can be read only one way (blank lines before the declaration)."""
-    for note in draft.xml_notes:
+    for note in urdf.xml_notes:
         yield Fault(message=note if note.startswith("<") else f"not well-formed XML: {note}")
 
 
@@ -73,11 +74,11 @@ def xml_tolerated(draft: UrdfElements) -> Faults:
     remedy="give a URDF, whose root element is <robot>",
     example='<sdf version="1.7">...</sdf>',
 )
-def root_not_robot(draft: UrdfElements) -> Faults:
+def root_not_robot(urdf: UrdfElements) -> Faults:
     """The root element is not `<robot>`."""
-    if draft.root.tag != "robot":
-        tag = str(draft.root.tag)
-        place = Location(who="", line=getattr(draft.root, "line", None))
+    if urdf.root.tag != "robot":
+        tag = str(urdf.root.tag)
+        place = Location(who="", line=getattr(urdf.root, "line", None))
         yield Fault(at=place, message=f"the root element is <{tag[:60]}>, not <robot>")
 
 
@@ -87,9 +88,9 @@ def root_not_robot(draft: UrdfElements) -> Faults:
     remedy="split the description; simulators end far below this",
     example="(100,000 links in a chain)",
 )
-def too_many_links(draft: UrdfElements) -> Faults:
+def too_many_links(urdf: UrdfElements) -> Faults:
     """There are more than 10,000 links or joints."""
     for tag in ("link", "joint"):
-        count = sum(1 for _ in draft.root.iterfind(tag))
+        count = sum(1 for _ in urdf.root.iterfind(tag))
         if count > MAX_LINKS:
             yield Fault(message=f"{count} <{tag}> elements are more than any robot has (at most {MAX_LINKS})")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import PRIMITIVES, UrdfElements
+from roboyard.description.urdf.elements import PRIMITIVES
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of
 
 NOTHING = 1e-9
@@ -24,9 +25,9 @@ _SIZES = {
     fixable=True,
     example="<visual><geometry/></visual>",
 )
-def geometry_missing(draft: UrdfElements) -> Faults:
+def geometry_missing(urdf: UrdfElements) -> Faults:
     """A visual or collision holds no shape; it is ignored."""
-    for shape in draft.shapes:
+    for shape in urdf.shapes:
         if shape.geometry is None:
             yield Fault(at=shape, message=f"<{shape.kind}> has no geometry; it is ignored")
 
@@ -37,9 +38,9 @@ def geometry_missing(draft: UrdfElements) -> Faults:
     remedy=f"give one of {', '.join((*PRIMITIVES, 'mesh'))}",
     example="<geometry><cone .../></geometry>",
 )
-def geometry_unknown(draft: UrdfElements) -> Faults:
+def geometry_unknown(urdf: UrdfElements) -> Faults:
     """A geometry is none that URDF (or Bullet) knows."""
-    for shape in draft.shapes:
+    for shape in urdf.shapes:
         if shape.geometry is not None and shape.geometry.tag not in (*PRIMITIVES, "mesh"):
             message = f"unknown geometry <{str(shape.geometry.tag)[:60]}> in its {shape.kind}"
             yield Fault(at=shape, line=line_of(shape.geometry), message=message)
@@ -51,9 +52,9 @@ def geometry_unknown(draft: UrdfElements) -> Faults:
     remedy="add it, in metres",
     example="<sphere/>",
 )
-def geometry_size_missing(draft: UrdfElements) -> Faults:
+def geometry_size_missing(urdf: UrdfElements) -> Faults:
     """A primitive lacks a size."""
-    for shape in draft.shapes:
+    for shape in urdf.shapes:
         if shape.geometry is not None:
             absent = [
                 k for k in _SIZES.get(shape.geometry.tag, ()) if not (shape.geometry.get(k) or "").strip()
@@ -64,9 +65,9 @@ def geometry_size_missing(draft: UrdfElements) -> Faults:
 
 
 @check("geometry-size-negative", ERROR, remedy="give lengths above zero", example='<sphere radius="-0.1"/>')
-def geometry_size_negative(draft: UrdfElements) -> Faults:
+def geometry_size_negative(urdf: UrdfElements) -> Faults:
     """A primitive has a negative size."""
-    for shape in draft.shapes:
+    for shape in urdf.shapes:
         if shape.size is not None and shape.geometry is not None and min(shape.size) < 0:
             shown = " ".join(f"{value:g}" for value in shape.size)
             message = f"<{shape.geometry.tag}> in its {shape.kind} has a negative size ({shown})"
@@ -79,9 +80,9 @@ def geometry_size_negative(draft: UrdfElements) -> Faults:
     remedy="give lengths above zero, or remove the shape",
     example='<box size="0.1 0 0.1"/>',
 )
-def geometry_size_zero(draft: UrdfElements) -> Faults:
+def geometry_size_zero(urdf: UrdfElements) -> Faults:
     """A primitive has no extent along some axis."""
-    for shape in draft.shapes:
+    for shape in urdf.shapes:
         if shape.size is not None and shape.geometry is not None and 0 <= min(shape.size) < NOTHING:
             if shape.geometry.tag == "capsule" and shape.size[0] >= NOTHING:
                 continue  # a capsule of no length is a ball
@@ -96,10 +97,10 @@ def geometry_size_zero(draft: UrdfElements) -> Faults:
     remedy="give sizes in metres",
     example='<sphere radius="50"/> on an arm of 0.5 m',
 )
-def geometry_size_implausible(draft: UrdfElements) -> Faults:
+def geometry_size_implausible(urdf: UrdfElements) -> Faults:
     """A primitive on a jointed robot is over 20 m large and over 20 times as large as the robot's reach."""
-    reach = draft.reach
-    for shape in draft.shapes:
+    reach = urdf.reach
+    for shape in urdf.shapes:
         if shape.mesh is None and shape.size is not None and shape.geometry is not None and reach > 0:
             size = max(shape.size)
             if size > 20.0 and size > 20.0 * reach:

@@ -7,21 +7,22 @@ from collections.abc import Iterator
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import link_solid
-from roboyard.description.urdf.elements import InertialElement, LinkElement, UrdfElements
+from roboyard.description.urdf.elements import InertialElement, LinkElement
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.inertia import principal_moments
 from roboyard.shapes.valid_inertia import rod_inertia
 from roboyard.transforms import Array
 
 
-def inertials_of(draft: UrdfElements) -> Iterator[tuple[LinkElement, InertialElement]]:
+def inertials_of(urdf: UrdfElements) -> Iterator[tuple[LinkElement, InertialElement]]:
     """Links that have an `<inertial>`."""
-    return ((link, link.inertial) for link in draft.links if link.inertial is not None)
+    return ((link, link.inertial) for link in urdf.links if link.inertial is not None)
 
 
-def with_tensor(draft: UrdfElements) -> Iterator[tuple[LinkElement, float, Array]]:
+def with_tensor(urdf: UrdfElements) -> Iterator[tuple[LinkElement, float, Array]]:
     """Links that have mass and a tensor, the tensor in the inertial frame."""
-    for link, inertial in inertials_of(draft):
+    for link, inertial in inertials_of(urdf):
         tensor = inertial.matrix()
         if inertial.mass is not None and inertial.mass > 0 and tensor is not None:
             yield link, inertial.mass, tensor
@@ -40,9 +41,9 @@ def _from_shapes(link: LinkElement) -> tuple[bool, str | None]:
     return (True, None) if link_solid(link) is not None else (False, _NO_SHAPES)
 
 
-def needs_mass(draft: UrdfElements, link: LinkElement) -> bool:
+def needs_mass(urdf: UrdfElements, link: LinkElement) -> bool:
     """True where the link belongs to a moving body that no inertial of which gives any mass."""
-    return draft.tree.body_of[link.name] in draft.massless_bodies
+    return urdf.tree.body_of[link.name] in urdf.massless_bodies
 
 
 @check(
@@ -52,16 +53,16 @@ def needs_mass(draft: UrdfElements, link: LinkElement) -> bool:
     fixable=True,
     example="<link> with shapes, on a moving joint, without <inertial>",
 )
-def inertial_missing(draft: UrdfElements) -> Faults:
+def inertial_missing(urdf: UrdfElements) -> Faults:
     """A moving body has no `<inertial>` in any of its links, though it has shapes to compute one from."""
-    body_of = draft.tree.body_of
+    body_of = urdf.tree.body_of
     seen = {
         body_of[link.name]
-        for link in draft.links
-        if link.name and link.visuals and needs_mass(draft, link) and link_solid(link) is not None
+        for link in urdf.links
+        if link.name and link.visuals and needs_mass(urdf, link) and link_solid(link) is not None
     }
-    for link in draft.links:
-        if link.inertial is None and link.name and link.shapes and needs_mass(draft, link):
+    for link in urdf.links:
+        if link.inertial is None and link.name and link.shapes and needs_mass(urdf, link):
             if not link.visuals and body_of[link.name] in seen:
                 continue  # collision shapes alone around a link that is seen: a safety volume, not matter
             fixable = link_solid(link) is not None
@@ -76,13 +77,13 @@ def inertial_missing(draft: UrdfElements) -> Faults:
     remedy="give it a small mass and inertia, or join it by a fixed joint",
     example="<link/> without shapes between two moving joints",
 )
-def inertial_missing_frame(draft: UrdfElements) -> Faults:
+def inertial_missing_frame(urdf: UrdfElements) -> Faults:
     """A moving body consists of bare frames: no mass and no shape anywhere."""
-    for body in draft.tree.bodies:
-        link = draft.link_by_name[body[0]]
-        members = [draft.link_by_name[name] for name in body]
+    for body in urdf.tree.bodies:
+        link = urdf.link_by_name[body[0]]
+        members = [urdf.link_by_name[name] for name in body]
         if not any(member.shapes or member.inertial is not None for member in members) and needs_mass(
-            draft, link
+            urdf, link
         ):
             yield Fault(at=link, message="a moving frame without mass; simulators add a small one or refuse")
 
@@ -94,9 +95,9 @@ def inertial_missing_frame(draft: UrdfElements) -> Faults:
     fixable=True,
     example="<inertial><inertia .../></inertial>",
 )
-def mass_missing(draft: UrdfElements) -> Faults:
+def mass_missing(urdf: UrdfElements) -> Faults:
     """An `<inertial>` has no mass."""
-    for link, inertial in inertials_of(draft):
+    for link, inertial in inertials_of(urdf):
         mass = inertial.element.find("mass")
         if mass is None or not (mass.get("value") or "").strip():
             fixable = link_solid(link) is not None
@@ -106,9 +107,9 @@ def mass_missing(draft: UrdfElements) -> Faults:
 
 
 @check("mass-negative", ERROR, remedy="give the mass in kg", example='<mass value="-2"/>')
-def mass_negative(draft: UrdfElements) -> Faults:
+def mass_negative(urdf: UrdfElements) -> Faults:
     """A mass is negative."""
-    for link, inertial in inertials_of(draft):
+    for link, inertial in inertials_of(urdf):
         if inertial.mass is not None and inertial.mass < 0:
             yield Fault(
                 at=link, line=line_of(inertial.element), message=f"mass is negative ({inertial.mass:g} kg)"
@@ -122,10 +123,10 @@ def mass_negative(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<mass value="0"/> on a link with shapes on a moving joint',
 )
-def mass_zero(draft: UrdfElements) -> Faults:
+def mass_zero(urdf: UrdfElements) -> Faults:
     """A moving body's mass is zero."""
-    for link, inertial in inertials_of(draft):
-        if inertial.mass == 0.0 and link.name and needs_mass(draft, link):
+    for link, inertial in inertials_of(urdf):
+        if inertial.mass == 0.0 and link.name and needs_mass(urdf, link):
             fixable = link_solid(link) is not None
             message = "it moves, but its mass is 0"
             yield Fault(at=link, line=line_of(inertial.element), message=message, fixable=fixable)
@@ -138,9 +139,9 @@ def mass_zero(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<inertial><mass value="1"/></inertial>',
 )
-def inertia_missing(draft: UrdfElements) -> Faults:
+def inertia_missing(urdf: UrdfElements) -> Faults:
     """A link has mass but no inertia tensor, or one without its diagonal."""
-    for link, inertial in inertials_of(draft):
+    for link, inertial in inertials_of(urdf):
         element = inertial.element.find("inertia")
         absent = element is None or any(not (element.get(key) or "").strip() for key in ("ixx", "iyy", "izz"))
         if absent and inertial.mass is not None and inertial.mass > 0:
@@ -161,11 +162,11 @@ def inertia_missing(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<mass value="1"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>',
 )
-def inertia_zero(draft: UrdfElements) -> Faults:
+def inertia_zero(urdf: UrdfElements) -> Faults:
     """A link has mass, but its inertia tensor is zero: simulators refuse it or explode."""
-    body_of = draft.tree.body_of
-    turned = {body_of[link.name] for link, _, tensor in with_tensor(draft) if link.name and tensor.any()}
-    for link, mass, tensor in with_tensor(draft):
+    body_of = urdf.tree.body_of
+    turned = {body_of[link.name] for link, _, tensor in with_tensor(urdf) if link.name and tensor.any()}
+    for link, mass, tensor in with_tensor(urdf):
         if not tensor.any():
             # fixed to a link that has inertia, a point mass does no harm
             severity = INFO if body_of.get(link.name) in turned else None
@@ -189,9 +190,9 @@ def inertia_zero(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<inertia ixx="0.01" ixy="0.05" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>',
 )
-def inertia_not_positive(draft: UrdfElements) -> Faults:
+def inertia_not_positive(urdf: UrdfElements) -> Faults:
     """An inertia tensor is not positive definite: turning the body would take or give energy for nothing."""
-    for link, _, tensor in with_tensor(draft):
+    for link, _, tensor in with_tensor(urdf):
         moments = principal_moments(tensor)
         if tensor.any() and moments[0] <= 0:
             shown = ", ".join(f"{moment:.3g}" for moment in moments)
@@ -208,9 +209,9 @@ def inertia_not_positive(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3"/>',
 )
-def inertia_triangle(draft: UrdfElements) -> Faults:
+def inertia_triangle(urdf: UrdfElements) -> Faults:
     """One principal moment is larger than the other two together (by over 0.1 %), which no body has."""
-    for link, _, tensor in with_tensor(draft):
+    for link, _, tensor in with_tensor(urdf):
         small, middle, large = principal_moments(tensor)
         if small > 0 and small + middle < large * (1.0 - 1e-3):
             shown = f"{small:.3g}, {middle:.3g}, {large:.3g}"

@@ -7,13 +7,13 @@ import math
 from roboyard.audit.checks.xml import misspelt
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import UrdfElements
+from roboyard.description.urdf.parse import UrdfElements
 
 
 @check("axis-zero", ERROR, remedy="give a non-zero axis", example='<axis xyz="0 0 0"/>')
-def axis_zero(draft: UrdfElements) -> Faults:
+def axis_zero(urdf: UrdfElements) -> Faults:
     """A moving joint's axis has length zero."""
-    for joint in draft.moving_joints:
+    for joint in urdf.moving_joints:
         if (
             joint.axis is not None
             and math.hypot(*joint.axis) < 1e-12
@@ -29,9 +29,9 @@ def axis_zero(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<axis xyz="0 0 2"/>',
 )
-def axis_not_unit(draft: UrdfElements) -> Faults:
+def axis_not_unit(urdf: UrdfElements) -> Faults:
     """A moving joint's axis is not of unit length (to 0.1 %); programs differ on what that means."""
-    for joint in draft.one_axis_joints:
+    for joint in urdf.one_axis_joints:
         if joint.axis is None:
             continue
         length = math.hypot(*joint.axis)
@@ -46,9 +46,9 @@ def axis_not_unit(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<joint name="j" type="revolute"> without <axis>',
 )
-def axis_missing(draft: UrdfElements) -> Faults:
+def axis_missing(urdf: UrdfElements) -> Faults:
     """A moving joint gives no axis; URDF's default is x, which is seldom what was meant."""
-    for joint in draft.one_axis_joints:
+    for joint in urdf.one_axis_joints:
         axis = joint.element.find("axis")
         if axis is None or not (axis.get("xyz") or "").strip():
             message = f"a {joint.type} joint without <axis> turns or slides along x"
@@ -67,9 +67,9 @@ def axis_missing(draft: UrdfElements) -> Faults:
     remedy="give zero or more",
     example='<dynamics damping="-0.1"/>',
 )
-def dynamics_negative(draft: UrdfElements) -> Faults:
+def dynamics_negative(urdf: UrdfElements) -> Faults:
     """Damping or friction is negative: the joint drives itself."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         for name, value in (("damping", joint.damping), ("friction", joint.friction)):
             if value is not None and value < 0:
                 yield Fault(at=joint, message=f"{name} is negative ({value:g})")

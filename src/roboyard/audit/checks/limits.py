@@ -6,7 +6,8 @@ import math
 
 from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import JointElement, UrdfElements
+from roboyard.description.urdf.elements import JointElement
+from roboyard.description.urdf.parse import UrdfElements
 
 ENDLESS = 1000.0
 """rad or m beyond which a bound stops nothing."""
@@ -24,9 +25,9 @@ def _for_slides(joint: JointElement, remedy: str) -> str | None:
     remedy=f'{_ADD_LIMIT}, or use type="continuous"',
     example='<joint name="j" type="revolute"> without <limit>',
 )
-def limit_missing(draft: UrdfElements) -> Faults:
+def limit_missing(urdf: UrdfElements) -> Faults:
     """A revolute or prismatic joint has no `<limit>`; Roboyard lets it move without end, others lock it."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.type in ("revolute", "prismatic") and joint.limit is None:
             message = f"a {joint.type} joint needs a <limit>; it moves without end"
             yield Fault(at=joint, message=message, remedy=_for_slides(joint, _ADD_LIMIT))
@@ -38,9 +39,9 @@ def limit_missing(draft: UrdfElements) -> Faults:
     remedy="add lower and upper",
     example='<limit effort="10" velocity="1"/>',
 )
-def limit_bounds_missing(draft: UrdfElements) -> Faults:
+def limit_bounds_missing(urdf: UrdfElements) -> Faults:
     """A revolute or prismatic joint's `<limit>` lacks a bound; some programs read it as 0."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.type not in ("revolute", "prismatic") or joint.limit is None:
             continue
         absent = [key for key in ("lower", "upper") if not (joint.limit.get(key) or "").strip()]
@@ -58,9 +59,9 @@ def limit_bounds_missing(draft: UrdfElements) -> Faults:
     remedy='swap them, or use type="continuous" for no limits',
     example='<limit lower="1" upper="-1" .../>',
 )
-def limit_reversed(draft: UrdfElements) -> Faults:
+def limit_reversed(urdf: UrdfElements) -> Faults:
     """The upper limit is below the lower one; Roboyard, like Bullet, then reads no limits."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.type in ("revolute", "prismatic") and None not in (joint.lower, joint.upper):
             lower, upper = joint.lower or 0.0, joint.upper or 0.0
             if lower > upper:
@@ -75,9 +76,9 @@ def limit_reversed(draft: UrdfElements) -> Faults:
     remedy='give the range the joint really has, or use type="fixed"',
     example='<limit lower="0" upper="0" effort="10" velocity="1"/>',
 )
-def limit_no_range(draft: UrdfElements) -> Faults:
+def limit_no_range(urdf: UrdfElements) -> Faults:
     """Lower and upper limit are equal, zero mostly: the joint cannot move."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.type in ("revolute", "prismatic") and joint.lower is not None and joint.lower == joint.upper:
             yield Fault(at=joint, message=f"lower and upper limit are both {joint.lower:g}; it cannot move")
 
@@ -88,9 +89,9 @@ def limit_no_range(draft: UrdfElements) -> Faults:
     remedy="give the greatest force or torque of its drive",
     example='<limit effort="0" .../>',
 )
-def limit_effort_zero(draft: UrdfElements) -> Faults:
+def limit_effort_zero(urdf: UrdfElements) -> Faults:
     """The effort limit is zero: no drive can move the joint."""
-    for joint in draft.one_axis_joints:
+    for joint in urdf.one_axis_joints:
         if joint.effort == 0.0 and joint.mimic is None:
             yield Fault(at=joint, message="effort limit is 0; no drive can move it")
 
@@ -101,9 +102,9 @@ def limit_effort_zero(draft: UrdfElements) -> Faults:
     remedy="give the greatest speed of its drive",
     example='<limit velocity="0" .../>',
 )
-def limit_velocity_zero(draft: UrdfElements) -> Faults:
+def limit_velocity_zero(urdf: UrdfElements) -> Faults:
     """The velocity limit is zero: no drive can move the joint."""
-    for joint in draft.one_axis_joints:
+    for joint in urdf.one_axis_joints:
         if joint.velocity == 0.0 and joint.mimic is None:
             yield Fault(at=joint, message="velocity limit is 0; no drive can move it")
 
@@ -114,9 +115,9 @@ def limit_velocity_zero(draft: UrdfElements) -> Faults:
     remedy="give zero or more",
     example='<limit effort="-10" .../>',
 )
-def limit_negative(draft: UrdfElements) -> Faults:
+def limit_negative(urdf: UrdfElements) -> Faults:
     """An effort or velocity limit is negative."""
-    for joint in draft.one_axis_joints:
+    for joint in urdf.one_axis_joints:
         for name, value in (("effort", joint.effort), ("velocity", joint.velocity)):
             if value is not None and value < 0:
                 yield Fault(at=joint, message=f"{name} limit is negative ({value:g})")
@@ -128,9 +129,9 @@ def limit_negative(draft: UrdfElements) -> Faults:
     remedy="add effort and velocity",
     example='<limit lower="-1" upper="1"/>',
 )
-def limit_incomplete(draft: UrdfElements) -> Faults:
+def limit_incomplete(urdf: UrdfElements) -> Faults:
     """A `<limit>` lacks effort or velocity, which URDF asks for."""
-    for joint in draft.one_axis_joints:
+    for joint in urdf.one_axis_joints:
         if joint.limit is not None:
             absent = [key for key in ("effort", "velocity") if not (joint.limit.get(key) or "").strip()]
             if absent:
@@ -144,9 +145,9 @@ def limit_incomplete(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<joint type="continuous"> with <limit lower="-1" upper="1" .../>',
 )
-def continuous_with_limits(draft: UrdfElements) -> Faults:
+def continuous_with_limits(urdf: UrdfElements) -> Faults:
     """A continuous joint carries a range, which it does not obey."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.type == "continuous" and joint.limit is not None:
             given = [key for key in ("lower", "upper") if joint.limit.get(key) is not None]
             if given:
@@ -159,9 +160,9 @@ def continuous_with_limits(draft: UrdfElements) -> Faults:
     remedy='use type="continuous"',
     example='<limit lower="-1e16" upper="1e16" .../>',
 )
-def limit_endless(draft: UrdfElements) -> Faults:
+def limit_endless(urdf: UrdfElements) -> Faults:
     """A bound is so far away (over 1000 rad or m) that it stops nothing."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         bounds = [b for b in (joint.lower, joint.upper) if b is not None and math.isfinite(b)]
         if joint.type in ("revolute", "prismatic") and any(abs(bound) > ENDLESS for bound in bounds):
             shown = ", ".join(f"{bound:g}" for bound in bounds)
@@ -175,9 +176,9 @@ def limit_endless(draft: UrdfElements) -> Faults:
     remedy="give a rest position within the limits where the robot is used",
     example='<limit lower="-3" upper="-0.1" .../>',
 )
-def limit_excludes_zero(draft: UrdfElements) -> Faults:
+def limit_excludes_zero(urdf: UrdfElements) -> Faults:
     """Zero lies outside the limits, so that the pose with all joints at zero cannot be taken."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.type in ("revolute", "prismatic") and joint.has_range and joint.mimic is None:
             lower, upper = joint.lower or 0.0, joint.upper or 0.0
             if lower > 1e-9 or upper < -1e-9:

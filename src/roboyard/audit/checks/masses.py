@@ -10,7 +10,9 @@ from roboyard.audit.checks.inertials import inertial_line, inertials_of, with_te
 from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.solids import link_volumes
-from roboyard.description.urdf.elements import LinkElement, Location, UrdfElements
+from roboyard.description.urdf.elements import LinkElement
+from roboyard.description.urdf.numbers import Location
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.inertia import principal_moments
 
@@ -26,9 +28,9 @@ HEAVIEST, LIGHTEST_ROBOT = 20_000.0, 1e-3
     remedy="give it in kg m² about the centre of mass",
     example="(a 1 kg hand with 500 kg m², given in kg mm²)",
 )
-def inertia_out_of_scale(draft: UrdfElements) -> Faults:
+def inertia_out_of_scale(urdf: UrdfElements) -> Faults:
     """The inertia is far too large or too small for the link's mass and size: wrong units, mostly."""
-    for link, mass, tensor in with_tensor(draft):
+    for link, mass, tensor in with_tensor(urdf):
         moments = principal_moments(tensor)
         if link.bounds is None or moments[0] <= 0:
             continue
@@ -49,9 +51,9 @@ def inertia_out_of_scale(draft: UrdfElements) -> Faults:
     remedy="give the centre of mass in the link frame, in metres",
     example='<inertial><origin xyz="12 0 3"/> on a link of 0.1 m',
 )
-def center_of_mass_far(draft: UrdfElements) -> Faults:
+def center_of_mass_far(urdf: UrdfElements) -> Faults:
     """The centre of mass lies far outside the link's shapes (by over half their size)."""
-    for link, inertial in inertials_of(draft):
+    for link, inertial in inertials_of(urdf):
         if link.bounds is None or not inertial.mass:
             continue
         lower, upper = link.bounds
@@ -70,9 +72,9 @@ def center_of_mass_far(draft: UrdfElements) -> Faults:
     remedy="check the mass (kg) and the size of the shapes (m)",
     example="(50 kg in a cube of 5 cm)",
 )
-def mass_density(draft: UrdfElements) -> Faults:
+def mass_density(urdf: UrdfElements) -> Faults:
     """A link is denser than any metal (over 25,000 kg/m³) or lighter than air (under 0.5 kg/m³)."""
-    for link, inertial in inertials_of(draft):
+    for link, inertial in inertials_of(urdf):
         volumes = link_volumes(link)
         if volumes is None or inertial.mass is None or inertial.mass <= 0:
             continue
@@ -85,11 +87,11 @@ def mass_density(draft: UrdfElements) -> Faults:
             yield Fault(at=link, line=line_of(inertial.element), message=message)
 
 
-def _body_masses(draft: UrdfElements) -> dict[int, float]:
+def _body_masses(urdf: UrdfElements) -> dict[int, float]:
     masses: dict[int, float] = {}
-    for link in draft.link_by_name.values():
+    for link in urdf.link_by_name.values():
         if link.inertial is not None and link.inertial.mass is not None and link.inertial.mass > 0:
-            body = draft.tree.body_of[link.name]
+            body = urdf.tree.body_of[link.name]
             masses[body] = masses.get(body, 0.0) + link.inertial.mass
     return masses
 
@@ -100,11 +102,11 @@ def _body_masses(draft: UrdfElements) -> dict[int, float]:
     remedy="check both masses; simulators lose accuracy beyond about 100 to 1",
     example="(a hand of 20 kg on a wrist of 0.01 kg)",
 )
-def mass_neighbours(draft: UrdfElements) -> Faults:
+def mass_neighbours(urdf: UrdfElements) -> Faults:
     """A moving body carries a neighbour over 500 times as heavy as itself."""
-    masses = _body_masses(draft)
-    tree = draft.tree
-    for joint in draft.moving_joints:
+    masses = _body_masses(urdf)
+    tree = urdf.tree
+    for joint in urdf.moving_joints:
         if joint.parent not in tree.body_of or joint.child not in tree.body_of or joint.type == "floating":
             continue
         inner, outer = tree.body_of[joint.parent], tree.body_of[joint.child]
@@ -121,14 +123,14 @@ def mass_neighbours(draft: UrdfElements) -> Faults:
     remedy="give masses in kg",
     example="(an arm whose links sum to 40,000: grams)",
 )
-def mass_total(draft: UrdfElements) -> Faults:
+def mass_total(urdf: UrdfElements) -> Faults:
     """The whole robot weighs under a gram or over 20 t."""
-    masses = [link.inertial.mass for link in draft.links if link.inertial is not None and link.inertial.mass]
+    masses = [link.inertial.mass for link in urdf.links if link.inertial is not None and link.inertial.mass]
     total = sum(mass for mass in masses if mass > 0)
-    if not any(True for _ in draft.moving_joints) or total == 0:
+    if not any(True for _ in urdf.moving_joints) or total == 0:
         return
     if total > HEAVIEST or total < LIGHTEST_ROBOT:
-        robot = Location(who="robot", line=line_of(draft.root))
+        robot = Location(who="robot", line=line_of(urdf.root))
         yield Fault(at=robot, message=f"its links weigh {total:.4g} kg together")
 
 
@@ -138,10 +140,10 @@ def mass_total(draft: UrdfElements) -> Faults:
     remedy="give each link its own mass and inertia",
     example="(every link with mass 1 and inertia 0.01)",
 )
-def inertial_copied(draft: UrdfElements) -> Faults:
+def inertial_copied(urdf: UrdfElements) -> Faults:
     """Three or more links of different size have one and the same `<inertial>`: placeholders, mostly."""
     groups: dict[tuple[float, ...], list[LinkElement]] = {}
-    for link, mass, tensor in with_tensor(draft):
+    for link, mass, tensor in with_tensor(urdf):
         key = (
             mass,
             *tensor.ravel(),

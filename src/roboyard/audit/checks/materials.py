@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from roboyard.audit.findings import INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import MaterialElement, UrdfElements
+from roboyard.description.urdf.elements import MaterialElement
+from roboyard.description.urdf.parse import UrdfElements
 
 
 @check(
@@ -14,9 +15,9 @@ from roboyard.description.urdf.elements import MaterialElement, UrdfElements
     fixable=True,
     example='<color rgba="255 128 0 255"/>',
 )
-def color_range(draft: UrdfElements) -> Faults:
+def color_range(urdf: UrdfElements) -> Faults:
     """A colour runs from 0 to 255, or is negative."""
-    for material in draft.materials:
+    for material in urdf.materials:
         rgba = material.rgba
         if rgba is not None and (max(rgba) > 1.0 + 1e-6 or min(rgba) < 0):
             shown = " ".join(f"{value:g}" for value in rgba)
@@ -37,9 +38,9 @@ def runs_to_255(rgba: tuple[float, ...]) -> bool:
     fixable=True,
     example='<color rgba="0.2 0.2 0.2"/>',
 )
-def color_alpha_missing(draft: UrdfElements) -> Faults:
+def color_alpha_missing(urdf: UrdfElements) -> Faults:
     """A colour has three numbers; it is read as opaque."""
-    for material in draft.materials:
+    for material in urdf.materials:
         if material.rgba is not None and len(material.rgba) == 3:
             yield Fault(at=material, message="colour of 3 numbers; read as opaque")
 
@@ -50,9 +51,9 @@ def color_alpha_missing(draft: UrdfElements) -> Faults:
     remedy="give an alpha above 0, or remove the visual",
     example='<color rgba="1 0 0 0"/>',
 )
-def color_invisible(draft: UrdfElements) -> Faults:
+def color_invisible(urdf: UrdfElements) -> Faults:
     """A colour's alpha is zero: the shape is not seen."""
-    for material in draft.materials:
+    for material in urdf.materials:
         if material.rgba is not None and len(material.rgba) == 4 and material.rgba[3] == 0:
             yield Fault(at=material, message="alpha is 0; it is not seen")
 
@@ -67,11 +68,11 @@ def _is_bare(material: MaterialElement) -> bool:
     remedy="define it at the robot's level, or correct the name",
     example='<material name="gray"/> defined nowhere',
 )
-def material_undefined(draft: UrdfElements) -> Faults:
+def material_undefined(urdf: UrdfElements) -> Faults:
     """A visual names a material that is defined nowhere; it gets the default colour."""
-    defined = {material.name for material in draft.materials if not _is_bare(material)}
+    defined = {material.name for material in urdf.materials if not _is_bare(material)}
     told: set[str] = set()
-    for material in draft.materials:
+    for material in urdf.materials:
         if material.link and _is_bare(material) and material.name not in defined | told:
             told.add(material.name)
             yield Fault(at=material, message="it is named but defined nowhere")
@@ -83,11 +84,11 @@ def material_undefined(draft: UrdfElements) -> Faults:
     remedy="give each colour its own name",
     example='<material name="m"><color rgba="1 0 0 1"/></material> and again with another colour',
 )
-def material_redefined(draft: UrdfElements) -> Faults:
+def material_redefined(urdf: UrdfElements) -> Faults:
     """One material name stands for two colours; programs differ on which one counts."""
     first: dict[str, MaterialElement] = {}
     told: set[str] = set()
-    for material in draft.materials:
+    for material in urdf.materials:
         if not material.name or material.rgba is None:
             continue
         known = first.setdefault(material.name, material)
@@ -102,9 +103,9 @@ def material_redefined(draft: UrdfElements) -> Faults:
     remedy="add the image, or remove the <texture>",
     example='<texture filename="gone.png"/>',
 )
-def texture_missing(draft: UrdfElements) -> Faults:
+def texture_missing(urdf: UrdfElements) -> Faults:
     """A texture image is not found in the robot's folders; the plain colour is used."""
-    for material in draft.materials:
+    for material in urdf.materials:
         if material.texture is not None and material.texture.path is None:
             texture = material.element.find("texture")
             uri = "" if texture is None else texture.get("filename")

@@ -7,7 +7,8 @@ import numpy as np
 from roboyard.audit.checks.meshes import file_name, first_uses
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import ShapeElement, UrdfElements
+from roboyard.description.urdf.elements import ShapeElement
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.transforms import Array
 
@@ -25,9 +26,9 @@ UNITS = (
     remedy="give factors other than zero",
     example='<mesh scale="1 0 1" .../>',
 )
-def mesh_scale_zero(draft: UrdfElements) -> Faults:
+def mesh_scale_zero(urdf: UrdfElements) -> Faults:
     """A mesh's scale is zero along some axis."""
-    for shape, mesh in draft.mesh_shapes:
+    for shape, mesh in urdf.mesh_shapes:
         if not all(mesh.scale):
             shown = " ".join(f"{factor:g}" for factor in mesh.scale)
             yield Fault(
@@ -42,9 +43,9 @@ def mesh_scale_zero(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<mesh scale="0.001" .../>',
 )
-def mesh_scale_single(draft: UrdfElements) -> Faults:
+def mesh_scale_single(urdf: UrdfElements) -> Faults:
     """A mesh's scale is one number; Roboyard takes it for all three axes, others refuse it."""
-    for shape, mesh in draft.mesh_shapes:
+    for shape, mesh in urdf.mesh_shapes:
         if len((mesh.element.get("scale") or "").split()) == 1:
             message = f"mesh scale is one number ({mesh.element.get('scale')})"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
@@ -56,9 +57,9 @@ def mesh_scale_single(draft: UrdfElements) -> Faults:
     remedy="nothing to do in Roboyard; export the mesh mirrored where another program turns it inside out",
     example='<mesh scale="1 -1 1" .../>',
 )
-def mesh_scale_negative(draft: UrdfElements) -> Faults:
+def mesh_scale_negative(urdf: UrdfElements) -> Faults:
     """A mesh is mirrored by a negative scale; some programs turn it inside out."""
-    for shape, mesh, more in first_uses(draft):
+    for shape, mesh, more in first_uses(urdf):
         if min(mesh.scale) < 0:
             shown = " ".join(f"{factor:g}" for factor in mesh.scale)
             message = f"mesh {mesh.uri!r} is mirrored by its scale ({shown}){more}"
@@ -71,9 +72,9 @@ def mesh_scale_negative(draft: UrdfElements) -> Faults:
     remedy="give sizes in metres",
     example='<mesh scale="1e9 1e9 1e9" .../>',
 )
-def mesh_huge(draft: UrdfElements) -> Faults:
+def mesh_huge(urdf: UrdfElements) -> Faults:
     """A mesh is over 10 km large as scaled: its scale is wrong."""
-    for shape, mesh in draft.mesh_shapes:
+    for shape, mesh in urdf.mesh_shapes:
         if mesh.extents is not None and mesh.extents.max() > 1e4:
             message = f"mesh {file_name(mesh)} is {mesh.extents.max():.3g} m large as scaled"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
@@ -85,12 +86,12 @@ def mesh_huge(draft: UrdfElements) -> Faults:
     remedy='set its scale, as in scale="0.001 0.001 0.001" for millimetres, or export it in metres',
     example="(a gripper of 90 m on an arm that reaches 0.6 m)",
 )
-def mesh_units(draft: UrdfElements) -> Faults:
+def mesh_units(urdf: UrdfElements) -> Faults:
     """A mesh is over 5 m large and over 20 times as large as the robot's reach: millimetres or inches."""
-    reach = draft.reach
+    reach = urdf.reach
     if reach <= 0:
         return
-    for shape, mesh in draft.mesh_shapes:
+    for shape, mesh in urdf.mesh_shapes:
         size = 0.0 if mesh.extents is None else float(mesh.extents.max())
         if 5.0 < size <= 1e4 and size > 20.0 * reach:
             guess = "millimetres" if size / 1000.0 > 0.02 * reach else "another unit"
@@ -107,11 +108,11 @@ def mesh_units(draft: UrdfElements) -> Faults:
     remedy="correct its scale; the file may be in metres already",
     example='(a mesh in metres with scale="0.001 0.001 0.001")',
 )
-def mesh_tiny(draft: UrdfElements) -> Faults:
+def mesh_tiny(urdf: UrdfElements) -> Faults:
     """A mesh is under 1 mm large as scaled, on a robot over 200 times as large: scaled twice."""
-    for shape, mesh in draft.mesh_shapes:
+    for shape, mesh in urdf.mesh_shapes:
         size = None if mesh.extents is None else float(mesh.extents.max())
-        if size is not None and size < 1e-3 and draft.reach > 200.0 * size:
+        if size is not None and size < 1e-3 and urdf.reach > 200.0 * size:
             message = f"mesh {file_name(mesh)} is {size * 1000:.3g} mm large as scaled"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
 
@@ -144,9 +145,9 @@ def _extents(shapes: list[ShapeElement]) -> Array | None:
     fixable=True,
     example="(a collision mesh 1000 times as large as the visual one of the same link)",
 )
-def mesh_units_differ(draft: UrdfElements) -> Faults:
+def mesh_units_differ(urdf: UrdfElements) -> Faults:
     """A link's collision shape is larger or smaller than its visual one by just 1000, 100, 39.37 or 25.4."""
-    for link in draft.links:
+    for link in urdf.links:
         for big, small in ((link.collisions, link.visuals), (link.visuals, link.collisions)):
             slip = unit_slip(big, small)
             if slip is not None:

@@ -7,41 +7,42 @@ from pathlib import Path
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import MeshUse, ShapeElement, UrdfElements
+from roboyard.description.urdf.elements import MeshElement, ShapeElement
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.shapes.readers.references import missing_files
 
 MANY_TRIANGLES = 100_000
 
 
-def first_uses(draft: UrdfElements) -> Iterator[tuple[ShapeElement, MeshUse, str]]:
+def first_uses(urdf: UrdfElements) -> Iterator[tuple[ShapeElement, MeshElement, str]]:
     """The first use of each URI, and words for the others."""
-    uses: dict[str, list[tuple[ShapeElement, MeshUse]]] = {}
-    for shape, mesh in draft.mesh_shapes:
+    uses: dict[str, list[tuple[ShapeElement, MeshElement]]] = {}
+    for shape, mesh in urdf.mesh_shapes:
         uses.setdefault(mesh.uri, []).append((shape, mesh))
     for found in uses.values():
         more = len(found) - 1
         yield *found[0], (f" (and in {more} more place{'s' if more > 1 else ''})" if more else "")
 
 
-def file_name(mesh: MeshUse) -> str:
+def file_name(mesh: MeshElement) -> str:
     """Name of the file that was found, or else the URI."""
     return mesh.uri if mesh.found.path is None else mesh.found.path.name
 
 
-def _by_file(draft: UrdfElements) -> Iterator[tuple[ShapeElement, MeshUse, Path]]:
+def _by_file(urdf: UrdfElements) -> Iterator[tuple[ShapeElement, MeshElement, Path]]:
     """The first use of each file found."""
     seen: set[Path] = set()
-    for shape, mesh in draft.mesh_shapes:
+    for shape, mesh in urdf.mesh_shapes:
         path = mesh.found.path
         if path is not None and path not in seen:
             seen.add(path)
             yield shape, mesh, path
 
 
-def _unreadable(draft: UrdfElements, *words: str, others: bool = False) -> Faults:
+def _unreadable(urdf: UrdfElements, *words: str, others: bool = False) -> Faults:
     """Files that the loader refuses with one of the words; with `others`, with none of them."""
-    for shape, mesh, path in _by_file(draft):
+    for shape, mesh, path in _by_file(urdf):
         if mesh.error is None:
             continue
         text = mesh.error.problems[0].removeprefix(f"{path.name}: ")
@@ -61,9 +62,9 @@ def _unreadable(draft: UrdfElements, *words: str, others: bool = False) -> Fault
     remedy='add filename="..."',
     example="<mesh/>",
 )
-def mesh_name_missing(draft: UrdfElements) -> Faults:
+def mesh_name_missing(urdf: UrdfElements) -> Faults:
     """A `<mesh>` names no file."""
-    for shape, mesh in draft.mesh_shapes:
+    for shape, mesh in urdf.mesh_shapes:
         if not mesh.uri.strip():
             yield Fault(
                 at=shape, line=line_of(mesh.element), message=f"<mesh> in its {shape.kind} names no file"
@@ -76,9 +77,9 @@ def mesh_name_missing(draft: UrdfElements) -> Faults:
     remedy="add the file, or name its package's folder with --package name=path",
     example='<mesh filename="meshes/gone.stl"/>',
 )
-def mesh_missing(draft: UrdfElements) -> Faults:
+def mesh_missing(urdf: UrdfElements) -> Faults:
     """A mesh file is not found, in any folder that belongs to the robot or was given."""
-    for shape, mesh, more in first_uses(draft):
+    for shape, mesh, more in first_uses(urdf):
         problem = mesh.found.problem or ""
         if mesh.found.path is None and mesh.uri.strip() and "lies outside" not in problem:
             message, _, remedy = problem.rpartition("; ")
@@ -96,9 +97,9 @@ def mesh_missing(draft: UrdfElements) -> Faults:
     remedy="move it into the robot's folders, or name its folder with --package name=path",
     example='<mesh filename="../../../etc/passwd"/>',
 )
-def mesh_outside(draft: UrdfElements) -> Faults:
+def mesh_outside(urdf: UrdfElements) -> Faults:
     """A mesh file lies outside the robot's folders, links resolved; it is not opened."""
-    for shape, mesh, more in first_uses(draft):
+    for shape, mesh, more in first_uses(urdf):
         problem = mesh.found.problem or ""
         if mesh.found.path is None and "lies outside" in problem:
             message = f"mesh {mesh.uri!r} lies outside the robot's folders, so it is not opened{more}"
@@ -112,9 +113,9 @@ def mesh_outside(draft: UrdfElements) -> Faults:
     fixable=True,
     example="(Arm.STL written where the disk has arm.stl)",
 )
-def mesh_found_nearby(draft: UrdfElements) -> Faults:
+def mesh_found_nearby(urdf: UrdfElements) -> Faults:
     """A mesh is not where the reference says, but found: other case, backslashes, another folder."""
-    for shape, mesh, more in first_uses(draft):
+    for shape, mesh, more in first_uses(urdf):
         if mesh.found.path is not None and mesh.found.note:
             message = f"mesh {mesh.uri!r}: {mesh.found.note}{more}"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
@@ -126,9 +127,9 @@ def mesh_found_nearby(draft: UrdfElements) -> Faults:
     remedy="convert it to one of .obj, .stl, .dae, .glb, .gltf, .ply",
     example='<mesh filename="part.step"/>',
 )
-def mesh_format(draft: UrdfElements) -> Faults:
+def mesh_format(urdf: UrdfElements) -> Faults:
     """A mesh file is of a format that is not read."""
-    yield from _unreadable(draft, "unknown mesh format")
+    yield from _unreadable(urdf, "unknown mesh format")
 
 
 @check(
@@ -137,23 +138,23 @@ def mesh_format(draft: UrdfElements) -> Faults:
     remedy="fetch it with: git lfs pull",
     example="(a git-lfs pointer named part.stl)",
 )
-def mesh_lfs(draft: UrdfElements) -> Faults:
+def mesh_lfs(urdf: UrdfElements) -> Faults:
     """A mesh file is a git-lfs pointer, not the mesh."""
-    yield from _unreadable(draft, "git-lfs pointer")
+    yield from _unreadable(urdf, "git-lfs pointer")
 
 
 @check("mesh-empty", ERROR, remedy="export the mesh again", example="(a file of no bytes, or no triangles)")
-def mesh_empty(draft: UrdfElements) -> Faults:
+def mesh_empty(urdf: UrdfElements) -> Faults:
     """A mesh file holds no triangle."""
-    yield from _unreadable(draft, "the file is empty", "has no triangles")
+    yield from _unreadable(urdf, "the file is empty", "has no triangles")
 
 
 @check("mesh-not-finite", ERROR, remedy="export the mesh again", example="(a vertex at NaN)")
-def mesh_not_finite(draft: UrdfElements) -> Faults:
+def mesh_not_finite(urdf: UrdfElements) -> Faults:
     """A mesh has vertices that are not finite numbers."""
-    yield from _unreadable(draft, "not finite")
-    for shape, mesh, path in _by_file(draft):
-        if mesh.facts is not None and not mesh.facts.is_finite:
+    yield from _unreadable(urdf, "not finite")
+    for shape, mesh, path in _by_file(urdf):
+        if mesh.stats is not None and not mesh.stats.is_finite:
             message = f"mesh {path.name}: its vertices are beyond any size"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
 
@@ -162,9 +163,9 @@ _TOLD = ("unknown mesh format", "git-lfs pointer", "the file is empty", "has no 
 
 
 @check("mesh-unreadable", ERROR, remedy="export the mesh again", example="(a binary STL cut in half)")
-def mesh_unreadable(draft: UrdfElements) -> Faults:
+def mesh_unreadable(urdf: UrdfElements) -> Faults:
     """A mesh file is broken, too large or may not be read."""
-    yield from _unreadable(draft, *_TOLD, others=True)
+    yield from _unreadable(urdf, *_TOLD, others=True)
 
 
 @check(
@@ -173,14 +174,14 @@ def mesh_unreadable(draft: UrdfElements) -> Faults:
     remedy="give a solid shape for collision: a box, or a mesh with thickness",
     example="(a collision mesh in one plane)",
 )
-def mesh_flat(draft: UrdfElements) -> Faults:
+def mesh_flat(urdf: UrdfElements) -> Faults:
     """A collision mesh lies in a plane or on a line: nothing to collide with."""
-    for shape, mesh in draft.mesh_shapes:
+    for shape, mesh in urdf.mesh_shapes:
         if (
             shape.kind == "collision"
-            and mesh.facts is not None
-            and mesh.facts.is_finite
-            and mesh.facts.is_flat
+            and mesh.stats is not None
+            and mesh.stats.is_finite
+            and mesh.stats.is_flat
         ):
             message = f"collision mesh {file_name(mesh)} is flat"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
@@ -192,11 +193,11 @@ def mesh_flat(draft: UrdfElements) -> Faults:
     remedy="close it; Roboyard takes its convex hull where a volume is needed",
     example="(a collision mesh with a hole)",
 )
-def mesh_open(draft: UrdfElements) -> Faults:
+def mesh_open(urdf: UrdfElements) -> Faults:
     """A collision mesh is not a closed surface (holes, edges with one or three faces, mixed winding)."""
     seen: set[Path] = set()
-    for shape, mesh in draft.mesh_shapes:
-        facts, path = mesh.facts, mesh.found.path
+    for shape, mesh in urdf.mesh_shapes:
+        facts, path = mesh.stats, mesh.found.path
         if shape.kind != "collision" or facts is None or path is None or path in seen:
             continue
         seen.add(path)
@@ -211,10 +212,10 @@ def mesh_open(draft: UrdfElements) -> Faults:
     remedy="add the file beside the mesh",
     example="(an OBJ whose mtllib names gone.mtl)",
 )
-def mesh_companion_missing(draft: UrdfElements) -> Faults:
+def mesh_companion_missing(urdf: UrdfElements) -> Faults:
     """A material library or image that a mesh file names is not there; its colours are left out."""
-    for shape, mesh, path in _by_file(draft):
-        names = () if mesh.facts is None else mesh.facts.names
+    for shape, mesh, path in _by_file(urdf):
+        names = () if mesh.stats is None else mesh.stats.names
         for name in missing_files(path, names)[:4]:
             message = f"mesh {path.name} names {name!r}, which is not in its folders"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
@@ -226,11 +227,11 @@ def mesh_companion_missing(draft: UrdfElements) -> Faults:
     remedy="reduce it; a collision shape needs a few hundred triangles",
     example="(a mesh of 400,000 triangles)",
 )
-def mesh_heavy(draft: UrdfElements) -> Faults:
+def mesh_heavy(urdf: UrdfElements) -> Faults:
     """A mesh has over 100,000 triangles."""
-    for shape, mesh, path in _by_file(draft):
-        if mesh.facts is not None and mesh.facts.triangles > MANY_TRIANGLES:
-            message = f"mesh {path.name} has {mesh.facts.triangles} triangles"
+    for shape, mesh, path in _by_file(urdf):
+        if mesh.stats is not None and mesh.stats.triangles > MANY_TRIANGLES:
+            message = f"mesh {path.name} has {mesh.stats.triangles} triangles"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
 
 
@@ -241,9 +242,9 @@ def mesh_heavy(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<mesh filename="package://arm_description/meshes/base.stl"/>',
 )
-def mesh_reference(draft: UrdfElements) -> Faults:
+def mesh_reference(urdf: UrdfElements) -> Faults:
     """Meshes are named by package://, file:// or an absolute path: they break when the robot is moved."""
-    uses = [(s, m) for s, m in draft.mesh_shapes if "://" in m.uri or m.uri.strip().startswith("/")]
+    uses = [(s, m) for s, m in urdf.mesh_shapes if "://" in m.uri or m.uri.strip().startswith("/")]
     if uses:
         shape, mesh = uses[0]
         message = f"{len(uses)} meshes are not named by a relative path (first: {mesh.uri!r})"
@@ -257,9 +258,9 @@ def mesh_reference(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<mesh filename="meshes/left arm (1).stl"/>',
 )
-def mesh_file_name(draft: UrdfElements) -> Faults:
+def mesh_file_name(urdf: UrdfElements) -> Faults:
     """A mesh's file name holds blanks, parentheses or characters beyond ASCII, which break USD paths."""
-    for shape, mesh, more in first_uses(draft):
+    for shape, mesh, more in first_uses(urdf):
         name = mesh.uri.replace("\\", "/").rpartition("/")[2]
         odd = sorted({c for c in name if not c.isascii() or not (c.isalnum() or c in "._-+")})
         if odd:

@@ -6,12 +6,13 @@ from collections.abc import Iterator
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import MOVING_TYPES, JointElement, UrdfElements
+from roboyard.description.urdf.elements import MOVING_TYPES, JointElement
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.errors import unknown_name
 
 
-def _mimics(draft: UrdfElements) -> Iterator[JointElement]:
-    return (joint for joint in draft.joints if joint.mimic is not None and joint.mimic_of)
+def _mimics(urdf: UrdfElements) -> Iterator[JointElement]:
+    return (joint for joint in urdf.joints if joint.mimic is not None and joint.mimic_of)
 
 
 @check(
@@ -20,9 +21,9 @@ def _mimics(draft: UrdfElements) -> Iterator[JointElement]:
     remedy='add joint="..."',
     example='<mimic multiplier="1"/>',
 )
-def mimic_without_joint(draft: UrdfElements) -> Faults:
+def mimic_without_joint(urdf: UrdfElements) -> Faults:
     """A `<mimic>` names no joint."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.mimic is not None and not joint.mimic_of:
             yield Fault(at=joint, message="<mimic> names no joint to follow")
 
@@ -34,12 +35,12 @@ def mimic_without_joint(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<mimic joint="ghost"/>',
 )
-def mimic_unknown(draft: UrdfElements) -> Faults:
+def mimic_unknown(urdf: UrdfElements) -> Faults:
     """A joint follows one that does not exist, so it moves freely."""
-    for joint in _mimics(draft):
-        if joint.mimic_of not in draft.joint_by_name:
+    for joint in _mimics(urdf):
+        if joint.mimic_of not in urdf.joint_by_name:
             yield Fault(
-                at=joint, message=f"mimic: {unknown_name('joint', joint.mimic_of, draft.joint_by_name)}"
+                at=joint, message=f"mimic: {unknown_name('joint', joint.mimic_of, urdf.joint_by_name)}"
             )
 
 
@@ -50,9 +51,9 @@ def mimic_unknown(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<joint name="j" ...><mimic joint="j"/>',
 )
-def mimic_itself(draft: UrdfElements) -> Faults:
+def mimic_itself(urdf: UrdfElements) -> Faults:
     """A joint follows itself, which says nothing; it moves freely."""
-    for joint in _mimics(draft):
+    for joint in _mimics(urdf):
         if joint.mimic_of == joint.name:
             yield Fault(at=joint, message="mimic: it follows itself")
 
@@ -64,10 +65,10 @@ def mimic_itself(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<joint name="j" type="fixed"><mimic joint="k"/>',
 )
-def mimic_fixed(draft: UrdfElements) -> Faults:
+def mimic_fixed(urdf: UrdfElements) -> Faults:
     """A fixed joint follows another, or a joint follows a fixed one."""
-    for joint in _mimics(draft):
-        leader = draft.joint_by_name.get(joint.mimic_of)
+    for joint in _mimics(urdf):
+        leader = urdf.joint_by_name.get(joint.mimic_of)
         if joint.type == "fixed":
             yield Fault(at=joint, message="mimic: a fixed joint cannot follow another")
         elif leader is not None and leader.type == "fixed" and leader is not joint:
@@ -80,15 +81,15 @@ def mimic_fixed(draft: UrdfElements) -> Faults:
     remedy="let one of them lead: remove its <mimic>",
     example="(j follows k and k follows j)",
 )
-def mimic_cycle(draft: UrdfElements) -> Faults:
+def mimic_cycle(urdf: UrdfElements) -> Faults:
     """Joints follow each other in a ring, so that none leads."""
-    for ring in draft.mimic_rings:
+    for ring in urdf.mimic_rings:
         if len(ring) > 1:
             named = " -> ".join(
                 f'"{name}"' for name in (*ring[:6], *(("...",) if len(ring) > 6 else ()), ring[0])
             )
             message = f"mimic: joints follow each other in a ring ({named})"
-            yield Fault(at=draft.joint_by_name[ring[0]], message=message)
+            yield Fault(at=urdf.joint_by_name[ring[0]], message=message)
 
 
 @check(
@@ -98,13 +99,13 @@ def mimic_cycle(draft: UrdfElements) -> Faults:
     fixable=True,
     example="(j follows k and k follows l)",
 )
-def mimic_chain(draft: UrdfElements) -> Faults:
+def mimic_chain(urdf: UrdfElements) -> Faults:
     """A joint follows one that follows another; many programs look only one step back."""
-    for joint in _mimics(draft):
-        leader = draft.joint_by_name.get(joint.mimic_of)
+    for joint in _mimics(urdf):
+        leader = urdf.joint_by_name.get(joint.mimic_of)
         if leader is None or leader is joint or leader.mimic is None or leader.mimic_of == leader.name:
             continue
-        if leader.mimic_of in draft.joint_by_name and joint.name not in draft.endless_mimics:
+        if leader.mimic_of in urdf.joint_by_name and joint.name not in urdf.mimic_ring_entries:
             message = f'mimic: joint "{leader.name}", which it follows, follows "{leader.mimic_of}"'
             yield Fault(at=joint, message=message)
 
@@ -115,11 +116,11 @@ def mimic_chain(draft: UrdfElements) -> Faults:
     remedy="correct the multiplier",
     example='<mimic joint="k" multiplier="0"/>',
 )
-def mimic_multiplier(draft: UrdfElements) -> Faults:
+def mimic_multiplier(urdf: UrdfElements) -> Faults:
     """A multiplier is zero, or so large or small (100 times) that it must be a slip."""
-    for joint in _mimics(draft):
+    for joint in _mimics(urdf):
         size = abs(joint.multiplier)
-        leader = draft.joint_by_name.get(joint.mimic_of)
+        leader = urdf.joint_by_name.get(joint.mimic_of)
         same_kind = leader is not None and leader.unit == joint.unit
         if size == 0.0:
             yield Fault(at=joint, message="mimic: multiplier 0 keeps it where it is")
@@ -133,10 +134,10 @@ def mimic_multiplier(draft: UrdfElements) -> Faults:
     remedy="correct its limits, multiplier or offset",
     example='(upper="0.04" that follows a joint of upper="1" with multiplier 1)',
 )
-def mimic_range(draft: UrdfElements) -> Faults:
+def mimic_range(urdf: UrdfElements) -> Faults:
     """Following takes the joint beyond its own limits (by more than 1 % of its range)."""
-    for joint in _mimics(draft):
-        leader = draft.joint_by_name.get(joint.mimic_of)
+    for joint in _mimics(urdf):
+        leader = urdf.joint_by_name.get(joint.mimic_of)
         if leader is None or leader.type not in MOVING_TYPES or not (joint.has_range and leader.has_range):
             continue
         if joint.type not in ("revolute", "prismatic") or leader.type not in ("revolute", "prismatic"):

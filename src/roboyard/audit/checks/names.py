@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from roboyard.audit.findings import INFO
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.audit.renames import planned_renames
-from roboyard.description.urdf.elements import JointElement, LinkElement, UrdfElements
+from roboyard.description.urdf.elements import JointElement, LinkElement
+from roboyard.description.urdf.parse import UrdfElements
 
 
 def _odd(things: tuple[LinkElement, ...] | tuple[JointElement, ...], renames: Mapping[str, str]) -> Faults:
@@ -26,9 +27,9 @@ def _odd(things: tuple[LinkElement, ...] | tuple[JointElement, ...], renames: Ma
     fixable=True,
     example='<link name="left (arm) link">',
 )
-def link_name_odd(draft: UrdfElements) -> Faults:
+def link_name_odd(urdf: UrdfElements) -> Faults:
     """A link's name holds blanks, parentheses or other characters USD forbids, or starts with a digit."""
-    yield from _odd(draft.links, planned_renames(draft).links)
+    yield from _odd(urdf.links, planned_renames(urdf).links)
 
 
 @check(
@@ -38,9 +39,9 @@ def link_name_odd(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<joint name="joint-1" ...>',
 )
-def joint_name_odd(draft: UrdfElements) -> Faults:
+def joint_name_odd(urdf: UrdfElements) -> Faults:
     """A joint's name holds blanks, parentheses or other characters USD forbids, or starts with a digit."""
-    yield from _odd(draft.joints, planned_renames(draft).joints)
+    yield from _odd(urdf.joints, planned_renames(urdf).joints)
 
 
 @check(
@@ -49,9 +50,9 @@ def joint_name_odd(draft: UrdfElements) -> Faults:
     remedy="nothing to do in Roboyard; rename it where stock MuJoCo must read the file",
     example='<link name="world"/>',
 )
-def link_name_reserved(draft: UrdfElements) -> Faults:
+def link_name_reserved(urdf: UrdfElements) -> Faults:
     """A link is called `world`, which is what MuJoCo calls the ground frame."""
-    for link in draft.links:
+    for link in urdf.links:
         if link.name == "world":
             yield Fault(at=link, message='"world" is MuJoCo\'s name for the ground frame')
 
@@ -62,9 +63,9 @@ def link_name_reserved(draft: UrdfElements) -> Faults:
     remedy="shorten it",
     example="(a link name of 300 characters)",
 )
-def name_too_long(draft: UrdfElements) -> Faults:
+def name_too_long(urdf: UrdfElements) -> Faults:
     """A name is over 200 characters long."""
-    for thing in (*draft.links, *draft.joints):
+    for thing in (*urdf.links, *urdf.joints):
         if len(thing.name) > 200:
             short = thing.name[:40] + "..."
             kind = "link" if isinstance(thing, LinkElement) else "joint"

@@ -6,14 +6,9 @@ from collections.abc import Sequence
 
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
-from roboyard.description.urdf.elements import (
-    JOINT_TYPES,
-    JointElement,
-    LinkElement,
-    Location,
-    UrdfElements,
-    plain_type,
-)
+from roboyard.description.urdf.elements import JOINT_TYPES, JointElement, LinkElement, plain_type
+from roboyard.description.urdf.numbers import Location
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import unknown_name
 
@@ -24,24 +19,24 @@ def _listed(names: Sequence[str], most: int = 6) -> str:
 
 
 @check("no-links", ERROR, remedy="a robot needs at least one <link>", example='<robot name="arm"/>')
-def no_links(draft: UrdfElements) -> Faults:
+def no_links(urdf: UrdfElements) -> Faults:
     """There is no `<link>`."""
-    if not draft.links:
-        yield Fault(at=Location(who="robot", line=line_of(draft.root)), message="there is no <link>")
+    if not urdf.links:
+        yield Fault(at=Location(who="robot", line=line_of(urdf.root)), message="there is no <link>")
 
 
 @check("link-name-missing", ERROR, remedy="give it a unique name", example="<link>...</link>")
-def link_name_missing(draft: UrdfElements) -> Faults:
+def link_name_missing(urdf: UrdfElements) -> Faults:
     """A link has no name."""
-    for link in draft.links:
+    for link in urdf.links:
         if not link.name:
             yield Fault(at=Location(who="link", line=link.line), message="a <link> has no name")
 
 
 @check("joint-name-missing", ERROR, remedy="give it a unique name", example='<joint type="fixed">...</joint>')
-def joint_name_missing(draft: UrdfElements) -> Faults:
+def joint_name_missing(urdf: UrdfElements) -> Faults:
     """A joint has no name."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if not joint.name:
             yield Fault(at=Location(who="joint", line=joint.line), message="a <joint> has no name")
 
@@ -63,9 +58,9 @@ def _duplicates(things: Sequence[LinkElement] | Sequence[JointElement]) -> Fault
     remedy="rename one of them, and the joints that mean it",
     example='<link name="arm"/><link name="arm"/>',
 )
-def link_name_duplicate(draft: UrdfElements) -> Faults:
+def link_name_duplicate(urdf: UrdfElements) -> Faults:
     """Two links have one name."""
-    yield from _duplicates(draft.links)
+    yield from _duplicates(urdf.links)
 
 
 @check(
@@ -74,9 +69,9 @@ def link_name_duplicate(draft: UrdfElements) -> Faults:
     remedy="rename one of them",
     example='<joint name="j" .../><joint name="j" .../>',
 )
-def joint_name_duplicate(draft: UrdfElements) -> Faults:
+def joint_name_duplicate(urdf: UrdfElements) -> Faults:
     """Two joints have one name."""
-    yield from _duplicates(draft.joints)
+    yield from _duplicates(urdf.joints)
 
 
 @check(
@@ -85,9 +80,9 @@ def joint_name_duplicate(draft: UrdfElements) -> Faults:
     remedy=f"give one of {', '.join(JOINT_TYPES)}",
     example='<joint name="j" type="hinge">',
 )
-def joint_type_unknown(draft: UrdfElements) -> Faults:
+def joint_type_unknown(urdf: UrdfElements) -> Faults:
     """A joint has no type, or one that URDF does not know."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if not joint.type:
             yield Fault(at=joint, message="it has no type")
         elif joint.type not in JOINT_TYPES:
@@ -101,9 +96,9 @@ def joint_type_unknown(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<joint name="j" type="Revolute">',
 )
-def joint_type_spelling(draft: UrdfElements) -> Faults:
+def joint_type_spelling(urdf: UrdfElements) -> Faults:
     """A joint's type differs from a known one in case or blanks alone."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         written = joint.element.get("type") or ""
         if plain_type(written) != written:
             yield Fault(at=joint, message=f"type {written!r} is read as {joint.type!r}")
@@ -115,9 +110,9 @@ def joint_type_spelling(draft: UrdfElements) -> Faults:
     remedy='add <parent link="..."/> and <child link="..."/>',
     example='<joint name="j" type="fixed"><parent link="a"/></joint>',
 )
-def joint_end_missing(draft: UrdfElements) -> Faults:
+def joint_end_missing(urdf: UrdfElements) -> Faults:
     """A joint has no parent or no child link."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         for tag, name in (("parent", joint.parent), ("child", joint.child)):
             if not name:
                 yield Fault(at=joint, message=f"it has no {tag} link", remedy=f'add <{tag} link="..."/>')
@@ -129,12 +124,12 @@ def joint_end_missing(draft: UrdfElements) -> Faults:
     remedy="correct the name or add the link",
     example='<child link="ghost"/>',
 )
-def joint_link_unknown(draft: UrdfElements) -> Faults:
+def joint_link_unknown(urdf: UrdfElements) -> Faults:
     """A joint's parent or child is no link of the robot."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         for tag, name in (("parent", joint.parent), ("child", joint.child)):
-            if name and name not in draft.link_by_name:
-                yield Fault(at=joint, message=f"{tag}: {unknown_name('link', name, draft.link_by_name)}")
+            if name and name not in urdf.link_by_name:
+                yield Fault(at=joint, message=f"{tag}: {unknown_name('link', name, urdf.link_by_name)}")
 
 
 @check(
@@ -143,10 +138,10 @@ def joint_link_unknown(draft: UrdfElements) -> Faults:
     remedy="give it one parent; close a loop with a constraint in the simulator",
     example="(two joints with the same child)",
 )
-def link_two_parents(draft: UrdfElements) -> Faults:
+def link_two_parents(urdf: UrdfElements) -> Faults:
     """Two joints have one link as their child."""
     first: dict[str, JointElement] = {}
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if not joint.child:
             continue
         if joint.child in first:
@@ -162,12 +157,12 @@ def link_two_parents(draft: UrdfElements) -> Faults:
     remedy="remove one joint of the loop",
     example="(a is b's parent and b is a's)",
 )
-def links_loop(draft: UrdfElements) -> Faults:
+def links_loop(urdf: UrdfElements) -> Faults:
     """Links hang from each other in a ring, so that no root reaches them."""
-    for ring in draft.tree.loops:
+    for ring in urdf.tree.loops:
         named = " -> ".join(f'"{name}"' for name in ring[:6]) + (" -> ..." if len(ring) > 6 else "")
         first, *_, last = (*ring, *ring)
-        closing = next((j for j in draft.joints if j.child == first and j.parent == last), None)
+        closing = next((j for j in urdf.joints if j.child == first and j.parent == last), None)
         yield Fault(
             at=closing, links=ring[:20], message=f"it closes a loop of links ({named}) without a root"
         )
@@ -179,16 +174,16 @@ def links_loop(draft: UrdfElements) -> Faults:
     remedy="join them with fixed joints, or remove the orphans",
     example="(a link that no joint names)",
 )
-def several_roots(draft: UrdfElements) -> Faults:
+def several_roots(urdf: UrdfElements) -> Faults:
     """More than one link is no joint's child, so that the robot falls into parts."""
-    roots = draft.tree.roots
+    roots = urdf.tree.roots
     if len(roots) < 2:
         return
-    orphans = [name for name in roots if not draft.tree.children[name]]
+    orphans = [name for name in roots if not urdf.tree.children[name]]
     message = f"{len(roots)} root links: {_listed(roots)}"
     if orphans:
         message += f"; orphans, which no joint names: {_listed(orphans)}"
-    yield Fault(at=draft.link_by_name[roots[1]], message=message, links=roots[1:20])
+    yield Fault(at=urdf.link_by_name[roots[1]], message=message, links=roots[1:20])
 
 
 @check(
@@ -197,15 +192,15 @@ def several_roots(draft: UrdfElements) -> Faults:
     remedy="use the joint type that is meant, or split the robot in two",
     example='(type="floating" between two links of an arm)',
 )
-def joint_floating(draft: UrdfElements) -> Faults:
+def joint_floating(urdf: UrdfElements) -> Faults:
     """A floating joint inside the tree: what hangs from it falls off, and most importers refuse it."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.type != "floating":
             continue
-        parent = draft.link_by_name.get(joint.parent)
+        parent = urdf.link_by_name.get(joint.parent)
         is_world = (
             parent is not None
-            and not draft.tree.parents[joint.parent]
+            and not urdf.tree.parents[joint.parent]
             and not parent.shapes
             and parent.inertial is None
         )
@@ -219,8 +214,8 @@ def joint_floating(draft: UrdfElements) -> Faults:
     remedy="use several revolute or prismatic joints where another program must read the file",
     example='<joint name="j" type="spherical">',
 )
-def joint_type_rare(draft: UrdfElements) -> Faults:
+def joint_type_rare(urdf: UrdfElements) -> Faults:
     """A planar or spherical joint, which few other programs read."""
-    for joint in draft.joints:
+    for joint in urdf.joints:
         if joint.type in ("planar", "spherical"):
             yield Fault(at=joint, message=f"few programs know {joint.type} joints")

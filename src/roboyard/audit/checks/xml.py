@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from roboyard.audit.findings import ERROR, INFO, WARNING
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS
-from roboyard.description.urdf.elements import Location, UrdfElements
-from roboyard.description.urdf.numbers import BEYOND, LARGEST
+from roboyard.description.urdf.numbers import BEYOND, LARGEST, FaultKind, Location
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of
 
 _POSE = ("xyz", "rpy", "quat_xyzw")
@@ -78,10 +78,10 @@ _SINGLE = {tag for tags in CHILDREN.values() for tag in tags}
 _SINGLE -= {"link", "joint", "visual", "collision", *CHILDREN["geometry"]}
 
 
-def read_elements(draft: UrdfElements) -> Iterator[tuple[ET.Element, Location]]:
+def read_elements(urdf: UrdfElements) -> Iterator[tuple[ET.Element, Location]]:
     """Every element that Roboyard reads, with the link, joint or robot it belongs to."""
-    robot = Location(who="robot", line=line_of(draft.root))
-    stack: list[tuple[ET.Element, Location]] = [(draft.root, robot)]
+    robot = Location(who="robot", line=line_of(urdf.root))
+    stack: list[tuple[ET.Element, Location]] = [(urdf.root, robot)]
     while stack:
         element, owner = stack.pop()
         yield element, owner
@@ -89,11 +89,18 @@ def read_elements(draft: UrdfElements) -> Iterator[tuple[ET.Element, Location]]:
         for child in reversed(element):
             if child.tag in known:
                 at = owner
-                if element is draft.root:
+                if element is urdf.root:
                     name = child.get("name") or ""
                     links = (name,) if child.tag == "link" else ()
                     at = Location(who=f'{child.tag} "{name}"', line=line_of(child), link_names=links)
                 stack.append((child, at))
+
+
+def _number_faults(urdf: UrdfElements, kind: FaultKind) -> Faults:
+    """The numbers with one kind of fault."""
+    for fault in urdf.number_faults:
+        if fault.kind == kind:
+            yield Fault(at=fault.at, message=fault.message)
 
 
 @check(
@@ -102,11 +109,9 @@ def read_elements(draft: UrdfElements) -> Iterator[tuple[ET.Element, Location]]:
     remedy="give a finite number",
     example='<origin xyz="0 nan 0"/>',
 )
-def number_not_finite(draft: UrdfElements) -> Faults:
+def number_not_finite(urdf: UrdfElements) -> Faults:
     """A number is NaN or infinite, or too large for one."""
-    for fault in draft.number_faults:
-        if fault.fatal and "is not finite" in fault.message:
-            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
+    yield from _number_faults(urdf, "not finite")
 
 
 @check(
@@ -115,12 +120,10 @@ def number_not_finite(draft: UrdfElements) -> Faults:
     remedy="expand it first: xacro FILE.xacro > FILE.urdf",
     example='<origin xyz="0 0 ${height}"/>',
 )
-def xacro_left(draft: UrdfElements) -> Faults:
+def xacro_left(urdf: UrdfElements) -> Faults:
     """The file is an unexpanded xacro, or part of it is."""
-    for fault in draft.number_faults:
-        if fault.fatal and "xacro" in fault.message:
-            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
-    for element in draft.root.iter():
+    yield from _number_faults(urdf, "xacro")
+    for element in urdf.root.iter():
         tag = str(element.tag)
         if tag.startswith("xacro:") or (tag.startswith("{") and "xacro" in tag.partition("}")[0]):
             yield Fault(at=Location(who="robot", line=line_of(element)), message=f"<{tag[:60]}> is xacro")
@@ -133,13 +136,11 @@ def xacro_left(draft: UrdfElements) -> Faults:
     remedy="give as many numbers as the attribute takes",
     example='<origin xyz="0 0.1"/>',
 )
-def number_wrong(draft: UrdfElements) -> Faults:
+def number_wrong(urdf: UrdfElements) -> Faults:
     """A number cannot be read as one, or some of a vector's are missing."""
-    told = ("is not finite", "xacro", BEYOND)
-    for fault in draft.number_faults:
-        if fault.fatal and not any(words in fault.message for words in told):
-            message, _, remedy = fault.message.rpartition("; ")
-            yield Fault(at=fault.at, message=message or fault.message, remedy=remedy if message else None)
+    for fault in urdf.number_faults:
+        if fault.kind == "wrong":
+            yield Fault(at=fault.at, message=fault.message, remedy=fault.remedy)
 
 
 @check(
@@ -148,12 +149,10 @@ def number_wrong(draft: UrdfElements) -> Faults:
     remedy="give it in metres, kilograms, seconds and radians",
     example='<origin xyz="0 0 1e30"/>',
 )
-def number_huge(draft: UrdfElements) -> Faults:
+def number_huge(urdf: UrdfElements) -> Faults:
     """A number is beyond any robot: over 1e9, other than as a joint's limit."""
-    for fault in draft.number_faults:
-        if fault.fatal and BEYOND in fault.message:
-            yield Fault(at=fault.at, message=fault.message.rpartition(";")[0])
-    for link in draft.links:
+    yield from _number_faults(urdf, "huge")
+    for link in urdf.links:
         if link.inertial is not None:
             largest = max((link.inertial.mass or 0.0, *(link.inertial.tensor or ())), key=abs)
             if abs(largest) > LARGEST:
@@ -168,11 +167,9 @@ def number_huge(draft: UrdfElements) -> Faults:
     fixable=True,
     example='<origin xyz="0.1, 0, 0.2"/>',
 )
-def number_sloppy(draft: UrdfElements) -> Faults:
+def number_sloppy(urdf: UrdfElements) -> Faults:
     """Only lenient readers take a number as written: commas, a stray dot, one too many, a long quaternion."""
-    for fault in draft.number_faults:
-        if not fault.fatal:
-            yield Fault(at=fault.at, message=fault.message)
+    yield from _number_faults(urdf, "sloppy")
 
 
 @check(
@@ -182,10 +179,10 @@ def number_sloppy(draft: UrdfElements) -> Faults:
     fixable=True,
     example="<robot>",
 )
-def robot_name_missing(draft: UrdfElements) -> Faults:
+def robot_name_missing(urdf: UrdfElements) -> Faults:
     """`<robot>` has no name."""
-    if not draft.name:
-        yield Fault(at=Location(who="robot", line=line_of(draft.root)), message="<robot> has no name")
+    if not urdf.name:
+        yield Fault(at=Location(who="robot", line=line_of(urdf.root)), message="<robot> has no name")
 
 
 @check(
@@ -194,9 +191,9 @@ def robot_name_missing(draft: UrdfElements) -> Faults:
     remedy="keep one of them",
     example='<joint ...><origin xyz="0 0 1"/><origin xyz="0 0 2"/>',
 )
-def element_repeated(draft: UrdfElements) -> Faults:
+def element_repeated(urdf: UrdfElements) -> Faults:
     """An element that counts once stands twice; only the first one is read."""
-    for element, owner in read_elements(draft):
+    for element, owner in read_elements(urdf):
         if element.tag == "geometry":
             shapes = [child.tag for child in element if child.tag in CHILDREN["geometry"]]
             if len(shapes) > 1:
@@ -205,7 +202,7 @@ def element_repeated(draft: UrdfElements) -> Faults:
                     line=line_of(element),
                     message=f"<geometry> holds {len(shapes)} shapes; only the first, <{shapes[0]}>, is read",
                 )
-        if element is draft.root:
+        if element is urdf.root:
             continue
         single = _SINGLE.intersection(CHILDREN.get(element.tag, ()))
         for tag in dict.fromkeys(child.tag for child in element if child.tag in single):
@@ -223,10 +220,10 @@ def element_repeated(draft: UrdfElements) -> Faults:
     remedy="nothing to do where another program reads it",
     example="<transmission>...</transmission>",
 )
-def element_unread(draft: UrdfElements) -> Faults:
+def element_unread(urdf: UrdfElements) -> Faults:
     """An element that Roboyard does not read; it is kept and written back as it was."""
     counts: dict[tuple[str, str], list[Location]] = {}
-    for element, owner in read_elements(draft):
+    for element, owner in read_elements(urdf):
         if element.tag not in CHILDREN:
             continue
         for child in element:
@@ -245,13 +242,13 @@ def element_unread(draft: UrdfElements) -> Faults:
     remedy="check the spelling; nothing to do where another program reads it",
     example='<limit lowr="-1" upper="1"/>',
 )
-def attribute_unread(draft: UrdfElements) -> Faults:
+def attribute_unread(urdf: UrdfElements) -> Faults:
     """An attribute that Roboyard does not read, misspelt perhaps; it is kept."""
     idle = {  # what a fixed joint says of its motion
-        id(part) for joint in draft.joints if joint.type == "fixed" for part in joint.element
+        id(part) for joint in urdf.joints if joint.type == "fixed" for part in joint.element
     }
     counts: dict[tuple[str, str, str | None], list[Location]] = {}
-    for element, owner in read_elements(draft):
+    for element, owner in read_elements(urdf):
         for key in element.attrib:
             known = ATTRIBUTES.get(element.tag)
             if known is not None and key not in known and not key.startswith("xmlns") and ":" not in key:

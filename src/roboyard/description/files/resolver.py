@@ -82,6 +82,22 @@ class Resolver:
     search_paths: Sequence[Path] = ()
     environment: Mapping[str, str] | None = None
 
+    @classmethod
+    def of_file(
+        cls,
+        file: Path | None,
+        *,
+        packages: Mapping[str, Path] | None = None,
+        search_paths: Sequence[Path] = (),
+    ) -> Resolver:
+        """Return the resolver of a description's file; None for one made in memory."""
+        return cls(
+            base=None if file is None else Path(os.path.abspath(file)).parent,  # noqa: PTH100
+            real_base=None if file is None else _real_base(file),
+            packages={name: Path(folder) for name, folder in (packages or {}).items()},
+            search_paths=[Path(folder) for folder in search_paths],
+        )
+
     def resolve(self, uri: str) -> Resolved:
         """The file that `uri` names: package://, model://, file://, a relative or an absolute path."""
         text = uri.strip()
@@ -297,6 +313,14 @@ def _package_root(base: Path) -> Path:
         if (folder / "package.xml").is_file():
             return folder
     return base.parent if base.name.lower() in _URDF_FOLDERS and base.parent in above else base
+
+
+def _real_base(file: Path) -> Path | None:
+    """Folder of the file that a symbolic link leads to."""
+    try:
+        return file.resolve().parent if file.is_symlink() else None
+    except (OSError, RuntimeError):  # links in a ring
+        return None
 
 
 def _spellings(rest: str) -> Iterator[tuple[str, str | None]]:

@@ -1,31 +1,63 @@
-"""Read a URDF file into a `RobotDescription`.
+"""Second stage of reading a URDF: turn its elements into a `RobotDescription`, or raise.
 
 Dialect: URDF as ROS documents it (wiki.ros.org/urdf/XML) with PyBullet's additions (`<contact>`, `<capsule>`,
-`<plane>`, `concave="yes"`, spherical joints). What can be read only one way is read and noted; what cannot be
-is an error, and one run reports all of them.
+`<plane>`, `concave="yes"`, spherical joints). Input with only one possible meaning is read and noted; all
+other faults are errors, and one run reports all of them.
 """
 
 from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from pathlib import Path
 
-from roboyard.description.model import RobotDescription
-from roboyard.description.urdf.build_context import Context, unread_attributes
-from roboyard.description.urdf.build_joint import read_joint
-from roboyard.description.urdf.build_link import read_link, read_material, resolve_materials
-from roboyard.description.urdf.tree import check_tree, drop_unusable_mimics
+from roboyard.description.model import Joint, Link, Material, RobotDescription
+from roboyard.description.urdf.build_context import BuildContext, MissingMeshes, unread_attributes
+from roboyard.description.urdf.build_joint import build_joint, drop_unusable_mimics
+from roboyard.description.urdf.build_link import build_link, build_material, resolve_materials
+from roboyard.description.urdf.parse import UrdfElements
+from roboyard.description.urdf.problems import Problems
+from roboyard.description.urdf.tree_problems import report_tree_problems
 from roboyard.description.urdf.xml import line_of
 from roboyard.errors import DescriptionError
 
 
-def _refuse_xacro(root: ET.Element, file: Path | None) -> None:
+def build_description(
+    elements: UrdfElements, *, missing_meshes: MissingMeshes = "error", strict: bool = False
+) -> RobotDescription:
+    """Build the description of a parsed URDF.
+
+    Args:
+        elements: of the file.
+        missing_meshes: "error", or "note" to keep such shapes with `Mesh.path` None.
+        strict: raise an error for everything that would otherwise be corrected and noted.
+
+    Raises:
+        DescriptionError: the robot cannot be used; `problems` lists everything that is wrong with it.
+    """
+    if elements.refusal is not None:
+        raise elements.refusal
+    root = elements.root
+    if root.tag != "robot":
+        raise DescriptionError(
+            f"the root element is <{_short(root.tag)}>, not <robot>; give a URDF",
+            file=elements.file,
+            line=line_of(root),
+        )
+    _refuse_xacro(root, elements)
+    problems = Problems(elements.file, elements.number_faults, strict=strict)
+    for note in elements.xml_notes:
+        problems.note(None, "", note)
+    materials = {material.element: material for material in elements.materials}
+    context = BuildContext(problems=problems, materials=materials, missing_meshes=missing_meshes)
+    return _build_robot(elements, context)
+
+
+def _refuse_xacro(root: ET.Element, elements: UrdfElements) -> None:
     for element in root.iter():
         if isinstance(element.tag, str) and re.match(r"xacro:|\{[^}]*xacro[^}]*\}", element.tag):
             raise DescriptionError(
                 f"<{_short(element.tag)}> is xacro; expand it first: xacro FILE.xacro > FILE.urdf",
-                file=file,
+                file=elements.file,
                 line=line_of(element),
             )
 
@@ -34,42 +66,43 @@ def _short(tag: str) -> str:
     return tag if len(tag) <= 60 else tag[:57] + "..."
 
 
-def read_urdf(root: ET.Element, context: Context) -> RobotDescription:
-    """Read a `<robot>` element.
-
-    Raises:
-        DescriptionError: the robot cannot be used; `problems` lists everything that is wrong with it.
-    """
-    problems = context.problems
-    _refuse_xacro(root, problems.file)
+def _build_robot(elements: UrdfElements, context: BuildContext) -> RobotDescription:
+    problems, root = context.problems, elements.root
     name = root.get("name")
     if name is None:
-        name = problems.file.stem if problems.file is not None else "robot"
+        name = elements.file.stem if elements.file is not None else "robot"
         problems.note(root, "robot", f"<robot> has no name; called {name!r}")
-    links, joints, materials, extra = [], [], [], []
-    for element in root:
+    links: list[Link] = []
+    joints: list[Joint] = []
+    materials: list[Material] = []
+    extra: list[ET.Element] = []
+    link_elements, joint_elements = iter(elements.links), iter(elements.joints)
+    is_complete = True
+    for element in root:  # in file order, which is the order of the report
         if element.tag == "link":
-            links.append(read_link(element, context))
+            link = build_link(next(link_elements), context)
+            is_complete &= link is not None
+            links += [] if link is None else [link]
         elif element.tag == "joint":
-            joints.append(read_joint(element, context))
+            joint = build_joint(next(joint_elements), problems)
+            is_complete &= joint is not None
+            joints += [] if joint is None else [joint]
         elif element.tag == "material":
-            materials.append(read_material(element, context))
+            materials.append(build_material(context.materials[element], problems))
         elif isinstance(element.tag, str):
             extra.append(element)
-    read_links = [link for link in links if link is not None]
-    read_joints = [joint for joint in joints if joint is not None]
-    if not links:
+    if not elements.links:
         problems.error(root, "robot", "there is no <link>; a robot needs at least one link")
-    elif len(read_links) == len(links) and len(read_joints) == len(joints):
-        check_tree(read_links, read_joints, problems)
+    elif is_complete:
+        report_tree_problems(elements, problems)
     problems.raise_errors()
-    read_joints = drop_unusable_mimics(read_joints, problems)
-    read_links = resolve_materials(read_links, materials, context)
+    joints = drop_unusable_mimics(joints, elements, problems)
+    links = resolve_materials(links, materials, problems)
     problems.raise_errors()
     return RobotDescription(
         name=name,
-        links=tuple(read_links),
-        joints=tuple(read_joints),
+        links=tuple(links),
+        joints=tuple(joints),
         materials=tuple(materials),
         extra=tuple(extra),
         attributes=unread_attributes(root, "name"),

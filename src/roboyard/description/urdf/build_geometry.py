@@ -1,4 +1,4 @@
-"""Read a `<geometry>`."""
+"""Build geometries from the elements of visuals and collisions."""
 
 from __future__ import annotations
 
@@ -6,100 +6,87 @@ import xml.etree.ElementTree as ET
 from typing import cast
 
 from roboyard.description.model import Box, Capsule, Cylinder, Geometry, Mesh, Plane, Sphere, Vector3
-from roboyard.description.urdf.build_context import Context
-from roboyard.description.urdf.numbers import read_number, read_vector
+from roboyard.description.urdf.build_context import BuildContext
+from roboyard.description.urdf.elements import GEOMETRY_TAGS, MeshElement, ShapeElement
 from roboyard.description.urdf.problems import Problems
 
-GEOMETRY_TAGS = ("box", "sphere", "cylinder", "capsule", "plane", "mesh")
 
-
-def read_geometry(
-    element: ET.Element | None, shape: ET.Element, who: str, context: Context
-) -> Geometry | None:
-    """The geometry of a `<visual>` or `<collision>` (`shape`); None where it is empty (noted) or wrong."""
-    problems = context.problems
-    if element is None or not any(isinstance(child.tag, str) for child in element):
-        at = shape if element is None else element
-        problems.note(at, who, f"<{shape.tag}> has no geometry; it is ignored")
+def build_geometry(shape: ShapeElement, context: BuildContext) -> Geometry | None:
+    """Build the geometry of a visual or collision; None where it is empty (noted) or wrong (reported)."""
+    problems, geometry = context.problems, shape.geometry
+    holder = shape.element.find("geometry")
+    if geometry is None:
+        at = shape.element if holder is None else holder
+        problems.note(at, shape.who, f"<{shape.kind}> has no geometry; it is ignored")
         return None
-    child = next((child for child in element if child.tag in GEOMETRY_TAGS), None)
-    if child is None:
-        tag = next(child.tag for child in element if isinstance(child.tag, str))
-        known = ", ".join(GEOMETRY_TAGS)
-        problems.error(element, who, f"unknown geometry <{tag}>; give one of {known}")
-        return None
-    match child.tag:
+    match geometry.tag:
         case "box":
-            size = _vector(child, "size", who, problems)
-            return None if size is None or _is_negative(child, size, who, problems) else Box(size=size)
-        case "sphere":
-            radius = _number(child, "radius", who, problems)
-            return None if radius is None else Sphere(radius=radius)
-        case "cylinder" | "capsule":
-            radius, length = (_number(child, key, who, problems) for key in ("radius", "length"))
-            if radius is None or length is None:
+            if not _is_usable(geometry, "size", shape, shape.sizes, problems):
                 return None
-            kind = Cylinder if child.tag == "cylinder" else Capsule
+            return Box(size=cast(Vector3, shape.sizes))
+        case "sphere":
+            if not _is_usable(geometry, "radius", shape, shape.sizes, problems):
+                return None
+            return Sphere(radius=cast(float, shape.sizes[0]))
+        case "cylinder" | "capsule":
+            usable = [
+                _is_usable(geometry, key, shape, (size,), problems)
+                for key, size in zip(("radius", "length"), shape.sizes, strict=True)
+            ]
+            if not all(usable):
+                return None
+            radius, length = cast(tuple[float, float], shape.sizes)
+            kind = Cylinder if geometry.tag == "cylinder" else Capsule
             return kind(radius=radius, length=length)
         case "plane":
-            normal = read_vector(child, "normal", 3, who, problems) or (0.0, 0.0, 1.0)
+            problems.use(geometry)
+            normal = shape.normal or (0.0, 0.0, 1.0)
             if not any(normal):
-                problems.error(child, who, "<plane> has a normal of zero length; give a direction")
+                message = "<plane> has a normal of zero length; give a direction"
+                problems.error(geometry, shape.who, message)
                 return None
             return Plane(normal=cast(Vector3, normal))
         case _:
-            return _read_mesh(child, who, context)
+            if shape.mesh is not None:
+                return _mesh(shape.mesh, shape.who, context)
+            known = ", ".join(GEOMETRY_TAGS)
+            problems.error(holder, shape.who, f"unknown geometry <{geometry.tag}>; give one of {known}")
+            return None
 
 
-def _read_mesh(element: ET.Element, who: str, context: Context) -> Mesh | None:
-    problems = context.problems
-    uri = element.get("filename")
-    if not uri or not uri.strip():
+def _mesh(mesh: MeshElement, who: str, context: BuildContext) -> Mesh | None:
+    problems, element, scale = context.problems, mesh.element, mesh.scale
+    if not mesh.uri.strip():
         problems.error(element, who, '<mesh> names no file; add filename="..."')
         return None
-    scale = _read_scale(element, who, problems)
-    resolved = context.resolver.resolve(uri)
-    if resolved.path is None:
-        report = problems.error if context.missing_meshes == "error" else problems.note
-        report(element, who, f"mesh {uri!r}: {resolved.problem}")
-    elif resolved.note is not None:
-        problems.note(element, who, f"mesh {uri!r}: {resolved.note}")
-    return Mesh(uri=uri, path=resolved.path, scale=scale)
-
-
-def _read_scale(element: ET.Element, who: str, problems: Problems) -> Vector3:
-    text = element.get("scale")
-    if text is not None and len(text.split()) == 1:
-        factor = read_number(element, "scale", who, problems)
-        if factor is None:
-            return (1.0, 1.0, 1.0)
-        problems.note(element, who, f"<mesh scale> holds one number; {factor:g} is taken for all three axes")
-        scale = (factor, factor, factor)
-    else:
-        scale = cast(Vector3, read_vector(element, "scale", 3, who, problems) or (1.0, 1.0, 1.0))
+    is_readable, text = problems.use(element), element.get("scale")
+    if text is not None and len(text.split()) == 1 and is_readable:
+        message = f"<mesh scale> holds one number; {scale[0]:g} is taken for all three axes"
+        problems.note(element, who, message)
     if not all(scale):
         problems.error(element, who, f'<mesh scale="{text}"> flattens the mesh; give factors other than zero')
-    return scale
+    if mesh.found.path is None:
+        report = problems.error if context.missing_meshes == "error" else problems.note
+        report(element, who, f"mesh {mesh.uri!r}: {mesh.found.problem}")
+    elif mesh.found.note is not None:
+        problems.note(element, who, f"mesh {mesh.uri!r}: {mesh.found.note}")
+    return Mesh(uri=mesh.uri, path=mesh.found.path, scale=cast(Vector3, scale))
 
 
-def _vector(element: ET.Element, key: str, who: str, problems: Problems) -> Vector3 | None:
+def _is_usable(
+    element: ET.Element, key: str, shape: ShapeElement, sizes: tuple[float | None, ...], problems: Problems
+) -> bool:
+    """True where the sizes that an attribute holds are given and not negative; else that is reported."""
     if element.get(key) is None:
-        problems.error(element, who, f"<{element.tag}> has no {key}; add it (m)")
-        return None
-    return cast(Vector3 | None, read_vector(element, key, 3, who, problems))
-
-
-def _number(element: ET.Element, key: str, who: str, problems: Problems) -> float | None:
-    if element.get(key) is None:
-        problems.error(element, who, f"<{element.tag}> has no {key}; add it (m)")
-        return None
-    value = read_number(element, key, who, problems)
-    return None if value is None or _is_negative(element, (value,), who, problems) else value
-
-
-def _is_negative(element: ET.Element, values: tuple[float, ...], who: str, problems: Problems) -> bool:
-    if min(values) >= 0:
+        problems.error(element, shape.who, f"<{element.tag}> has no {key}; add it (m)")
         return False
-    shown = " ".join(f"{value:g}" for value in values)
-    problems.error(element, who, f"<{element.tag}> has a negative size ({shown}); give lengths above zero")
+    problems.use(element, key)
+    known = [size for size in sizes if size is not None]
+    if len(known) < len(sizes):
+        return False
+    if min(known) < 0:
+        shown = " ".join(f"{size:g}" for size in known)
+        message = f"<{element.tag}> has a negative size ({shown}); give lengths above zero"
+        problems.error(element, shape.who, message)
+        return False
     return True

@@ -1,148 +1,145 @@
-"""Read a `<joint>`."""
+"""Build joints from their elements."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from difflib import get_close_matches
-from typing import cast, get_args
+from typing import cast
 
 from roboyard.description.model import TYPES_WITH_AXIS, Joint, JointType, Limit, Mimic, Vector3
-from roboyard.description.urdf.build_context import (
-    UNIT_TOLERANCE,
-    Context,
-    children_of,
-    read_pose,
-    unread_attributes,
-    unread_part,
-)
-from roboyard.description.urdf.numbers import read_number, read_vector
+from roboyard.description.urdf.build_context import ORIGIN, children_of, unread_attributes, unread_part
+from roboyard.description.urdf.elements import JOINT_TYPES, JointElement
+from roboyard.description.urdf.numbers import UNIT_TOLERANCE
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.problems import Problems
+from roboyard.description.urdf.write import mimic_element
+from roboyard.errors import unknown_name
 
 _READ = ("origin", "parent", "child", "limit", "dynamics", "mimic")
-_TYPES: tuple[str, ...] = get_args(JointType)
+_LIMIT = ("lower", "upper", "effort", "velocity")
+_DEFAULT_AXIS: Vector3 = (1.0, 0.0, 0.0)
 
 
-def read_joint(element: ET.Element, context: Context) -> Joint | None:
-    """The joint; None where its name, type, parent or child is missing, which is reported."""
-    problems = context.problems
-    name = element.get("name")
-    who = f'joint "{name}"'
-    if not name:
+def build_joint(joint: JointElement, problems: Problems) -> Joint | None:
+    """Build a joint; None where its name, type, parent or child is missing, which is reported."""
+    element = joint.element
+    if not joint.name:
         problems.error(element, "joint", "a <joint> has no name; give it a unique name")
         return None
-    kind = _read_type(element, who, problems)
-    with_axis = ("axis",) if kind in TYPES_WITH_AXIS else ()  # elsewhere it says nothing: kept unread
+    kind = _type(joint, problems)
+    with_axis = ("axis",) if kind in TYPES_WITH_AXIS else ()  # other types keep it unread
     found, rest = children_of(element, (*_READ, *with_axis))
-    parent = _read_end("parent", element, found, who, problems)
-    child = _read_end("child", element, found, who, problems)
-    origin = read_pose(found.get("origin"), who, problems)
-    axis = _read_axis(found.get("axis"), who, problems)
-    limit = _read_limit(found.get("limit"), who, problems)
-    mimic = _read_mimic(found.get("mimic"), who, problems)
-    dynamics = found.get("dynamics")
-    damping = friction = None
-    if dynamics is not None:
-        damping = read_number(dynamics, "damping", who, problems)
-        friction = read_number(dynamics, "friction", who, problems)
-    if kind is None or parent is None or child is None:
+    for tag, link in (("parent", joint.parent), ("child", joint.child)):
+        if not link:
+            message = f'it has no {tag} link; add <{tag} link="..."/>'
+            problems.error(found.get(tag, element), joint.who, message)
+    problems.use(found.get("origin"))
+    axis = _axis(joint, found["axis"], problems) if "axis" in found else _DEFAULT_AXIS
+    problems.use(joint.limit)
+    mimic = _mimic(joint, problems)
+    problems.use(found.get("dynamics"))
+    if kind is None or not joint.parent or not joint.child:
         return None
-    extra = (
-        *rest,
-        *unread_part(found.get("origin"), ("xyz", "rpy", "quat_xyzw")),
-        *unread_part(found.get("parent"), ("link",)),
-        *unread_part(found.get("child"), ("link",)),
-        *unread_part(found.get("axis"), ("xyz",)),
-        *unread_part(found.get("limit"), ("lower", "upper", "effort", "velocity")),
-        *unread_part(found.get("dynamics"), ("damping", "friction")),
-        *unread_part(found.get("mimic"), ("joint", "multiplier", "offset")),
-    )
+    limit = joint.limit
     return Joint(
-        name=name,
+        name=joint.name,
         type=kind,
-        parent=parent,
-        child=child,
-        origin=origin,
+        parent=joint.parent,
+        child=joint.child,
+        origin=joint.pose,
         axis=axis,
-        limit=limit,
-        damping=damping or 0.0,
-        friction=friction or 0.0,
+        limit=None if limit is None else Limit(**{key: getattr(joint, key) for key in _LIMIT}),
+        damping=joint.damping or 0.0,
+        friction=joint.friction or 0.0,
         mimic=mimic,
-        extra=extra,
+        extra=(
+            *rest,
+            *unread_part(found.get("origin"), ORIGIN),
+            *unread_part(found.get("parent"), ("link",)),
+            *unread_part(found.get("child"), ("link",)),
+            *unread_part(found.get("axis"), ("xyz",)),
+            *unread_part(limit, _LIMIT),
+            *unread_part(found.get("dynamics"), ("damping", "friction")),
+            *unread_part(joint.mimic, ("joint", "multiplier", "offset")),
+        ),
         attributes=unread_attributes(element, "name", "type"),
         source=problems.source(element),
     )
 
 
-def _read_type(element: ET.Element, who: str, problems: Problems) -> JointType | None:
-    kind = element.get("type")
-    if kind in _TYPES:
-        return cast(JointType, kind)
-    if kind is None:
-        problems.error(element, who, f"it has no type; give one of {', '.join(_TYPES)}")
+def _type(joint: JointElement, problems: Problems) -> JointType | None:
+    written = joint.element.get("type")
+    if joint.type in JOINT_TYPES:
+        if written != joint.type:
+            problems.note(joint.element, joint.who, f"type {written!r} read as {joint.type!r}")
+        return cast(JointType, joint.type)
+    if written is None:
+        problems.error(joint.element, joint.who, f"it has no type; give one of {', '.join(JOINT_TYPES)}")
         return None
-    plain = kind.strip().lower()
-    if plain in _TYPES:
-        problems.note(element, who, f"type {kind!r} read as {plain!r}")
-        return cast(JointType, plain)
-    near = get_close_matches(plain, _TYPES, n=1)
+    near = get_close_matches(written.strip().lower(), JOINT_TYPES, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    problems.error(element, who, f"unknown joint type {kind!r}{hint} (give one of {', '.join(_TYPES)})")
+    message = f"unknown joint type {written!r}{hint} (give one of {', '.join(JOINT_TYPES)})"
+    problems.error(joint.element, joint.who, message)
     return None
 
 
-def _read_end(
-    tag: str, element: ET.Element, found: dict[str, ET.Element], who: str, problems: Problems
-) -> str | None:
-    end = found.get(tag)
-    link = None if end is None else end.get("link")
-    if not link:
-        at = element if end is None else end
-        problems.error(at, who, f'it has no {tag} link; add <{tag} link="..."/>')
-        return None
-    return link
-
-
-def _read_axis(element: ET.Element | None, who: str, problems: Problems) -> Vector3:
-    default = (1.0, 0.0, 0.0)
-    if element is None:
-        return default
-    axis = read_vector(element, "xyz", 3, who, problems)
+def _axis(joint: JointElement, element: ET.Element, problems: Problems) -> Vector3:
+    """The axis, scaled to unit length."""
+    problems.use(element)
+    axis = joint.axis
     if axis is None:
-        return default
+        return _DEFAULT_AXIS
     length = math.hypot(*axis)
     if length < 1e-12:
         shown = ", ".join(f"{value:g}" for value in axis)
-        problems.error(element, who, f"<axis> is ({shown}); give a non-zero axis")
-        return default
+        problems.error(element, joint.who, f"<axis> is ({shown}); give a non-zero axis")
+        return _DEFAULT_AXIS
     if not math.isfinite(length):
-        problems.error(element, who, "<axis> is too large; give a unit axis")
-        return default
+        problems.error(element, joint.who, "<axis> is too large; give a unit axis")
+        return _DEFAULT_AXIS
     if abs(length - 1.0) > UNIT_TOLERANCE:
-        problems.note(element, who, f"<axis> has length {length:.6g}; scaled to unit length")
+        problems.note(element, joint.who, f"<axis> has length {length:.6g}; scaled to unit length")
     if abs(length - 1.0) < 1e-15:
         return cast(Vector3, axis)
     return (axis[0] / length, axis[1] / length, axis[2] / length)
 
 
-def _read_limit(element: ET.Element | None, who: str, problems: Problems) -> Limit | None:
-    if element is None:
+def _mimic(joint: JointElement, problems: Problems) -> Mimic | None:
+    if joint.mimic is None:
         return None
-    return Limit(
-        lower=read_number(element, "lower", who, problems),
-        upper=read_number(element, "upper", who, problems),
-        effort=read_number(element, "effort", who, problems),
-        velocity=read_number(element, "velocity", who, problems),
-    )
+    if not joint.mimic_of:
+        problems.error(joint.mimic, joint.who, '<mimic> names no joint; add joint="..."')
+        return None
+    problems.use(joint.mimic)
+    return Mimic(joint=joint.mimic_of, multiplier=joint.multiplier, offset=joint.offset)
 
 
-def _read_mimic(element: ET.Element | None, who: str, problems: Problems) -> Mimic | None:
-    if element is None:
+def drop_unusable_mimics(joints: Sequence[Joint], elements: UrdfElements, problems: Problems) -> list[Joint]:
+    """Free the joints that follow no moving joint, or lead back to themselves; `extra` keeps the XML."""
+    out: list[Joint] = []
+    for joint in joints:
+        reason = _mimic_problem(joint, elements)
+        if reason is None or joint.mimic is None:
+            out.append(joint)
+            continue
+        problems.note(joint.source.line, f'joint "{joint.name}"', f"mimic: {reason}; it moves freely")
+        kept: tuple[ET.Element, ...] = (*joint.extra, mimic_element(joint.mimic))
+        out.append(dataclasses.replace(joint, mimic=None, extra=kept))
+    return out
+
+
+def _mimic_problem(joint: Joint, elements: UrdfElements) -> str | None:
+    if joint.mimic is None:
         return None
-    joint = element.get("joint")
-    if not joint:
-        problems.error(element, who, '<mimic> names no joint; add joint="..."')
+    leader = elements.joint_by_name.get(joint.mimic.joint)
+    if leader is None:
+        return unknown_name("joint", joint.mimic.joint, [each.name for each in elements.joints])
+    if leader.is_fixed:
+        return f'joint "{leader.name}", which it follows, is fixed'
+    entry = elements.mimic_ring_entries.get(joint.name)
+    if entry is None:
         return None
-    multiplier = read_number(element, "multiplier", who, problems)
-    offset = read_number(element, "offset", who, problems)
-    return Mimic(joint=joint, multiplier=1.0 if multiplier is None else multiplier, offset=offset or 0.0)
+    return "it follows itself" if entry == joint.name else f'it follows "{entry}", which follows itself'

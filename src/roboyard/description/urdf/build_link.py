@@ -1,11 +1,10 @@
-"""Read a `<link>` and `<material>`."""
+"""Build links and materials from their elements."""
 
 from __future__ import annotations
 
 import dataclasses
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from pathlib import Path
 from typing import cast
 
 from roboyard.description.model import (
@@ -20,69 +19,87 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.description.urdf.build_context import (
-    Context,
+    ORIGIN,
+    BuildContext,
     children_of,
-    read_pose,
     unread_attributes,
     unread_part,
 )
-from roboyard.description.urdf.build_geometry import GEOMETRY_TAGS, read_geometry
-from roboyard.description.urdf.numbers import read_number, read_vector
+from roboyard.description.urdf.build_geometry import build_geometry
+from roboyard.description.urdf.elements import (
+    GEOMETRY_TAGS,
+    InertialElement,
+    LinkElement,
+    MaterialElement,
+    ShapeElement,
+)
 from roboyard.description.urdf.problems import Problems
 
 
-def read_link(element: ET.Element, context: Context) -> Link | None:
-    """The link; None where it has no name, which is reported."""
-    problems = context.problems
-    name = element.get("name")
-    if not name:
+def build_link(link: LinkElement, context: BuildContext) -> Link | None:
+    """Build a link; None where it has no name, which is reported."""
+    problems, element = context.problems, link.element
+    if not link.name:
         problems.error(element, "link", "a <link> has no name; give it a unique name")
         return None
-    who = f'link "{name}"'
     visuals: list[Visual] = []
     collisions: list[Collision] = []
     found, others = children_of(element, ("inertial", "contact"))
     extra: list[ET.Element] = []
+    shapes = iter(link.shapes)
     for child in others:
         if child.tag == "visual":
-            visual = _read_visual(child, who, context)
+            visual = _visual(next(shapes), context)
             visuals += [] if visual is None else [visual]
             extra += [child] if visual is None else []
         elif child.tag == "collision":
-            collision = _read_collision(child, who, context)
+            collision = _collision(next(shapes), context)
             collisions += [] if collision is None else [collision]
             extra += [child] if collision is None else []
         else:
             extra.append(child)
-    inertial, unread_inertial = _read_inertial(found.get("inertial"), who, problems)
-    contact, unread_contact = _read_contact(found.get("contact"), who, problems)
+    inertial: Inertial | None = None
+    if link.inertial is not None:
+        inertial, unread = _inertial(link.inertial, link.who, problems)
+        extra += unread
+    contact: Contact | None = None
+    if "contact" in found:
+        contact, unread = _contact(found["contact"], link, problems)
+        extra += unread
     return Link(
-        name=name,
+        name=link.name,
         inertial=inertial,
         visuals=tuple(visuals),
         collisions=tuple(collisions),
         contact=contact,
-        extra=(*extra, *unread_inertial, *unread_contact),
+        extra=tuple(extra),
         attributes=unread_attributes(element, "name"),
         source=problems.source(element),
     )
 
 
-def read_material(element: ET.Element, context: Context) -> Material:
-    """A `<material>`, global or of one visual; its texture is looked for, and noted where it is missing."""
-    problems = context.problems
-    name = element.get("name")
-    who = f'material "{name or ""}"'
+def build_material(material: MaterialElement, problems: Problems) -> Material:
+    """Build a material, global or of one visual; a missing texture is noted."""
+    element, who = material.element, material.who
     found, rest = children_of(element, ("color", "texture"))
-    rgba = _read_color(found.get("color"), who, problems)
-    texture, uri = None, None
+    uri = None
+    problems.use(found.get("color"))
+    if "color" in found and len((found["color"].get("rgba") or "").split()) == 3:
+        problems.note(found["color"], who, "<color rgba> holds 3 numbers; opaque")
     if "texture" in found:
         uri = found["texture"].get("filename")
-        texture = _find_texture(uri, found["texture"], who, context)
+        texture = material.texture
+        if texture is None:
+            problems.note(found["texture"], who, "<texture> names no file; skipped")
+        elif texture.path is None:
+            problems.note(found["texture"], who, f"texture {uri!r}: {texture.problem}")
+        elif texture.note is not None:
+            problems.note(found["texture"], who, f"texture {uri!r}: {texture.note}")
+    rgba = material.rgba
     return Material(
-        name=name,
-        rgba=rgba,
-        texture=texture,
+        name=element.get("name"),
+        rgba=None if rgba is None else cast(RGBA, (*rgba, 1.0)[:4]),
+        texture=None if material.texture is None else material.texture.path,
         texture_uri=uri,
         extra=(
             *rest,
@@ -92,7 +109,7 @@ def read_material(element: ET.Element, context: Context) -> Material:
     )
 
 
-def resolve_materials(links: Sequence[Link], materials: Sequence[Material], context: Context) -> list[Link]:
+def resolve_materials(links: Sequence[Link], materials: Sequence[Material], problems: Problems) -> list[Link]:
     """Give each visual that only names its material the definition of that name.
 
     Definitions are the robot's global materials, else the first visual that defines the name.
@@ -115,9 +132,7 @@ def resolve_materials(links: Sequence[Link], materials: Sequence[Material], cont
 
     out = [dataclasses.replace(link, visuals=tuple(map(resolved, link.visuals))) for link in links]
     for name, visual in unknown.items():
-        context.problems.note(
-            visual.source.line, f'material "{name}"', "is named but nowhere defined; no colour"
-        )
+        problems.note(visual.source.line, f'material "{name}"', "is named but nowhere defined; no colour")
     return out
 
 
@@ -126,40 +141,18 @@ def _is_bare(material: Material) -> bool:
     return material.rgba is None and material.texture_uri is None
 
 
-def _read_color(element: ET.Element | None, who: str, problems: Problems) -> RGBA | None:
-    if element is None:
-        return None
-    text = element.get("rgba")
-    if text is not None and len(text.split()) == 3:
-        rgb = read_vector(element, "rgba", 3, who, problems)
-        problems.note(element, who, "<color rgba> holds 3 numbers; opaque")
-        return None if rgb is None else (rgb[0], rgb[1], rgb[2], 1.0)
-    return cast(RGBA | None, read_vector(element, "rgba", 4, who, problems))
-
-
-def _find_texture(uri: str | None, element: ET.Element, who: str, context: Context) -> Path | None:
-    if not uri:
-        context.problems.note(element, who, "<texture> names no file; left out")
-        return None
-    resolved = context.resolver.resolve(uri)
-    if resolved.path is None:
-        context.problems.note(element, who, f"texture {uri!r}: {resolved.problem}")
-    elif resolved.note is not None:
-        context.problems.note(element, who, f"texture {uri!r}: {resolved.note}")
-    return resolved.path
-
-
-def _read_visual(element: ET.Element, who: str, context: Context) -> Visual | None:
-    problems = context.problems
+def _visual(shape: ShapeElement, context: BuildContext) -> Visual | None:
+    problems, element = context.problems, shape.element
     found, rest = children_of(element, ("origin", "geometry", "material"))
-    geometry = read_geometry(found.get("geometry"), element, who, context)
+    geometry = build_geometry(shape, context)
     if geometry is None:
         return None
+    problems.use(found.get("origin"))
     material = found.get("material")
     return Visual(
         geometry=geometry,
-        origin=read_pose(found.get("origin"), who, problems),
-        material=None if material is None else read_material(material, context),
+        origin=shape.pose,
+        material=None if material is None else build_material(context.materials[material], problems),
         name=element.get("name"),
         extra=(*rest, *_unread_shape(found)),
         attributes=unread_attributes(element, "name"),
@@ -167,15 +160,16 @@ def _read_visual(element: ET.Element, who: str, context: Context) -> Visual | No
     )
 
 
-def _read_collision(element: ET.Element, who: str, context: Context) -> Collision | None:
-    problems = context.problems
+def _collision(shape: ShapeElement, context: BuildContext) -> Collision | None:
+    problems, element = context.problems, shape.element
     found, rest = children_of(element, ("origin", "geometry"))
-    geometry = read_geometry(found.get("geometry"), element, who, context)
+    geometry = build_geometry(shape, context)
     if geometry is None:
         return None
+    problems.use(found.get("origin"))
     return Collision(
         geometry=geometry,
-        origin=read_pose(found.get("origin"), who, problems),
+        origin=shape.pose,
         name=element.get("name"),
         concave=element.get("concave", "").strip().lower() in ("yes", "true", "1"),
         extra=(*rest, *_unread_shape(found)),
@@ -186,56 +180,48 @@ def _read_collision(element: ET.Element, who: str, context: Context) -> Collisio
 
 def _unread_shape(found: dict[str, ET.Element]) -> tuple[ET.Element, ...]:
     return (
-        *unread_part(found.get("origin"), ("xyz", "rpy", "quat_xyzw")),
+        *unread_part(found.get("origin"), ORIGIN),
         *unread_part(found.get("geometry"), (), GEOMETRY_TAGS),
     )
 
 
-def _read_inertial(
-    element: ET.Element | None, who: str, problems: Problems
-) -> tuple[Inertial | None, tuple[ET.Element, ...]]:
-    if element is None:
-        return None, ()
+def _inertial(
+    inertial: InertialElement, who: str, problems: Problems
+) -> tuple[Inertial, tuple[ET.Element, ...]]:
+    """The inertial and the unread part of its element."""
+    element = inertial.element
     found, _ = children_of(element, ("origin", "mass", "inertia"))
-    origin = read_pose(found.get("origin"), who, problems)
-    mass = None
+    problems.use(found.get("origin"))
     before = len(problems.errors)
-    if "mass" in found:
-        mass = read_number(found["mass"], "value", who, problems)
-    if mass is None and len(problems.errors) == before:
+    problems.use(found.get("mass"))
+    if inertial.mass is None and len(problems.errors) == before:
         problems.error(element, who, '<inertial> has no mass; add <mass value="..."/> (kg)')
-    tensor = [0.0] * 6
-    if "inertia" not in found:
+    if inertial.inertia is None:
         problems.note(element, who, "<inertial> has no <inertia>; the tensor is read as zero")
     else:
-        values = [read_number(found["inertia"], key, who, problems) for key in INERTIA_KEYS]
-        tensor = [value or 0.0 for value in values]
-        absent = [key for key in ("ixx", "iyy", "izz") if found["inertia"].get(key) is None]
+        problems.use(inertial.inertia)
+        absent = [key for key in ("ixx", "iyy", "izz") if inertial.inertia.get(key) is None]
         if absent:
-            problems.note(found["inertia"], who, f"<inertia> has no {', '.join(absent)}; read as zero")
+            problems.note(inertial.inertia, who, f"<inertia> has no {', '.join(absent)}; read as zero")
     unread = ET.Element("inertial", dict(element.attrib))
     unread.extend(child for child in element if child.tag not in found)
-    for tag, known in (
-        ("origin", ("xyz", "rpy", "quat_xyzw")),
-        ("mass", ("value",)),
-        ("inertia", INERTIA_KEYS),
-    ):
+    for tag, known in (("origin", ORIGIN), ("mass", ("value",)), ("inertia", INERTIA_KEYS)):
         unread.extend(unread_part(found.get(tag), known))
-    left = (unread,) if len(unread) or unread.attrib else ()
-    inertial = Inertial(
-        mass=mass or 0.0,
-        origin=origin,
-        inertia=(tensor[0], tensor[1], tensor[2], tensor[3], tensor[4], tensor[5]),
+    xx, xy, xz, yy, yz, zz = (moment or 0.0 for moment in inertial.moments)
+    built = Inertial(
+        mass=inertial.mass or 0.0,
+        origin=inertial.pose,
+        inertia=(xx, xy, xz, yy, yz, zz),
         source=problems.source(element),
     )
-    return inertial, left
+    return built, (unread,) if len(unread) or unread.attrib else ()
 
 
-def _read_contact(
-    element: ET.Element | None, who: str, problems: Problems
-) -> tuple[Contact | None, tuple[ET.Element, ...]]:
-    if element is None:
-        return None, ()
+def _contact(
+    element: ET.Element, link: LinkElement, problems: Problems
+) -> tuple[Contact, tuple[ET.Element, ...]]:
+    """The contact parameters and the unread part of their element."""
     found, _ = children_of(element, CONTACT_TAGS)
-    values = {tag: read_number(child, "value", who, problems) for tag, child in found.items()}
-    return Contact(**values), unread_part(element, (), tuple(found))
+    for child in found.values():
+        problems.use(child)
+    return Contact(**link.contact), unread_part(element, (), tuple(found))

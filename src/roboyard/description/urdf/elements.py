@@ -1,79 +1,67 @@
-"""The description as the checks see it: every element that is there, right or wrong, with its line.
+"""The elements of a URDF as they are written, right or wrong, with their lines.
 
-Unlike `load_description`, reading a draft never fails once the file is XML: what cannot be read is None, and
-each number that is wrong or sloppy is recorded for the checks of `numbers`.
+Numbers that are missing or cannot be read are None; `numbers.NumberFault` records why.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
-from roboyard.description.files.resolver import Resolved, Resolver
-from roboyard.description.urdf.link_tree import Tree
+from roboyard.description.files.resolver import Resolved
+from roboyard.description.model import INERTIA_KEYS, JointType, Pose
 from roboyard.description.urdf.xml import line_of
-from roboyard.errors import DescriptionError, MeshError
-from roboyard.shapes.mesh_stats import MeshStats, mesh_stats
+from roboyard.errors import MeshError
 from roboyard.transforms import Array, pose_matrix, quaternion_from_axis_angle
 
+if TYPE_CHECKING:
+    from roboyard.shapes.mesh_stats import MeshStats
+
+JOINT_TYPES: tuple[str, ...] = get_args(JointType)
 MOVING_TYPES = ("revolute", "continuous", "prismatic", "floating", "planar", "spherical")
-JOINT_TYPES = (*MOVING_TYPES, "fixed")
 ONE_AXIS_TYPES = ("revolute", "continuous", "prismatic")
 PRIMITIVES = ("box", "sphere", "cylinder", "capsule", "plane")
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Location:
-    """An element to point at."""
-
-    who: str
-    line: int | None
-    link_names: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class NumberFault:
-    """A number that the shared reader could not read, or read only by being lenient."""
-
-    at: Location
-    message: str
-    fatal: bool
+GEOMETRY_TAGS = (*PRIMITIVES, "mesh")
 
 
 @dataclass(kw_only=True, eq=False)
-class MeshUse:
-    """One `<mesh>` of one shape."""
+class MeshElement:
+    """A `<mesh>` of one shape."""
 
     element: ET.Element
     uri: str
+    """As written; empty where no file is named."""
     found: Resolved
     scale: tuple[float, ...]
-    drafts_facts: Mapping[Path, MeshStats | MeshError]
+    """(3,) factors; ones where they cannot be read."""
+    stats_by_file: Mapping[Path, MeshStats | MeshError]
+    """Statistics of the robot's mesh files; empty until an audit reads them."""
 
     @property
-    def facts(self) -> MeshStats | None:
-        """What is known of the file; None where it was not found or cannot be read."""
-        known = None if self.found.path is None else self.drafts_facts.get(self.found.path)
-        return known if isinstance(known, MeshStats) else None
+    def stats(self) -> MeshStats | None:
+        """Statistics of the file; None where it was not found, not read yet or cannot be read."""
+        known = None if self.found.path is None else self.stats_by_file.get(self.found.path)
+        return None if isinstance(known, MeshError) else known
 
     @property
     def error(self) -> MeshError | None:
         """Why the file that was found cannot be read."""
-        known = None if self.found.path is None else self.drafts_facts.get(self.found.path)
+        known = None if self.found.path is None else self.stats_by_file.get(self.found.path)
         return known if isinstance(known, MeshError) else None
 
     @cached_property
     def extents(self) -> Array | None:
-        """(3,) size in the shape's frame, scale included; m."""
-        facts = self.facts
-        if facts is None or not facts.is_finite:
+        """(3,) size in the shape's frame, scale included (m)."""
+        stats = self.stats
+        if stats is None or not stats.is_finite:
             return None
-        return np.abs(np.asarray(self.scale)) * (facts.bounds[1] - facts.bounds[0])
+        return np.abs(np.asarray(self.scale)) * (stats.bounds[1] - stats.bounds[0])
 
 
 @dataclass(kw_only=True, eq=False)
@@ -82,36 +70,53 @@ class ShapeElement:
 
     element: ET.Element
     kind: str
-    """visual or collision"""
+    """"visual" or "collision"."""
     link: str
+    """Name of the link."""
     geometry: ET.Element | None
-    """The element inside `<geometry>`."""
-    origin: Array
-    """(4, 4) in the link frame; identity where it cannot be read."""
-    size: tuple[float, ...] | None
-    """Of a box its extents, of round ones (radius, length); None for a mesh or where it cannot be read."""
-    mesh: MeshUse | None
+    """Element inside `<geometry>`: the first of a known shape, else the first of all."""
+    pose: Pose
+    """In the link frame; the identity where it cannot be read."""
+    sizes: tuple[float | None, ...]
+    """Extents of a box, (radius,) of a sphere, (radius, length) of a cylinder or capsule (m); else empty."""
+    normal: tuple[float, ...] | None
+    """(3,) of a plane."""
+    mesh: MeshElement | None
 
     @property
     def who(self) -> str:
+        """The link, as in `link "arm"`."""
         return f'link "{self.link}"'
 
     @property
     def line(self) -> int | None:
+        """1-based line in the file."""
         return line_of(self.element)
 
     @property
     def link_names(self) -> tuple[str, ...]:
+        """The link, in a tuple."""
         return (self.link,)
 
     @cached_property
+    def origin(self) -> Array:
+        """(4, 4) pose in the link frame; the identity where it cannot be read."""
+        return self.pose.matrix()
+
+    @cached_property
+    def size(self) -> tuple[float, ...] | None:
+        """`sizes`; None for a mesh, a plane, or where one of them cannot be read."""
+        known = tuple(size for size in self.sizes if size is not None)
+        return known if known and len(known) == len(self.sizes) else None
+
+    @cached_property
     def bounds(self) -> Array | None:
-        """(2, 3) corners in the shape's own frame, scale included; None where the size is not known; m."""
+        """(2, 3) corners in the shape's own frame, scale included (m); None where the size is not known."""
         if self.mesh is not None:
-            facts = self.mesh.facts
-            if facts is None or not facts.is_finite:
+            stats = self.mesh.stats
+            if stats is None or not stats.is_finite:
                 return None
-            corners = facts.bounds * np.asarray(self.mesh.scale)
+            corners = stats.bounds * np.asarray(self.mesh.scale)
             return np.stack([corners.min(axis=0), corners.max(axis=0)])
         if self.size is None or self.geometry is None:
             return None
@@ -120,27 +125,42 @@ class ShapeElement:
             half = np.asarray(self.size) / 2.0
         elif tag == "sphere":
             half = np.full(3, self.size[0])
-        elif tag in ("cylinder", "capsule"):
+        else:
             radius, length = self.size
             half = np.array([radius, radius, length / 2.0 + (radius if tag == "capsule" else 0.0)])
-        else:
-            return None
         return np.stack([-half, half])
 
 
 @dataclass(kw_only=True, eq=False)
 class InertialElement:
-    """An `<inertial>`; parts that are missing or cannot be read are None."""
+    """An `<inertial>`."""
 
     element: ET.Element
     mass: float | None
-    origin: Array
-    """(4, 4) of the inertial frame in the link frame."""
-    tensor: tuple[float, ...] | None
-    """ixx, ixy, ixz, iyy, iyz, izz"""
+    """kg"""
+    pose: Pose
+    """Of the inertial frame in the link frame."""
+    inertia: ET.Element | None
+    moments: tuple[float | None, ...]
+    """ixx, ixy, ixz, iyy, iyz, izz (kg m²), each None where it is missing or cannot be read."""
+
+    @cached_property
+    def origin(self) -> Array:
+        """(4, 4) pose of the inertial frame in the link frame."""
+        return self.pose.matrix()
+
+    @cached_property
+    def tensor(self) -> tuple[float, ...] | None:
+        """ixx, ixy, ixz, iyy, iyz, izz (kg m²); None without the diagonal, or where one cannot be read."""
+        if self.inertia is None or any(self.moments[k] is None for k in (0, 3, 5)):
+            return None
+        for key, moment in zip(INERTIA_KEYS, self.moments, strict=True):
+            if moment is None and self.inertia.get(key):
+                return None
+        return tuple(moment or 0.0 for moment in self.moments)
 
     def matrix(self) -> Array | None:
-        """(3, 3) in the inertial frame; kg m²."""
+        """Return the (3, 3) tensor in the inertial frame (kg m²)."""
         if self.tensor is None:
             return None
         xx, xy, xz, yy, yz, zz = self.tensor
@@ -156,17 +176,22 @@ class LinkElement:
     """Empty where there is none."""
     inertial: InertialElement | None
     shapes: tuple[ShapeElement, ...]
+    contact: Mapping[str, float | None]
+    """Numbers of `<contact>` by tag."""
 
     @property
     def who(self) -> str:
+        """As in `link "arm"`."""
         return f'link "{self.name}"'
 
     @property
     def line(self) -> int | None:
+        """1-based line in the file."""
         return line_of(self.element)
 
     @property
     def link_names(self) -> tuple[str, ...]:
+        """The name, in a tuple."""
         return (self.name,)
 
     @property
@@ -176,15 +201,17 @@ class LinkElement:
 
     @property
     def visuals(self) -> list[ShapeElement]:
+        """Its `<visual>` elements."""
         return [shape for shape in self.shapes if shape.kind == "visual"]
 
     @property
     def collisions(self) -> list[ShapeElement]:
+        """Its `<collision>` elements."""
         return [shape for shape in self.shapes if shape.kind == "collision"]
 
     @cached_property
     def bounds(self) -> Array | None:
-        """(2, 3) corners of the box round all shapes in the link frame; None without any of known size."""
+        """(2, 3) corners of the box round all shapes in the link frame (m); None if no size is known."""
         corners = []
         for shape in self.shapes:
             if shape.bounds is not None:
@@ -200,49 +227,72 @@ class LinkElement:
 
 @dataclass(kw_only=True, eq=False)
 class JointElement:
-    """A `<joint>`; numbers that are missing or cannot be read are None."""
+    """A `<joint>`."""
 
     element: ET.Element
     name: str
+    """Empty where there is none."""
     type: str
+    """As URDF spells it where only case or blanks differ; empty where there is none."""
     parent: str
     child: str
-    origin: Array
-    """(4, 4) of the child frame in the parent frame; identity where it cannot be read."""
-    rpy: tuple[float, ...] | None
+    pose: Pose
+    """Of the child frame in the parent frame; the identity where it cannot be read."""
     axis: tuple[float, ...] | None
+    """(3,) as written, of any length."""
     limit: ET.Element | None
     lower: float | None
+    """rad or m"""
     upper: float | None
+    """rad or m"""
     effort: float | None
+    """N m or N"""
     velocity: float | None
+    """rad/s or m/s"""
     damping: float | None
+    """N m s/rad or N s/m"""
     friction: float | None
+    """N m or N"""
     mimic: ET.Element | None
     mimic_of: str
+    """Name of the joint that it follows; empty where there is none."""
     multiplier: float
     offset: float
+    """rad or m"""
 
     @property
     def who(self) -> str:
+        """As in `joint "elbow"`."""
         return f'joint "{self.name}"'
 
     @property
     def line(self) -> int | None:
+        """1-based line in the file."""
         return line_of(self.element)
 
     @property
     def link_names(self) -> tuple[str, ...]:
+        """The child link, in a tuple."""
         return (self.child,) if self.child else ()
 
     @property
     def unit(self) -> str:
-        """Of its position."""
+        """Unit of its position."""
         return "m" if self.type == "prismatic" else "rad"
 
     @property
+    def is_fixed(self) -> bool:
+        """True for a fixed joint."""
+        return self.type == "fixed"
+
+    @cached_property
+    def origin(self) -> Array:
+        """(4, 4) pose of the child frame in the parent frame; the identity where it cannot be read."""
+        return self.pose.matrix()
+
+    @property
     def rest(self) -> Array:
-        """(4, 4) of the child frame in the parent frame at the position nearest to zero within the limits."""
+        """(4, 4) pose of the child frame in the parent frame, at the position within limits nearest to 0."""
         if self.type not in ("revolute", "prismatic") or self.axis is None or not self.has_range:
             return self.origin
         lower, upper = self.lower or 0.0, self.upper or 0.0
@@ -256,7 +306,7 @@ class JointElement:
 
     @property
     def has_range(self) -> bool:
-        """True where both bounds are given and leave room."""
+        """True where both bounds are given and the lower one is below the upper one."""
         return self.lower is not None and self.upper is not None and self.lower < self.upper
 
 
@@ -266,137 +316,30 @@ class MaterialElement:
 
     element: ET.Element
     link: str
-    """Of the visual; empty for the robot's own."""
+    """Link of the visual; empty for the robot's own."""
     name: str
     rgba: tuple[float, ...] | None
-    """As many numbers as are given; None without a colour or where it cannot be read."""
+    """(3,) or (4,), as many as are given; None without a colour or where it cannot be read."""
     texture: Resolved | None
+    """None without a texture, or with one that names no file."""
 
     @property
     def who(self) -> str:
+        """As in `material "red"`."""
         return f'material "{self.name}"'
 
     @property
     def line(self) -> int | None:
+        """1-based line in the file."""
         return line_of(self.element)
 
     @property
     def link_names(self) -> tuple[str, ...]:
+        """The link of the visual, in a tuple."""
         return (self.link,) if self.link else ()
 
 
-@dataclass(kw_only=True, eq=False)
-class UrdfElements:
-    """A whole description, right or wrong."""
-
-    file: Path
-    root: ET.Element
-    xml_notes: tuple[str, ...]
-    links: tuple[LinkElement, ...]
-    joints: tuple[JointElement, ...]
-    materials: tuple[MaterialElement, ...]
-    number_faults: tuple[NumberFault, ...]
-    resolver: Resolver
-    meshes: dict[Path, MeshStats | MeshError] = field(default_factory=dict)
-    """Of every mesh file found."""
-    refusal: DescriptionError | None = None
-    """Why there is nothing to look at: the file cannot be read, or is no XML."""
-
-    @property
-    def name(self) -> str:
-        return (self.root.get("name") or "").strip()
-
-    @cached_property
-    def link_by_name(self) -> dict[str, LinkElement]:
-        return {link.name: link for link in reversed(self.links) if link.name}
-
-    @cached_property
-    def joint_by_name(self) -> dict[str, JointElement]:
-        return {joint.name: joint for joint in reversed(self.joints) if joint.name}
-
-    @property
-    def moving_joints(self) -> Iterator[JointElement]:
-        return (joint for joint in self.joints if joint.type in MOVING_TYPES)
-
-    @property
-    def one_axis_joints(self) -> Iterator[JointElement]:
-        return (joint for joint in self.joints if joint.type in ONE_AXIS_TYPES)
-
-    @property
-    def shapes(self) -> Iterator[ShapeElement]:
-        return (shape for link in self.links for shape in link.shapes)
-
-    @property
-    def mesh_shapes(self) -> Iterator[tuple[ShapeElement, MeshUse]]:
-        return ((shape, shape.mesh) for shape in self.shapes if shape.mesh is not None)
-
-    @cached_property
-    def tree(self) -> Tree:
-        """How links hang together."""
-        edges = [(joint.parent, joint.child, joint.rest, joint.type == "fixed") for joint in self.joints]
-        return Tree.of([link.name for link in self.links if link.name], edges)
-
-    @cached_property
-    def mimic_rings(self) -> tuple[tuple[str, ...], ...]:
-        """Joints that follow each other round, each ring once from its first joint in the file."""
-        return self._followed[0]
-
-    @cached_property
-    def endless_mimics(self) -> frozenset[str]:
-        """Joints that lead to such a ring, however far they follow."""
-        return self._followed[1]
-
-    @cached_property
-    def _followed(self) -> tuple[tuple[tuple[str, ...], ...], frozenset[str]]:
-        follows = {
-            name: joint.mimic_of for name, joint in self.joint_by_name.items() if joint.mimic is not None
-        }
-        ends: dict[str, bool] = {}
-        rings: list[tuple[str, ...]] = []
-        for start in (joint.name for joint in self.joints if joint.name):
-            way: dict[str, None] = {}
-            name = start
-            while name in follows and name not in ends and name not in way:
-                way[name] = None
-                name = follows[name]
-            if name in way:
-                names = list(way)
-                rings.append(tuple(names[names.index(name) :]))
-                ends |= dict.fromkeys(way, False)
-            else:
-                ends |= dict.fromkeys(way, ends.get(name, True))
-        return tuple(rings), frozenset(name for name, does in ends.items() if not does)
-
-    @cached_property
-    def massless_bodies(self) -> frozenset[int]:
-        """Indices in `tree.bodies` of those that must move and have no mass.
-
-        The body that holds the root may be bolted down, so it is never among them.
-        """
-        return frozenset(
-            index
-            for index, names in enumerate(self.tree.bodies)
-            if all(self.tree.parents[name] for name in names)
-            and not any(self.link_by_name[name].has_mass for name in names)
-        )
-
-    @cached_property
-    def reach(self) -> float:
-        """Largest distance between a link frame and its root, joints at rest; m."""
-        return max((float(np.linalg.norm(pose[:3, 3])) for pose in self.tree.frames.values()), default=0.0)
-
-    def close(self) -> None:
-        """Load the facts of every mesh file."""
-        for _, mesh in self.mesh_shapes:
-            path = mesh.found.path
-            if path is not None and path not in self.meshes:
-                try:
-                    self.meshes[path] = mesh_stats(path)
-                except MeshError as error:
-                    self.meshes[path] = error
-
-
 def plain_type(text: str) -> str:
-    """A joint type spelt as URDF spells it, where only case or blanks differ."""
+    """Return a joint type as URDF spells it, where only case or blanks differ."""
     plain = text.strip().lower()
     return plain if plain in JOINT_TYPES else text

@@ -1,47 +1,71 @@
-"""How links hang together, for trees that may be broken: nothing here recurses or assumes one root."""
+"""The graph of links and joints of files that may be broken: nothing here recurses or assumes one root."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from roboyard.transforms import Array
 
-Edge = tuple[str, str, Array, bool]
-"""(parent, child, (4, 4) pose of the child frame in the parent frame, is fixed)."""
+
+class Edge(Protocol):
+    """A joint between two links."""
+
+    @property
+    def parent(self) -> str:
+        """Name of the parent link."""
+        ...
+
+    @property
+    def child(self) -> str:
+        """Name of the child link."""
+        ...
+
+    @property
+    def rest(self) -> Array:
+        """(4, 4) pose of the child frame in the parent frame."""
+        ...
+
+    @property
+    def is_fixed(self) -> bool:
+        """True where the child does not move against the parent."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Tree:
-    """Links and the joints between them; joints to unknown links are left out."""
+class LinkTree:
+    """Links and the joints between them; joints to unknown links are skipped."""
 
     names: tuple[str, ...]
     """Links, in file order, each once."""
     edges: tuple[Edge, ...]
 
     @classmethod
-    def of(cls, names: Sequence[str], edges: Sequence[Edge]) -> Tree:
-        """Build it from link names and edges in file order."""
+    def of(cls, names: Iterable[str], edges: Iterable[Edge]) -> LinkTree:
+        """Return the tree of link names and edges in file order."""
         known = dict.fromkeys(names)
-        return cls(names=tuple(known), edges=tuple(e for e in edges if e[0] in known and e[1] in known))
+        return cls(
+            names=tuple(known), edges=tuple(e for e in edges if e.parent in known and e.child in known)
+        )
 
     @cached_property
     def children(self) -> dict[str, list[int]]:
         """Link to the indices of the edges that leave it."""
         found: dict[str, list[int]] = {name: [] for name in self.names}
-        for index, (parent, *_) in enumerate(self.edges):
-            found[parent].append(index)
+        for index, edge in enumerate(self.edges):
+            found[edge.parent].append(index)
         return found
 
     @cached_property
     def parents(self) -> dict[str, list[int]]:
         """Link to the indices of the edges that arrive at it."""
         found: dict[str, list[int]] = {name: [] for name in self.names}
-        for index, (_, child, *_) in enumerate(self.edges):
-            found[child].append(index)
+        for index, edge in enumerate(self.edges):
+            found[edge.child].append(index)
         return found
 
     @cached_property
@@ -50,14 +74,14 @@ class Tree:
         return tuple(name for name in self.names if not self.parents[name])
 
     @cached_property
-    def is_sound(self) -> bool:
-        """One root that reaches every link along exactly one way."""
+    def is_valid(self) -> bool:
+        """True for one root that reaches every link along exactly one path."""
         one_parent = all(len(arriving) <= 1 for arriving in self.parents.values())
         return len(self.roots) == 1 and one_parent and len(self.frames) == len(self.names)
 
     @cached_property
     def frames(self) -> dict[str, Array]:
-        """(4, 4) pose of every link that a root reaches, in that root's frame, all joints at zero."""
+        """(4, 4) pose of every link that a root reaches, in that root's frame, all joints at rest."""
         found: dict[str, Array] = {}
         for root in self.roots:
             found[root] = np.eye(4)
@@ -65,35 +89,35 @@ class Tree:
             while stack:
                 parent = stack.pop()
                 for index in self.children[parent]:
-                    _, child, pose, _ = self.edges[index]
-                    if child not in found:
-                        found[child] = found[parent] @ pose
-                        stack.append(child)
+                    edge = self.edges[index]
+                    if edge.child not in found:
+                        found[edge.child] = found[parent] @ edge.rest
+                        stack.append(edge.child)
         return found
 
     @cached_property
     def loops(self) -> tuple[tuple[str, ...], ...]:
-        """Rings of links, at most ten: each link is the child of the one before, the first of the last."""
+        """Loops of links, at most ten: each link is the child of the one before, the first of the last."""
         state: dict[str, int] = {}
         found: list[tuple[str, ...]] = []
         for start in self.names:
             if start in state:
                 continue
             state[start] = 1
-            way = [start]
+            path = [start]
             pending = [iter(self.children[start])]
             while pending and len(found) < 10:
                 index = next(pending[-1], None)
                 if index is None:
                     pending.pop()
-                    state[way.pop()] = 2
+                    state[path.pop()] = 2
                     continue
-                child = self.edges[index][1]
+                child = self.edges[index].child
                 if state.get(child) == 1:
-                    found.append(tuple(way[way.index(child) :]))
+                    found.append(tuple(path[path.index(child) :]))
                 elif child not in state:
                     state[child] = 1
-                    way.append(child)
+                    path.append(child)
                     pending.append(iter(self.children[child]))
         return tuple(found)
 
@@ -108,9 +132,9 @@ class Tree:
                 name = leader[name]
             return name
 
-        for parent, child, _, fixed in self.edges:
-            if fixed:
-                leader[find(child)] = find(parent)
+        for edge in self.edges:
+            if edge.is_fixed:
+                leader[find(edge.child)] = find(edge.parent)
         members: dict[str, list[str]] = {}
         for name in self.names:
             members.setdefault(find(name), []).append(name)
@@ -125,8 +149,8 @@ class Tree:
     def body_pairs(self) -> frozenset[tuple[int, int]]:
         """Pairs of bodies (smaller index first) that a joint connects."""
         pairs = set()
-        for parent, child, _, fixed in self.edges:
-            a, b = self.body_of[parent], self.body_of[child]
-            if not fixed and a != b:
+        for edge in self.edges:
+            a, b = self.body_of[edge.parent], self.body_of[edge.child]
+            if not edge.is_fixed and a != b:
                 pairs.add((min(a, b), max(a, b)))
         return frozenset(pairs)

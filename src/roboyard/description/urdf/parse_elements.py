@@ -1,120 +1,81 @@
-"""Read a draft: what is there, right or wrong."""
+"""Parse the elements of a URDF, right or wrong: nothing is refused, each faulty number is recorded."""
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 from roboyard.description.files.resolver import Resolver
-from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS
-from roboyard.description.urdf.build_context import read_pose
+from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS, Pose, Quaternion, Vector3
 from roboyard.description.urdf.elements import (
+    GEOMETRY_TAGS,
     InertialElement,
     JointElement,
     LinkElement,
-    Location,
     MaterialElement,
-    MeshUse,
-    NumberFault,
+    MeshElement,
     ShapeElement,
-    UrdfElements,
     plain_type,
 )
-from roboyard.description.urdf.numbers import read_number, read_vector
-from roboyard.description.urdf.problems import Problems
-from roboyard.description.urdf.xml import line_of
-from roboyard.errors import DescriptionError, MeshError
-from roboyard.shapes.mesh_stats import MeshStats
-from roboyard.transforms import Array
+from roboyard.description.urdf.numbers import UNIT_TOLERANCE, NumberFault, NumberParser, unit_quaternion
+from roboyard.errors import MeshError
+from roboyard.transforms import quaternion_from_rpy
+
+if TYPE_CHECKING:
+    from roboyard.shapes.mesh_stats import MeshStats
+
+_SIZES = {"sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 
 
-class _Recorder(Problems):
-    """Keeps what the number reader reports, with its place."""
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ParsedElements:
+    """The elements of one file, in file order."""
 
-    def __init__(self, file: Path) -> None:
-        super().__init__(file)
-        self.faults: list[NumberFault] = []
-        self.links: tuple[str, ...] = ()
+    links: tuple[LinkElement, ...]
+    joints: tuple[JointElement, ...]
+    materials: tuple[MaterialElement, ...]
+    """The robot's own, then those of the visuals."""
+    number_faults: tuple[NumberFault, ...]
 
-    def error(self, at: ET.Element | int | None, element: str, message: str) -> None:
-        self._keep(at, element, message, fatal=True)
 
-    def note(self, at: ET.Element | int | None, element: str, message: str) -> None:
-        self._keep(at, element, message, fatal=False)
-
-    def _keep(self, at: ET.Element | int | None, element: str, message: str, *, fatal: bool) -> None:
-        line = line_of(at) if isinstance(at, ET.Element) else at
-        place = Location(who=element, line=line, link_names=self.links)
-        self.faults.append(NumberFault(at=place, message=message, fatal=fatal))
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Parser:
+    numbers: NumberParser
+    resolver: Resolver
+    stats_by_file: Mapping[Path, MeshStats | MeshError]
 
 
 def parse_elements(
-    file: Path,
     root: ET.Element,
-    xml_notes: tuple[str, ...],
     resolver: Resolver,
     *,
-    known_meshes: Mapping[Path, MeshStats | MeshError] | None = None,
-) -> UrdfElements:
-    """Read what is there; mesh files are opened too, but for those that are known."""
-    recorder = _Recorder(file)
-    meshes: dict[Path, MeshStats | MeshError] = dict(known_meshes or {})
-    links = tuple(_link(element, recorder, resolver, meshes) for element in root.findall("link"))
-    joints = tuple(_joint(element, recorder) for element in root.findall("joint"))
-    draft = UrdfElements(
-        file=file,
-        root=root,
-        xml_notes=xml_notes,
-        links=links,
-        joints=joints,
-        materials=_materials(root, recorder, resolver),
-        number_faults=tuple(recorder.faults),
-        resolver=resolver,
-        meshes=meshes,
-    )
-    draft.close()
-    return draft
+    stats_by_file: Mapping[Path, MeshStats | MeshError],
+    words_are_zero: bool = False,
+) -> ParsedElements:
+    """Parse the links, joints and materials of a `<robot>` element.
 
-
-def refused(file: Path, error: DescriptionError, resolver: Resolver) -> UrdfElements:
-    """A draft of nothing, for a file that cannot be read."""
-    return UrdfElements(
-        file=file,
-        root=ET.Element("robot"),
-        xml_notes=(),
-        links=(),
-        joints=(),
-        materials=(),
-        number_faults=(),
-        resolver=resolver,
-        refusal=error,
-    )
-
-
-def _materials(root: ET.Element, recorder: _Recorder, resolver: Resolver) -> tuple[MaterialElement, ...]:
-    found = [("", element) for element in root.findall("material")]
-    for link in root.findall("link"):
-        for visual in link.findall("visual"):
-            found += [(_name(link), element) for element in visual.findall("material")[:1]]
-    return tuple(_material(element, link, recorder, resolver) for link, element in found)
-
-
-def _material(element: ET.Element, link: str, recorder: _Recorder, resolver: Resolver) -> MaterialElement:
-    name = _name(element)
-    recorder.links = (link,) if link else ()
-    color, texture = element.find("color"), element.find("texture")
-    rgba: tuple[float, ...] | None = None
-    if color is not None and (text := color.get("rgba")):
-        size = 3 if len(text.split()) == 3 else 4
-        rgba = read_vector(color, "rgba", size, f'material "{name}"', recorder)
-    uri = None if texture is None else texture.get("filename")
-    return MaterialElement(
-        element=element,
-        link=link,
-        name=name,
-        rgba=rgba,
-        texture=resolver.resolve(uri) if uri else None,
+    Args:
+        root: the `<robot>` element.
+        resolver: finds the files that the description names.
+        stats_by_file: statistics of mesh files, kept by reference: a file's are added when they are needed.
+        words_are_zero: read every word among numbers as 0.
+    """
+    numbers = NumberParser(words_are_zero=words_are_zero)
+    parser = _Parser(numbers=numbers, resolver=resolver, stats_by_file=stats_by_file)
+    links = tuple(_link(element, parser) for element in root.findall("link"))
+    joints = tuple(_joint(element, numbers) for element in root.findall("joint"))
+    materials = [_material(element, "", parser) for element in root.findall("material")]
+    for link in links:
+        for visual in link.visuals:
+            material = visual.element.find("material")
+            if material is not None:
+                materials.append(_material(material, link.name, parser))
+    return ParsedElements(
+        links=links, joints=joints, materials=tuple(materials), number_faults=tuple(numbers.faults)
     )
 
 
@@ -122,145 +83,153 @@ def _name(element: ET.Element) -> str:
     return element.get("name") or ""
 
 
-def _origin(parent: ET.Element, who: str, recorder: _Recorder) -> tuple[Array, tuple[float, ...] | None]:
-    """(4, 4) pose and the roll, pitch, yaw as written."""
-    pose = read_pose(parent.find("origin"), who, recorder)
-    return pose.matrix(), pose.rpy
+def _children(element: ET.Element, tag: str) -> list[ET.Element]:
+    """Children of the first child of this tag."""
+    child = element.find(tag)
+    return [] if child is None else list(child)
 
 
-def _link(
-    element: ET.Element, recorder: _Recorder, resolver: Resolver, meshes: Mapping[Path, MeshStats | MeshError]
-) -> LinkElement:
-    name = _name(element)
-    who = f'link "{name}"'
-    recorder.links = (name,)
-    inertial, contact = element.find("inertial"), element.find("contact")
-    for child in () if contact is None else contact:
+def _pose(parent: ET.Element, numbers: NumberParser) -> Pose:
+    """The `<origin>` of an element; the identity where there is none."""
+    element = parent.find("origin")
+    if element is None:
+        return Pose()
+    position = cast(Vector3, numbers.vector(element, "xyz", 3) or (0.0, 0.0, 0.0))
+    quaternion = numbers.vector(element, "quat_xyzw", 4)
+    if quaternion is not None:
+        unit = unit_quaternion(quaternion)
+        if unit is None:
+            message = '<origin quat_xyzw="0 0 0 0"> is no rotation'
+            numbers.record(element, "quat_xyzw", "wrong", message, "give a unit quaternion")
+            return Pose(position=position)
+        length = math.hypot(*quaternion)
+        if abs(length - 1.0) > UNIT_TOLERANCE:
+            message = f"<origin quat_xyzw> has length {length:.6g}; scaled to unit length"
+            numbers.record(element, "quat_xyzw", "sloppy", message)
+        return Pose(position=position, quaternion=unit)
+    rpy = cast(Vector3 | None, numbers.vector(element, "rpy", 3))
+    if rpy is None:
+        return Pose(position=position)
+    turned = cast(Quaternion, tuple(quaternion_from_rpy(rpy).tolist()))
+    return Pose(position=position, quaternion=turned, rpy=rpy)
+
+
+def _link(element: ET.Element, parser: _Parser) -> LinkElement:
+    name, numbers = _name(element), parser.numbers
+    numbers.enter(f'link "{name}"', name)
+    contact: dict[str, float | None] = {}
+    for child in _children(element, "contact"):
         if child.tag in CONTACT_TAGS:
-            read_number(child, "value", who, recorder)
-    shapes = [
-        _shape(child, name, who, recorder, resolver, meshes)
-        for child in element
-        if child.tag in ("visual", "collision")
-    ]
+            contact.setdefault(child.tag, numbers.number(child, "value"))
+    shapes = [_shape(child, name, parser) for child in element if child.tag in ("visual", "collision")]
+    inertial = element.find("inertial")
     return LinkElement(
         element=element,
         name=name,
-        inertial=None if inertial is None else _inertial(inertial, who, recorder),
+        inertial=None if inertial is None else _inertial(inertial, numbers),
         shapes=tuple(shapes),
+        contact=contact,
     )
 
 
-def _inertial(element: ET.Element, who: str, recorder: _Recorder) -> InertialElement:
-    mass, inertia = element.find("mass"), element.find("inertia")
-    tensor: tuple[float, ...] | None = None
-    if inertia is not None:
-        keys = INERTIA_KEYS
-        numbers = [read_number(inertia, key, who, recorder) for key in keys]
-        diagonal_is_there = all(numbers[k] is not None for k in (0, 3, 5))
-        unreadable = any(
-            number is None and inertia.get(key) for key, number in zip(keys, numbers, strict=True)
-        )
-        if diagonal_is_there and not unreadable:
-            tensor = tuple(0.0 if number is None else number for number in numbers)
+def _inertial(element: ET.Element, numbers: NumberParser) -> InertialElement:
+    inertia = element.find("inertia")
     return InertialElement(
         element=element,
-        mass=None if mass is None else read_number(mass, "value", who, recorder),
-        origin=_origin(element, who, recorder)[0],
-        tensor=tensor,
+        mass=numbers.number(element.find("mass"), "value"),
+        pose=_pose(element, numbers),
+        inertia=inertia,
+        moments=tuple(numbers.number(inertia, key) for key in INERTIA_KEYS),
     )
 
 
-def _shape(
-    element: ET.Element,
-    link: str,
-    who: str,
-    recorder: _Recorder,
-    resolver: Resolver,
-    meshes: Mapping[Path, MeshStats | MeshError],
-) -> ShapeElement:
-    holder = element.find("geometry")
-    geometry = (
-        next((child for child in holder if isinstance(child.tag, str)), None) if holder is not None else None
-    )
-    mesh: MeshUse | None = None
-    size: tuple[float, ...] | None = None
-    if geometry is not None and geometry.tag == "mesh":
-        uri = geometry.get("filename") or ""
-        scale = _scale(geometry, who, recorder)
-        mesh = MeshUse(
-            element=geometry,
-            uri=uri,
-            found=resolver.resolve(uri),
-            scale=scale,
-            drafts_facts=meshes,
-        )
-    elif geometry is not None:
-        size = _size(geometry, who, recorder)
+def _shape(element: ET.Element, link: str, parser: _Parser) -> ShapeElement:
+    numbers, geometry = parser.numbers, _geometry(element)
+    mesh: MeshElement | None = None
+    sizes: tuple[float | None, ...] = ()
+    normal: tuple[float, ...] | None = None
+    if geometry is not None:
+        if geometry.tag == "mesh":
+            mesh = _mesh(geometry, parser)
+        elif geometry.tag == "box":
+            sizes = numbers.vector(geometry, "size", 3) or (None, None, None)
+        elif geometry.tag == "plane":
+            normal = numbers.vector(geometry, "normal", 3)
+        else:
+            sizes = tuple(numbers.number(geometry, key) for key in _SIZES.get(geometry.tag, ()))
     return ShapeElement(
         element=element,
         kind=element.tag,
         link=link,
         geometry=geometry,
-        origin=_origin(element, who, recorder)[0],
-        size=size,
+        pose=_pose(element, numbers),
+        sizes=sizes,
+        normal=normal,
         mesh=mesh,
     )
 
 
-def _scale(geometry: ET.Element, who: str, recorder: _Recorder) -> tuple[float, ...]:
-    text = geometry.get("scale") or ""
-    if len(text.split()) == 1:  # one number for all three axes, as Bullet reads it
-        factor = read_number(geometry, "scale", who, recorder)
-        return (1.0, 1.0, 1.0) if factor is None else (factor, factor, factor)
-    return read_vector(geometry, "scale", 3, who, recorder) or (1.0, 1.0, 1.0)
+def _geometry(shape: ET.Element) -> ET.Element | None:
+    children = [child for child in _children(shape, "geometry") if isinstance(child.tag, str)]
+    known = (child for child in children if child.tag in GEOMETRY_TAGS)
+    return next(known, children[0] if children else None)
 
 
-def _size(geometry: ET.Element, who: str, recorder: _Recorder) -> tuple[float, ...] | None:
-    if geometry.tag == "box":
-        return read_vector(geometry, "size", 3, who, recorder)
-    if geometry.tag == "sphere":
-        radius = read_number(geometry, "radius", who, recorder)
-        return None if radius is None else (radius,)
-    if geometry.tag in ("cylinder", "capsule"):
-        radius = read_number(geometry, "radius", who, recorder)
-        length = read_number(geometry, "length", who, recorder)
-        return None if radius is None or length is None else (radius, length)
-    return None
+def _mesh(element: ET.Element, parser: _Parser) -> MeshElement:
+    uri, numbers = element.get("filename") or "", parser.numbers
+    if len((element.get("scale") or "").split()) == 1:  # one number for all three axes, as Bullet reads it
+        factor = numbers.number(element, "scale")
+        scale = (1.0, 1.0, 1.0) if factor is None else (factor, factor, factor)
+    else:
+        scale = numbers.vector(element, "scale", 3) or (1.0, 1.0, 1.0)
+    return MeshElement(
+        element=element,
+        uri=uri,
+        found=parser.resolver.resolve(uri),
+        scale=scale,
+        stats_by_file=parser.stats_by_file,
+    )
 
 
-def _joint(element: ET.Element, recorder: _Recorder) -> JointElement:
+def _material(element: ET.Element, link: str, parser: _Parser) -> MaterialElement:
+    name, numbers = _name(element), parser.numbers
+    numbers.enter(f'material "{name}"', *((link,) if link else ()))
+    color, texture = element.find("color"), element.find("texture")
+    count = 0 if color is None else len((color.get("rgba") or "").split())
+    uri = None if texture is None else texture.get("filename")
+    return MaterialElement(
+        element=element,
+        link=link,
+        name=name,
+        rgba=numbers.vector(color, "rgba", 3 if count == 3 else 4),
+        texture=parser.resolver.resolve(uri) if uri else None,
+    )
+
+
+def _joint(element: ET.Element, numbers: NumberParser) -> JointElement:
     name = _name(element)
-    who = f'joint "{name}"'
     parent, child = element.find("parent"), element.find("child")
-    axis, limit = element.find("axis"), element.find("limit")
-    dynamics, mimic = element.find("dynamics"), element.find("mimic")
+    limit, dynamics, mimic = element.find("limit"), element.find("dynamics"), element.find("mimic")
     child_name = "" if child is None else child.get("link") or ""
-    recorder.links = (child_name,) if child_name else ()
-
-    def number(of: ET.Element | None, key: str) -> float | None:
-        return None if of is None else read_number(of, key, who, recorder)
-
-    origin, rpy = _origin(element, who, recorder)
-    multiplier, offset = number(mimic, "multiplier"), number(mimic, "offset")
+    numbers.enter(f'joint "{name}"', *((child_name,) if child_name else ()))
+    multiplier = numbers.number(mimic, "multiplier")
     return JointElement(
         element=element,
         name=name,
         type=plain_type(element.get("type") or ""),
         parent="" if parent is None else parent.get("link") or "",
         child=child_name,
-        origin=origin,
-        rpy=rpy,
-        axis=None if axis is None else read_vector(axis, "xyz", 3, who, recorder),
+        pose=_pose(element, numbers),
+        axis=numbers.vector(element.find("axis"), "xyz", 3),
         limit=limit,
-        lower=number(limit, "lower"),
-        upper=number(limit, "upper"),
-        effort=number(limit, "effort"),
-        velocity=number(limit, "velocity"),
-        damping=number(dynamics, "damping"),
-        friction=number(dynamics, "friction"),
+        lower=numbers.number(limit, "lower"),
+        upper=numbers.number(limit, "upper"),
+        effort=numbers.number(limit, "effort"),
+        velocity=numbers.number(limit, "velocity"),
+        damping=numbers.number(dynamics, "damping"),
+        friction=numbers.number(dynamics, "friction"),
         mimic=mimic,
         mimic_of="" if mimic is None else mimic.get("joint") or "",
         multiplier=1.0 if multiplier is None else multiplier,
-        offset=0.0 if offset is None else offset,
+        offset=numbers.number(mimic, "offset") or 0.0,
     )

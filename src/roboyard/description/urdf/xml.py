@@ -31,6 +31,26 @@ def line_of(element: ET.Element) -> int | None:
     return getattr(element, "line", None)
 
 
+def copy_tree(root: ET.Element) -> ET.Element:
+    """Return a deep copy of a tree, with the lines of its elements; does not recurse."""
+    copied = _copy_element(root)
+    stack = [(root, copied)]
+    while stack:
+        original, copy = stack.pop()
+        for child in original:
+            new = _copy_element(child)
+            copy.append(new)
+            stack.append((child, new))
+    return copied
+
+
+def _copy_element(element: ET.Element) -> ET.Element:
+    """A copy without children; comments keep their tag, which is a function."""
+    copy = LocatedElement(element.tag, dict(element.attrib))
+    copy.text, copy.tail, copy.line = element.text, element.tail, line_of(element)
+    return copy
+
+
 def read_xml(source: Path | str) -> tuple[ET.Element, tuple[str, ...]]:
     """Root element of a file (`Path`) or of XML text (`str`), and notes on what had to be mended.
 

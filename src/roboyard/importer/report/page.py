@@ -14,7 +14,7 @@ from roboyard.reports.pictures import Kind, SceneView, view_of
 
 if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel
-    from roboyard.description.urdf.elements import UrdfElements
+    from roboyard.description.urdf.parse import UrdfElements
     from roboyard.importer.context import ImportContext
     from roboyard.validation import Gate, ValidationReport
 
@@ -58,15 +58,17 @@ def write_import_page(
     robot: RobotModel, context: ImportContext, validation: ValidationReport | None = None
 ) -> None:
     """Write the page beside the other files of the package."""
-    from roboyard.audit.run import open_elements
+    from roboyard.audit.run import read_mesh_stats
+    from roboyard.description.urdf.parse import parse_urdf
 
-    draft, blocked = open_elements(context.urdf, packages=context.packages)
+    draft = parse_urdf(context.urdf, packages=context.packages)
+    read_mesh_stats(draft)
     text = import_page(
         robot,
         context.log.facts,
         context.log.warnings,
         validation,
-        draft=None if blocked else draft,
+        draft=draft,
     )
     (context.build / "import_report.html").write_text(text, encoding="utf-8")
 

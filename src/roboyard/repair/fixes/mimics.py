@@ -39,7 +39,7 @@ def fixed_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 @fix("mimic-chain")
 def first_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Follow the first joint of the chain: q = a (b p + c) + d = (a b) p + (a c + d)."""
-    joints = bench.draft.joint_by_name
+    joints = bench.urdf.joint_by_name
     resolved: dict[str, tuple[str, float, float]] = {}
     for fault in faults:
         joint = fault.at

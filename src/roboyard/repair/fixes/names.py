@@ -51,8 +51,8 @@ def rename(references: Iterator[tuple[ET.Element, str]], renames: Mapping[str, s
 @fix("link-name-odd")
 def plain_link_names(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Rename links to identifiers."""
-    bench.link_renames.update(planned_renames(bench.draft).links)
-    rename(link_references(bench.draft.root), bench.link_renames)
+    bench.link_renames.update(planned_renames(bench.urdf).links)
+    rename(link_references(bench.urdf.root), bench.link_renames)
     for fault in faults:
         assert isinstance(fault.at, LinkElement)
         yield change(fault, fault.at.name, bench.link_renames[fault.at.name])
@@ -61,8 +61,8 @@ def plain_link_names(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 @fix("joint-name-odd")
 def plain_joint_names(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Rename joints to identifiers."""
-    bench.joint_renames.update(planned_renames(bench.draft).joints)
-    rename(joint_references(bench.draft.root), bench.joint_renames)
+    bench.joint_renames.update(planned_renames(bench.urdf).joints)
+    rename(joint_references(bench.urdf.root), bench.joint_renames)
     for fault in faults:
         assert isinstance(fault.at, JointElement)
         yield change(fault, fault.at.name, bench.joint_renames[fault.at.name])

@@ -8,10 +8,8 @@ from collections.abc import Sequence
 
 from roboyard.audit.checks.xml import NUMBERS, read_elements
 from roboyard.audit.registry import Fault
-from roboyard.description.urdf.build_context import UNIT_TOLERANCE, unit_quaternion
 from roboyard.description.urdf.elements import JointElement, ShapeElement
-from roboyard.description.urdf.numbers import read_number, read_vector
-from roboyard.description.urdf.problems import Problems
+from roboyard.description.urdf.numbers import UNIT_TOLERANCE, NumberParser, unit_quaternion
 from roboyard.description.urdf.xml import line_of
 from roboyard.repair.registry import Change, Changes, RepairContext, change, fix, shown, text
 
@@ -27,8 +25,8 @@ def plain_xml(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 def robot_name(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Call the robot as the file is called, which is what the reader does."""
     for fault in faults:
-        bench.draft.root.set("name", bench.draft.file.stem)
-        yield change(fault, "<robot>", shown(bench.draft.root))
+        bench.urdf.root.set("name", bench.urdf.path.stem)
+        yield change(fault, "<robot>", shown(bench.urdf.root))
 
 
 @fix("joint-type-spelling")
@@ -48,7 +46,7 @@ def empty_shape(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     for fault in faults:
         shape = fault.at
         assert isinstance(shape, ShapeElement)
-        for link in bench.draft.root.iterfind("link"):
+        for link in bench.urdf.root.iterfind("link"):
             if shape.element in list(link):
                 link.remove(shape.element)
         yield change(fault, shown(shape.element), "removed")
@@ -57,21 +55,17 @@ def empty_shape(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 @fix("number-sloppy")
 def plain_numbers(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write numbers as the reader understood them; leave out attributes that are blank."""
-    for element, owner in read_elements(bench.draft):
+    for element, owner in read_elements(bench.urdf):
         for key in list(element.attrib):
             size = NUMBERS.get((element.tag, key))
             if size is None:
                 continue
             size = _numbers_meant(element, key, size)
-            problems = Problems(bench.draft.file)
-            if size == 1:
-                number = read_number(element, key, owner.who, problems)
-                values = None if number is None else (number,)
-            else:
-                values = read_vector(element, key, size, owner.who, problems)
+            numbers = NumberParser()
+            values = numbers.vector(element, key, size)
             if key == "quat_xyzw" and values is not None and _is_long(values):
                 values = unit_quaternion(values)
-            elif not problems.notes or problems.errors:
+            elif not numbers.faults or any(fault.is_error for fault in numbers.faults):
                 continue
             before = shown(element)
             if values is None:

@@ -13,7 +13,7 @@ from roboyard.repair.registry import Change, Changes, RepairContext, fix
 def _restaged(bench: RepairContext, uris: set[str]) -> Changes:
     """Point the references at the staged files."""
     told: set[str] = set()
-    for shape, mesh in bench.draft.mesh_shapes:
+    for shape, mesh in bench.urdf.mesh_shapes:
         if mesh.uri in uris and mesh.found.path is not None and id(mesh.element) not in bench.moved:
             new = bench.stage.mesh(mesh.found.path)
             mesh.element.set("filename", new)
@@ -45,5 +45,5 @@ def plain_file_name(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 def relative_reference(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Name the staged meshes by relative paths."""
     if faults:
-        uris = {mesh.uri for _, mesh in bench.draft.mesh_shapes}
+        uris = {mesh.uri for _, mesh in bench.urdf.mesh_shapes}
         yield from _restaged(bench, {uri for uri in uris if "://" in uri or uri.strip().startswith("/")})
