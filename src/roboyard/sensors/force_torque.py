@@ -29,7 +29,7 @@ class ForceTorqueSensor(Sensor):
         """
         world = self.world
         data = world.velocities()
-        model = world.model
+        model = world.live_model
         internal_forces(world)
         row = int(self.link.body.mujoco_ids[self.link.index])
         position, rotation = self.mount.in_world()
@@ -44,15 +44,15 @@ def internal_forces(world: World) -> None:
     """Compute `cacc`, `cfrc_ext` and `cfrc_int` of the last step, applied wrenches included."""
     import mujoco
 
-    data = world.data
+    data = world.live_data
     push = world.wrenches.of_last_push
     is_fresh = push is not None and push[0] == world.time and push[1].shape == data.xfrc_applied.shape
     if not is_fresh or world.wrenches.pending:
-        mujoco.mj_rnePostConstraint(world.model, data)
+        mujoco.mj_rnePostConstraint(world.live_model, data)
         return
     assert push is not None
     data.xfrc_applied[:] = push[1]
     try:
-        mujoco.mj_rnePostConstraint(world.model, data)
+        mujoco.mj_rnePostConstraint(world.live_model, data)
     finally:
         data.xfrc_applied[:] = 0.0

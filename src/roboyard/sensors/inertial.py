@@ -26,7 +26,7 @@ class Imu(Sensor):
 
         world = self.world
         data = world.velocities()
-        model = world.model
+        model = world.live_model
         mujoco.mj_rnePostConstraint(model, data)
         row = int(self.link.body.mujoco_ids[self.link.index])
         moving, velocity = np.empty(6), np.empty(6)

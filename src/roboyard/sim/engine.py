@@ -165,7 +165,7 @@ class Engine(Generic[BodyT]):
         self._stale = self._inertia_changed = False
         self.revision += 1
         self._set_contact_law(self.body_by_id.values())
-        self.pool.settle()
+        self.pool.locate()
         for body in self.body_by_id.values():
             body.refresh(self._model)
         self._geom_owners = None

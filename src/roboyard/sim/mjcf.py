@@ -61,7 +61,7 @@ def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0,
         built = _collect(element, f"{name}/")
         bodies.append(world.register(f"{name}/{top}", built, None, fixed_base=built.free_joint is None))
     for body in bodies:
-        world.pool.note(body, None)
+        world.pool.note_added(body, None)
     world.mark_stale()
     return tuple(bodies)
 

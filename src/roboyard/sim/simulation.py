@@ -152,14 +152,14 @@ class Simulation(Engine[Body]):
             conaffinity=conaffinity,
         )
         prefix, xyz, quaternion = f"{unique}/", np.asarray(position, dtype=float), normalized(orientation)
-        taken = self.pool.take(description, prefix, xyz, quaternion, options)
+        taken = self.pool.acquire(description, prefix, xyz, quaternion, options)
         built = taken
         if built is None:
             built = build(self.raw_spec, self.assets, description, prefix, xyz, quaternion, options)
         body = self.register(unique, built, description, fixed_base=fixed_base, scale=scale)
         if taken is None:
             self.mark_stale()
-            self.pool.note(body, options)
+            self.pool.note_added(body, options)
         else:
             self.pool.activate(body)
             self.adopt(body)
@@ -227,7 +227,7 @@ class Simulation(Engine[Body]):
         del self.body_by_id[body.id]
         self._names.discard(body.name)
         self._copies.clear()
-        if self.pool.take_back(body):
+        if self.pool.release(body):
             self.disown(body)
         else:
             discard(built, self.raw_spec, self.assets)

@@ -72,7 +72,7 @@ class SupportPolygon:
 
     def _balance(self) -> BalanceMargins | None:
         world = self._joints.world
-        model, data = world.model, world.data
+        model, data = world.live_model, world.live_data
         support = self._ground(model, data)
         if support is None:
             return None
@@ -133,7 +133,7 @@ class SupportPolygon:
 
     def _lost(self, normals: Array, base: int, height: float, gravity: float) -> Array:
         """(e,) m that edges count as nearer, for a base that is tilted or tilting."""
-        data = self._joints.world.data
+        data = self._joints.world.live_data
         height, axis = max(height, 0.0), data.xmat[base].reshape(3, 3)[:2, 2]
         kept = np.exp(min(self._seen - data.time, 0.0) / SETTLING)
         self._upright, self._seen = axis + kept * (self._upright - axis), float(data.time)

@@ -1,1 +1,1 @@
-"""Compiled bodies kept ready, so that adding a simple body needs no compile."""
+"""Inactive compiled bodies in reserve, so that adding a simple body needs no compile."""

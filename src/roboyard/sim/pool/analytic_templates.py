@@ -1,6 +1,6 @@
-"""Castings: the moulds of bodies of one simple shape, worked out from its sizes instead of compiled.
+"""Analytic templates: templates of bodies of one simple shape, computed from its sizes instead of compiled.
 
-Bodies that differ in nothing but numbers (sizes, mass, inertia, poses, colours) have the same mould but for a
+Bodies that differ in numbers only (sizes, mass, inertia, poses, colours) have equal templates except for a
 few arrays, which are known functions of those numbers.
 """
 
@@ -21,29 +21,30 @@ from roboyard.sim.pool.templates import BodyTemplate
 from roboyard.transforms import Array, matrix_from_quaternion, to_wxyz
 
 NEARLY = 1e-9
-"""m, or of a unit quaternion: what differs by less is either the same or nothing for a casting."""
+"""Difference (m, or of a unit quaternion) below which frames count as equal or prevent an analytic
+template."""
 SHORTEST = 1e-5
-"""m: what MuJoCo takes for the reach of a body without shapes."""
+"""Length scale (m) that MuJoCo assumes for a body without shapes."""
 _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class Numbers:
-    """What tells bodies of one signature apart."""
+    """Numbers in which bodies of one signature differ."""
 
     signature: tuple[Any, ...]
-    """Everything else that tells bodies apart."""
+    """All other properties of the body."""
     mass: MassProperties | None
     size: Array
-    """(3,) MuJoCo's sizes of all geoms, which coincide; m"""
+    """(3,) MuJoCo's sizes of all geoms, which coincide (m)."""
     pose: Pose
-    """Of all geoms in the link frame."""
+    """Pose of all geoms in the link frame."""
     colors: list[RGBA]
-    """Of the visual geoms."""
+    """Colours of the visual geoms."""
 
 
 def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers | None:
-    """The numbers of a body of one link whose shapes, if any, coincide; None where it takes a compile."""
+    """Return the numbers of a body of one link of one shape; None where a compile is needed."""
     if description.joints:
         return None
     link, scale = description.links[0], options.scale
@@ -89,7 +90,7 @@ def numbers_of(description: RobotDescription, options: BuildOptions) -> Numbers 
 def analytic_template(
     template: BodyTemplate, numbers: Numbers, description: RobotDescription
 ) -> BodyTemplate:
-    """The mould of a body that differs from another's only in numbers."""
+    """Return the template of a body that differs from another one only in numbers."""
     family, mass = template.family, numbers.mass
     position, quaternion = np.array(numbers.pose.position), to_wxyz(numbers.pose.quaternion)
     body, geoms, blocks, is_free = family.body, family.geoms, {}, not family.options.fixed_base
@@ -121,16 +122,19 @@ def analytic_template(
         blocks=family.blocks | blocks,
         kinds=family.kinds,
         counts=family.counts,
-        make=family.make,
+        layout=family.layout,
         origin=family,
         varied=tuple(blocks),
     )
 
 
 def _layout(*frames: Pose | None) -> tuple[bool | None, ...] | None:
-    """Which of the link's, the geoms' and the inertial frame share an origin or axes; None if it is close.
+    """Return which of three frames share an origin or axes; None where some almost do.
 
-    MuJoCo leaves out transforms between frames that are the same.
+    MuJoCo omits transforms between equal frames.
+
+    Args:
+        frames: of the link, the geoms and the inertial.
     """
     layout: list[bool | None] = []
     for k, a in enumerate(frames):
@@ -147,7 +151,7 @@ def _layout(*frames: Pose | None) -> tuple[bool | None, ...] | None:
 
 
 def _differ_little(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
-    """Also of a quaternion and one that is the same rotation with the other sign."""
+    """Return whether values are almost equal, for quaternions also up to the sign."""
     plus = max(abs(p - q) for p, q in zip(a, b, strict=True))
     return plus < NEARLY or (len(a) == 4 and max(abs(p + q) for p, q in zip(a, b, strict=True)) < NEARLY)
 
@@ -157,7 +161,7 @@ def _tuple(values: Array) -> tuple[Any, ...]:
 
 
 def _mass_blocks(mass: MassProperties, wxyz: Array, *, is_free: bool) -> dict[str, np.ndarray]:
-    """Arrays that follow from the mass, its place (m) and the principal moments (kg m²)."""
+    """Return the arrays that depend on mass (kg), its place (m) and principal moments (kg m²)."""
     m, offset, principal = mass.mass, mass.position, mass.principal
     blocks = {
         "body_mass": np.array([m]),
@@ -192,7 +196,7 @@ def _mass_blocks(mass: MassProperties, wxyz: Array, *, is_free: bool) -> dict[st
 def _add_geom_blocks(
     blocks: dict[str, np.ndarray], family: BodyTemplate, numbers: Numbers, position: Array, wxyz: list[float]
 ) -> float:
-    """Arrays that follow from the geoms' common size and pose; gives the radius around each geom (m)."""
+    """Add the arrays that depend on the geoms' size and pose; return the radius around each geom (m)."""
     count, kinds = len(family.geoms), mujoco.mjtGeom
     a, b, c = numbers.size.tolist()
     match family.geoms[0]["type"]:
@@ -220,14 +224,14 @@ def _add_geom_blocks(
 
 
 def _length(mass: MassProperties, reach: float | None, pose: Pose) -> float:
-    """How far the body goes when it turns by 1 rad: what MuJoCo weighs rotations with; m."""
+    """Return the motion of the body for a rotation by 1 rad (m)."""
     centre = mass.position.tolist()
     origin = hypot(*centre)
     return max(SHORTEST, origin) if reach is None else max(origin, reach + dist(pose.position, centre))
 
 
 def _box(numbers: Numbers, centre: Array, half: Array) -> list[float]:
-    """Centre and half sizes of the geoms' box in the inertial frame; m."""
+    """Return centre and half sizes (m) of the geoms' box in the inertial frame."""
     pose, mass, turn = numbers.pose, numbers.mass, None
     if pose.quaternion != _IDENTITY:
         turn = matrix_from_quaternion(pose.quaternion)

@@ -1,23 +1,27 @@
-"""Spare bodies: a world to which bodies are added one by one compiles a few more of them beforehand.
+"""The body pool: a world to which bodies are added one by one compiles some more of them in advance.
 
-A compile costs MuJoCo time that grows with the square of the number of bodies. When one compile after another
-is due to new bodies, the next one gets some spares of the same makes at the end of the spec, parked: nothing
-touches them, no ray meets them, nothing draws them. A body added later takes over the first spare of its
-make. Its numbers go into MuJoCo's arrays, where they are what a compile would have put there: they come from
-a compile of that body alone (its mould) or follow from its sizes (its casting). Spares before that one are
-passed over for good, so that the bodies of a world lie in the order of their ids. What fits no spare compiles
-as ever.
+A compile takes MuJoCo time that grows with the square of the number of bodies. After several compiles in a
+row that only new bodies made necessary, the next one gets spare bodies of the same layouts at the end of
+the spec. Spare bodies are inactive: they do not collide, rays do not hit them and they are not rendered. A
+body that is added later takes the first spare body of its layout. Its numbers are written into MuJoCo's
+arrays, equal to those that a compile would have written: they come from a compile of that body alone (its
+template) or are computed from its sizes (an analytic template). Spare bodies before the one taken are never
+used, so that the bodies of a world are in the order of their ids. A body that fits no spare body is
+compiled as without a pool.
 
-Spares of bodies with joints are of that very description, and wait only where steps between additions are
-few: each step costs as much for them as for a body in use.
+Spare bodies with joints have one exact description, and exist only while few steps pass between additions:
+each step costs as much for them as for an active body.
 
-A body that is removed is parked too if it was a spare or has one link. Whatever is parked goes with the next
-compile, after some steps in which nobody came or went, and when somebody asks for MuJoCo's own arrays
-(`Engine.model`, `Engine.data`) or for the spec.
+A removed body becomes inactive, too, if it came from the pool or has one link. All inactive bodies are
+deleted with the next compile, after some steps without additions and removals, and when MuJoCo's own arrays
+(`Engine.model`, `Engine.data`) or the spec are read.
+
+`benchmarks/pool.py` measures the gain.
 """
 
 from __future__ import annotations
 
+import sys
 from collections import Counter, deque
 from itertools import cycle, islice
 from typing import Any
@@ -29,94 +33,98 @@ from roboyard.description.model import RobotDescription
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.sim.pool.rows import PooledBody, PoolRows, add_pooled_body, is_apart
 from roboyard.sim.pool.template_cache import TemplateCache
-from roboyard.sim.pool.templates import BodyTemplate, can_wait
+from roboyard.sim.pool.templates import BodyTemplate, is_poolable
 from roboyard.sim.protocols import EngineBody, PoolEngine
 from roboyard.transforms import Array, to_wxyz
 
 MESH = 4
-"""Bodies of one link that cost as much to compile as a mesh."""
-FEWEST, FEWEST_WITH_JOINTS = 8, 3
+"""Compile cost of a mesh, in bodies of one link."""
+FEWEST, FEWEST_ARTICULATED = 8, 3
 MORE, MOST = 32, 600
-"""Spares: as many as there are bodies, but at least `FEWEST`, at most `MORE` and half as many as bodies, and
-never more than `MOST` unless as many came at once.
+"""Number of spare bodies: as many as there are bodies, but at least `FEWEST`, at most `MORE` and half as
+many as bodies, and never more than `MOST` unless as many were added at once.
 
-Thus compiles become rarer as they get dearer, and steps do not get much dearer for what is parked."""
+So compiles become rarer as they become more expensive, while steps do not become much slower."""
 STREAK = 3
-"""Compiles in a row that new bodies alone made necessary, the one with spares included."""
-IDLE_STEPS, IDLE_STEPS_WITH_JOINTS = 200, 20
-"""Steps without coming and going after which what is parked goes."""
-HASTE = 4
-"""Steps between additions up to which spares with joints pay."""
-REMEMBERED = 12
-"""Additions by which the makes of spares are chosen: those that were seen twice."""
-_NAME, _GONE = "spare{}", "gone{}"
+"""Compiles in a row that only new bodies made necessary, the one with spare bodies included."""
+IDLE_STEPS, IDLE_STEPS_ARTICULATED = 200, 20
+"""Steps without additions and removals after which inactive bodies are deleted."""
+LARGEST_PAUSE = 4
+"""Largest number of steps between additions at which spare bodies with joints are made."""
+HISTORY_LENGTH = 12
+"""Number of recent additions from which the layouts of spare bodies are chosen: those seen twice."""
+_SLOT_NAME, _REMOVED_NAME = "pooled{}", "removed{}"
 
 Recent = tuple[RobotDescription, BuildOptions]
 
 
 class BodyPool:
-    """The spares of one world."""
+    """The inactive bodies of one world."""
 
     def __init__(self, engine: PoolEngine) -> None:
         self._engine = engine
         self._rows = PoolRows(engine)
         self._slots: list[PooledBody] = []
         self._next = 0
-        """First spare that may be taken; those before it have an owner or were passed over."""
+        """First spare body that may be taken; those before it have an owner or were skipped."""
         self._slot_of: dict[int, PooledBody] = {}
-        """By id of the body that lives there."""
-        self._gone: list[Built] = []
-        """What removed bodies have left in the spec."""
-        self._fresh: set[int] = set()
-        """Bodies that came since the last compile and wait for the next."""
+        """By id of the body that uses the slot."""
+        self._removed: list[Built] = []
+        """Elements of removed bodies in the spec."""
+        self._added: set[int] = set()
+        """Ids of bodies added since the last compile."""
         self._mixed = False
         self._streak = 0
-        self._patience = STREAK
+        self._threshold = STREAK
         self._idle = 0
-        self._recent: deque[Recent] = deque(maxlen=REMEMBERED)
-        self._moulds = TemplateCache()
+        self._recent: deque[Recent] = deque(maxlen=HISTORY_LENGTH)
+        self._templates = TemplateCache()
         self._steps: deque[float] = deque(maxlen=STREAK)
-        """Between the last additions, and before the first of them."""
+        """Steps before each of the last additions."""
         self._time = 0.0
-        """Of the world, when somebody came last; s."""
-        self._with_joints = False
-        """Whether any spare has joints."""
-        self._taken = 0
-        """How many spares were taken in all."""
-        self._eager = False
-        """Whether the next compile with new bodies gets spares in any case."""
+        """Simulated time of the last addition (s)."""
+        self._has_articulated = False
+        """Whether any spare body has joints."""
+        self._acquired = 0
+        """Number of bodies taken from the pool so far."""
+        self._expects_bodies = False
+        """Whether the next compile with new bodies gets spare bodies in any case."""
 
     @property
     def free(self) -> int:
-        """How many wait to be taken."""
+        """Number of spare bodies that may be taken."""
         return len(self._slots) - self._next
 
     @property
     def inactive(self) -> int:
-        """How many bodies lie in MuJoCo's arrays that are nobody's."""
-        return len(self._slots) - len(self._slot_of) + len(self._gone)
+        """Number of inactive bodies in MuJoCo's arrays."""
+        return len(self._slots) - len(self._slot_of) + len(self._removed)
 
     @property
     def history(self) -> tuple[Recent, ...]:
-        """What came lately, if that was worth spares, for a world that takes this one's place."""
-        return tuple(self._recent) if self._taken >= STREAK else ()
+        """Recent additions, if the pool was useful, for a world that replaces this one."""
+        return tuple(self._recent) if self._acquired >= STREAK else ()
 
     def restore_history(self, history: tuple[Recent, ...]) -> None:
-        """Expect what came to the world whose place this one takes."""
+        """Expect additions like those to the world that this one replaces."""
         self._recent.extend(history)
-        self._eager = bool(history)
+        self._expects_bodies = bool(history)
 
-    # ------------------------------------------------------------------------------------ coming and going
+    def disable(self) -> None:
+        """Compile every body that is added from now on; for measurements."""
+        self._threshold = sys.maxsize
 
-    def note(self, body: EngineBody, options: BuildOptions | None) -> None:
-        """A body was added that waits for a compile."""
-        if options is not None and body.description is not None and can_wait(body.description, options):
-            self._fresh.add(body.id)
-            self._remember(body.description, options)
+    # ------------------------------------------------------------------------------ additions and removals
+
+    def note_added(self, body: EngineBody, options: BuildOptions | None) -> None:
+        """Note a new body that needs a compile; `options` are None for a body of an MJCF file."""
+        if options is not None and body.description is not None and is_poolable(body.description, options):
+            self._added.add(body.id)
+            self._record(body.description, options)
         else:
             self._mixed = True
 
-    def _remember(self, description: RobotDescription, options: BuildOptions) -> None:
+    def _record(self, description: RobotDescription, options: BuildOptions) -> None:
         self._recent.append((description, options))
         now = self._engine.time
         self._steps.append((now - self._time) / self._engine.timestep)
@@ -124,85 +132,87 @@ class BodyPool:
         self._idle = 0
 
     def tick(self, steps: int) -> None:
-        """Time passes; what is parked and not needed goes."""
-        if self._idle > (IDLE_STEPS_WITH_JOINTS if self._with_joints else IDLE_STEPS):
-            self._drop()
+        """Count time steps; delete inactive bodies that are not needed."""
+        if self._idle > (IDLE_STEPS_ARTICULATED if self._has_articulated else IDLE_STEPS):
+            self._delete_inactive()
             self._streak = 0
             self._engine.mark_stale()
         self._idle += steps
 
     def clear(self) -> None:
-        """Somebody wants MuJoCo's arrays or the spec as they are without anything parked."""
+        """Delete all inactive bodies, before MuJoCo's arrays or the spec are read."""
         if self.inactive:
             if self.free:
-                self._discourage()
-            self._drop()
+                self._back_off()
+            self._delete_inactive()
             self._engine.mark_stale()
 
     def prepare(self, spec: Any) -> int:
-        """Last edits of the spec before a compile; how many shapes the new spares have together."""
-        fresh, mixed = len(self._fresh), self._mixed
-        self._fresh.clear()
+        """Add spare bodies to the spec before a compile; return the number of their shapes."""
+        fresh, mixed = len(self._added), self._mixed
+        self._added.clear()
         self._mixed = False
         if 2 * self._next < len(self._slots):
-            self._discourage()
+            self._back_off()
         elif self._slots:
-            self._patience = STREAK
-        self._drop()
+            self._threshold = STREAK
+        self._delete_inactive()
         self._streak = self._streak + 1 if fresh and not mixed else 0
-        is_first = self._eager and fresh > 0
+        is_first = self._expects_bodies and fresh > 0
         if is_first:
-            self._streak, self._eager = self._patience, False
+            self._streak, self._expects_bodies = self._threshold, False
         self._idle = 0
-        if self._streak < self._patience or spec.sensors or _may_sleep(spec):
+        if self._streak < self._threshold or spec.sensors or _may_sleep(spec):
             return 0
-        templates = self._wanted()
+        templates = self._spare_templates()
         if not templates:
             return 0
-        self._with_joints = any(template.description.joints for template in templates)
-        fewest = FEWEST_WITH_JOINTS if self._with_joints else REMEMBERED if is_first else FEWEST
-        size = self._size()
+        self._has_articulated = any(template.description.joints for template in templates)
+        fewest = FEWEST_ARTICULATED if self._has_articulated else HISTORY_LENGTH if is_first else FEWEST
+        size = self._compile_cost()
         count = max(fewest, fresh, min(size, MORE + size // 2, MOST))
         for number, template in enumerate(islice(cycle(templates), count)):
-            self._slots.append(add_pooled_body(spec, self._engine.assets, template, _NAME.format(number)))
+            self._slots.append(
+                add_pooled_body(spec, self._engine.assets, template, _SLOT_NAME.format(number))
+            )
         return sum(slot.template.counts["geom"] for slot in self._slots)
 
-    def settle(self) -> None:
-        """After a compile: see where spares lie, and park them."""
-        self._rows.look(self._slots)
+    def locate(self) -> None:
+        """Look up the rows of spare bodies after a compile, and make them inactive."""
+        self._rows.locate(self._slots)
 
-    def _size(self) -> int:
-        """What a compile costs, in bodies of one link; bodies alone if spares, with joints, cost steps."""
+    def _compile_cost(self) -> int:
+        """Return the cost of a compile in bodies of one link; with joints, the number of bodies."""
         bodies = self._engine.body_by_id.values()
-        if self._with_joints:
+        if self._has_articulated:
             return len(bodies)
         return sum(len(body.built.links) for body in bodies) + MESH * self._engine.assets.count
 
     def update_inertia(self) -> None:
-        """Inertias were written: what is parked counts for nothing."""
+        """Correct the totals of the world after inertias were written; inactive bodies do not count."""
         if self.inactive:
             self._rows.update_inertia()
 
-    def _wanted(self) -> list[BodyTemplate]:
-        """Moulds like those of the last additions, without makes that came only once."""
-        hasty = max(self._steps) < HASTE + 0.5
+    def _spare_templates(self) -> list[BodyTemplate]:
+        """Return the templates of the last additions whose layout was seen at least twice."""
+        is_frequent = max(self._steps) < LARGEST_PAUSE + 0.5
         jointed = [description for description, _ in self._recent if description.joints]
-        recent = ((d, o) for d, o in self._recent if not d.joints or (hasty and jointed.count(d) > 1))
-        found = [self._moulds.find(description, options) for description, options in recent]
-        has = self._engine.assets.has  # meshes of bodies that have gone are not there
+        recent = ((d, o) for d, o in self._recent if not d.joints or (is_frequent and jointed.count(d) > 1))
+        found = [self._templates.find(description, options) for description, options in recent]
+        has = self._engine.assets.has  # meshes of removed bodies may be deleted
         there = (m for m in found if m is not None and (m.description.joints or all(map(has, m.meshes))))
         templates = [template.family for template in there]
-        seen = Counter(template.make for template in templates)
-        return [template for template in templates if seen[template.make] > 1]
+        seen = Counter(template.layout for template in templates)
+        return [template for template in templates if seen[template.layout] > 1]
 
-    def _drop(self) -> None:
-        """Take all that is parked out of the spec, all at once: a single one costs as much."""
+    def _delete_inactive(self) -> None:
+        """Delete all inactive bodies from the spec at once: a single one costs as much."""
         going = [slot for slot in self._slots if slot.owner < 0]
-        elements = [slot.element for slot in going] + [built.links[0].element for built in self._gone]
+        elements = [slot.element for slot in going] + [built.links[0].element for built in self._removed]
         meshes = [mesh for slot in going for mesh in slot.template.meshes]
-        meshes += [mesh for built in self._gone for mesh in built.links[0].meshes]
-        self._slots, self._next, self._slot_of, self._gone = [], 0, {}, []
-        self._with_joints = False
+        meshes += [mesh for built in self._removed for mesh in built.links[0].meshes]
+        self._slots, self._next, self._slot_of, self._removed = [], 0, {}, []
+        self._has_articulated = False
         if not elements:
             return
         spec = self._engine.raw_spec
@@ -213,14 +223,14 @@ class BodyPool:
         for mesh in meshes:
             self._engine.assets.release(mesh)
 
-    def _discourage(self) -> None:
-        """Spares went unused: it takes longer until there are some again."""
+    def _back_off(self) -> None:
+        """Spare bodies were not used: require more compiles before the next ones."""
         self._streak = 0
-        self._patience *= 2
+        self._threshold *= 2
 
-    # --------------------------------------------------------------------------------------------- in use
+    # ---------------------------------------------------------------------------------------------- bodies
 
-    def take(
+    def acquire(
         self,
         description: RobotDescription,
         prefix: str,
@@ -228,20 +238,22 @@ class BodyPool:
         quaternion: Array,
         options: BuildOptions,
     ) -> Built | None:
-        """Make a spare the body of a description; None where there is none that fits.
+        """Turn a spare body into the body of a description; return None where none fits.
 
-        Arguments as of `roboyard.sim.build.bodies.build`. `activate` has to follow.
+        The arguments are those of `roboyard.sim.build.bodies.build`. The caller has to call `activate` next.
         """
-        if self._engine.is_stale or not self.free or not can_wait(description, options):
+        if self._engine.is_stale or not self.free or not is_poolable(description, options):
             return None
         if position.shape != (3,) or not np.isfinite(position).all():
-            return None  # the compile says what is wrong
-        template = self._moulds.find(description, options)
+            return None  # the compile raises the error
+        template = self._templates.find(description, options)
         if template is None:
             return None
-        make, slots = template.make, self._slots
+        layout, slots = template.layout, self._slots
         fitting = (
-            k for k in range(self._next, len(slots)) if slots[k].template.make == make and slots[k].is_free
+            k
+            for k in range(self._next, len(slots))
+            if slots[k].template.layout == layout and slots[k].is_free
         )
         found = next(fitting, None)
         if found is None:
@@ -250,8 +262,8 @@ class BodyPool:
         self._rows.fill(slot, template, options, position, to_wxyz(quaternion))
         slot.rename(prefix)
         self._next = found + 1
-        self._taken += 1
-        self._remember(description, options)
+        self._acquired += 1
+        self._record(description, options)
         if slot.built is not None:
             return slot.built
         record = BuiltLink(
@@ -268,28 +280,30 @@ class BodyPool:
         return Built(links=[record], free_joint=slot.free_joint, notes=list(template.notes), dofs=dofs)
 
     def activate(self, body: EngineBody) -> None:
-        """The body that took the last spare has its id now."""
+        """Note the id of the body that was acquired last."""
         slot = self._slots[self._next - 1]
         slot.owner = body.id
         self._slot_of[body.id] = slot
 
-    def take_back(self, body: EngineBody) -> bool:
-        """Park a body that was removed from the world; False where its elements have to go now."""
-        self._fresh.discard(body.id)
+    def release(self, body: EngineBody) -> bool:
+        """Make a removed body inactive; return False where its elements must be deleted now."""
+        self._added.discard(body.id)
         engine, built = self._engine, body.built
         if engine.is_stale or not is_apart(body, engine.live_model):
             return False
         if engine.would_be_pile(more_dofs=0) and not engine.would_be_pile(more_dofs=-built.dofs):
             return False  # contacts turn hard again: their numbers are in the spec
         slot = self._slot_of.pop(body.id, None)
-        if slot is None and (len(built.links) > 1 or len(self._gone) > max(FEWEST, len(engine.body_by_id))):
+        if slot is None and (
+            len(built.links) > 1 or len(self._removed) > max(FEWEST, len(engine.body_by_id))
+        ):
             return False
         self._idle = 0
         if slot is None:
-            self._rows.park_body(built, _GONE.format(len(self._gone)))
-            self._gone.append(built)
+            self._rows.deactivate_body(built, _REMOVED_NAME.format(len(self._removed)))
+            self._removed.append(built)
             return True
-        self._rows.park(slot)
+        self._rows.deactivate(slot)
         while self._next and self._slots[self._next - 1].is_free:
             self._next -= 1
         return True

@@ -1,4 +1,4 @@
-"""Rows of MuJoCo's arrays that change hands: a spare becomes a body, a body is parked."""
+"""Rows of MuJoCo's arrays whose owner changes: spare bodies become bodies, bodies inactive."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from roboyard.sim.build.mesh_assets import MeshAssets
 
 MASKS = ("geom_contype", "geom_conaffinity", "body_contype", "body_conaffinity")
-PARKED_FIELDS = (*MASKS, "geom_rgba")
-"""What tells a parked body of one link from one in use."""
-PARKED_JOINTS = ("jnt_limited", "dof_frictionloss")
-"""What tells parked joints, too, from joints in use: they ask nothing of the solver."""
+INACTIVE_FIELDS = (*MASKS, "geom_rgba")
+"""Fields in which an inactive body of one link differs from an active one."""
+INACTIVE_JOINTS = ("jnt_limited", "dof_frictionloss")
+"""Fields of joints in which it differs, too: inactive joints add no constraints to the solver."""
 _NOWHERE, _UNTURNED = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -30,9 +30,9 @@ class PooledBody:
     """Rows of one body in MuJoCo's arrays, and its elements in the spec."""
 
     name: str
-    """While it is nobody's."""
+    """Its name while it is inactive."""
     template: BodyTemplate
-    """What its elements in the spec say."""
+    """The template that its elements in the spec agree with."""
     element: Any
     """Of the root link."""
     free_joint: Any
@@ -41,19 +41,19 @@ class PooledBody:
     built: Built | None = None
     """All its elements, if it has several links."""
     owner: int = -1
-    """Id of the body that lives here; -1 while it is parked."""
+    """Id of the body that uses it; -1 while it is inactive."""
     is_pristine: bool = True
-    """Nobody has had it yet."""
+    """Whether no body has used it yet."""
     starts: dict[str, int] = field(default_factory=dict)
-    """First row by kind of array."""
+    """First row in each kind of array."""
 
     @property
     def is_free(self) -> bool:
-        """Whether another body can move in; one of several links is not made what it was at first again."""
+        """Whether a body can use it; one of several links can be used only once."""
         return self.owner < 0 and (self.is_pristine or self.built is None)
 
     def rename(self, name: str) -> None:
-        """Give its elements the names that a body has whose own begins so (ending in "/")."""
+        """Rename its elements to those of a body whose names have this prefix (ending in "/")."""
         if self.built is None:
             self.element.name = f"{name}{self.template.description.root.name}"
         else:
@@ -66,7 +66,7 @@ class PooledBody:
 
 
 def add_pooled_body(spec: Any, assets: MeshAssets, template: BodyTemplate, name: str) -> PooledBody:
-    """Add a spare of a mould's make to a spec."""
+    """Add a spare body with the layout of a template to a spec."""
     built = None
     if template.description.joints:
         built = build(spec, assets, template.description, f"{name}/", _NOWHERE, _UNTURNED, template.options)
@@ -85,65 +85,65 @@ def add_pooled_body(spec: Any, assets: MeshAssets, template: BodyTemplate, name:
 
 
 class PoolRows:
-    """Writes single bodies into a compiled world's arrays."""
+    """Writes single bodies into the arrays of a compiled world."""
 
     def __init__(self, engine: PoolEngine) -> None:
         self._engine = engine
         self._arrays: dict[str, np.ndarray] = {}
         self._mass = self._inertia = 0.0
         self._dofs = 0
-        self._away: dict[int, tuple[dict[str, int], dict[str, int]]] = {}
-        """First rows and counts of all that is parked, by row of the root."""
+        self._inactive: dict[int, tuple[dict[str, int], dict[str, int]]] = {}
+        """First rows and row counts of all inactive bodies, by the row of the root."""
 
-    def look(self, pool: list[PooledBody]) -> None:
-        """After a compile: see where spares lie, and park them."""
+    def locate(self, pool: list[PooledBody]) -> None:
+        """Look up the rows of spare bodies after a compile, and make them inactive."""
         model = self._engine.live_model
-        self._arrays, self._away = {}, {}
-        for spare in pool:
-            counts = spare.template.counts
-            spare.starts = row_starts(model, spare.element.id, counts["body"])
-            self._park(spare.starts, counts)
+        self._arrays, self._inactive = {}, {}
+        for slot in pool:
+            counts = slot.template.counts
+            slot.starts = row_starts(model, slot.element.id, counts["body"])
+            self._hide(slot.starts, counts)
         self.update_inertia()
 
     def update_inertia(self) -> None:
-        """Masses or inertias were written, or MuJoCo has summed them up itself."""
+        """Sum up masses and inertias after they were written or MuJoCo summed them up."""
         model = self._engine.live_model
         self._mass, self._inertia = float(model.body_mass.sum()), float(model.dof_M0.sum())
         self._dofs = int(model.nv)
-        for starts, counts in self._away.values():
-            self._count(starts, counts, -1)
-        if self._away:
-            self._weigh()
+        for starts, counts in self._inactive.values():
+            self._add_to_totals(starts, counts, -1)
+        if self._inactive:
+            self._write_totals()
 
     def fill(
-        self, spare: PooledBody, template: BodyTemplate, options: BuildOptions, position: Array, wxyz: Array
+        self, slot: PooledBody, template: BodyTemplate, options: BuildOptions, position: Array, wxyz: Array
     ) -> None:
-        """Make a parked spare the body of a mould.
+        """Turn a spare body into the body of a template.
 
         Args:
-            spare: of the mould's make.
-            mould: what it becomes.
-            options: give the masks of the body's geoms.
-            position: (3,) m.
-            wxyz: (4,) unit.
+            slot: inactive, of the template's layout.
+            template: the body's numbers.
+            options: with the collision masks of the body's geoms.
+            position: (3,) of the root link's frame in the world frame (m).
+            wxyz: (4,) unit quaternion w, x, y, z of the root link's frame.
         """
-        starts, related = spare.starts, spare.is_pristine and spare.template.family is template.family
-        if not (related and spare.template is template):
-            _write_elements(spare, template, plainly=related)
-        spare.element.pos, spare.element.quat = position, wxyz
+        starts, related = slot.starts, slot.is_pristine and slot.template.family is template.family
+        if not (related and slot.template is template):
+            _write_elements(slot, template, only_numbers=related)
+        slot.element.pos, slot.element.quat = position, wxyz
         if not related:
             names: Any = template.blocks
-        elif spare.template is template:
-            names = PARKED_FIELDS if spare.built is None else (*PARKED_FIELDS, *PARKED_JOINTS)
+        elif slot.template is template:
+            names = INACTIVE_FIELDS if slot.built is None else (*INACTIVE_FIELDS, *INACTIVE_JOINTS)
         else:
-            names = (*PARKED_FIELDS, *template.varied, *spare.template.varied)
+            names = (*INACTIVE_FIELDS, *template.varied, *slot.template.varied)
         blocks, kinds = template.blocks, template.kinds
         for label in names:
             block, start = blocks[label], starts[kinds[label]]
             self._array(label)[start : start + len(block)] = block
-        if spare.built is not None and options.contype != template.options.contype:
-            self._set_masks(spare, options)
-        spare.template, spare.is_pristine = template, False
+        if slot.built is not None and options.contype != template.options.contype:
+            self._set_masks(slot, options)
+        slot.template, slot.is_pristine = template, False
         row, first, data = starts["body"], starts["qpos"], self._engine.live_data
         self._array("body_pos")[row] = position
         self._array("body_quat")[row] = wxyz
@@ -151,64 +151,64 @@ class PoolRows:
             self._rest(starts, template.counts)
             places = slice(first, first + template.counts["qpos"])
             data.qpos[places] = blocks["qpos0"]
-        if spare.free_joint is not None:
+        if slot.free_joint is not None:
             for values in (self._array("qpos0"), self._array("qpos_spring"), data.qpos):
                 values[first : first + 3] = position
                 values[first + 3 : first + 7] = wxyz
-        self._count(starts, template.counts, 1)
-        del self._away[row]
-        self._weigh()
+        self._add_to_totals(starts, template.counts, 1)
+        del self._inactive[row]
+        self._write_totals()
 
-    def park(self, spare: PooledBody) -> None:
-        """Nobody's from now on."""
-        spare.owner = -1
-        spare.rename(f"{spare.name}/")
-        self._put_away(spare.starts, spare.template.counts)
+    def deactivate(self, slot: PooledBody) -> None:
+        """Make a body of the pool inactive."""
+        slot.owner = -1
+        slot.rename(f"{slot.name}/")
+        self._deactivate(slot.starts, slot.template.counts)
 
-    def park_body(self, built: Built, name: str) -> None:
-        """A body of one link is gone; its rows stay for now, under another name."""
+    def deactivate_body(self, built: Built, name: str) -> None:
+        """Make a removed body of one link inactive, under another name."""
         record = built.links[0]
         record.element.name = name
         counts = {"body": 1, "geom": len(record.geoms) + len(record.visuals), "dof": 0, "jnt": 0}
         if built.free_joint is not None:
             built.free_joint.name = name
             counts |= {"dof": 6, "jnt": 1}
-        self._put_away(row_starts(self._engine.live_model, record.element.id), counts)
+        self._deactivate(row_starts(self._engine.live_model, record.element.id), counts)
 
-    def _put_away(self, starts: dict[str, int], counts: dict[str, int]) -> None:
+    def _deactivate(self, starts: dict[str, int], counts: dict[str, int]) -> None:
         self._rest(starts, counts)
-        self._park(starts, counts)
-        self._count(starts, counts, -1)
-        self._weigh()
+        self._hide(starts, counts)
+        self._add_to_totals(starts, counts, -1)
+        self._write_totals()
 
-    def _park(self, starts: dict[str, int], counts: dict[str, int]) -> None:
-        """Out of the way: nothing touches it, no ray meets it, nothing draws it."""
-        for name in PARKED_FIELDS:
+    def _hide(self, starts: dict[str, int], counts: dict[str, int]) -> None:
+        """Exclude rows from collisions, rays and pictures."""
+        for name in INACTIVE_FIELDS:
             self._array(name)[_rows(name[:4], starts, counts)] = 0
         if counts["body"] > 1:
-            for name in PARKED_JOINTS:
+            for name in INACTIVE_JOINTS:
                 self._array(name)[_rows(name[:3], starts, counts)] = 0
-        self._away[starts["body"]] = starts, counts
+        self._inactive[starts["body"]] = starts, counts
 
     def _rest(self, starts: dict[str, int], counts: dict[str, int]) -> None:
-        """No velocity, nothing that pushes, nothing remembered of the last step."""
+        """Clear velocities, external forces and the solver's warm start."""
         data, dofs = self._engine.live_data, _rows("dof", starts, counts)
         for values in (data.qvel, data.qacc, data.qacc_warmstart, data.qfrc_applied):
             values[dofs] = 0.0
         data.xfrc_applied[_rows("body", starts, counts)] = 0.0
 
-    def _set_masks(self, spare: PooledBody, options: BuildOptions) -> None:
-        """Give all that touches anything the masks of a body that has some of its own."""
-        assert spare.built is not None
+    def _set_masks(self, slot: PooledBody, options: BuildOptions) -> None:
+        """Set the collision masks of all colliding shapes."""
+        assert slot.built is not None
         for name in MASKS:
-            block = spare.template.blocks[name]
+            block = slot.template.blocks[name]
             mask = options.contype if name.endswith("contype") else options.conaffinity
-            rows = _rows(name[:4], spare.starts, spare.template.counts)
+            rows = _rows(name[:4], slot.starts, slot.template.counts)
             self._array(name)[rows] = np.where(block != 0, mask, 0)
-        for geom in (geom for record in spare.built.links for geom in record.geoms):
+        for geom in (geom for record in slot.built.links for geom in record.geoms):
             geom.contype, geom.conaffinity = options.contype, options.conaffinity
 
-    def _count(self, starts: dict[str, int], counts: dict[str, int], sign: int) -> None:
+    def _add_to_totals(self, starts: dict[str, int], counts: dict[str, int], sign: int) -> None:
         row, dofs = starts["body"], counts["dof"]
         masses = self._array("body_mass")
         self._mass += sign * float(
@@ -218,10 +218,10 @@ class PoolRows:
             self._inertia += sign * float(self._array("dof_M0")[_rows("dof", starts, counts)].sum())
             self._dofs += sign * dofs
 
-    def _weigh(self) -> None:
-        """Parked bodies count neither for the mass of the whole world nor for its mean inertia.
+    def _write_totals(self) -> None:
+        """Write the mass of the world and its mean inertia without inactive bodies.
 
-        By the latter MuJoCo measures how far its solvers have come.
+        MuJoCo measures the convergence of its solvers by the mean inertia.
         """
         self._array("body_subtreemass")[0] = self._mass
         self._engine.live_model.stat.meaninertia = self._inertia / self._dofs if self._dofs else 1.0
@@ -234,7 +234,7 @@ class PoolRows:
 
 
 def is_apart(body: EngineBody, model: Any) -> bool:
-    """Whether nothing else in the spec holds on to a body."""
+    """Return whether no other element of the spec refers to a body."""
     built = body.built
     if body.description is None or built.equalities or model.ntendon or model.nsensor or model.npair:
         return False
@@ -254,16 +254,16 @@ def is_apart(body: EngineBody, model: Any) -> bool:
 
 
 def _rows(kind: str, starts: dict[str, int], counts: dict[str, int]) -> slice:
-    """A body's rows in one kind of array."""
+    """Return a body's rows in one kind of array."""
     first = starts[kind]
     return slice(first, first + counts[kind]) if first >= 0 else slice(0, 0)
 
 
-def _write_elements(spare: PooledBody, template: BodyTemplate, *, plainly: bool) -> None:
-    """Make a body of one link and its geoms in the spec what a mould says; `plainly`: only numbers differ."""
-    pairs = [(spare.element, template.body, spare.template.body)]
-    pairs += zip(spare.geoms, template.geoms, spare.template.geoms, strict=True)
+def _write_elements(slot: PooledBody, template: BodyTemplate, *, only_numbers: bool) -> None:
+    """Write a template's fields into the spec; with `only_numbers` those that differ."""
+    pairs = [(slot.element, template.body, slot.template.body)]
+    pairs += zip(slot.geoms, template.geoms, slot.template.geoms, strict=True)
     for element, fields, before in pairs:
         for name, value in fields.items():
-            if not (plainly and value is before[name]):
+            if not (only_numbers and value is before[name]):
                 setattr(element, name, value)

@@ -1,4 +1,4 @@
-"""Moulds by description: compiled once, or cast from one that differs in numbers only."""
+"""Templates by description, compiled once or computed from one that differs in numbers."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from roboyard.sim.pool.templates import BodyTemplate, make_template
 
 KEPT, KEPT_COMPILED = 256, 16
 _FAMILIES: dict[Any, BodyTemplate] = {}
-"""Compiled moulds of bodies that differ in numbers only, by what those have in common; of all worlds."""
+"""Compiled templates of bodies that differ in numbers only, by their common signature; for all worlds."""
 
 
 class TemplateCache:
-    """The moulds that one world has used lately."""
+    """The templates that one world has used recently."""
 
     def __init__(self) -> None:
-        self._moulds: dict[tuple[int, BuildOptions], tuple[RobotDescription, BodyTemplate]] = {}
-        """By id of a description, which is kept so that no other can have that id."""
+        self._templates: dict[tuple[int, BuildOptions], tuple[RobotDescription, BodyTemplate]] = {}
+        """By id of a description, which is kept so that no other object can have that id."""
         self._compiled: list[BodyTemplate] = []
-        """Of bodies that are not told by numbers."""
+        """Templates of bodies without a signature of numbers."""
 
     def find(self, description: RobotDescription, options: BuildOptions) -> BodyTemplate | None:
-        """The mould of a description; None where there can be none (see `make_template`)."""
-        if options.contype != 1:  # masks of its own are a body's, not a mould's
+        """Return the template of a description; None where there is none (see `make_template`)."""
+        if options.contype != 1:  # collision masks belong to a body, not to its template
             options = replace(options, contype=1, conaffinity=ALL_MASKS)
         key = (id(description), options)
-        known = self._moulds.get(key)
+        known = self._templates.get(key)
         if known is not None and known[1].is_current():
             return known[1]
         numbers = numbers_of(description, options)
@@ -43,7 +43,7 @@ class TemplateCache:
             if found is not None:
                 _keep(_FAMILIES, numbers.signature, found)
         if found is not None:
-            _keep(self._moulds, key, (description, found))
+            _keep(self._templates, key, (description, found))
         return found
 
     def _find_compiled(self, description: RobotDescription, options: BuildOptions) -> BodyTemplate | None:

@@ -1,4 +1,4 @@
-"""What MuJoCo makes of a body: every number of a compile of that body alone."""
+"""Body templates: all numbers that a compile of one body alone gives."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from roboyard.sim.build.records import BuildOptions
 from roboyard.sim.build.solver_options import new_spec
 
 KINDS = ("body", "jnt", "dof", "tree", "geom", "bvh", "qpos")
-"""Arrays of MjModel that have rows of their own for each body, by the beginning of their names."""
-LINKS_WITHIN = ("body_simple", "bvh_child", "bvh_depth")
-"""Arrays that depend on a body's numbers and on nothing outside it, and that others are laid out by."""
+"""Kinds of MjModel arrays that have rows for each body, by the prefix of their names."""
+STRUCTURE_FIELDS = ("body_simple", "bvh_child", "bvh_depth")
+"""Arrays that depend on a body's numbers and on nothing outside it, and that other arrays are ordered by."""
 BODY_FIELDS = (
     "explicitinertial", "fuse", "gravcomp", "inertia", "ipos", "iquat", "mass", "mocap", "simple", "sleep",
 )  # fmt: skip
@@ -31,19 +31,19 @@ GEOM_FIELDS = (
     "fluid_ellipsoid", "friction", "fromto", "gap", "group", "margin", "mass", "material", "meshname", "pos",
     "priority", "quat", "rgba", "size", "solimp", "solmix", "solref", "surfacevel", "type", "typeinertia",
 )  # fmt: skip
-"""Fields of a spec's elements that say what a body is."""
+"""Fields of a spec's elements that define a body."""
 
 MOST_LINKS = 64
-"""Of a body that is worth parking."""
+"""Largest number of links of a spare body."""
 
-Make = tuple[Any, ...]
-"""Bodies of one make can take one another's rows: of one link, whose rows refer to one another in the same
-way, with the same meshes. A body of several links is a make of its own."""
+Layout = tuple[Any, ...]
+"""Bodies of equal layout can use one another's rows: bodies of one link whose rows refer to one another in
+the same way, with the same meshes. A body of several links has a layout of its own."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class BodyTemplate:
-    """A body as its description and a compile of it alone give it."""
+    """The numbers of a body, from its description and a compile of it alone."""
 
     description: RobotDescription
     options: BuildOptions
@@ -51,42 +51,42 @@ class BodyTemplate:
     notes: tuple[str, ...]
     meshes: tuple[str, ...]
     files: tuple[TriangleMesh, ...]
-    """What the mesh files held."""
+    """Contents of its mesh files."""
     collisions: int
-    """How many of the geoms touch things; they come before the visual ones."""
+    """Number of collision geoms; they come before the visual ones."""
     body: dict[str, Any]
     """Fields of the spec's body."""
     geoms: list[dict[str, Any]]
     """Fields of each of the spec's geoms."""
     blocks: dict[str, np.ndarray]
-    """Rows of MjModel's arrays that are the same wherever the body lies among others."""
+    """Rows of MjModel's arrays that do not depend on the body's place among others."""
     kinds: dict[str, str]
     """Which of `KINDS` each block belongs to."""
     counts: dict[str, int]
     """Rows in each kind of array."""
-    make: Make
+    layout: Layout
     origin: BodyTemplate | None = None
-    """The mould whose numbers this one has but for `varied`; None for one that was compiled."""
+    """The template whose numbers this one has except for `varied`; None for a compiled one."""
     varied: tuple[str, ...] = ()
     """Names of those blocks."""
     _given: tuple[dict[str, Any], list[dict[str, Any]]] | None = None
 
     @property
     def family(self) -> BodyTemplate:
-        """The compiled mould that this one comes from."""
+        """The compiled template that this one was computed from."""
         return self if self.origin is None else self.origin
 
     def is_of(self, description: RobotDescription, options: BuildOptions) -> bool:
-        """Whether it is the mould of this description."""
+        """Whether this is the template of a description with these options."""
         same = self.description is description or self.description == description
         return same and self.options == options and self.is_current()
 
     def is_current(self) -> bool:
-        """Whether the mesh files still hold what they did."""
+        """Whether the mesh files are unchanged."""
         return not self.files or self.files == mesh_files(self.description)
 
     def given(self) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-        """Those fields of the body and of its geoms that are not MuJoCo's defaults."""
+        """Fields of the body and of its geoms that differ from MuJoCo's defaults."""
         if self._given is None:
             plain_body, plain_geom = _defaults()
             differing = [_differing(geom, plain_geom) for geom in self.geoms]
@@ -94,10 +94,10 @@ class BodyTemplate:
         return self._given
 
 
-def can_wait(description: RobotDescription, options: BuildOptions) -> bool:
-    """Whether bodies of a description can be compiled beforehand.
+def is_poolable(description: RobotDescription, options: BuildOptions) -> bool:
+    """Return whether bodies of a description can be compiled in advance.
 
-    Terrain, endless planes, drives and mimic joints have rows of other kinds.
+    Terrain, infinite planes, drives and mimic joints have rows of other kinds.
     """
     links, joints = description.links, description.joints
     if joints and (options.drives or len(links) > MOST_LINKS or any(joint.mimic for joint in joints)):
@@ -108,7 +108,7 @@ def can_wait(description: RobotDescription, options: BuildOptions) -> bool:
 
 
 def make_template(description: RobotDescription, options: BuildOptions) -> BodyTemplate | None:
-    """The mould of a description; None where its mesh files are gone or MuJoCo refuses it."""
+    """Compile a template; return None where a mesh file is missing or MuJoCo rejects it."""
     spec = new_spec()
     nowhere, unturned = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
     try:
@@ -155,12 +155,12 @@ def make_template(description: RobotDescription, options: BuildOptions) -> BodyT
         blocks=blocks,
         kinds=kinds,
         counts=counts,
-        make=(tuple(structure), meshes) if single else (object(),),
+        layout=(tuple(structure), meshes) if single else (object(),),
     )
 
 
 def mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
-    """The meshes of a description that come from files, as the files are now; each is loaded once."""
+    """Return the contents of a description's mesh files as they are now."""
     links = description.links
     shapes = (shape.geometry for link in links for shape in (*link.collisions, *link.visuals))
     paths = [g.path for g in shapes if isinstance(g, Mesh) and g.data is None and g.path is not None]
@@ -171,7 +171,7 @@ def mesh_files(description: RobotDescription) -> tuple[TriangleMesh, ...]:
 
 
 def row_starts(model: Any, row: int, links: int = 1) -> dict[str, int]:
-    """First row of a body of some links in each kind of MuJoCo's arrays; -1 where it has none."""
+    """Return a body's first row in each kind of array; -1 where it has none."""
     rows = range(row, row + links)
     joint = _first(model.body_jntadr, rows)
     return {
@@ -190,13 +190,13 @@ def _first(places: np.ndarray, rows: range) -> int:
 
 
 def kind_of(name: str) -> str:
-    """Which of `KINDS` an array of MjModel belongs to."""
+    """Return the kind, one of `KINDS`, of an array of MjModel."""
     return "qpos" if name.startswith("qpos") else name.partition("_")[0]
 
 
 @cache
 def _row_fields() -> dict[str, str]:
-    """The arrays of MjModel that have rows for each body, and their kinds; `body_user` is the user's own."""
+    """Return the arrays of MjModel with rows for each body, and their kinds."""
     accessors = set(KINDS)  # `MjModel.body(name)` and its siblings
     named = (n for n in dir(mujoco.MjModel) if n not in accessors and not n.endswith("_user"))
     return {name: kind_of(name) for name in named if kind_of(name) in KINDS}
@@ -204,18 +204,18 @@ def _row_fields() -> dict[str, str]:
 
 @cache
 def _defaults() -> tuple[dict[str, Any], dict[str, Any]]:
-    """What MuJoCo gives the fields of a body and of a geom of which nothing is said."""
+    """Return MuJoCo's defaults of the fields of a body and of a geom."""
     body = new_spec().worldbody.add_body()
     return _fields(body, BODY_FIELDS), _fields(body.add_geom(), GEOM_FIELDS)
 
 
 def _refers(name: str) -> bool:
-    """Whether an array says how rows refer to one another rather than what a body is."""
-    return name.endswith(("id", "adr", "num")) or name in LINKS_WITHIN
+    """Return whether an array holds references between rows."""
+    return name.endswith(("id", "adr", "num")) or name in STRUCTURE_FIELDS
 
 
 def _fields(element: Any, names: tuple[str, ...]) -> dict[str, Any]:
-    """Values of an element's fields, copied out of the spec."""
+    """Copy the values of an element's fields."""
     values = {name: getattr(element, name) for name in names}
     return {name: np.array(v) if isinstance(v, np.ndarray) else v for name, v in values.items()}
 

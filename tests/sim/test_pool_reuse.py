@@ -1,10 +1,10 @@
-"""Bodies that come and go while time passes compile rarely, whatever they are."""
+"""Adding and removing bodies between steps needs few compiles."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from sim_spares import assert_same_model, mesh, twin_of
+from pool_worlds import assert_same_model, mesh, twin_of
 
 from roboyard.sim import World
 
@@ -19,7 +19,7 @@ def _compiles(world: World, count: int, add) -> int:
     return len({id(model) for model in models})
 
 
-def test_moulds_are_compiled_once_for_bodies_of_one_shape(monkeypatch):
+def test_templates_are_compiled_once_for_bodies_of_one_shape(monkeypatch):
     from roboyard.sim.pool import template_cache
 
     made = []
@@ -39,7 +39,7 @@ def test_moulds_are_compiled_once_for_bodies_of_one_shape(monkeypatch):
 
 
 @pytest.mark.parametrize("visual", [True, False])
-def test_fixed_bodies_are_added_without_compiling_too(visual):
+def test_fixed_bodies_are_added_without_compiling(visual):
     world = World(visual_geoms=visual)
     ball = world.add_sphere(0.1, (0, 0, 5))
     rng = np.random.default_rng(6)
@@ -49,7 +49,7 @@ def test_fixed_bodies_are_added_without_compiling_too(visual):
 
     assert _compiles(world, 40, add) < 8
     model = world.live_model
-    assert world.pool.free and model.nv == 6  # what is fixed has no degree of freedom, parked or not
+    assert world.pool.free and model.nv == 6  # fixed bodies have no degrees of freedom
     world.add_box((2, 2, 0.2), (10, 0, 0), mass=0.0)
     ball.set_pose((10, 0, 0.3))
     world.step(100)
@@ -58,7 +58,7 @@ def test_fixed_bodies_are_added_without_compiling_too(visual):
     assert_same_model(model, world.model)
 
 
-def test_makes_that_alternate_share_the_spares_in_the_order_of_ids():
+def test_alternating_layouts_share_spare_bodies_in_the_order_of_ids():
     world = World()
     world.add_plane()
     rng = np.random.default_rng(7)
@@ -89,7 +89,7 @@ def test_makes_that_alternate_share_the_spares_in_the_order_of_ids():
         np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-10)
 
 
-def test_bodies_that_come_and_go_compile_rarely():
+def test_adding_and_removing_compiles_rarely():
     world = World()
     world.add_plane()
     rng, bodies = np.random.default_rng(8), []
@@ -111,10 +111,10 @@ def test_bodies_that_come_and_go_compile_rarely():
         np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-10)
     real = world.model
     assert real.nbody == 14 and not world.pool.inactive
-    assert [name for name in (real.body(k).name for k in range(14)) if "gone" in name] == []
+    assert [name for name in (real.body(k).name for k in range(14)) if "removed" in name] == []
 
 
-def test_removed_body_is_away_before_the_next_compile():
+def test_removed_body_has_no_effect_before_the_next_compile():
     world = World()
     world.add_plane()
     low, high = world.add_box((1, 1, 0.5), (0, 0, 0.25), mass=0.0), world.add_sphere(0.1, (0, 0, 0.6))
@@ -132,7 +132,7 @@ def test_removed_body_is_away_before_the_next_compile():
     assert world.model.nbody == 6 and world.model.body_mass.sum() == pytest.approx(4.0)
 
 
-def test_what_holds_on_to_a_removed_body_goes_with_it():
+def test_constraints_of_a_removed_body_are_removed():
     world = World()
     a, b = world.add_box((0.1, 0.1, 0.1), (0, 0, 1)), world.add_box((0.1, 0.1, 0.1), (0.2, 0, 1))
     world.constraints.add_weld(a.links[0], b.links[0])
@@ -143,7 +143,7 @@ def test_what_holds_on_to_a_removed_body_goes_with_it():
     assert world.model.nbody == 2 and world.model.neq == 0
 
 
-def test_mesh_that_only_removed_bodies_used_goes_with_the_next_compile():
+def test_mesh_of_removed_bodies_is_deleted_at_the_next_compile():
     world = World()
     body = world.add_mesh(mesh(), (0, 0, 1))
     world.step()
@@ -152,7 +152,7 @@ def test_mesh_that_only_removed_bodies_used_goes_with_the_next_compile():
     assert world.model.nmesh == 0 and world.model.nbody == 1
 
 
-def test_meshes_that_have_gone_are_not_looked_for():
+def test_deleted_meshes_are_not_used():
     world, next_world, shape = World(), World(), mesh()
 
     def add(k):
@@ -170,20 +170,20 @@ def test_meshes_that_have_gone_are_not_looked_for():
         assert len(either.bodies) == 8 and either.model.nmesh == 0
 
 
-def test_moulds_do_not_mistake_a_description_for_one_that_is_gone():
+def test_templates_do_not_confuse_descriptions_with_deleted_ones():
     from roboyard.description.model import Collision, Inertial, Link, Mesh, RobotDescription
     from roboyard.sim.build.records import BuildOptions
     from roboyard.sim.pool.template_cache import TemplateCache
 
-    store, shape = TemplateCache(), Mesh(uri="", path=None, data=mesh())
-    for k in range(300):  # each may lie where the one before it lay in memory
+    cache, shape = TemplateCache(), Mesh(uri="", path=None, data=mesh())
+    for k in range(300):  # each may have the memory address of the one before
         inertial = Inertial(mass=1.0 + k % 7, inertia=(1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
         link = Link(name="base", inertial=inertial, collisions=(Collision(geometry=shape),))
-        found = store.find(RobotDescription(name="m", links=(link,)), BuildOptions(fixed_base=False))
+        found = cache.find(RobotDescription(name="m", links=(link,)), BuildOptions(fixed_base=False))
         assert found is not None and found.blocks["body_mass"][0] == 1.0 + k % 7
 
 
-def test_habits_pass_on_to_the_world_that_takes_a_place():
+def test_history_is_passed_on_to_the_next_world():
     def add_ten(world):
         return _compiles(world, 10, lambda k: world.add_box((0.1, 0.1, 0.1 + 0.01 * k), (k, 0, 1)))
 

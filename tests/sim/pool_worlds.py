@@ -1,4 +1,4 @@
-"""Worlds to compare with those that have spares."""
+"""Worlds to compare with those that have inactive bodies."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def mesh():
 
 def assert_same_model(live: mujoco.MjModel, real: mujoco.MjModel) -> None:
     """All rows of bodies are the same; the live model may have more of them."""
-    trees = int(real.body_bvhnum.sum())  # those of meshes lie behind
+    trees = int(real.body_bvhnum.sum())  # those of meshes come after
     for name in (n for n in dir(mujoco.MjModel) if n.startswith(KINDS)):
         a, b = getattr(live, name), getattr(real, name)
         b = b[:trees] if name.startswith("bvh") else b
-        if isinstance(b, np.ndarray) and name != "dof_simplenum":  # which counts on into the spares
+        if isinstance(b, np.ndarray) and name != "dof_simplenum":  # which includes inactive bodies
             assert a.dtype == b.dtype
             np.testing.assert_allclose(a[: len(b)], b, rtol=1e-12, atol=1e-13, err_msg=name)
     assert live.stat.meaninertia == pytest.approx(real.stat.meaninertia, rel=1e-12)

@@ -1,4 +1,4 @@
-"""Spares of bodies with joints: what takes them over must be what a compile makes of it."""
+"""Spare bodies with joints: bodies that use them equal compiled ones."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ def _add_arms(world: World, count: int, *, fixed: bool = False, self_collision: 
 
 @pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
 @pytest.mark.parametrize("self_collision", [False, True], ids=["codes", "plain"])
-def test_bodies_with_joints_take_spares_over(fixed, self_collision):
+def test_bodies_with_joints_use_spare_bodies(fixed, self_collision):
     worlds = [World(profile=BULLET), World(profile=BULLET)]
-    worlds[1].pool._patience = 10**9  # compiles for every one
+    worlds[1].pool._threshold = 10**9  # compiles for every one
     both = []
     for world in worlds:
         world.add_plane()
@@ -74,7 +74,7 @@ def test_bodies_with_joints_take_spares_over(fixed, self_collision):
         both.append(arms)
     assert worlds[0].pool.inactive and not worlds[1].pool.inactive
     assert worlds[0].live_data.ncon == worlds[1].live_data.ncon > 0
-    # what rounding and the solver's tolerance leave, with robots on one another
+    # differences of rounding and solver tolerance, with robots on one another
     for mine, theirs in zip(*both, strict=True):
         assert mine.name == theirs.name and [j.name for j in mine.joints] == ["a", "b"]
         np.testing.assert_allclose(mine.pose[0], theirs.pose[0], atol=1e-6)
@@ -87,7 +87,7 @@ def test_bodies_with_joints_take_spares_over(fixed, self_collision):
         np.testing.assert_array_equal(getattr(models[0], name), getattr(models[1], name))
 
 
-def test_spares_with_joints_wait_only_where_bodies_come_in_haste():
+def test_spare_bodies_with_joints_exist_only_while_additions_are_frequent():
     world = World(profile=BULLET)
     for k in range(8):
         world.add_description(_arm(), (k, 0, 0), drives=False, self_collision=False)
@@ -100,7 +100,7 @@ def test_spares_with_joints_wait_only_where_bodies_come_in_haste():
     assert not world.pool.inactive
 
 
-def test_parked_joints_ask_nothing_of_the_solver():
+def test_inactive_joints_add_no_constraints():
     world = World()
     for k in range(5):
         world.add_description(_arm(), (k, 0, 0), drives=False, self_collision=False)
@@ -109,7 +109,7 @@ def test_parked_joints_ask_nothing_of_the_solver():
     assert world.live_data.nefc == 5  # the dry friction of those in use
 
 
-def test_parked_bodies_weigh_nothing_when_inertia_is_renewed():
+def test_inactive_bodies_do_not_count_when_inertia_is_recomputed():
     world = World(profile=BULLET)
     arms = _add_arms(world, 5)
     assert world.pool.free

@@ -1,4 +1,4 @@
-"""Numbers that are worked out for a body of one simple shape must be those that MuJoCo compiles."""
+"""Computed templates of bodies of one simple shape equal those that MuJoCo compiles."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ UNTURNED = (0.0, 0.0, 0.0, 1.0)
 
 
 class _Maker:
-    """Random bodies whose frames coincide where they are told to."""
+    """Random bodies, some of whose frames coincide."""
 
     def __init__(self) -> None:
         self.rng = np.random.default_rng(11)
@@ -73,15 +73,15 @@ class _Maker:
         return RobotDescription(name="body", links=(link,))
 
 
-def _assert_same(casting: BodyTemplate, compiled: BodyTemplate) -> None:
-    assert casting.make == compiled.make
-    assert casting.collisions == compiled.collisions and casting.notes == compiled.notes
+def _assert_same(computed: BodyTemplate, compiled: BodyTemplate) -> None:
+    assert computed.layout == compiled.layout
+    assert computed.collisions == compiled.collisions and computed.notes == compiled.notes
     for name, block in compiled.blocks.items():
-        found = casting.blocks[name]
+        found = computed.blocks[name]
         assert np.shape(found) == block.shape, name
         np.testing.assert_allclose(found, block, rtol=1e-12, atol=1e-13, err_msg=name)
-    casting_fields, compiled_fields = [casting.body, *casting.geoms], [compiled.body, *compiled.geoms]
-    for ours, theirs in zip(casting_fields, compiled_fields, strict=True):
+    computed_fields, compiled_fields = [computed.body, *computed.geoms], [compiled.body, *compiled.geoms]
+    for ours, theirs in zip(computed_fields, compiled_fields, strict=True):
         for name, value in theirs.items():
             if isinstance(value, np.ndarray):
                 np.testing.assert_allclose(ours[name], value, rtol=1e-7, err_msg=name)
@@ -91,7 +91,7 @@ def _assert_same(casting: BodyTemplate, compiled: BodyTemplate) -> None:
 
 @pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
 @pytest.mark.parametrize("kind", [Box, Sphere, Cylinder, Capsule])
-def test_castings_are_what_mujoco_compiles(kind, fixed):
+def test_computed_templates_equal_compiled_ones(kind, fixed):
     maker, options = _Maker(), BuildOptions(fixed_base=fixed)
     for shapes, moved, turned, weight in product(
         ("c", "cv", "ccv", ""), (False, True), (False, True), ("here", "moved", "turned", "both", "shape")
@@ -121,7 +121,7 @@ def test_fixed_bodies_need_no_mass_and_scale_counts():
     _assert_same(analytic_template(family, numbers, second), compiled)
 
 
-def test_what_numbers_do_not_tell_takes_a_compile():
+def test_bodies_without_a_signature_need_a_compile():
     maker, free = _Maker(), BuildOptions(fixed_base=False)
     here, near = maker.pose(False, False), Pose(position=(NEARLY / 2, 0.0, 0.0))
     assert numbers_of(maker.body(Box, "c", here, here), free) is not None

@@ -1,11 +1,11 @@
-"""Bodies that take over spares must be what a compile makes of them, and spares must not be seen."""
+"""Bodies from the pool equal compiled ones, and inactive bodies have no effect."""
 
 from __future__ import annotations
 
 import mujoco
 import numpy as np
 import pytest
-from sim_spares import assert_same_model, mesh, twin_of
+from pool_worlds import assert_same_model, mesh, twin_of
 
 from roboyard.errors import ModelError
 from roboyard.sim import World
@@ -23,7 +23,7 @@ def _grow(world: World, count: int, add=None, steps: int = 1) -> list:
 
 
 def _mixed(world: World):
-    """Bodies of the same make with other numbers each time."""
+    """Bodies of the same layout with other numbers each time."""
     rng = np.random.default_rng(4)
 
     def add(k, place):
@@ -43,14 +43,14 @@ def _mixed(world: World):
 
 
 def _compiled_again(world: World) -> mujoco.MjModel:
-    """The same bodies, compiled by MuJoCo from a spec without spares."""
+    """The same bodies, compiled by MuJoCo from a spec without inactive bodies."""
     world.mark_stale()
     return world.model
 
 
 @pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
 @pytest.mark.parametrize("visual", [True, False])
-def test_rows_are_what_a_compile_gives(profile, visual):
+def test_rows_equal_those_of_a_compile(profile, visual):
     world = World(profile=profile, visual_geoms=visual)
     world.add_plane()
     _grow(world, 14, _mixed(world))
@@ -59,7 +59,7 @@ def test_rows_are_what_a_compile_gives(profile, visual):
     assert live.nbody == 1 + 1 + 14 + world.pool.free
     rows = [body.mujoco_ids.copy() for body in world.bodies]
     qpos = world.live_data.qpos.copy()
-    # MuJoCo's own arrays of a world without spares
+    # MuJoCo's arrays without inactive bodies
     real = world.model
     assert world.revision > revision and real.nbody == 16 and not world.pool.free
     assert_same_model(live, real)
@@ -68,7 +68,7 @@ def test_rows_are_what_a_compile_gives(profile, visual):
     assert_same_model(real, _compiled_again(world))
 
 
-def test_few_compiles_for_many_bodies():
+def test_many_bodies_need_few_compiles():
     world = World()
     models = []
     for k in range(90):
@@ -79,7 +79,7 @@ def test_few_compiles_for_many_bodies():
 
 
 @pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
-def test_same_physics_as_built_at_once(profile):
+def test_physics_equals_that_of_a_world_built_at_once(profile):
     world = World(profile=profile)
     world.add_plane()
     _grow(world, 20, _mixed(world), steps=3)
@@ -98,7 +98,7 @@ def test_same_physics_as_built_at_once(profile):
         np.testing.assert_allclose(mine.velocity[0], theirs.velocity[0], atol=1e-10)
 
 
-def test_pile_law_comes_with_the_body_that_makes_a_pile():
+def test_contacts_soften_with_the_body_that_makes_a_pile():
     world = World(profile=BULLET)
     world.add_plane()
     solvers = []
@@ -126,7 +126,7 @@ def test_meshes_are_shared_and_released():
     assert world.assets._meshes == {}
 
 
-def test_shapes_that_fit_no_spare_compile_as_ever():
+def test_shapes_without_a_spare_body_are_compiled():
     world = World()
     _grow(world, 9)
     assert world.pool.free
@@ -137,12 +137,12 @@ def test_shapes_that_fit_no_spare_compile_as_ever():
     assert_same_model(world.live_model, world.model)
 
 
-def test_spares_are_invisible():
+def test_inactive_bodies_do_not_collide_and_rays_miss_them():
     world = World()
     world.add_plane()
     _grow(world, 10)
     assert world.pool.free
-    # all spares wait where the body before them was made
+    # all spare bodies are at the pose of the body before them
     body = world.bodies[-1]
     body.set_pose((50.0, 0, 5))
     hit = world.ray((2.0, 0.5, 3.0), (2.0, 0.5, -3.0))
@@ -155,11 +155,11 @@ def test_spares_are_invisible():
     assert len(world.bodies) == 11
     assert world.pool.free
     names = [b.name for b in world.spec.bodies]
-    assert not world.pool.free and not any("spare" in name for name in names)
+    assert not world.pool.free and not any("pooled" in name for name in names)
     assert world.model.nv == 60 == len(world.data.qvel)
 
 
-def test_state_fits_a_world_without_spares():
+def test_saved_state_fits_after_the_pool_is_cleared():
     world = World()
     _grow(world, 8)
     assert world.pool.free
@@ -172,7 +172,7 @@ def test_state_fits_a_world_without_spares():
         np.testing.assert_array_equal(body.pose[0], place)
 
 
-def test_removed_body_leaves_a_spare():
+def test_removed_body_can_be_used_again():
     world = World()
     world.add_plane()
     _grow(world, 8)
@@ -196,7 +196,7 @@ def test_removed_body_leaves_a_spare():
     assert_same_model(world.live_model, world.model)
 
 
-def test_adding_and_removing_in_turn_compiles_no_more():
+def test_adding_and_removing_in_turn_stops_compiling():
     world = World()
     world.add_plane()
     seen = []
@@ -217,7 +217,7 @@ def _assert_no_other(world: World, body) -> None:
     assert hit is not None and hit.link.body is body
 
 
-def test_body_changed_before_its_compile_is_no_mould_for_others():
+def test_body_changed_before_its_compile_is_not_a_template():
     from roboyard.description.model import Inertial, Pose
 
     inertial = Inertial(mass=2.0, origin=Pose(position=(0.05, 0, 0)), inertia=(0.1, 0, 0, 0.1, 0, 0.1))
@@ -235,7 +235,7 @@ def test_body_changed_before_its_compile_is_no_mould_for_others():
     np.testing.assert_array_equal(world.model.body_simple[1:], [0, 0, 1, 1, 1])
 
 
-def test_removal_in_the_middle_keeps_everybody_else():
+def test_removal_in_the_middle_keeps_the_other_bodies():
     world = World()
     bodies = _grow(world, 10)
     places = [body.pose[0] for body in bodies]
@@ -266,7 +266,7 @@ def test_later_edits_keep_state_and_settings():
     assert world.model.geom_friction[row, 0] == 0.7
 
 
-def test_nonsense_is_refused_as_ever():
+def test_non_finite_positions_are_rejected():
     world = World()
     _grow(world, 5)
     assert world.pool.free
@@ -275,7 +275,7 @@ def test_nonsense_is_refused_as_ever():
         world.step()
 
 
-def test_idle_spares_go():
+def test_inactive_bodies_are_deleted_after_idle_steps():
     world = World()
     _grow(world, 8)
     assert world.pool.free
@@ -285,7 +285,7 @@ def test_idle_spares_go():
     assert world.live_model.nbody == 9
 
 
-def test_looking_at_arrays_discourages():
+def test_reading_the_model_delays_the_next_spare_bodies():
     world = World()
     for k in range(STREAK + 1):
         world.add_box((0.1, 0.1, 0.1), (k, 0, 1))
@@ -298,7 +298,7 @@ def test_looking_at_arrays_discourages():
     assert world.pool.free
 
 
-def test_robots_between_boxes_get_no_spares():
+def test_robots_between_boxes_get_no_spare_bodies():
     world = World()
     for k in range(6):
         world.add_box((0.1, 0.1, 0.1), (k, 0, 1))
