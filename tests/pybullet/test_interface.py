@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import roboyard.pybullet as p
-from roboyard.pybullet.face.calling import _StandIn
+from roboyard.pybullet.face.calling import _BuiltinProxy
 
 INTERFACE = json.loads((Path(__file__).parent / "data/interface.json").read_text())
 IRREGULAR = {"connect", "loadURDF"}  # several calling forms
@@ -67,7 +67,7 @@ def test_the_stand_in_for_other_interpreters_passes_for_a_builtin() -> None:
         """Twice."""
         return 2 * number
 
-    made = _StandIn(double)
+    made = _BuiltinProxy(double)
     assert inspect.isbuiltin(made)
     assert made(4) == made(number=4) == 8
     assert (made.__name__, made.__doc__) == ("double", "Twice.")

@@ -301,7 +301,7 @@ def test_a_body_is_dragged_and_let_go(watched: Any, wait: Any) -> None:
     drag("start", name, (0, 0, 0.6))
     wait(lambda: window._dragging._held is not None)
     page.close()  # in the middle of it: the next command lets go
-    wait(lambda: window._viewer.watchers == 0 and window.wants_to_look)
+    wait(lambda: window._viewer.watchers == 0 and window.update_requested)
     p.stepSimulation()
     assert len(CLIENTS[0].scene.world.constraints) == 0
 
@@ -384,7 +384,7 @@ def test_with_nobody_watching_the_page_is_not_touched(window: Any) -> None:
         p.stepSimulation()
     assert window._viewer.frames_sent == 1
     assert drawn_shapes(window) == 0
-    assert not window.wants_to_look
+    assert not window.update_requested
 
 
 def test_a_script_with_a_page_computes_the_same(window: Any, browser: Any, wait: Any) -> None:
@@ -421,9 +421,9 @@ def test_options(text: str, field: str, value: Any, capsys: pytest.CaptureFixtur
 def test_wrong_options_are_named(capsys: pytest.CaptureFixture[str]) -> None:
     parse_options("--colour=1")
     assert "--colour=1" in capsys.readouterr().err
-    with pytest.raises(p.error, match="--width takes a number, not 'wide'"):
+    with pytest.raises(p.error, match="--width must be a number, got 'wide'"):
         parse_options("--width=wide")
-    with pytest.raises(p.error, match="width is positive"):
+    with pytest.raises(p.error, match="width must be positive"):
         parse_options("--width=0")
 
 

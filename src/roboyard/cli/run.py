@@ -1,4 +1,4 @@
-"""`roboyard run`: a script written for PyBullet, as it is."""
+"""`roboyard run`: run an unmodified PyBullet script."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Examples:
 """
 
 CONTEXT_SETTINGS = {"allow_interspersed_args": False, "ignore_unknown_options": True}
-"""What follows the script is the script's."""
+"""Arguments after the script belong to the script."""
 
 
 def run(
@@ -29,10 +29,12 @@ def run(
 ) -> None:
     """Run an unmodified PyBullet script on Roboyard.
 
-    The exit code is the script's. ROBOYARD_VIEWER=0 leaves the page of connect(GUI) away.
+    The exit code is the script's. ROBOYARD_VIEWER=0 disables the page of connect(GUI).
     """
     if not script.exists():
-        raise typer.BadParameter(f"there is no file {str(script)!r}", param_hint="SCRIPT")
+        raise typer.BadParameter(
+            f"there is no file {str(script)!r}; give the path of a Python script", param_hint="SCRIPT"
+        )
     from roboyard.pybullet.running import run_script
 
     raise typer.Exit(run_script(script, arguments or ()))

@@ -1,4 +1,4 @@
-"""`roboyard serve`: a process that owns a world which PyBullet scripts in other processes share."""
+"""`roboyard serve`: a world that PyBullet scripts in several processes share."""
 
 from __future__ import annotations
 
@@ -16,16 +16,14 @@ Examples:
 
 
 def serve(
-    port: Annotated[int, typer.Option(help="Port for TCP and UDP; 0 takes a free one.")] = 6667,
-    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
-    key: Annotated[
-        int, typer.Option(help="Key by which connect(SHARED_MEMORY, key) finds this server.")
-    ] = 12347,
+    port: Annotated[int, typer.Option(help="Port for TCP and UDP; 0 for any free port.")] = 6667,
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    key: Annotated[int, typer.Option(help="Key for connect(SHARED_MEMORY, key).")] = 12347,
 ) -> None:
     """Share one world between PyBullet scripts in several processes.
 
-    Runs until Ctrl-C. Whoever can reach the port controls the world and reads the files it names, so keep it
-    on this machine (the default) unless the network is yours.
+    Runs until Ctrl-C. Every process that can reach the port controls the world and can read files by name, so
+    keep the default address unless the network is trusted.
     """
     from roboyard.pybullet.remote.server import serve_forever
 

@@ -1,11 +1,11 @@
-"""A drop-in for `pybullet` on Roboyard's own engine: the same functions, constants, ids, layouts and errors.
+"""PyBullet's API on Roboyard's engine: the same functions, constants, ids, return values and errors.
 
     import roboyard.pybullet as p
 
     p.connect(p.DIRECT)
 
-or, for a script as it is: `roboyard run script.py`. The functions are thin: they read PyBullet's arguments,
-ask `roboyard.sim`, and lay the answers out as PyBullet does.
+or, for an unmodified script: `roboyard run script.py`. The functions are thin: they check PyBullet's
+arguments, call `roboyard.sim`, and return the results as PyBullet does.
 """
 
 from __future__ import annotations

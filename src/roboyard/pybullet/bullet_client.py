@@ -1,4 +1,4 @@
-"""A drop-in for `pybullet_utils.bullet_client`: a client as an object whose methods know their client."""
+"""Replacement for `pybullet_utils.bullet_client`: a client as an object."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from roboyard.pybullet.face.constants import DIRECT, SHARED_MEMORY
 
 
 class BulletClient:
-    """One client; every function of the interface is a method that needs no `physicsClientId`."""
+    """A client; every function of the API is a method without `physicsClientId`."""
 
     def __init__(
         self, connection_mode: int | None = None, hostName: str | None = None, options: str = ""
@@ -21,10 +21,13 @@ class BulletClient:
         """Connect.
 
         Args:
-            connection_mode: DIRECT, GUI, TCP, ...; None joins a server by shared memory where one runs and
-                makes a world of its own otherwise.
-            hostName: of the server, for TCP and UDP.
-            options: passed on to `connect`.
+            connection_mode: DIRECT, GUI, TCP, ...; None connects to a server by shared memory if one is
+                running, otherwise DIRECT.
+            hostName: host of the server, for TCP and UDP.
+            options: options of `connect`.
+
+        Raises:
+            error: the connection cannot be opened.
         """
         self._client = -1
         self._pid = os.getpid()
@@ -40,6 +43,11 @@ class BulletClient:
             self._client = connect(connection_mode, hostName=hostName, options=options)
 
     def __getattr__(self, name: str) -> Any:
+        """Return a constant, or a function bound to this client.
+
+        Raises:
+            AttributeError: the API has no such name.
+        """
         value = getattr(bullet, name)
         if isbuiltin(value):
             value = partial(value, physicsClientId=self._client)
@@ -48,6 +56,7 @@ class BulletClient:
         return value
 
     def __del__(self) -> None:
+        """Disconnect, unless this is a forked process."""
         if self._client >= 0 and self._pid == os.getpid() and isConnected(self._client):
             disconnect(self._client)
             self._client = -1

@@ -1,4 +1,4 @@
-"""Clients: connecting, numbering, and what one connection keeps."""
+"""Connections: connect, disconnect, and the registry of open clients."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _ONE_WINDOW = (
     "separate GUI physics server (ExampleBrowser, App_SharedMemoryPhysics_GUI, App_SharedMemoryPhysics_VR) "
     "and connect over SHARED_MEMORY, UDP or TCP instead."
 )
-_NOT_HERE = {
-    c.GRAPHICS_CLIENT: "pictures are rendered in this process",
-    c.GRAPHICS_SERVER: "pictures are rendered in this process",
-    c.GRAPHICS_SERVER_TCP: "pictures are rendered in this process",
-    c.GRAPHICS_SERVER_MAIN_THREAD: "pictures are rendered in this process",
+_UNAVAILABLE = {
+    c.GRAPHICS_CLIENT: "images are rendered in this process; use DIRECT or GUI",
+    c.GRAPHICS_SERVER: "images are rendered in this process; use DIRECT or GUI",
+    c.GRAPHICS_SERVER_TCP: "images are rendered in this process; use DIRECT or GUI",
+    c.GRAPHICS_SERVER_MAIN_THREAD: "images are rendered in this process; use DIRECT or GUI",
 }
 
 
@@ -32,15 +32,22 @@ class Clients(dict[int, "Client | RemoteClient"]):
     """Open clients by number."""
 
     def __missing__(self, number: object) -> Client:
+        """Raise an error for a number that is not connected.
+
+        Raises:
+            TypeError: the number is not an integer.
+            error: otherwise.
+        """
         if isinstance(number, bool) or not hasattr(number, "__index__"):
             raise TypeError(f"physicsClientId must be an integer, not {type(number).__name__}")
         if self:
-            remedy = f"physicsClientId {number!r} is not connected; connected are {sorted(self)}"
+            remedy = f"physicsClientId {number!r} is not connected; connected clients: {sorted(self)}"
         else:
             remedy = "no client is connected; call connect(DIRECT) first"
         raise failure("Not connected to physics server.", remedy)
 
     def lowest_free(self) -> int:
+        """Return the lowest number that is not in use."""
         number = 0
         while number in self:
             number += 1
@@ -51,19 +58,24 @@ CLIENTS = Clients()
 
 
 def connect(method: int, *args: Any, **kwargs: Any) -> int:
-    """Open a client and give its number; -1 where no server answers.
+    """Open a connection and return its number, or -1 if no server answers.
 
     connect(method, key=SHARED_MEMORY_KEY, options="") or
     connect(method, hostName="localhost", port=..., options="").
-    DIRECT and GUI make a world in this process, SHARED_MEMORY_SERVER one that other clients can share. GUI
-    shows it in browsers, see `roboyard.pybullet.window`.
-    TCP, UDP and SHARED_MEMORY share the one of `roboyard serve`.
+    DIRECT and GUI create a world in this process, SHARED_MEMORY_SERVER one that other clients can share. GUI
+    shows it in the browser. TCP, UDP and SHARED_MEMORY use the world of `roboyard serve`.
+
+    Raises:
+        error: the method is unknown or not available, or there are too many connections.
+        TypeError: an argument has the wrong type.
     """
     if isinstance(method, bool) or not hasattr(method, "__index__"):
         raise TypeError(f"method must be an integer, not {type(method).__name__}")
     key, host, port, options = _connection_arguments(args, kwargs)
     if len(CLIENTS) >= MAX_CLIENTS:
-        raise failure("Exceeding maximum number of physics connections.")
+        raise failure(
+            "Exceeding maximum number of physics connections.", f"at most {MAX_CLIENTS}; disconnect some"
+        )
     opener = _opener(int(method), key, host, port, options)
     client = opener()
     if client is None:
@@ -74,7 +86,7 @@ def connect(method: int, *args: Any, **kwargs: Any) -> int:
 
 
 def _connection_arguments(args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[int, str, int | None, str]:
-    """(key, host name, port, options) of either calling form."""
+    """Return (key, host name, port, options) of either calling form."""
     by_host = (args and isinstance(args[0], str)) or "hostName" in kwargs or "port" in kwargs
     names = ("hostName", "port", "options") if by_host else ("key", "options")
     if len(args) > len(names):
@@ -114,8 +126,8 @@ def _opener(
         if method == c.SHARED_MEMORY:
             return lambda: client.open_by_key(key)
         return lambda: client.open_at(method, host, port)
-    if method in _NOT_HERE:
-        raise unavailable(f"connect({method})", _NOT_HERE[method])
+    if method in _UNAVAILABLE:
+        raise unavailable(f"connect({method})", _UNAVAILABLE[method])
     raise failure(
         "connectPhysicsServer unexpected argument",
         f"method {method} is unknown; use DIRECT, GUI, TCP, UDP or SHARED_MEMORY",
@@ -138,32 +150,36 @@ def _open_window(method: int, options: str) -> Client:
 
 
 def disconnect(physicsClientId: int = 0) -> None:
-    """Close a client; its number is free for the next one."""
+    """Close a connection; its number can be reused.
+
+    Raises:
+        error: the number is not connected.
+    """
     client = CLIENTS[physicsClientId]
     del CLIENTS[physicsClientId]
     client.close()
 
 
 def isConnected(physicsClientId: int = 0) -> int:
-    """1 while the client is open, else 0."""
+    """Return 1 while the client is connected, else 0."""
     client = CLIENTS.get(physicsClientId)
     return int(client is not None and getattr(client, "is_alive", True))
 
 
 def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:
-    """`isConnected` (0 or 1) and `connectionMethod` (DIRECT, GUI, ...; 0 when closed)."""
+    """Return `isConnected` (0 or 1) and `connectionMethod` (DIRECT, GUI, ...; 0 when closed)."""
     if not isConnected(physicsClientId):
         return {"isConnected": 0, "connectionMethod": 0}
     return {"isConnected": 1, "connectionMethod": CLIENTS[physicsClientId].method}
 
 
 def isNumpyEnabled(physicsClientId: int = 0) -> int:
-    """1: images come as NumPy arrays."""
+    """Return 1: images are NumPy arrays."""
     return 1
 
 
 def getAPIVersion(physicsClientId: int = 0) -> int:
-    """Version of PyBullet's interface that this module follows."""
+    """Return the version of PyBullet's API that this module implements."""
     return 202010061
 
 

@@ -1,4 +1,4 @@
-"""All public functions by name, made from the table of commands and the free functions."""
+"""All public functions by name, created from the table of commands and the free functions."""
 
 from __future__ import annotations
 
@@ -72,11 +72,11 @@ FREE_FUNCTIONS: tuple[Callable[..., Any], ...] = (
     transforms.multiplyTransforms,
     transforms.rotateVector,
 )
-"""Functions that need no world: they take `physicsClientId` themselves."""
+"""Functions with their own `physicsClientId`: mathematics, connections and irregular calling forms."""
 
 
 def public_functions() -> dict[str, Callable[..., Any]]:
-    """Name to built-in for every function of the interface."""
+    """Return every function of the API as a built-in, by name."""
     for topic in _TOPICS:
         import_module(
             f"roboyard.pybullet.api.{topic}" if "state" not in topic else f"roboyard.pybullet.{topic}"

@@ -1,6 +1,6 @@
-"""A world that a process makes and throws away when it first connects, so that its first step is quick.
+"""Loading compiled code when a process first connects, so that its first step is fast.
 
-The compiled loops of a step, and what creates bodies, take a third of a second to come from the disk.
+The compiled loops of a step and of creating bodies take a third of a second to load from disk.
 """
 
 from __future__ import annotations
@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 @cache
 def warm_up(make: type[Client]) -> None:
-    """Let two boxes and a motor work for some steps; does nothing when called again."""
+    """Step two boxes and a motor in a temporary client; does nothing when called again.
+
+    Args:
+        make: class of the client.
+    """
     client: Any = make(c.DIRECT)
     client.setGravity(0, 0, -10)
     box = client.createCollisionShape(c.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])

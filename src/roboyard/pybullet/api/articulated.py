@@ -1,4 +1,4 @@
-"""Jacobians, mass matrix and inverse dynamics at joint positions of the caller's choice."""
+"""Jacobians, mass matrix and inverse dynamics at given joint positions."""
 
 from __future__ import annotations
 
@@ -42,19 +42,22 @@ def calculateJacobian(
     objVelocities: Vector,
     objAccelerations: Vector,
 ) -> tuple[Rows, Rows]:
-    """Jacobians of a point of a link: velocity (m/s) and angular velocity (rad/s) from joint velocities.
+    """Return the linear and angular Jacobian of a point of a link.
 
     Args:
-        bodyUniqueId: the body.
-        linkIndex: the link; -1 for the base.
-        localPosition: the point from the link frame's origin, along the inertial frame's axes; m.
-        objPositions: one number for each movable joint.
-        objVelocities: of the same length; they do not matter to the answer.
-        objAccelerations: likewise.
+        bodyUniqueId: body.
+        linkIndex: link; -1 for the base.
+        localPosition: point relative to the link frame's origin, in the inertial frame's axes (m).
+        objPositions: (n,) positions of the movable joints (rad or m).
+        objVelocities: (n,) velocities; they do not change the result.
+        objAccelerations: (n,) accelerations; they do not change the result.
 
     Returns:
-        two (3, n) matrices in the axes of the base. A base that moves adds six leading columns: its angular,
-        then its linear velocity.
+        Two (3, n) matrices in base axes, from joint velocities (rad/s or m/s) to velocity (m/s) and angular
+        velocity (rad/s). A floating base adds six leading columns: its angular, then its linear velocity.
+
+    Raises:
+        error: a list has the wrong length, or the body has spherical or planar joints.
     """
     scene = client.scene
     record = scene.ready(bodyUniqueId, _BAD_JACOBIAN)
@@ -66,7 +69,7 @@ def calculateJacobian(
     for values in (objVelocities, objAccelerations):
         _joint_values(record, values, VELOCITY_COUNT, _BAD_JACOBIAN)
     if not -1 <= whole(linkIndex) < record.joint_count or not len(q):
-        raise failure(_BAD_JACOBIAN, f"body {record.number} has no joint {linkIndex} that moves")
+        raise failure(_BAD_JACOBIAN, f"body {record.number} has no movable joints, or no link {linkIndex}")
     import mujoco
 
     model, data = scene.world.live_model, _at(scene, record, q)
@@ -81,10 +84,14 @@ def calculateJacobian(
 
 @command()
 def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector, flags: int = 0) -> Rows:
-    """Joint-space mass matrix (kg m², kg) at joint positions; a base that moves adds six leading rows.
+    """Return the joint-space mass matrix (kg m², kg) at joint positions (rad or m).
 
-    With flags 1 the base's seven numbers come first, always, and every quaternion has four rows. The fourth
-    of these, and all seven of a base that does not move, are those of a unit matrix.
+    A floating base adds six leading rows and columns: angular, then linear. With flags 1 the positions start
+    with the base's seven numbers, and the matrix has a row for each position; the fourth row of a quaternion,
+    and all seven rows of a fixed base, are those of the identity.
+
+    Raises:
+        error: the body is unknown or there are too few positions.
     """
     import mujoco
 
@@ -118,11 +125,14 @@ def calculateInverseDynamics(
     objAccelerations: Vector,
     flags: int = 0,
 ) -> tuple[float, ...]:
-    """Joint torques (N m, N) that bring about accelerations, gravity included and joint damping left out.
+    """Return the joint torques (N m) and forces (N) that cause accelerations, with gravity, without damping.
 
-    A body whose base moves takes 7 + n positions, 6 + n velocities and accelerations (the base's angular
-    before linear) and gives 6 + n numbers. With flags 1 all are laid out as positions are, base first, with a
+    A floating base takes 7 + n positions and 6 + n velocities and accelerations (the base's angular before
+    linear) and returns 6 + n numbers. With flags 1 all lists have the layout of positions, base first, with a
     zero in the fourth place of every quaternion's velocity.
+
+    Raises:
+        error: the body is unknown or a list has the wrong length.
     """
     import mujoco
 
@@ -140,7 +150,7 @@ def calculateInverseDynamics(
     size, places = _padding(record)
     if padded:
         if any(len(values) != size for values in given):
-            raise failure(message, f"{size} numbers are needed, got {[len(v) for v in given]}")
+            raise failure(message, f"expected {size} numbers in each list, got {[len(v) for v in given]}")
         positions = given[0] if floating else given[0][7:]
         given = [positions, given[1][places], given[2][places]]
     extra = (7, 6, 6) if floating else (0, 0, 0)
@@ -148,7 +158,7 @@ def calculateInverseDynamics(
     for values, more, count in zip(given, extra, counts, strict=True):
         wanted = more + sum(count[info[2]] for info in record.infos)
         if len(values) != wanted:
-            raise failure(message, f"{wanted} numbers are needed, got {len(values)}")
+            raise failure(message, f"expected {wanted} numbers, got {len(values)}")
     model = scene.world.live_model
     data = _at(scene, record, given[0][extra[0] :], base=given[0][:7] if floating else None)
     columns = _columns(record, data)
@@ -169,15 +179,18 @@ def calculateInverseDynamics(
 
 
 def _split_base(positions: Vector, message: str) -> tuple[Array, Array]:
-    """The base's seven numbers, and the joints'."""
+    """Return the (7,) pose of the base and the (n,) joint positions."""
     given = np.asarray(positions, dtype=float).reshape(-1)
     if len(given) < 7:
-        raise failure(message, f"with flags 1 the base's seven numbers come first; got {len(given)} in all")
+        raise failure(
+            message,
+            f"with flags 1 the positions start with the base's seven numbers; got {len(given)} numbers",
+        )
     return given[:7], given[7:]
 
 
 def _padding(record: BodyRecord) -> tuple[int, list[int]]:
-    """How many numbers the layout of flags 1 has, and where the columns of `_columns` are in it."""
+    """Return the size of the layout of flags 1, and the place of each column of `_columns` in it."""
     places = [3, 4, 5, 0, 1, 2] if record.free is not None else []
     size = 7
     for info in record.infos:
@@ -199,26 +212,24 @@ def _joint_values(
     if more_is_fine:
         given = given[:wanted]
     if len(given) != wanted:
-        raise failure(message, f"body {record.number} takes {wanted} numbers, got {len(given)}")
+        raise failure(message, f"body {record.number} needs {wanted} numbers, got {len(given)}")
     return given
 
 
 def _all_numbers(values: Vector | Array, message: str) -> Array:
-    """(n,) numbers of any sequence, in whatever shape."""
+    """Return a sequence of any shape as (n,) numbers."""
     try:
         return np.asarray(values, dtype=float).reshape(-1)
     except (TypeError, ValueError):
-        raise failure(message, f"numbers are needed, got {values!r}") from None
+        raise failure(message, f"expected numbers, got {values!r}") from None
 
 
 def _at(scene: PhysicsScene, record: BodyRecord, q: Array, base: Array | None = None) -> Any:
-    """Spare MjData with a body's joints at `q` (and its base's inertial frame at `base`); all else as it
-    is.
-    """
+    """Return scratch MjData with a body's joints at `q` and its base's inertial frame at `base` (7,)."""
     import mujoco
 
     scene.apply_parameters()
-    data = scene.spare_data()
+    data = scene.scratch_data()
     data.qpos[:] = scene.world.live_data.qpos
     data.qvel[:] = 0.0
     data.qacc[:] = 0.0
@@ -239,14 +250,15 @@ def _at(scene: PhysicsScene, record: BodyRecord, q: Array, base: Array | None = 
 
 
 def _base_axes(record: BodyRecord, data: Any) -> Array:
-    """(3, 3) axes of the base's inertial frame in the world."""
+    """Return the (3, 3) rotation of the base's inertial frame in the world."""
     w, x, y, z = data.xquat[record.rows[0]]
     return matrix_from_quaternion(multiply((x, y, z, w), record.links[0].frame.quaternion))
 
 
 def _columns(record: BodyRecord, data: Any) -> Array:
-    """(nv, n) MuJoCo's velocities from Bullet's: base angular, base linear (in base axes), then joints in
-    order.
+    """Return the (nv, n) matrix from Bullet's velocities to MuJoCo's.
+
+    Bullet's are base angular, base linear (in base axes), then joints in order.
     """
     dofs = [d for j, info in enumerate(record.infos) if VELOCITY_COUNT[info[2]] for d in _range(record, j)]
     six = 6 if record.free is not None else 0

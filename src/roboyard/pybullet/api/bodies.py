@@ -1,4 +1,4 @@
-"""Bodies: listing, names, base pose and velocity, removal."""
+"""Bodies: list, names, base pose and velocity, removal."""
 
 from __future__ import annotations
 
@@ -25,20 +25,24 @@ Triple = tuple[float, ...]
 
 @command()
 def getNumBodies(client: Client) -> int:
-    """How many bodies there are."""
+    """Return the number of bodies."""
     return len(client.scene.bodies)
 
 
 @command()
 def getBodyUniqueId(client: Client, serialIndex: int) -> int:
-    """Id of the i-th body of the list, -1 past its end."""
+    """Return the id of the i-th body, or -1 beyond the last."""
     order = client.scene.order
     return order[serialIndex] if 0 <= whole(serialIndex) < len(order) else -1
 
 
 @command()
 def getBodyInfo(client: Client, bodyUniqueId: int) -> tuple[bytes, bytes]:
-    """Names of the base link and of the body; of rigid bodies (useMaximalCoordinates) b"" and the link."""
+    """Return the names of the base link and of the body; b"" and the link for useMaximalCoordinates.
+
+    Raises:
+        error: the body does not exist.
+    """
     record = client.scene.bodies.get(whole(bodyUniqueId))
     if record is None:
         raise client.scene.unknown_body(bodyUniqueId, "Couldn't get body info")
@@ -48,12 +52,12 @@ def getBodyInfo(client: Client, bodyUniqueId: int) -> tuple[bytes, bytes]:
 
 @command()
 def syncBodyInfo(client: Client) -> None:
-    """Nothing to do: a client here never has stale data."""
+    """Do nothing: a client in this process always has current data."""
 
 
 @command()
 def removeBody(client: Client, bodyUniqueId: int) -> None:
-    """Remove a body with its constraints and user data; an unknown id is no error."""
+    """Remove a body with its constraints and user data; an unknown id is ignored."""
     number = whole(bodyUniqueId)
     client.scene.remove(number)
     client.user_data.remove_bodies([number])
@@ -61,7 +65,7 @@ def removeBody(client: Client, bodyUniqueId: int) -> None:
 
 @command()
 def resetSimulation(client: Client, flags: int = 0) -> None:
-    """Remove everything and set gravity to 0; the time step and the search path stay."""
+    """Remove everything and set gravity to 0; the time step and the search path stay unchanged."""
     whole(flags)
     client.reset()
 
@@ -71,7 +75,11 @@ def resetSimulation(client: Client, flags: int = 0) -> None:
 
 @command()
 def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
-    """Position (m) and quaternion of the base's inertial frame in the world."""
+    """Return the position (m) and quaternion (x, y, z, w) of the base's inertial frame in the world.
+
+    Raises:
+        error: the body does not exist.
+    """
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
@@ -83,7 +91,7 @@ def getBasePositionAndOrientation(client: Client, bodyUniqueId: int) -> tuple[Tr
 
 
 def base_inertial_pose(record: BodyRecord) -> tuple[Triple, Triple]:
-    """Pose of the base's inertial frame; kept for bodies that do not move."""
+    """Return the pose of the base's inertial frame; cached for fixed bases."""
     if record.fixed_pose is not None:
         return record.fixed_pose
     if record.free is not None:
@@ -98,7 +106,13 @@ def base_inertial_pose(record: BodyRecord) -> tuple[Triple, Triple]:
 def resetBasePositionAndOrientation(
     client: Client, bodyUniqueId: int, posObj: Vector, ornObj: Vector
 ) -> None:
-    """Put the base's inertial frame somewhere and stop the base; joints stay. An unknown body is no error."""
+    """Set the pose of the base's inertial frame and zero the base velocity; joints keep their positions.
+
+    An unknown body is ignored.
+
+    Raises:
+        error: posObj does not have 3 numbers, ornObj not 4, or ornObj is zero.
+    """
     p = vector3(posObj, "position needs a 3 coordinates [x,y,z].")
     q = quaternion(ornObj, "orientation needs a 4 coordinates, quaternion [x,y,z,w].")
     record = client.scene.bodies.get(whole(bodyUniqueId))
@@ -108,7 +122,7 @@ def resetBasePositionAndOrientation(
     if length == 0.0:
         raise failure(
             "orientation needs a 4 coordinates, quaternion [x,y,z,w].",
-            "a quaternion of length 0 turns nothing",
+            f"the quaternion {tuple(ornObj)} has length 0; give a unit quaternion",
         )
     q = tuple(c / length for c in q)
     if not record.base_is_plain:
@@ -123,7 +137,11 @@ def resetBasePositionAndOrientation(
 
 @command()
 def getBaseVelocity(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
-    """Velocity of the base's centre of mass (m/s) and angular velocity (rad/s), in world axes."""
+    """Return the velocity of the base's centre of mass (m/s) and its angular velocity (rad/s), world frame.
+
+    Raises:
+        error: the body does not exist.
+    """
     record = client.scene.ready(bodyUniqueId, "getBaseVelocity failed.")
     if record.free_velocity is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
@@ -140,12 +158,15 @@ def resetBaseVelocity(
     linearVelocity: Vector | None = None,
     angularVelocity: Vector | None = None,
 ) -> None:
-    """Set the velocity of the base's centre of mass (m/s) and its angular velocity (rad/s), in world axes.
+    """Set the velocity of the base's centre of mass (m/s) and its angular velocity (rad/s), world frame.
 
-    Anything but three numbers counts as three zeros.
+    A list of another length than 3 counts as three zeros. An unknown body is ignored.
+
+    Raises:
+        error: neither velocity is given.
     """
     if linearVelocity is None and angularVelocity is None:
-        raise failure("expected at least linearVelocity and/or angularVelocity.")
+        raise failure("expected at least linearVelocity and/or angularVelocity.", "both are None")
     linear, angular = _three(linearVelocity), _three(angularVelocity)
     scene = client.scene
     if whole(objectUniqueId) not in scene.bodies:
@@ -162,7 +183,7 @@ def resetBaseVelocity(
 
 
 def _three(velocity: Vector | None) -> np.ndarray | None:
-    """(3,) numbers as given; zeros for another count."""
+    """Return (3,) numbers; zeros for a list of another length, None for None."""
     if velocity is None:
         return None
     try:

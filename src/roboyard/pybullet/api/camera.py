@@ -1,4 +1,4 @@
-"""getCameraImage: colours, depth buffer and ids."""
+"""Camera images: getCameraImage."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 _BAD_MATRIX = "Error parsing view or projection matrix."
-_DOT = np.array([0.0, 0.0, 1e-6])  # m: a point is a line too short to see, as wide as the point
+_DOT = np.array([0.0, 0.0, 1e-6])  # m: a point is drawn as a very short line, as wide as the point
 BLENDING = (c.GUI, c.GUI_SERVER, c.GUI_MAIN_THREAD)
-"""Connections whose pictures let light through shapes of an alpha below 1; PyBullet's others do not."""
+"""Connection methods whose images show shapes with alpha < 1 as transparent, as in PyBullet."""
 
 
 @command()
@@ -49,28 +49,31 @@ def getCameraImage(
     projectiveTextureView: Vector | None = None,
     projectiveTextureProj: Vector | None = None,
 ) -> tuple[int, int, np.ndarray, np.ndarray, np.ndarray]:
-    """Take a picture. Light and shadow stay as they were set last, for the pictures that do not set them.
+    """Render a camera image. Light and shadow arguments stay in effect for later images that omit them.
 
     Args:
-        width: pixels.
-        height: pixels.
-        viewMatrix: 16 numbers, column by column; see computeViewMatrix. None: the visualizer's camera.
-        projectionMatrix: 16 numbers, column by column.
-        lightDirection: from the scene towards the light.
-        lightColor: 0 to 1.
-        lightDistance: m; the light here is endlessly far away.
+        width: width (pixels).
+        height: height (pixels).
+        viewMatrix: 16 numbers, column-major; see computeViewMatrix. None: the visualizer's camera.
+        projectionMatrix: 16 numbers, column-major; see computeProjectionMatrixFOV.
+        lightDirection: direction from the scene towards the light.
+        lightColor: red, green, blue (0 to 1).
+        lightDistance: ignored; the light is at infinity.
         shadow: 1 draws shadows.
-        lightAmbientCoeff: 0 to 1; with 1 and the other two 0 pictures show plain colours.
-        lightDiffuseCoeff: 0 to 1.
-        lightSpecularCoeff: 0 to 1.
-        renderer: ER_TINY_RENDERER or ER_BULLET_HARDWARE_OPENGL; both give the same picture.
+        lightAmbientCoeff: ambient coefficient (0 to 1); 1 with the other two 0 gives unlit colours.
+        lightDiffuseCoeff: diffuse coefficient (0 to 1).
+        lightSpecularCoeff: specular coefficient (0 to 1).
+        renderer: ER_TINY_RENDERER or ER_BULLET_HARDWARE_OPENGL; both give the same image.
         flags: ER_SEGMENTATION_MASK_OBJECT_AND_LINKINDEX, ER_NO_SEGMENTATION_MASK.
-        projectiveTextureView: of ER_USE_PROJECTIVE_TEXTURE, which is not drawn.
-        projectiveTextureProj: likewise.
+        projectiveTextureView: ignored; projective textures are not drawn.
+        projectiveTextureProj: ignored.
 
     Returns:
-        width, height, rgba (h, w, 4) uint8, depth (h, w) float32: the non-linear buffer from 0 (near) to 1
-        (far and nothing), ids (h, w) int32: body, or body + ((link + 1) << 24), -1 for nothing.
+        Width, height, (h, w, 4) uint8 rgba, (h, w) float32 depth buffer (non-linear, 0 near to 1 far and
+        background) and (h, w) int32 ids: body, or body + ((link + 1) << 24), -1 for the background.
+
+    Raises:
+        error: a matrix does not have 16 numbers or cannot be inverted.
     """
     from roboyard.rendering import Camera, render
 
@@ -81,7 +84,9 @@ def getCameraImage(
     except ValueError as problem:
         raise failure(_BAD_MATRIX, str(problem)) from None
     light = client.light
-    light.take(lightDirection, lightColor, shadow, (lightAmbientCoeff, lightDiffuseCoeff, lightSpecularCoeff))
+    light.update(
+        lightDirection, lightColor, shadow, (lightAmbientCoeff, lightDiffuseCoeff, lightSpecularCoeff)
+    )
     number(lightDistance)
     scene = client.scene
     positions, rotations = scene.world.frames()
@@ -90,7 +95,7 @@ def getCameraImage(
         drawn = scene.solid.of(drawn)
     image = render(
         drawn, positions, rotations, camera,
-        shadow=light.shadow, light=light.as_sun(), lines=debug_lines(client, scene), backend="software",
+        shadow=light.shadow, light=light.to_light(), lines=debug_lines(client, scene), backend="software",
     )  # fmt: skip
     chosen = max(0, whole(flags))
     return w, h, image.rgba, image.depth_buffer(), _ids(scene, image.segmentation, chosen)
@@ -99,7 +104,7 @@ def getCameraImage(
 def _matrices(
     client: Client, width: int, height: int, view: Vector | None, projection: Vector | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(4, 4) row-major matrices of the arguments, or of the visualizer's camera."""
+    """Return the (4, 4) view and projection of the arguments, or of the visualizer's camera."""
     if view is None:
         v = client.visualizer
         view = computeViewMatrixFromYawPitchRoll(v.target, v.distance, v.yaw, v.pitch, 0.0, v.up_axis)
@@ -108,13 +113,13 @@ def _matrices(
     to_camera, to_clip = (
         np.array(floats(matrix, 16, _BAD_MATRIX)).reshape(4, 4).T for matrix in (view, projection)
     )
-    # PyBullet samples a pixel at its lower left corner: half a pixel left of and below the centre.
+    # PyBullet samples a pixel at its lower left corner, half a pixel left of and below the centre.
     to_clip[:2] += np.array([[1.0 / max(width, 1)], [1.0 / max(height, 1)]]) * to_clip[3]
     return to_camera, to_clip
 
 
 def _ids(scene: PhysicsScene, owners: np.ndarray, flags: int) -> np.ndarray:
-    """(h, w) int32 ids of scripts from the World's (h, w, 2) owners."""
+    """Return (h, w) int32 ids as scripts know them, from the World's (h, w, 2) owners."""
     from roboyard.pybullet.bullet_rules.image_kernels import segmentation_ids
 
     out = np.empty(owners.shape[:2], dtype=np.int32)
@@ -130,7 +135,7 @@ def _ids(scene: PhysicsScene, owners: np.ndarray, flags: int) -> np.ndarray:
 
 
 def debug_lines(client: Client, scene: PhysicsScene) -> DebugLines | None:
-    """The client's debug lines and points in the world, or None; texts are not drawn into pictures."""
+    """Return the debug lines and points in the world frame, or None; texts are not drawn into images."""
     from roboyard.rendering import DebugLines
 
     starts, ends, colors, widths = [], [], [], []
@@ -160,7 +165,7 @@ def debug_lines(client: Client, scene: PhysicsScene) -> DebugLines | None:
 
 
 def _in_world(scene: PhysicsScene, parent: tuple[int, int], points: np.ndarray) -> np.ndarray | None:
-    """Points of a link's inertial frame in the world; None where the body is gone."""
+    """Return (k, 3) points of a link's inertial frame in the world frame (m); None if the body is removed."""
     body, link = parent
     record = scene.bodies.get(body)
     if record is None or not -1 <= link < record.joint_count:

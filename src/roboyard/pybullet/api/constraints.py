@@ -1,4 +1,4 @@
-"""Constraints between bodies: welds, ball joints, slides and gears."""
+"""Constraints between bodies: fixed, point-to-point, prismatic and gear."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _UNSET_FORCE = -1.0
 _ROWS = {c.JOINT_FIXED: 6, c.JOINT_PRISMATIC: 5, c.JOINT_POINT2POINT: 3, c.JOINT_GEAR: 1}
 _FREE_ROW = 2
-"""Of a slide: the row along its axis, which Bullet does not have."""
+"""Row of a prismatic constraint along its axis, which Bullet does not report."""
 
 
 @command()
@@ -40,20 +40,23 @@ def createConstraint(
     parentFrameOrientation: Vector | None = None,
     childFrameOrientation: Vector | None = None,
 ) -> int:
-    """Hold two links together and give the constraint's id.
+    """Create a constraint between two links, or a link and the world, and return its id.
 
     Args:
         parentBodyUniqueId: first body.
-        parentLinkIndex: its link; -1 for the base.
+        parentLinkIndex: link of the first body; -1 for the base.
         childBodyUniqueId: second body; -1 for the world.
-        childLinkIndex: its link.
+        childLinkIndex: link of the second body.
         jointType: JOINT_FIXED, JOINT_POINT2POINT, JOINT_PRISMATIC or JOINT_GEAR (which couples the joints of
             the two links).
-        jointAxis: line along which the child slides (JOINT_PRISMATIC), in the parent's frame.
-        parentFramePosition: of the joint in the parent's inertial frame; m.
-        childFramePosition: of the joint in the child's inertial frame, or in the world; m.
-        parentFrameOrientation: x, y, z, w.
-        childFrameOrientation: x, y, z, w.
+        jointAxis: axis along which the child slides (JOINT_PRISMATIC), in the parent's frame.
+        parentFramePosition: joint position in the parent's inertial frame (m).
+        childFramePosition: joint position in the child's inertial frame, or in the world (m).
+        parentFrameOrientation: joint orientation in the parent (x, y, z, w); None for the identity.
+        childFrameOrientation: joint orientation in the child (x, y, z, w); None for the identity.
+
+    Raises:
+        error: a body, link or joint does not exist, or the type is not supported.
     """
     scene = client.scene
     record = ConstraintRecord(
@@ -89,17 +92,20 @@ def changeConstraint(
     relativePositionTarget: float = 1e32,
     erp: float = -1.0,
 ) -> None:
-    """Change what is given; an unknown id is no error.
+    """Change the properties that are given; an unknown id is ignored.
 
     Args:
         userConstraintUniqueId: id from createConstraint.
-        jointChildPivot: the joint's place in the child's inertial frame, or in the world; m.
-        jointChildFrameOrientation: x, y, z, w.
-        maxForce: N or N m, on each direction.
-        gearRatio: of a gear: v_parent + ratio v_child = 0.
-        gearAuxLink: of a gear: a third joint of the parent, whose velocity replaces the 0.
-        relativePositionTarget: of a gear: q_parent + ratio q_child, kept where erp is above 0.
-        erp: of a gear: how hard positions are held, 0 to 1.
+        jointChildPivot: joint position in the child's inertial frame, or in the world (m).
+        jointChildFrameOrientation: joint orientation in the child (x, y, z, w).
+        maxForce: largest force (N) or torque (N m) in each direction.
+        gearRatio: ratio of a gear: v_parent + ratio v_child = 0.
+        gearAuxLink: third joint of the parent of a gear, whose velocity replaces the 0.
+        relativePositionTarget: q_parent + ratio q_child of a gear, held if erp is above 0.
+        erp: share of the position error of a gear corrected in a step (0 to 1).
+
+    Raises:
+        error: a vector has the wrong length, or the third joint of a gear does not exist.
     """
     scene = client.scene
     record: ConstraintRecord | None = scene.constraints.get(whole(userConstraintUniqueId))
@@ -123,7 +129,7 @@ def changeConstraint(
 def _change_gear(
     client: Client, record: ConstraintRecord, ratio: float, aux_link: int, target: float, erp: float
 ) -> None:
-    """Take over what is given; constraints of other kinds only tell it again."""
+    """Apply the gear properties that are given; other constraints only store them."""
     old = (record.gear_ratio, record.gear_aux_link, record.relative_position_target, record.erp)
     if number(ratio) != 0.0:
         record.gear_ratio = float(ratio)
@@ -144,7 +150,7 @@ def _change_gear(
 
 @command()
 def removeConstraint(client: Client, userConstraintUniqueId: int) -> None:
-    """Let go; an unknown id is no error."""
+    """Remove a constraint; an unknown id is ignored."""
     record = client.scene.constraints.pop(whole(userConstraintUniqueId), None)
     if record is not None:
         remove(client.scene, record)
@@ -152,25 +158,28 @@ def removeConstraint(client: Client, userConstraintUniqueId: int) -> None:
 
 @command()
 def getNumConstraints(client: Client) -> int:
-    """How many constraints there are."""
+    """Return the number of constraints."""
     return len(client.scene.constraints)
 
 
 @command()
 def getConstraintUniqueId(client: Client, serialIndex: int) -> int:
-    """Id of the i-th constraint, -1 past the last."""
+    """Return the id of the i-th constraint, or -1 beyond the last."""
     ids = list(client.scene.constraints)
     return ids[serialIndex] if 0 <= whole(serialIndex) < len(ids) else -1
 
 
 @command()
 def getConstraintInfo(client: Client, constraintUniqueId: int) -> tuple[Any, ...]:
-    """What a constraint holds.
+    """Return the properties of a constraint.
 
     Returns:
-        parent body, parent link, child body, child link, type, axis, position in the parent, position in the
-        child, orientation in the parent, orientation in the child, greatest force, gear ratio, third link of
-        a gear, relative position target, erp.
+        Parent body, parent link, child body, child link, type, axis, position in the parent (m), position in
+        the child (m), orientation in the parent, orientation in the child (x, y, z, w), largest force (N or
+        N m), gear ratio, third link of a gear, relative position target, erp.
+
+    Raises:
+        error: the constraint does not exist.
     """
     record = client.scene.constraints.get(whole(constraintUniqueId))
     if record is None:
@@ -186,9 +195,12 @@ def getConstraintInfo(client: Client, constraintUniqueId: int) -> tuple[Any, ...
 
 @command()
 def getConstraintState(client: Client, constraintUniqueId: int) -> tuple[float, ...]:
-    """Forces that a constraint applied in the last step: N, then N m; zeros before the first step.
+    """Return the forces (N) and torques (N m) of a constraint in the last step; zeros before the first step.
 
-    They act on the parent, except for those of a point, which act on the child.
+    They act on the parent, except those of a point-to-point constraint, which act on the child.
+
+    Raises:
+        error: the constraint does not exist.
     """
     scene = client.scene
     record = scene.constraints.get(whole(constraintUniqueId))

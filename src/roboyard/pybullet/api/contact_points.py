@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.pybullet.bullet_rules.hull_margins import margins_of_hulls
+from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.state.contacts import ANY_LINK, Place, Point, touching
@@ -112,7 +112,7 @@ def getClosestPoints(
             return ()
         data, model = world.kinematics(), world.live_model
         points, ends = [], np.zeros(6)
-        hulls = scene.hull_margins() if world is scene.world else margins_of_hulls(model)
+        hulls = scene.geom_margins() if world is scene.world else geom_margins(model)
         for body_a, link_a, geom_a in first:
             for body_b, link_b, geom_b in second:
                 margins = float(hulls[geom_a]), float(hulls[geom_b])

@@ -1,4 +1,4 @@
-"""Motors: velocity and position as constraints, torques, spring-dampers."""
+"""Joint motors: setJointMotorControl2 and its array and multi-degree-of-freedom forms."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
-LARGEST_FORCE = 100000.0
+DEFAULT_MAX_FORCE = 100000.0
 KP, KD = 0.1, 1.0
 _MODES = (c.VELOCITY_CONTROL, c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL)
 _OLD_BODY = {"bodyIndex": "bodyUniqueId"}
@@ -39,25 +39,28 @@ def setJointMotorControl2(
     controlMode: int,
     targetPosition: float = 0.0,
     targetVelocity: float = 0.0,
-    force: float = LARGEST_FORCE,
+    force: float = DEFAULT_MAX_FORCE,
     positionGain: float = KP,
     velocityGain: float = KD,
     maxVelocity: float = -1.0,
 ) -> None:
-    """Tell a joint's motor what to do.
+    """Set the command of a joint's motor.
 
     Args:
-        bodyUniqueId: the body.
-        jointIndex: a joint of one degree of freedom.
-        controlMode: VELOCITY_CONTROL and POSITION_CONTROL ask for the velocity kp (q* - q) / dt + v + kd (v*
+        bodyUniqueId: body.
+        jointIndex: joint of one degree of freedom.
+        controlMode: VELOCITY_CONTROL and POSITION_CONTROL aim at the velocity kp (q* - q) / dt + v + kd (v*
             - v) after the step (kp 0 for velocity control); TORQUE_CONTROL adds a torque for one step;
             PD_CONTROL is a spring-damper torque kp (q* - q) + kd (v* - v) in every step from now on.
-        targetPosition: q*; rad or m.
-        targetVelocity: v*; rad/s or m/s.
-        force: the largest the motor may apply, or the torque itself; N m or N.
+        targetPosition: q* (rad or m).
+        targetVelocity: v* (rad/s or m/s).
+        force: largest torque or force of the motor, or the torque itself (N m or N).
         positionGain: kp.
         velocityGain: kd.
-        maxVelocity: of position control; rad/s or m/s.
+        maxVelocity: largest velocity of position control (rad/s or m/s).
+
+    Raises:
+        error: the joint does not exist, or the mode is unknown.
     """
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
@@ -69,10 +72,10 @@ def setJointMotorControl2(
             ):  # fmt: skip
                 return
         except (struct.error, IndexError, TypeError):
-            pass  # said below, in PyBullet's words
+            pass  # raised below, with PyBullet's text
     record = joint_of(client, bodyUniqueId, jointIndex)
     if whole(controlMode) not in _MODES:
-        raise failure("Illegal control mode.")
+        raise failure("Illegal control mode.", f"unknown control mode {controlMode!r}")
     _drive(
         client.scene, record, jointIndex, controlMode,
         *(number(targetPosition), number(targetVelocity), number(force)),
@@ -92,7 +95,11 @@ def setJointMotorControlArray(
     positionGains: Vector | None = None,
     velocityGains: Vector | None = None,
 ) -> None:
-    """`setJointMotorControl2` of several joints at once."""
+    """Set the commands of several motors; see setJointMotorControl2.
+
+    Raises:
+        error: a joint does not exist, the mode is unknown, or a list has the wrong length.
+    """
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is not None and record.motor_commands is not None:
@@ -101,12 +108,12 @@ def setJointMotorControlArray(
                 jointIndices, controlMode, targetPositions, targetVelocities, forces, positionGains,
                 velocityGains, client.parameters.time_step,
             ):  # fmt: skip
-                scene.waiting.add(record.motor_commands)
+                scene.pending_commands.add(record.motor_commands)
                 return
         except TypeError:
-            pass  # said below, in PyBullet's words
+            pass  # raised below, with PyBullet's text
     if whole(controlMode) not in _MODES:
-        raise failure("Illegal control mode.")
+        raise failure("Illegal control mode.", f"unknown control mode {controlMode!r}")
     joints = indices(jointIndices)
     for joint in joints:
         joint_of(client, bodyUniqueId, joint)
@@ -116,7 +123,7 @@ def setJointMotorControlArray(
     s = "should match the number of joint indices"
     velocities = _each(targetVelocities, count, 0.0, f"number of target velocies {s}")
     positions = _each(targetPositions, count, 0.0, f"number of target positions {s}")
-    largest = _each(forces, count, LARGEST_FORCE, "number of forces should match the joint indices")
+    largest = _each(forces, count, DEFAULT_MAX_FORCE, "number of forces should match the joint indices")
     kps = _each(positionGains, count, KP, "number of kps should match the joint indices")
     kds = _each(velocityGains, count, KD, f"number of kds {s}")
     record = scene.bodies[bodyUniqueId]
@@ -140,17 +147,18 @@ def setJointMotorControlMultiDof(
     maxVelocity: float = -1.0,
     damping: float = 1.0,
 ) -> None:
-    """Tell the motor of a joint of any number of degrees of freedom what to do.
+    """Set the command of the motor of a joint with any number of degrees of freedom.
 
-    Position is 1 number or a quaternion, velocity 1 or 3, force 1 or 3 (one holds for all). Motors of
-    spherical joints know no velocity but 0: velocityGain and maxVelocity do not matter to them, and damping
-    is the share of their velocity that they take away in a step.
+    Position has 1 number (rad or m) or 4 (a quaternion), velocity 1 or 3, force 1 or 3 (one applies to all; N
+    m or N). Motors of spherical joints always aim at velocity 0: velocityGain and maxVelocity have no effect
+    on them, and damping is the share of their velocity that they remove in a step.
+
+    Raises:
+        error: the joint does not exist, or the mode is neither TORQUE_CONTROL nor POSITION_CONTROL.
     """
     record = joint_of(client, bodyUniqueId, jointIndex)
     if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL):
-        raise failure(
-            "Illegal control mode.", "motors of such joints know TORQUE_CONTROL and POSITION_CONTROL"
-        )
+        raise failure("Illegal control mode.", f"use TORQUE_CONTROL or POSITION_CONTROL; got {controlMode}")
     gains = number(positionGain), number(velocityGain), number(maxVelocity)
     _drive_many(
         client.scene, record, jointIndex, controlMode, targetPosition, targetVelocity, force, *gains,
@@ -171,9 +179,13 @@ def setJointMotorControlMultiDofArray(
     velocityGains: Vector | None = None,
     maxVelocities: Vector | None = None,
 ) -> None:
-    """`setJointMotorControlMultiDof` of several joints at once; short lists leave the usual values."""
+    """Set the commands of several motors; see setJointMotorControlMultiDof. Short lists use the defaults.
+
+    Raises:
+        error: a joint does not exist, or the mode is unknown.
+    """
     if whole(controlMode) not in (c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL, c.STABLE_PD_CONTROL):
-        raise failure("Illegal control mode.")
+        raise failure("Illegal control mode.", f"unknown control mode {controlMode!r}")
     joints = indices(jointIndices)
     count = len(joints)
     kps, kds = _as_many(positionGains, count, KP), _as_many(velocityGains, count, KD)
@@ -198,7 +210,7 @@ def setJointMotorControlMultiDofArray(
 
 
 def _as_many(values: Sequence[Any] | None, count: int, default: Any) -> list[Any]:
-    """The first `count` values; the default in place of those that are missing."""
+    """Return the first `count` values; the default replaces missing ones."""
     given = list(values)[:count] if hasattr(values, "__iter__") and values is not None else []
     return given + [default] * (count - len(given))
 
@@ -219,18 +231,18 @@ def _drive(
         scene.world.wrenches.add_joint_effort(handle, force)
         return
     if mode == c.PD_CONTROL:
-        scene.efforts[(record.number, joint)] = SpringDamper(
+        scene.spring_dampers[(record.number, joint)] = SpringDamper(
             scene, record, joint, position, velocity, kp, kd, force
         )
         return
-    scene.give_motors_to(record)
+    scene.ensure_default_motors(record)
     if record.motor_commands is None:
         record.motor_commands = MotorCommands(
             scene.world.motors.of(record.body), record.infos, record.body.dof_offsets, record.motors_off
         )
     record.motor_commands.flush()
     record.motor_commands.bounds_changed()
-    scene.keep_applied(record, joint, off=force == 0.0)
+    scene.switch_motor(record, joint, off=force == 0.0)
     impulse = force * scene.time_step
     if mode == c.VELOCITY_CONTROL:
         scene.world.motors.set(handle, velocity=velocity, kp=0.0, kd=kd, max_impulse=impulse)
@@ -253,7 +265,7 @@ def _drive_many(
     if kind not in _MOTORED:
         return
     size = VELOCITY_COUNT[kind]
-    forces = [LARGEST_FORCE] * size if force is None else _spread(force, size)
+    forces = [DEFAULT_MAX_FORCE] * size if force is None else _spread(force, size)
     speeds = [0.0] * size if velocity is None else [number(v) for v in velocity]
     if kind != 2:
         where = 0.0 if position is None else number(next(iter(position)))
@@ -269,12 +281,12 @@ def _drive_spherical(
     scene: PhysicsScene, record: BodyRecord, joint: int, position: Vector | None, velocity: Vector | None,
     forces: Sequence[float], kp: float, damping: float,
 ) -> None:  # fmt: skip
-    """POSITION_CONTROL; without four numbers of position or three of velocity nothing changes."""
+    """Set the target of a spherical joint; ignored without 4 numbers of position or 3 of velocity."""
     is_aimed = position is not None and len(position) == 4
     if not is_aimed and (velocity is None or len(velocity) != 3):
         return
-    scene.give_motors_to(record)
-    scene.keep_applied(record, joint, off=not any(forces))
+    scene.ensure_default_motors(record)
+    scene.switch_motor(record, joint, off=not any(forces))
     target = tuple(map(number, position)) if position is not None and is_aimed else IDENTITY
     impulse = [force * scene.time_step for force in forces]
     set_spherical_target(scene.world, record.body.joints[joint], target, kp, impulse, damping)
@@ -295,7 +307,7 @@ def _drive_stable(
 
     world = scene.world
     world.ensure_compiled()
-    model, data, live = world.live_model, scene.spare_data(), world.live_data
+    model, data, live = world.live_model, scene.scratch_data(), world.live_data
     data.qpos[:], data.qvel[:] = live.qpos, live.qvel
     targets = StablePdTargets.zeros(model.nv)
     driven: list[int] = []
@@ -331,15 +343,15 @@ def _per_dof(values: Any, size: int, default: float) -> list[float]:
 
 
 def _spread(values: Vector, size: int) -> list[float]:
-    """A force bound for each degree of freedom: one for all, or as many; other counts leave the usual one."""
+    """Return a force limit per degree of freedom: one for all or one each, else the default."""
     given = [number(v) for v in values]
     if len(given) == 1:
         return given * size
-    return given if len(given) == size else [LARGEST_FORCE] * size
+    return given if len(given) == size else [DEFAULT_MAX_FORCE] * size
 
 
 class SpringDamper:
-    """PD_CONTROL of one joint: a torque worked out before each step."""
+    """PD_CONTROL of one joint: a torque computed before each step."""
 
     __slots__ = ("_joint", "_kd", "_kp", "_largest", "_position", "_record", "_scene", "_velocity")
 
@@ -359,6 +371,7 @@ class SpringDamper:
         )
 
     def __call__(self) -> None:
+        """Apply the torque for the coming step."""
         record, joint = self._record, self._joint
         self._scene.ready(record.number, OUT_OF_RANGE)
         q = record.qpos.item(record.position_addresses[joint])

@@ -1,4 +1,4 @@
-"""Debug drawing and sliders. Drawings appear in camera images too; sliders hold their start value."""
+"""Debug drawings and sliders. Drawings appear in camera images too; without a window, sliders do not move."""
 
 from __future__ import annotations
 
@@ -33,17 +33,20 @@ def addUserDebugLine(
     parentLinkIndex: int = -1,
     replaceItemUniqueId: int = -1,
 ) -> int:
-    """Draw a line and give its id.
+    """Draw a line and return its id.
 
     Args:
-        lineFromXYZ: start; m, in the world or in the parent's inertial frame.
-        lineToXYZ: end; m.
-        lineColorRGB: 0 to 1.
-        lineWidth: pixels.
-        lifeTime: s of wall time; 0 for ever.
-        parentObjectUniqueId: body that the line moves with.
-        parentLinkIndex: its link; -1 for the base.
-        replaceItemUniqueId: a line to put this one in the place of.
+        lineFromXYZ: start (m), in the world or in the parent's inertial frame.
+        lineToXYZ: end (m), in the same frame.
+        lineColorRGB: red, green, blue (0 to 1); white for another length, as in PyBullet.
+        lineWidth: width (pixels).
+        lifeTime: life time (s, wall clock); 0 for no limit.
+        parentObjectUniqueId: body that the line moves with; -1 for none.
+        parentLinkIndex: link of that body; -1 for the base.
+        replaceItemUniqueId: item that this line replaces.
+
+    Raises:
+        error: an end does not have three numbers.
     """
     line = Line(
         start=vector3(lineFromXYZ, "Error converting lineFrom[3]"),
@@ -69,7 +72,11 @@ def addUserDebugText(
     parentLinkIndex: int = -1,
     replaceItemUniqueId: int = -1,
 ) -> int:
-    """Write text at a place (m) and give its id; without an orientation it faces the camera."""
+    """Draw text at a position (m) and return its id; without an orientation it faces the camera.
+
+    Raises:
+        error: a vector has the wrong length.
+    """
     item = Text(
         text=_text(text),
         position=vector3(textPosition, "Error converting textPositionObj[3]"),
@@ -95,7 +102,11 @@ def addUserDebugPoints(
     parentLinkIndex: int = -1,
     replaceItemUniqueId: int = -1,
 ) -> int:
-    """Draw points at (k, 3) positions (m) with (k, 3) colours (0 to 1) and give the cloud's id."""
+    """Draw points at (k, 3) positions (m) with (k, 3) colours (0 to 1) and return their common id.
+
+    Raises:
+        error: there are too many points, or the numbers of points and colours differ.
+    """
     positions = np.array(pointPositions, dtype=float).reshape(-1, 3)
     colors = np.array(pointColorsRGB, dtype=float).reshape(-1, 3)
     if len(positions) > MAX_POINTS:
@@ -118,7 +129,7 @@ def addUserDebugPoints(
 def addUserDebugParameter(
     client: Client, paramName: str, rangeMin: float = 0.0, rangeMax: float = 1.0, startValue: float = 0.0
 ) -> int:
-    """Make a slider (a button where rangeMin > rangeMax) and give its id."""
+    """Create a slider, or a button if rangeMin > rangeMax, and return its id."""
     parameter = Parameter(
         name=_text(paramName), lower=number(rangeMin), upper=number(rangeMax), value=number(startValue)
     )
@@ -127,7 +138,11 @@ def addUserDebugParameter(
 
 @command()
 def readUserDebugParameter(client: Client, itemUniqueId: int) -> float:
-    """Value of a slider, or clicks of a button."""
+    """Return the value of a slider, or the number of clicks of a button.
+
+    Raises:
+        error: there is no such slider.
+    """
     parameter = client.debug_items.parameters.get(whole(itemUniqueId))
     if parameter is None:
         raise failure("Failed to read parameter.", f"no slider has the id {itemUniqueId}")
@@ -136,7 +151,7 @@ def readUserDebugParameter(client: Client, itemUniqueId: int) -> float:
 
 @command()
 def removeUserDebugItem(client: Client, itemUniqueId: int) -> None:
-    """Remove a drawing or a slider."""
+    """Remove a drawing or a slider; an unknown id is ignored."""
     client.debug_items.remove(whole(itemUniqueId))
 
 
@@ -165,7 +180,7 @@ _text = text
 
 
 def _line_color(rgb: Vector) -> tuple[float, float, float]:
-    """White, as in PyBullet, for anything but three numbers."""
+    """Return a colour; white, as in PyBullet, for another length than 3."""
     try:
         given = tuple(rgb)
     except TypeError:

@@ -1,4 +1,4 @@
-"""Masses, inertias, friction and damping: reading and changing them."""
+"""Masses, inertias, friction and damping: getDynamicsInfo and changeDynamics."""
 
 from __future__ import annotations
 
@@ -19,22 +19,27 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 IMMOVABLE_MASS = 1e6
-"""kg and kg m²: what a body that may move has inside while its mass is 0, so that nothing pushes it."""
+"""Mass (kg) and moments (kg m²) of a movable base while its mass is 0, so that no force moves it."""
 
 
 @command()
 def getDynamicsInfo(client: Client, bodyUniqueId: int, linkIndex: int) -> tuple[Any, ...]:
-    """Physical properties of a link (-1: the base); whatever the link, those of the base of a rigid body.
+    """Return the physical properties of a link (-1: the base); of a rigid body always those of the base.
 
     Returns:
-        mass (kg), lateral friction, inertia diagonal (kg m²), position (m) and quaternion of the inertial
+        Mass (kg), lateral friction, inertia diagonal (kg m²), position (m) and quaternion of the inertial
         frame in the link frame, restitution, rolling friction, spinning friction, contact damping, contact
         stiffness (-1: not set), body type (2: multibody, 1: rigid body), collision margin (m).
+
+    Raises:
+        error: the body or link does not exist.
     """
     if whole(bodyUniqueId) < 0:
-        raise failure("getDynamicsInfo failed; invalid bodyUniqueId")
+        raise failure(
+            "getDynamicsInfo failed; invalid bodyUniqueId", f"body ids start at 0, got {bodyUniqueId}"
+        )
     if whole(linkIndex) < -1:
-        raise failure("getDynamicsInfo failed; invalid linkIndex")
+        raise failure("getDynamicsInfo failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
     record = client.scene.bodies.get(bodyUniqueId)
     if record is not None and record.kind == RIGID_BODY:
         linkIndex = -1
@@ -79,15 +84,21 @@ def changeDynamics(
     jointLimitForce: float = -1.0,
     sleepThreshold: float = -1.0,
 ) -> None:
-    """Change physical properties of a link (-1: the base); those left out stay. An unknown body is no error.
+    """Change the given physical properties of a link (-1: the base). An unknown body is ignored.
 
-    A new mass (kg) brings the inertia of the collision shapes for it, unless localInertiaDiagonal (kg m²) is
-    given. A base that was fixed is let go by a mass. With mass 0 a base that could move is pushed by nothing
-    any more: it stays, or glides on as it is. Damping holds for the whole body. Bodies do not sleep here, so
-    the sleeping arguments have no effect.
+    A new mass (kg) recomputes the inertia from the collision shapes, unless localInertiaDiagonal (kg m²) is
+    given. A mass > 0 makes a fixed base movable; mass 0 makes a movable base immune to forces: it keeps its
+    velocity. Damping applies to the whole body. Bodies do not sleep here, so the sleeping arguments have no
+    effect.
+
+    Raises:
+        error: only one of contactStiffness and contactDamping is given.
     """
     if (number(contactStiffness) >= 0) != (number(contactDamping) >= 0):
-        raise failure("Both contactStiffness and contactDamping needs to be set together.")
+        raise failure(
+            "Both contactStiffness and contactDamping needs to be set together.",
+            f"got contactStiffness={contactStiffness}, contactDamping={contactDamping}",
+        )
     scene = client.scene
     record = scene.bodies.get(whole(bodyUniqueId))
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
@@ -135,7 +146,7 @@ def _set_mass(
     state.mass, state.moments = float(mass), moments
     if mass > 0.0 and link == -1 and record.model.fixed_base and not _has_plane(record):
         scene.free_base(record)
-    scene.set_weightless(record, link, mass == 0.0)
+    scene.disable_gravity(record, link, mass == 0.0)
     if mass == 0.0 and link == -1 and not record.model.fixed_base:
         mass, moments = IMMOVABLE_MASS, (IMMOVABLE_MASS, IMMOVABLE_MASS, IMMOVABLE_MASS)
     x, y, z = moments

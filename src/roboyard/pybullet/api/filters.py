@@ -1,4 +1,4 @@
-"""Which links may collide."""
+"""Collision filters: setCollisionFilterPair and setCollisionFilterGroupMask."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def setCollisionFilterPair(
     linkIndexB: int,
     enableCollision: int,
 ) -> None:
-    """Let two links collide, or not; unknown bodies and links are no error."""
+    """Enable or disable collisions of two links; unknown bodies and links are ignored."""
     scene = client.scene
     a = scene.link(whole(bodyUniqueIdA), whole(linkIndexA))
     b = scene.link(whole(bodyUniqueIdB), whole(linkIndexB))
@@ -34,7 +34,7 @@ def setCollisionFilterPair(
 def setCollisionFilterGroupMask(
     client: Client, bodyUniqueId: int, linkIndexA: int, collisionFilterGroup: int, collisionFilterMask: int
 ) -> None:
-    """Give a link a group and a mask: two links collide if each one's group has a bit of the other's mask."""
+    """Set the group and mask of a link: two links collide if each group shares a bit with the other mask."""
     scene = client.scene
     if scene.link(whole(bodyUniqueId), whole(linkIndexA)) is not None:
         scene.filters.set_group(

@@ -1,4 +1,4 @@
-"""Forces and torques from outside, for one step."""
+"""External forces and torques for one step."""
 
 from __future__ import annotations
 
@@ -23,10 +23,13 @@ Vector = Sequence[float]
 def applyExternalForce(
     client: Client, objectUniqueId: int, linkIndex: int, forceObj: Vector, posObj: Vector, flags: int
 ) -> None:
-    """Push a link (-1: the base) at a point during the next step.
+    """Apply a force to a point of a link (-1: the base) during the next step.
 
-    With WORLD_FRAME force (N) and point (m) are in world axes; with LINK_FRAME they are in the axes of the
-    link's inertial frame, the point from its centre of mass.
+    With WORLD_FRAME, force (N) and point (m) are in the world frame; with LINK_FRAME, they are in the link's
+    inertial frame. An unknown body or link is ignored.
+
+    Raises:
+        error: a vector does not have three numbers, or the flag is unknown.
     """
     force = vector3(forceObj, "force needs a 3 coordinates [x,y,z].")
     point = vector3(posObj, "position needs a 3 coordinates [x,y,z].")
@@ -37,7 +40,11 @@ def applyExternalForce(
 def applyExternalTorque(
     client: Client, objectUniqueId: int, linkIndex: int, torqueObj: Vector, flags: int
 ) -> None:
-    """Turn a link (-1: the base) with a torque (N m) during the next step."""
+    """Apply a torque (N m) to a link (-1: the base) during the next step; flags as in applyExternalForce.
+
+    Raises:
+        error: the torque does not have three numbers, or the flag is unknown.
+    """
     torque = vector3(torqueObj, "torque needs a 3 coordinates [x,y,z].")
     _push(client, objectUniqueId, linkIndex, (0.0, 0.0, 0.0), torque, None, flags)
 
@@ -46,7 +53,7 @@ def _push(
     client: Client, body: int, link: int, force: Vector3, torque: Vector3, point: Vector3 | None, flags: int
 ) -> None:
     if whole(flags) not in (c.WORLD_FRAME, c.LINK_FRAME):
-        raise failure("flag has to be either WORLD_FRAME or LINK_FRAME")
+        raise failure("flag has to be either WORLD_FRAME or LINK_FRAME", f"got flags={flags}")
     scene = client.scene
     if whole(body) not in scene.bodies:
         return

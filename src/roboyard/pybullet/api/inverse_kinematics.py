@@ -1,4 +1,4 @@
-"""Inverse kinematics: joint positions that bring links to targets, in PyBullet's small steps."""
+"""Inverse kinematics: joint positions that bring links to targets, by PyBullet's damped steps."""
 
 from __future__ import annotations
 
@@ -46,26 +46,29 @@ def calculateInverseKinematics(
     maxNumIterations: int = _ITERATIONS,
     residualThreshold: float = _RESIDUAL,
 ) -> tuple[float, ...]:
-    """Positions of all movable joints (rad or m) that bring a link's frame to a target.
+    """Return the positions of all movable joints (rad or m) that bring a link's frame to a target.
 
-    The search starts at the present (or given) positions and takes at most maxNumIterations small steps, so
-    call it again from its answer for more. The robot does not move.
+    The search starts at the current (or given) positions and takes at most maxNumIterations small steps;
+    repeat the call from its result to continue. The robot does not move.
 
     Args:
-        bodyUniqueId: the body.
-        endEffectorLinkIndex: the link.
-        targetPosition: of the link frame in the world; m.
-        targetOrientation: x, y, z, w; None, or anything but four numbers, leaves it free.
-        lowerLimits: of every movable joint, with upperLimits, jointRanges and restPoses: the answer then
-            leans towards restPoses. Lists of another length are ignored.
-        upperLimits: likewise.
-        jointRanges: likewise.
-        restPoses: likewise.
-        jointDamping: of every movable joint; larger keeps a joint calmer.
+        bodyUniqueId: body.
+        endEffectorLinkIndex: link.
+        targetPosition: position of the link frame in the world (m).
+        targetOrientation: orientation (x, y, z, w); None, or another length than 4, leaves it free.
+        lowerLimits: (n,) lower limits of all movable joints. With upperLimits, jointRanges and restPoses, the
+            solution stays close to restPoses. Lists of another length are ignored.
+        upperLimits: (n,) upper limits.
+        jointRanges: (n,) ranges.
+        restPoses: (n,) preferred positions.
+        jointDamping: (n,) damping of all movable joints; a larger value moves a joint less.
         solver: IK_DLS or IK_SDLS; both use the same damped steps here.
-        currentPositions: where to start.
-        maxNumIterations: most steps.
-        residualThreshold: error (m and rad) that is small enough.
+        currentPositions: (n,) start positions.
+        maxNumIterations: largest number of steps.
+        residualThreshold: error (m and rad) at which the search stops.
+
+    Raises:
+        error: the body or link does not exist, or a required list has the wrong length.
     """
     whole(solver)
     goal = vector3(targetPosition, _WRONG_POSITION), _orientation(targetOrientation)
@@ -93,12 +96,18 @@ def calculateInverseKinematics2(
     maxNumIterations: int = _ITERATIONS,
     residualThreshold: float = _RESIDUAL,
 ) -> tuple[float, ...]:
-    """Like calculateInverseKinematics for several links at once, by position alone."""
+    """Return joint positions that bring several links to positions; see calculateInverseKinematics.
+
+    Raises:
+        error: as calculateInverseKinematics, or there are not as many links as targets.
+    """
     whole(solver)
     links = [whole(link) for link in endEffectorLinkIndices]
     goals: list[tuple[Vector, Vector | None]] = [(vector3(p, _FAILED), None) for p in targetPositions]
     if len(links) != len(goals) or not links:
-        raise failure(_FAILED, f"{len(links)} links but {len(goals)} targets")
+        raise failure(
+            _FAILED, f"expected as many targets as links, got {len(links)} links and {len(goals)} targets"
+        )
     null_space = (lowerLimits, upperLimits, jointRanges, restPoses)
     return _solve(
         client.scene, bodyUniqueId, links, goals, null_space, jointDamping, currentPositions,
@@ -123,19 +132,19 @@ def _solve(
     message = _FAILED if current is None else _WRONG_CURRENT
     record = scene.ready(body, message)
     if not record.movable():
-        raise failure(message, f"body {body} has no joint that moves")
+        raise failure(message, f"body {body} has no movable joint")
     if not all(0 <= link < record.joint_count for link in links):
         raise failure(_FAILED, f"body {body} has the links 0 to {record.joint_count - 1}, not {links}")
     chain = _chain(record, tuple(links))
     start = _start(record, current)
     targets = np.array([_in_base(record, *goal) for goal in goals])
-    lower, upper, ranges, rest = (_full(values, chain.size) for values in null_space)
+    lower, upper, ranges, rest = (_complete(values, chain.size) for values in null_space)
     keywords: dict[str, Any] = {}
     if all(values is not None for values in (lower, upper, ranges, rest)):
         keywords = {"lower": lower, "upper": upper, "ranges": ranges, "rest": rest}
-    calm = _full(damping, chain.size)
-    if calm is not None:
-        keywords["joint_damping"] = calm
+    damping_values = _complete(damping, chain.size)
+    if damping_values is not None:
+        keywords["joint_damping"] = damping_values
     answer = damped_step_ik(
         chain, start, targets if len(targets) > 1 else targets[0], iterations=max(iterations, 0),
         residual_threshold=threshold, **keywords,
@@ -144,7 +153,7 @@ def _solve(
 
 
 def _chain(record: BodyRecord, links: tuple[int, ...]) -> ChainArrays:
-    """The body as a chain with these tips; kept with the body."""
+    """Return the body as a kinematic chain with these tips; cached."""
     found = record.chains.get(links)
     if found is None:
         from roboyard.kinematics import from_description
@@ -173,7 +182,7 @@ def _places(record: BodyRecord, joint: int) -> range:
 
 
 def _in_base(record: BodyRecord, position: Vector, orientation: Vector | None) -> list[float]:
-    """A target in the base link frame: 3 numbers, or 7 with an orientation."""
+    """Return a target in the base link frame: 3 numbers, or 7 with an orientation."""
     origin, turn = record.body.pose
     i, j, k, w = turn.tolist()
     dx, dy, dz = (float(p) - o for p, o in zip(position, origin.tolist(), strict=True))
@@ -198,8 +207,8 @@ def _in_base(record: BodyRecord, position: Vector, orientation: Vector | None) -
     ]
 
 
-def _full(values: Vector | None, count: int) -> Array | None:
-    """The values where there is one for every joint, else None (as PyBullet ignores other lists)."""
+def _complete(values: Vector | None, count: int) -> Array | None:
+    """Return (n,) values, or None for another length, which PyBullet ignores."""
     if values is None or len(values) != count:
         return None
     return np.array(floats(values, count, _FAILED))

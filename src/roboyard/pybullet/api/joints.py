@@ -1,4 +1,4 @@
-"""Joints: their tables, their state, setting it, measuring reaction forces."""
+"""Joints: info, state, reset, and force-torque sensors."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ OUT_OF_RANGE = "Joint index out-of-range."
 
 @command()
 def getNumJoints(client: Client, bodyUniqueId: int) -> int:
-    """How many joints, fixed ones included, a body has; 0 for an unknown body."""
+    """Return the number of joints of a body, including fixed ones; 0 for an unknown body."""
     record = client.scene.bodies.get(whole(bodyUniqueId))
     return 0 if record is None else record.joint_count
 
 
 @command()
 def computeDofCount(client: Client, bodyUniqueId: int) -> int:
-    """Degrees of freedom of a body's joints, and six for a base that could move when it was loaded."""
+    """Return the degrees of freedom of a body's joints, plus six if it was loaded with a floating base."""
     record = client.scene.bodies.get(whole(bodyUniqueId))
     if record is None:
         return 0
@@ -40,33 +40,38 @@ def computeDofCount(client: Client, bodyUniqueId: int) -> int:
 
 @command()
 def getJointInfo(client: Client, bodyUniqueId: int, jointIndex: int) -> tuple[Any, ...]:
-    """What the file says of a joint.
+    """Return the properties of a joint as the file gives them.
 
     Returns:
-        index, name, type, first place in q, first place in u, flags, damping, friction, lower and upper
-        limit, largest force and velocity, name of the child link, axis in its inertial frame, joint origin
-        in the parent's inertial frame, rotation from there to the child's inertial frame, index of the
-        parent link.
+        Index, name, type, first index in q, first index in u, flags, damping, friction, lower and upper limit
+        (rad or m), largest force (N m or N) and velocity, name of the child link, axis in its inertial frame,
+        joint origin in the parent's inertial frame (m), rotation from there to the child's inertial frame,
+        index of the parent link.
+
+    Raises:
+        error: the body or joint does not exist.
     """
     record = client.scene.bodies.get(bodyUniqueId)
     if record is not None and 0 <= whole(jointIndex) < record.joint_count:
         return record.infos[jointIndex]
     if record is None:
         raise client.scene.unknown_body(bodyUniqueId, "GetJointInfo failed.")
-    raise _no_joint(record, jointIndex, "GetJointInfo failed.")
+    raise _joint_error(record, jointIndex, "GetJointInfo failed.")
 
 
 @command()
 def getJointState(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
-    """Position (rad or m), velocity, reaction force and torque (6), torque or force that the motor
-    applied.
+    """Return position (rad or m), velocity, reaction force and torque (6), and motor torque or force.
+
+    Raises:
+        error: the body or joint does not exist.
     """
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        record = _known(client, bodyUniqueId)
+        record = _existing(client, bodyUniqueId)
     if not 0 <= jointIndex < record.joint_count:
-        raise _no_state(record, jointIndex)
+        raise _joint_state_error(record, jointIndex)
     return _state(client, record, jointIndex)
 
 
@@ -74,17 +79,21 @@ def getJointState(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
 def getJointStates(
     client: Client, bodyUniqueId: int, jointIndices: Sequence[int]
 ) -> tuple[State, ...] | None:
-    """`getJointState` of several joints."""
+    """Return the getJointState of several joints; None for an empty list.
+
+    Raises:
+        error: the body or a joint does not exist.
+    """
     scene = client.scene
     record = scene.bodies.get(bodyUniqueId)
     if record is None or record.revision != scene.world.revision or scene.world.is_stale:
-        record = _known(client, bodyUniqueId)
+        record = _existing(client, bodyUniqueId)
     try:
         group = record.joint_groups.get(tuple(jointIndices))
     except TypeError:
-        group = None  # said below, in PyBullet's words
+        group = None  # raised below, with PyBullet's text
     if group is None:
-        wanted = _several(record, jointIndices)
+        wanted = _checked_joints(record, jointIndices)
         if not wanted:
             return None
         group = joint_group(record, wanted)
@@ -95,14 +104,17 @@ def getJointStates(
 
 @command()
 def getJointStateMultiDof(client: Client, bodyUniqueId: int, jointIndex: int) -> State:
-    """Like getJointState with tuples, also for joints of several degrees of freedom.
+    """Return the state of a joint with any number of degrees of freedom, as tuples.
 
-    Position has 1 number or 4 (a quaternion), velocity 1 or 3, motor torque 1 or 3; a fixed joint's are
-    empty.
+    Position has 1 number (rad or m) or 4 (a quaternion), velocity 1 or 3, motor torque 1 or 3 (N m or N);
+    those of a fixed joint are empty. The reaction has 6 numbers, as in getJointState.
+
+    Raises:
+        error: the body or joint does not exist.
     """
-    record = _known(client, bodyUniqueId)
+    record = _existing(client, bodyUniqueId)
     if not 0 <= whole(jointIndex) < record.joint_count:
-        raise _no_state(record, jointIndex)
+        raise _joint_state_error(record, jointIndex)
     return _state_of_many(client, record, jointIndex)
 
 
@@ -110,9 +122,13 @@ def getJointStateMultiDof(client: Client, bodyUniqueId: int, jointIndex: int) ->
 def getJointStatesMultiDof(
     client: Client, bodyUniqueId: int, jointIndex: Sequence[int]
 ) -> tuple[State, ...] | None:
-    """`getJointStateMultiDof` of several joints."""
-    record = _known(client, bodyUniqueId)
-    wanted = _several(record, jointIndex)
+    """Return the getJointStateMultiDof of several joints; None for an empty list.
+
+    Raises:
+        error: the body or a joint does not exist.
+    """
+    record = _existing(client, bodyUniqueId)
+    wanted = _checked_joints(record, jointIndex)
     return tuple(_state_of_many(client, record, joint) for joint in wanted) if wanted else None
 
 
@@ -120,8 +136,12 @@ def getJointStatesMultiDof(
 def resetJointState(
     client: Client, bodyUniqueId: int, jointIndex: int, targetValue: float, targetVelocity: float = 0.0
 ) -> None:
-    """Put a joint of one degree of freedom somewhere (rad or m), with a velocity; its motor keeps its
-    target.
+    """Set the position (rad or m) and velocity of a joint of one degree of freedom.
+
+    The motor keeps its target. Other joints are left unchanged.
+
+    Raises:
+        error: the body or joint does not exist.
     """
     record = joint_of(client, bodyUniqueId, jointIndex)
     place = record.position_addresses[jointIndex]
@@ -143,8 +163,12 @@ def resetJointStateMultiDof(
     targetValue: Vector,
     targetVelocity: Vector | None = None,
 ) -> None:
-    """Put a joint of any number of degrees of freedom somewhere; spherical ones take x, y, z, w and 3
-    velocities. Positions or velocities of another length change nothing.
+    """Set the position and velocity of a joint with any number of degrees of freedom.
+
+    Spherical joints take x, y, z, w and 3 velocities (rad/s). A list of another length is ignored.
+
+    Raises:
+        error: the body or joint does not exist, or both lists are empty.
     """
     record = joint_of(client, bodyUniqueId, jointIndex)
     _reset_many(record, jointIndex, targetValue, targetVelocity)
@@ -159,12 +183,19 @@ def resetJointStatesMultiDof(
     targetValues: Sequence[Vector],
     targetVelocities: Sequence[Vector] | None = None,
 ) -> None:
-    """`resetJointStateMultiDof` of several joints."""
+    """Set the positions and velocities of several joints; see resetJointStateMultiDof.
+
+    Raises:
+        error: the body or a joint does not exist, or the lists have different lengths.
+    """
     joints = indices(jointIndices)
     values, velocities = list(targetValues), list(targetVelocities or ())
     for given in (values, velocities):
         if joints and given and len(given) != len(joints):
-            raise failure("Number of targetValues and targetVelocities needs to match number of indices.")
+            raise failure(
+                "Number of targetValues and targetVelocities needs to match number of indices.",
+                f"expected {len(joints)}, got {len(given)}",
+            )
     nothing = [()] * len(joints)
     for joint, value, velocity in zip(joints, values or nothing, velocities or nothing, strict=False):
         record = joint_of(client, bodyUniqueId, joint)
@@ -176,11 +207,15 @@ def resetJointStatesMultiDof(
 def enableJointForceTorqueSensor(
     client: Client, bodyUniqueId: int, jointIndex: int, enableSensor: int = 1
 ) -> None:
-    """Measure (or stop measuring) the reaction force and torque in a joint."""
+    """Start (1) or stop (0) measuring the reaction force and torque in a joint.
+
+    Raises:
+        error: the body or joint does not exist.
+    """
     record = client.scene.bodies.get(whole(bodyUniqueId))
     joint = whole(jointIndex)
     if bodyUniqueId < 0:
-        raise failure("Error: invalid bodyUniqueId")
+        raise failure("Error: invalid bodyUniqueId", f"body ids start at 0, got {bodyUniqueId}")
     if record is None or not 0 <= joint < record.joint_count:
         raise failure("Error: invalid jointIndex.", f"body {bodyUniqueId} has no joint {jointIndex}")
     (record.sensors.add if whole(enableSensor) else record.sensors.discard)(joint)
@@ -190,14 +225,14 @@ def enableJointForceTorqueSensor(
 
 
 def joint_of(client: Client, body: int, joint: int) -> BodyRecord:
-    """The record of a body that has this joint.
+    """Return the record of a body that has this joint.
 
     Raises:
-        error: "Joint index out-of-range." for anything else.
+        error: the body or joint does not exist.
     """
     record = client.scene.ready(body, OUT_OF_RANGE)
     if not 0 <= whole(joint) < record.joint_count:
-        raise _no_joint(record, joint, OUT_OF_RANGE)
+        raise _joint_error(record, joint, OUT_OF_RANGE)
     return record
 
 
@@ -236,7 +271,7 @@ def _state_of_many(client: Client, record: BodyRecord, joint: int) -> State:
 
 
 def _reaction(client: Client, record: BodyRecord, joint: int) -> tuple[float, ...]:
-    """Force and torque (N, N m) in the joint, in the child's inertial axes; zero while it is not measured."""
+    """Return force (N) and torque (N m) in a joint, in the child's inertial frame; 0 without a sensor."""
     if joint not in record.sensors:
         return NO_REACTION
     from roboyard.pybullet.state.reactions import reaction
@@ -249,7 +284,10 @@ def _reset_many(record: BodyRecord, joint: int, value: Vector, velocity: Vector 
     count, speed = POSITION_COUNT[kind], VELOCITY_COUNT[kind]
     given, speeds = _numbers(value, 4), _numbers(velocity, 3)
     if not given and not speeds:
-        raise failure("Expected an position and/or velocity list.", f"joint {joint} takes {count} numbers")
+        raise failure(
+            "Expected an position and/or velocity list.",
+            f"joint {joint} needs {count} numbers, got {value!r}",
+        )
     if len(given) == count:
         if count == 4:
             length = sqrt(sum(v * v for v in given)) or 1.0
@@ -262,36 +300,36 @@ def _reset_many(record: BodyRecord, joint: int, value: Vector, velocity: Vector 
 
 
 def _numbers(values: Vector | None, most: int) -> list[float]:
-    """The first numbers of a sequence; none of what is no sequence."""
+    """Return the first numbers of a sequence; none for anything else."""
     return (
         [number(v) for v in list(values)[:most]] if hasattr(values, "__iter__") and values is not None else []
     )
 
 
-def _several(record: BodyRecord, wanted: Sequence[int]) -> list[int]:
+def _checked_joints(record: BodyRecord, wanted: Sequence[int]) -> list[int]:
     joints = indices(wanted)
     for joint in joints:
         if not 0 <= joint < record.joint_count:
-            raise _no_joint(record, joint, OUT_OF_RANGE)
+            raise _joint_error(record, joint, OUT_OF_RANGE)
     return joints
 
 
-def _known(client: Client, body: int) -> BodyRecord:
-    """The record of a body whose joints are read."""
+def _existing(client: Client, body: int) -> BodyRecord:
+    """Return the record of a body whose joints are read."""
     if body not in client.scene.bodies and whole(body) < 0:
-        raise failure("getJointState failed; invalid bodyUniqueId", "bodies count from 0")
+        raise failure("getJointState failed; invalid bodyUniqueId", f"body ids start at 0, got {body}")
     return client.scene.ready(body, "getJointState failed.")
 
 
-def _no_state(record: BodyRecord, joint: int) -> Exception:
+def _joint_state_error(record: BodyRecord, joint: int) -> Exception:
     is_negative = whole(joint) < 0
-    return _no_joint(
+    return _joint_error(
         record,
         joint,
         "getJointState failed; invalid jointIndex" if is_negative else "getJointState failed (2).",
     )
 
 
-def _no_joint(record: BodyRecord, joint: int, message: str) -> Exception:
+def _joint_error(record: BodyRecord, joint: int, message: str) -> Exception:
     whole(joint)
     return failure(message, f"body {record.number} has the joints 0 to {record.joint_count - 1}, not {joint}")

@@ -1,4 +1,4 @@
-"""Link frames and velocities."""
+"""Link frames and velocities: getLinkState and getLinkStates."""
 
 from __future__ import annotations
 
@@ -25,24 +25,28 @@ def getLinkState(
     computeLinkVelocity: int = 0,
     computeForwardKinematics: int = 0,
 ) -> State | None:
-    """Where a link is.
+    """Return the pose and velocity of a link.
 
-    After a step, frames are those of before its position update unless computeForwardKinematics is set.
+    After a step, frames are those before its position update unless computeForwardKinematics is set.
 
     Returns:
-        world position and quaternion of the inertial frame, position and quaternion of the inertial frame in
-        the link frame, world position and quaternion of the link frame, and with computeLinkVelocity the
-        velocity of the centre of mass and the angular velocity in world axes. None for a link beyond the
-        last.
+        World position (m) and quaternion of the inertial frame, position and quaternion of the inertial frame
+        in the link frame, world position and quaternion of the link frame, and with computeLinkVelocity the
+        velocity of the centre of mass (m/s) and the angular velocity (rad/s) in world axes. None for a link
+        beyond the last.
+
+    Raises:
+        error: the body does not exist, or the link is -1.
     """
     if linkIndex < 0:
         raise failure(
-            "getLinkState failed; invalid linkIndex", "the base is no link: use getBasePositionAndOrientation"
+            "getLinkState failed; invalid linkIndex",
+            f"links start at 0, got {linkIndex}; use getBasePositionAndOrientation for the base",
         )
     scene = client.scene
     record, world = scene.bodies.get(bodyUniqueId), scene.world
     if record is None or record.revision != world.revision or world.is_stale:
-        record = _known(scene, bodyUniqueId)
+        record = _existing(scene, bodyUniqueId)
     if linkIndex >= record.joint_count:
         return None
     if computeForwardKinematics or scene.frames_are_old or scene.frames_revision != world.revision:
@@ -58,15 +62,19 @@ def getLinkStates(
     computeLinkVelocity: int = 0,
     computeForwardKinematics: int = 0,
 ) -> tuple[State | None, ...]:
-    """`getLinkState` of several links."""
+    """Return the getLinkState of several links; None for a link that does not exist.
+
+    Raises:
+        error: the body does not exist.
+    """
     scene = client.scene
-    record = _known(scene, bodyUniqueId)
+    record = _existing(scene, bodyUniqueId)
     scene.frames(fresh=bool(whole(computeForwardKinematics)))
     if not whole(computeLinkVelocity):
         try:
             group = record.link_groups.get(tuple(linkIndices))
         except TypeError:
-            group = None  # said below, in PyBullet's words
+            group = None  # raised below, with PyBullet's text
         if group is not None:
             return group.read()
     links, count = indices(linkIndices), record.joint_count
@@ -78,10 +86,10 @@ def getLinkStates(
     return link_group(scene.world, record, links).read()
 
 
-def _known(scene: PhysicsScene, body: int) -> BodyRecord:
-    """The record of a body whose links are read."""
+def _existing(scene: PhysicsScene, body: int) -> BodyRecord:
+    """Return the record of a body whose links are read."""
     if body not in scene.bodies and whole(body) < 0:
-        raise failure("getLinkState failed; invalid bodyUniqueId", "bodies count from 0")
+        raise failure("getLinkState failed; invalid bodyUniqueId", f"body ids start at 0, got {body}")
     return scene.ready(body, "getLinkState failed.")
 
 

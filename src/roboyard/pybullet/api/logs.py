@@ -1,4 +1,4 @@
-"""Log files: what is recorded after each step, from startStateLogging to stopStateLogging."""
+"""Log files, written after each step from startStateLogging to stopStateLogging."""
 
 from __future__ import annotations
 
@@ -31,25 +31,28 @@ def startStateLogging(
     deviceTypeFilter: int = -1,
     logFlags: int = -1,
 ) -> int | None:
-    """Start a log file and give its id; None for a kind that there is not, or a robot that is no Minitaur.
+    """Start a log file and return its id; None for an unknown type, or a robot that is not a Minitaur.
 
-    Each record of a robot's or contact's file is 0xaa 0xbb and then the fields that the file's second line
-    types (as `struct` does) and its first line names. Videos show the visualizer's camera in simulated time.
+    Robot and contact logs start with a line of field names and a line of field types (those of `struct`);
+    each record is 0xaa 0xbb and the fields. Videos show the visualizer's camera in simulated time.
 
     Args:
         loggingType: STATE_LOGGING_GENERIC_ROBOT, _MINITAUR, _CONTACT_POINTS, _VIDEO_MP4, _PROFILE_TIMINGS;
-        STATE_LOGGING_ALL_COMMANDS writes what is called (in Roboyard's own format), which
+        STATE_LOGGING_ALL_COMMANDS logs the commands (in Roboyard's own format), which
         STATE_REPLAY_ALL_COMMANDS calls again, all at once.
-        fileName: what to write.
-        objectUniqueIds: bodies to log; none given: all.
-        maxLogDof: most joints of a body in a generic robot's record; the default is 12.
-        bodyUniqueIdA: contacts: only those of this body.
-        bodyUniqueIdB: contacts: only those with this body too.
-        linkIndexA: contacts: only those of this link.
-        linkIndexB: contacts: only those with this link.
-        deviceTypeFilter: of VR devices, of which there are none (a log of them has a header and no record).
-        logFlags: STATE_LOG_JOINT_MOTOR_TORQUES and _USER_TORQUES, together STATE_LOG_JOINT_TORQUES: also
-        what motors and scripts applied.
+        fileName: file to write.
+        objectUniqueIds: bodies to log; empty for all.
+        maxLogDof: largest number of joints in a generic robot's record; the default is 12.
+        bodyUniqueIdA: for contacts, only those of this body.
+        bodyUniqueIdB: for contacts, only those that also involve this body.
+        linkIndexA: for contacts, only those of this link.
+        linkIndexB: for contacts, only those with this link.
+        deviceTypeFilter: ignored; the log of VR devices has a header and no records.
+        logFlags: STATE_LOG_JOINT_MOTOR_TORQUES and _USER_TORQUES (together STATE_LOG_JOINT_TORQUES) add the
+        torques of motors and of scripts.
+
+    Raises:
+        error: the file cannot be opened.
     """
     name = text(fileName)
     kind = whole(loggingType)
@@ -84,7 +87,7 @@ def startStateLogging(
         dofs = whole(maxLogDof) if whole(maxLogDof) >= 0 else DEFAULT_LOG_DOFS
         torques = flags & c.STATE_LOG_JOINT_TORQUES if flags > 0 else 0
         log = RobotLog(client, name, bodies, dofs, torques)
-        client.scene.keeps_given_torques |= log.wants_given_torques
+        client.scene.records_user_torques |= log.records_user_torques
         return client.logs.start(log)
     if kind == c.STATE_LOGGING_CONTACT_POINTS:
         from roboyard.pybullet.logs.robot_logs import ContactLog
@@ -100,13 +103,13 @@ def startStateLogging(
 
 @command()
 def stopStateLogging(client: Client, loggingId: int) -> None:
-    """Finish a log file."""
+    """Close a log file; an unknown id is ignored."""
     client.logs.stop(whole(loggingId))
 
 
 @command()
 def submitProfileTiming(client: Client, eventName: str | None = None) -> None:
-    """Open a span of this name in the timings log; without a name close the one opened last."""
+    """Open a span in the timings log; without a name, close the span opened last."""
     timings = client.logs.first_of(ProfileTimings)
     if timings is None:
         return

@@ -1,4 +1,4 @@
-"""Settings of the engine: gravity, time step, iterations and the rest, as the script set them."""
+"""Engine settings: setGravity, setTimeStep, setPhysicsEngineParameter and others."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ if TYPE_CHECKING:
 
 @command()
 def setGravity(client: Client, gravX: float, gravY: float, gravZ: float) -> None:
-    """Gravity in world axes; m/s². It is 0 at the start."""
+    """Set gravity in the world frame (m/s²); it is 0 at the start."""
     client.parameters.gravity = (number(gravX), number(gravY), number(gravZ))
     client.parameters.revision += 1
 
 
 @command()
 def setTimeStep(client: Client, timeStep: float) -> None:
-    """Time that one stepSimulation advances; s."""
+    """Set the time that one stepSimulation advances (s)."""
     client.parameters.time_step = number(timeStep)
     client.parameters.revision += 1
 
 
 @command()
 def setRealTimeSimulation(client: Client, enableRealTimeSimulation: int) -> None:
-    """With a window: let time pass on its own, as fast as the clock on the wall, from now on (1) or no more.
+    """Start (1) or stop (0) stepping in real time, in a client with a window.
 
-    Without one it is remembered, and the world moves only with stepSimulation, as in PyBullet's DIRECT mode.
+    Without a window the setting is stored, and the world advances only with stepSimulation, as in PyBullet's
+    DIRECT mode.
     """
     client.parameters.real_time = whole(enableRealTimeSimulation)
     client.follow_clock(bool(client.parameters.real_time))
@@ -38,13 +39,13 @@ def setRealTimeSimulation(client: Client, enableRealTimeSimulation: int) -> None
 
 @command()
 def setDefaultContactERP(client: Client, defaultContactERP: float) -> None:
-    """Share of a penetration that Bullet's solver mends in a step; kept, this engine has its own."""
+    """Store the share of a penetration that Bullet's solver corrects in a step; no effect here."""
     client.parameters.others["contactERP"] = number(defaultContactERP)
 
 
 @command()
 def setInternalSimFlags(client: Client, flags: int) -> None:
-    """Bullet's internal switches; kept, without effect."""
+    """Store Bullet's internal flags; no effect here."""
     client.parameters.others["internalSimFlags"] = whole(flags)
 
 
@@ -79,18 +80,17 @@ def setPhysicsEngineParameter(
     sparseSdfVoxelSize: float = -1.0,
     numNonContactInnerIterations: int = -1,
 ) -> None:
-    """Change settings of the engine; those left out stay.
+    """Change the given engine settings.
 
-    Time step, sub-steps, friction cone, restitution threshold, joint feedback and file caching act. The
-    settings of Bullet's own solver (error reduction, warm starting, islands, ...) are kept and have no
-    counterpart here.
+    Time step, substeps, friction cone, restitution threshold, joint feedback and file caching have an effect.
+    The settings of Bullet's own solver (error reduction, warm starting, islands, ...) are stored only.
     """
     settings = dict(locals())
     parameters: EngineParameters = settings.pop("client").parameters
     for name, value in settings.items():
         if number(value) < 0:
             continue
-        attribute = _ACTING.get(name)
+        attribute = _ATTRIBUTES.get(name)
         if attribute is None:
             parameters.others[name] = value
         elif isinstance(getattr(parameters, attribute), int):
@@ -100,7 +100,7 @@ def setPhysicsEngineParameter(
     parameters.revision += 1
 
 
-_ACTING = {
+_ATTRIBUTES = {
     "fixedTimeStep": "time_step",
     "numSolverIterations": "iterations",
     "numSubSteps": "sub_steps",
@@ -116,7 +116,7 @@ _ACTING = {
 
 @command()
 def getPhysicsEngineParameters(client: Client) -> dict[str, float]:
-    """Time step, sub-steps, iterations, real-time switch and gravity."""
+    """Return time step (s), substeps, iterations, the real-time setting and gravity (m/s²)."""
     p = client.parameters
     return {
         "fixedTimeStep": p.time_step,

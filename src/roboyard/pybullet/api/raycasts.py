@@ -1,4 +1,4 @@
-"""Rays, boxes and overlaps."""
+"""Ray tests, axis-aligned bounding boxes and overlap queries."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ Triple = tuple[float, ...]
 Hit = tuple[int, int, float, tuple[float, ...], tuple[float, ...]]
 _NOTHING = (0.0, 0.0, 0.0)
 _MISS: Hit = (-1, -1, 1.0, _NOTHING, _NOTHING)
-BROAD_MARGIN = 0.02
-"""m: by which Bullet's broad phase grows boxes."""
-_MOST_GRAZING = 20.0
-"""Margins: how much nearer a hull's margin brings a hit at most."""
-_STEP_BEHIND = 1e-5
-"""Of the ray: from where the search for its next hit starts."""
+BROADPHASE_MARGIN = 0.02
+"""Margin of boxes in Bullet's broad phase (m)."""
+_MAX_GRAZING = 20.0
+"""Largest shift of a hit at a hull, in margins."""
+_RESUME_OFFSET = 1e-5
+"""Fraction of the ray beyond a hit where the search for the next one starts."""
 
 
 @command()
@@ -42,7 +42,11 @@ def rayTest(
     collisionFilterMask: int = -1,
     reportHitNumber: int = -1,
 ) -> tuple[Hit, ...]:
-    """The first surface (or one chosen by reportHitNumber) between two points; see rayTestBatch."""
+    """Return the first hit (or the one of reportHitNumber) between two points (m); see rayTestBatch.
+
+    Raises:
+        error: a point does not have three numbers.
+    """
     start = vector3(rayFromPosition, "Error in rayTest: rayFromPosition")
     end = vector3(rayToPosition, "Error in rayTest: rayToPosition")
     if not client.scene.bodies:
@@ -50,8 +54,8 @@ def rayTest(
     way = (end[0] - start[0], end[1] - start[1], end[2] - start[2])
     mask, wanted = whole(collisionFilterMask), whole(reportHitNumber)
     if wanted < 0:
-        return (next(_entered(client.scene, start, way, mask), _MISS),)
-    return (_chosen(client.scene, start, way, mask, wanted),)
+        return (next(_entering_hits(client.scene, start, way, mask), _MISS),)
+    return (_numbered_hit(client.scene, start, way, mask, wanted),)
 
 
 @command()
@@ -66,27 +70,36 @@ def rayTestBatch(
     collisionFilterMask: int = -1,
     fractionEpsilon: float = 1.0,
 ) -> tuple[Hit, ...]:
-    """The first surface that each of k rays meets.
+    """Return the first hit of each of k rays.
 
     Args:
-        rayFromPositions: (k, 3) m in the world, or in the parent link's inertial frame.
-        rayToPositions: (k, 3) m.
-        numThreads: rays here share one thread.
+        rayFromPositions: (k, 3) start points (m) in the world, or in the parent link's inertial frame.
+        rayToPositions: (k, 3) end points (m).
+        numThreads: ignored; all rays use one thread.
         parentObjectUniqueId: body that the rays move with; -1 for none.
-        parentLinkIndex: its link.
-        reportHitNumber: report the n-th (from 0) of all shapes that the ray enters instead of the nearest;
-        they count from the one made last, as Bullet's search mostly comes upon them.
-        collisionFilterMask: meet only shapes whose filter group has one of these bits.
-        fractionEpsilon: hits of one ray that are nearer to one another than this count as one.
+        parentLinkIndex: link of that body.
+        reportHitNumber: report the n-th (from 0) of all shapes that the ray enters instead of the nearest,
+        counted from the shape created last, which is mostly Bullet's order.
+        collisionFilterMask: hit only shapes whose filter group has one of these bits.
+        fractionEpsilon: ignored; each shape is hit once.
 
     Returns:
-        for each ray: body, link, fraction, position (m), normal; (-1, -1, 1.0, zeros, zeros) for a miss.
+        For each ray: body, link, fraction, position (m), normal; (-1, -1, 1.0, zeros, zeros) for a miss.
+
+    Raises:
+        error: the lists differ in length, are not made of points, or are too long.
     """
     starts, ends = _points(rayFromPositions), _points(rayToPositions)
     if len(starts) != len(ends):
-        raise failure("Size of from_positions need to be equal to size of to_positions.")
+        raise failure(
+            "Size of from_positions need to be equal to size of to_positions.",
+            f"got {len(starts)} start points and {len(ends)} end points",
+        )
     if len(starts) > c.MAX_RAY_INTERSECTION_BATCH_SIZE:
-        raise failure("Number of rays exceed the maximum batch size.", f"{len(starts)} rays")
+        raise failure(
+            "Number of rays exceed the maximum batch size.",
+            f"got {len(starts)} rays, at most {c.MAX_RAY_INTERSECTION_BATCH_SIZE}",
+        )
     scene = client.scene
     if whole(parentObjectUniqueId) in scene.bodies:
         record = scene.ready(parentObjectUniqueId, "")
@@ -101,12 +114,16 @@ def rayTestBatch(
 def getAABB(
     client: Client, bodyUniqueId: int, linkIndex: int = -1
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Lower and upper corner (m) of the box around a link's collision shapes, in the world."""
+    """Return the lower and upper corner (m) of the box around a link's collision shapes, in the world.
+
+    Raises:
+        error: the body or link does not exist.
+    """
     scene = client.scene
     if whole(bodyUniqueId) < 0:
-        raise failure("getAABB failed; invalid bodyUniqueId")
+        raise failure("getAABB failed; invalid bodyUniqueId", f"body ids start at 0, got {bodyUniqueId}")
     if whole(linkIndex) < -1:
-        raise failure("getAABB failed; invalid linkIndex")
+        raise failure("getAABB failed; invalid linkIndex", f"links start at -1, got {linkIndex}")
     record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
@@ -118,14 +135,17 @@ def getAABB(
 def getOverlappingObjects(
     client: Client, aabbMin: Vector, aabbMax: Vector
 ) -> tuple[tuple[int, int], ...] | None:
-    """Body and link of everything whose box, grown by 2 cm, overlaps a box; None for nothing.
+    """Return body and link of every link whose box, enlarged by 2 cm, overlaps a box (m); None if none does.
 
-    What was made last comes first, as it mostly does in Bullet.
+    The body created last comes first, which is mostly Bullet's order.
+
+    Raises:
+        error: a corner does not have three numbers.
     """
     low = np.array(vector3(aabbMin, "getOverlappingObjects: aabbMin"))
     high = np.array(vector3(aabbMax, "getOverlappingObjects: aabbMax"))
     scene = client.scene
-    low, high = low - BROAD_MARGIN, high + BROAD_MARGIN
+    low, high = low - BROADPHASE_MARGIN, high + BROADPHASE_MARGIN
     found = []
     for record in sorted(scene.bodies.values(), key=lambda record: -record.body.id):
         scene.ready(record.number, "")
@@ -139,7 +159,7 @@ def getOverlappingObjects(
 
 
 def _box(record: BodyRecord, link: int) -> np.ndarray:
-    """(2, 3) corners of Bullet's box around a link's shapes; m."""
+    """Return the (2, 3) corners of Bullet's box around a link's shapes in the world (m)."""
     bounds, margin = record.bounds(link)
     return bounds.in_world(margin, *record.to_inertial(*record.body.links[link + 1].pose, link))
 
@@ -151,21 +171,24 @@ def _points(values: Sequence[Vector]) -> np.ndarray:
             return points.reshape(-1, 3)
     except (TypeError, ValueError):
         pass
-    raise failure("Items in the from/to positions need to be an [x,y,z] list of 3 floats/doubles")
+    raise failure(
+        "Items in the from/to positions need to be an [x,y,z] list of 3 floats/doubles",
+        f"got {str(values)[:80]}",
+    )
 
 
 def _cast(
     scene: PhysicsScene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int
 ) -> tuple[Hit, ...]:
-    """Hits of rays; they pass shapes that they start in and shapes outside the mask."""
+    """Return the hits of (k, 3) rays (m); rays pass shapes that they start in and shapes outside the mask."""
     if not scene.bodies or not len(starts):
         return (_MISS,) * len(starts)
     if wanted >= 0:
         rays = zip(starts.tolist(), (ends - starts).tolist(), strict=True)
-        return tuple(_chosen(scene, start, way, mask, wanted) for start, way in rays)
+        return tuple(_numbered_hit(scene, start, way, mask, wanted) for start, way in rays)
     found = scene.world.rays(starts, ends)
     ways = ends - starts
-    fraction = _nearer(scene, found, ways)
+    fraction = _with_margins(scene, found, ways)
     owners, fractions, normals = found.owners.tolist(), fraction.tolist(), found.normal.tolist()
     positions = (starts + fraction[:, None] * ways).tolist()
     leaving = (np.einsum("ij,ij->i", found.normal, ways) > 0.0).tolist()
@@ -174,49 +197,49 @@ def _cast(
         if body < 0:
             hits.append(_MISS)
             continue
-        number_ = scene.of_world(body).number
+        number_ = scene.record_of(body).number
         hit: Hit = (number_, link - 1, fractions[i], tuple(positions[i]), tuple(normals[i]))
         if leaving[i] or not scene.filters.group_of(number_, link - 1) & mask:
-            hit = next(_entered(scene, tuple(starts[i].tolist()), tuple(ways[i].tolist()), mask), _MISS)
+            hit = next(_entering_hits(scene, tuple(starts[i].tolist()), tuple(ways[i].tolist()), mask), _MISS)
         hits.append(hit)
     return tuple(hits)
 
 
-def _nearer(scene: PhysicsScene, found: RayHits, ways: np.ndarray) -> np.ndarray:
-    """(k,) fractions of hits, those of hulls with Bullet's margin around them."""
-    margins = scene.hull_margins()[found.geoms] * (found.geoms >= 0)
+def _with_margins(scene: PhysicsScene, found: RayHits, ways: np.ndarray) -> np.ndarray:
+    """Return the (k,) fractions of hits, with Bullet's margin around hulls."""
+    margins = scene.geom_margins()[found.geoms] * (found.geoms >= 0)
     if not margins.any():
         return found.fraction
     slope = np.abs(np.einsum("ij,ij->i", found.normal, ways))
     lengths = np.linalg.norm(ways, axis=1)
-    steepest = np.maximum(slope, lengths / _MOST_GRAZING)
+    steepest = np.maximum(slope, lengths / _MAX_GRAZING)
     shift = np.divide(margins, steepest, out=np.zeros_like(margins), where=steepest > 0.0)
     return np.maximum(found.fraction - shift, 0.0)
 
 
-def _chosen(scene: PhysicsScene, start: Triple, way: Triple, mask: int, wanted: int) -> Hit:
-    """The `wanted`-th (from 0) of all shapes that a ray enters, counted from the one made last."""
-    hits = list(_entered(scene, start, way, mask))
+def _numbered_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, wanted: int) -> Hit:
+    """Return the `wanted`-th (from 0) of all hits, counted from the shape created last."""
+    hits = list(_entering_hits(scene, start, way, mask))
     hits.sort(key=lambda hit: (-scene.bodies[hit[0]].body.id, -hit[1], hit[2]))
     return hits[wanted] if wanted < len(hits) else _MISS
 
 
-def _entered(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
-    """Hits of all shapes that a ray enters and the mask lets it see, the nearest first."""
+def _entering_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
+    """Yield the hits of all shapes that a ray enters and the mask selects, nearest first."""
     world = scene.world
     found = first_shape(world, start, way)
     while found is not None:
         geom, fraction, normal = found
         slope = way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]
         body, link = world.geom_owners[geom].tolist()
-        number_ = scene.of_world(body).number
+        number_ = scene.record_of(body).number
         if slope <= 0.0 and scene.filters.group_of(number_, link - 1) & mask:
-            margin = float(scene.hull_margins()[geom])
+            margin = float(scene.geom_margins()[geom])
             if margin:
                 length = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
-                nearer = max(fraction - margin / max(-slope, length / _MOST_GRAZING), 0.0)
+                nearer = max(fraction - margin / max(-slope, length / _MAX_GRAZING), 0.0)
             else:
                 nearer = fraction
             at = (start[0] + nearer * way[0], start[1] + nearer * way[1], start[2] + nearer * way[2])
             yield number_, link - 1, nearer, at, normal
-        found = first_shape(world, start, way, fraction + _STEP_BEHIND)
+        found = first_shape(world, start, way, fraction + _RESUME_OFFSET)

@@ -1,4 +1,4 @@
-"""Saving the moment to disk and going back to it: saveBullet and restoreState(fileName=...)."""
+"""Saving states and worlds to files: saveBullet, saveWorld, loadBullet."""
 
 from __future__ import annotations
 
@@ -24,7 +24,11 @@ _FORMAT = 1
 
 @command()
 def saveBullet(client: Client, bulletFileName: str) -> None:
-    """Write positions and velocities of all bodies to a file that restoreState reads."""
+    """Write the positions and velocities of all bodies to a file that restoreState reads.
+
+    Raises:
+        error: the file cannot be written.
+    """
     scene = client.scene
     arrays: dict[str, np.ndarray] = {
         "format": np.array(_FORMAT),
@@ -43,10 +47,10 @@ def saveBullet(client: Client, bulletFileName: str) -> None:
 
 
 def restore_from_file(client: Client, file_name: str) -> None:
-    """Put all bodies where a file of saveBullet has them.
+    """Restore the positions and velocities of all bodies from a file of saveBullet.
 
     Raises:
-        error: the file is not there, is no such file, or was saved with other bodies.
+        error: the file does not exist, is of another kind, or was saved with other bodies.
     """
     path = find_file(client.search_path, text(file_name))
     if path is None:
@@ -59,7 +63,7 @@ def restore_from_file(client: Client, file_name: str) -> None:
     scene = client.scene
     scene.world.ensure_compiled()
     if arrays.get("bodies") is None or arrays["bodies"].tolist() != scene.order:
-        raise failure(_NOT_RESTORED, "the file was saved with other bodies in the world")
+        raise failure(_NOT_RESTORED, f"{path.name} was saved with other bodies; load the same bodies first")
     present = scene.world.save_state()
     fits = arrays.get("joints") is not None and np.array_equal(arrays["joints"], _joint_counts(scene))
     for name in ("values", "static_positions", "static_quaternions"):
@@ -67,7 +71,10 @@ def restore_from_file(client: Client, file_name: str) -> None:
         like = getattr(present, name)
         fits = fits and there is not None and there.shape == like.shape and there.dtype == like.dtype
     if not fits:
-        raise failure(_NOT_RESTORED, "a body was another one when the file was saved")
+        raise failure(
+            _NOT_RESTORED,
+            f"{path.name} was saved with other bodies of the same ids; load the same bodies first",
+        )
     scene.world.restore_state(
         replace(
             present,
@@ -82,15 +89,18 @@ def restore_from_file(client: Client, file_name: str) -> None:
 
 
 def _joint_counts(scene: PhysicsScene) -> np.ndarray:
-    """How many joints each body has, in the order of listing."""
+    """Return the number of joints of each body, in the order of getBodyUniqueId."""
     return np.array([scene.bodies[number].joint_count for number in scene.order], dtype=np.int64)
 
 
 @command()
 def saveWorld(client: Client, worldFileName: str) -> None:
-    """Write a script that loads the same files at the present poses, and sets joints and gravity.
+    """Write a Python script that loads the same files at the current poses and sets joints and gravity.
 
-    Bodies made by createMultiBody come from no file and are left out, as is what was changed after loading.
+    Bodies of createMultiBody are skipped, and changes after loading are not saved.
+
+    Raises:
+        error: the file cannot be written.
     """
     from roboyard.pybullet.logs.world_scripts import world_script
 
@@ -102,7 +112,11 @@ def saveWorld(client: Client, worldFileName: str) -> None:
 
 @command()
 def loadBullet(client: Client, bulletFileName: str) -> tuple[int, ...]:
-    """Bullet's own files hold its internal structures and cannot be read; always raises."""
+    """Raise an error: Bullet's binary files contain its internal structures and cannot be read.
+
+    Raises:
+        error: always.
+    """
     path = find_file(client.search_path, text(bulletFileName))
     remedy = (
         not_found_remedy(client.search_path, bulletFileName)

@@ -1,4 +1,4 @@
-"""Time: stepping, and going back to saved moments."""
+"""Stepping, collision detection, and saved states in memory."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @command()
 def stepSimulation(client: Client) -> tuple[Any, ...]:
-    """Advance by one time step; always returns ()."""
+    """Advance by one time step and return ()."""
     scene = client.scene
     scene.step()
     if client.logs:
@@ -25,14 +25,14 @@ def stepSimulation(client: Client) -> tuple[Any, ...]:
 
 @command()
 def performCollisionDetection(client: Client) -> None:
-    """Find the contacts of the present positions without stepping."""
+    """Detect the contacts at the current positions without stepping."""
     client.scene.world.detect_contacts()
     client.scene.frames_are_old = True
 
 
 @command()
 def saveState(client: Client) -> int:
-    """Remember positions and velocities of all bodies and give the memory's id."""
+    """Save the positions and velocities of all bodies in memory and return the state's id."""
     scene = client.scene
     number = scene.state_ids.take()
     scene.states[number] = scene.world.save_state()
@@ -41,7 +41,7 @@ def saveState(client: Client) -> int:
 
 @command()
 def removeState(client: Client, stateUniqueId: int) -> None:
-    """Forget a saved state; an unknown id is no error."""
+    """Remove a saved state; an unknown id is ignored."""
     scene = client.scene
     if scene.states.pop(whole(stateUniqueId), None) is not None:
         scene.state_ids.free(stateUniqueId)
@@ -49,7 +49,11 @@ def removeState(client: Client, stateUniqueId: int) -> None:
 
 @command()
 def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
-    """Go back to a state saved in memory or in a file; motors keep their targets."""
+    """Restore a state saved in memory or in a file; motors keep their targets.
+
+    Raises:
+        error: the state does not exist, or it does not match the current bodies.
+    """
     scene = client.scene
     if fileName:
         from roboyard.pybullet.api.saved_files import restore_from_file
@@ -58,7 +62,10 @@ def restoreState(client: Client, stateId: int = -1, fileName: str = "") -> None:
         return
     state = scene.states.get(whole(stateId))
     if state is None:
-        raise failure("Couldn't restore state.", f"there is no saved state {stateId}")
+        raise failure(
+            "Couldn't restore state.",
+            f"there is no saved state {stateId}; saved states: {sorted(scene.states)}",
+        )
     try:
         scene.world.restore_state(state)
     except ModelError as problem:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def attach_from_file(client: Client, record: BodyRecord) -> None:
-    """Attach a URDF file's `<bullet><user-data key="...">` entries, of the robot, links and visuals."""
+    """Add the `<bullet><user-data key="...">` entries of a URDF file: of the robot, links and visuals."""
     description = record.model.description
     _attach(client, record.number, -1, -1, description.extra)
     for index, link in enumerate(record.model.links, start=-1):
@@ -39,7 +39,11 @@ def _attach(client: Client, body: int, link: int, shape: int, extra: tuple[Eleme
 def addUserData(
     client: Client, bodyUniqueId: int, key: str, value: str, linkIndex: int = -1, visualShapeIndex: int = -1
 ) -> int:
-    """Attach text under a key to a body, link or visual shape and give its id; the key's old text goes."""
+    """Attach text to a body, link or visual shape and return its id; an entry of the same key is replaced.
+
+    Raises:
+        error: the body does not exist.
+    """
     place = UserDataKey(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
     record = client.scene.bodies.get(place.body)
     if record is None:
@@ -49,7 +53,7 @@ def addUserData(
 
 @command()
 def getUserData(client: Client, userDataId: int) -> bytes | None:
-    """The text of an entry, or None."""
+    """Return the text of an entry, or None."""
     return client.user_data.value(whole(userDataId))
 
 
@@ -57,7 +61,7 @@ def getUserData(client: Client, userDataId: int) -> bytes | None:
 def getUserDataId(
     client: Client, bodyUniqueId: int, key: str, linkIndex: int = -1, visualShapeIndex: int = -1
 ) -> int:
-    """Id of an entry, or -1."""
+    """Return the id of an entry, or -1."""
     return client.user_data.find(
         UserDataKey(whole(bodyUniqueId), whole(linkIndex), whole(visualShapeIndex), text(key))
     )
@@ -65,7 +69,7 @@ def getUserDataId(
 
 @command()
 def getNumUserData(client: Client, bodyUniqueId: int) -> int:
-    """How many entries a body has."""
+    """Return the number of entries of a body."""
     return len(client.user_data.of_body(whole(bodyUniqueId)))
 
 
@@ -73,7 +77,11 @@ def getNumUserData(client: Client, bodyUniqueId: int) -> int:
 def getUserDataInfo(
     client: Client, bodyUniqueId: int, userDataIndex: int
 ) -> tuple[int, bytes, int, int, int]:
-    """Id, key, body, link and visual shape of a body's i-th entry."""
+    """Return id, key, body, link and visual shape of a body's i-th entry.
+
+    Raises:
+        error: there is no such entry.
+    """
     entries = client.user_data.of_body(whole(bodyUniqueId))
     if not 0 <= whole(userDataIndex) < len(entries):
         raise failure(
@@ -85,11 +93,15 @@ def getUserDataInfo(
 
 @command()
 def removeUserData(client: Client, userDataId: int) -> None:
-    """Remove an entry."""
+    """Remove an entry.
+
+    Raises:
+        error: there is no such entry.
+    """
     if not client.user_data.remove(whole(userDataId)):
         raise failure("Error in removeUserData command.", f"there is no user data {userDataId}")
 
 
 @command(aliases={"bodyUniqueIds": "bodyUniqueId"})
 def syncUserData(client: Client, bodyUniqueId: int | Iterable[int] = -1) -> None:
-    """Nothing to do: a client here never has stale data."""
+    """Do nothing: a client in this process always has current data."""

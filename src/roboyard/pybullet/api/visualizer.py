@@ -1,4 +1,4 @@
-"""The visualizer's camera and switches, its keyboard and mouse (which are silent without a window)."""
+"""The visualizer: camera, switches, and keyboard and mouse events (none without a window)."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
 
 _NEAR, _FAR = 0.01, 1000.0  # m
-_RAY_LENGTH = 10000.0  # m: the window's ray vectors end this far away
+_RAY_LENGTH = 10000.0  # m: length of the window's ray vectors
 
 
 @command()
 def getDebugVisualizerCamera(client: Client) -> tuple[Any, ...]:
-    """The visualizer's camera, in every connection mode.
+    """Return the visualizer's camera, in every connection mode.
 
     Returns:
-        width, height, view matrix, projection matrix, up vector, forward vector, horizontal and vertical
-        extent of the far picture, yaw and pitch in degrees, distance and target.
+        Width, height (pixels), view matrix, projection matrix, up vector, forward vector, horizontal and
+        vertical extent of the far image plane (m), yaw, pitch (degrees), distance and target (m).
     """
     camera = client.visualizer
     view = computeViewMatrixFromYawPitchRoll(
@@ -56,7 +56,11 @@ def resetDebugVisualizerCamera(
     cameraPitch: float,
     cameraTargetPosition: Sequence[float],
 ) -> None:
-    """Move the visualizer's camera: distance in m, angles in degrees, target in m."""
+    """Set the visualizer's camera: distance (m), yaw and pitch (degrees) and target (m).
+
+    Raises:
+        error: the target does not have three numbers.
+    """
     camera = client.visualizer
     camera.distance, camera.yaw, camera.pitch = rounded(cameraDistance, cameraYaw, cameraPitch)
     target = vector3(cameraTargetPosition, "Cannot convert cameraTargetPosition.")
@@ -76,7 +80,11 @@ def configureDebugVisualizer(
     shadowMapIntensity: float = -1.0,
     rgbBackground: Sequence[float] | None = None,
 ) -> None:
-    """Switch a feature of the visualizer on or off (`flag` is COV_...), or set its light and background."""
+    """Enable or disable a feature of the visualizer (flag: COV_...), or set its light and background.
+
+    Raises:
+        error: a vector does not have three numbers.
+    """
     from roboyard.pybullet.face import constants as c
 
     camera = client.visualizer
@@ -99,19 +107,19 @@ def configureDebugVisualizer(
 
 @command()
 def getKeyboardEvents(client: Client) -> dict[int, int]:
-    """Key codes to KEY_IS_DOWN, KEY_WAS_TRIGGERED and KEY_WAS_RELEASED (added up) since the last call.
+    """Return key codes with their KEY_... bits (down, triggered, released) since the last call.
 
-    Without a window there are none.
+    Without a window there are no events.
     """
     return client.keyboard.take()
 
 
 @command()
 def getMouseEvents(client: Client) -> tuple[tuple[Any, ...], ...]:
-    """Mouse events over the visualizer's picture since the last call; none without a window.
+    """Return the mouse events in the visualizer since the last call; none without a window.
 
     Returns:
-        for each its type (1: moved, 2: a button), x and y (pixels from the upper left), the button (0 left, 1
-        middle, 2 right, -1 none) and its KEY_... bits.
+        For each event its type (1: moved, 2: a button), x and y (pixels from the upper left), the button (0
+        left, 1 middle, 2 right, -1 none) and its KEY_... bits.
     """
     return client.mouse.take()

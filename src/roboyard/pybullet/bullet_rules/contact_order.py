@@ -1,8 +1,8 @@
-"""Which of two touching links Bullet calls A, and along which directions it reports friction.
+"""Which of two contacting links Bullet calls A, and along which directions it reports friction.
 
-Bullet names a pair by the kinds of its shapes first: a compound before a single convex shape, both before
-triangles, terrain and planes; between two of a kind the one that was made first comes first. A link is a
-compound where it has several shapes or one that lies off its inertial frame.
+Bullet orders a pair by the kinds of its shapes: a compound before a single convex shape, both before
+triangles, heightfields and planes; of two of a kind, the body created first comes first. A link is a compound
+if it has several shapes, or one that is not at its inertial frame.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import sqrt
 
 from roboyard.description.model import Heightfield, Mesh, Plane, Pose
-from roboyard.pybullet.bullet_rules.mesh_objects import hull_by_hull
+from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
 from roboyard.pybullet.bullet_rules.models import LinkModel
 
 SURFACE, CONVEX, COMPOUND = 0, 1, 2
@@ -20,12 +20,12 @@ Vector3 = tuple[float, float, float]
 
 
 def kind_of(link: LinkModel) -> int:
-    """SURFACE, CONVEX or COMPOUND."""
-    shapes = hull_by_hull(link.collisions)
+    """Return SURFACE, CONVEX or COMPOUND for the shapes of a link."""
+    shapes = split_objects(link.collisions)
     if len(shapes) != 1:
         return COMPOUND
     shape = shapes[0]
-    if isinstance(shape.geometry, Heightfield):  # laid out turned, but where it was put
+    if isinstance(shape.geometry, Heightfield):  # stored rotated, at its own origin
         return SURFACE
     if not _same_place(shape.origin, link.frame):
         return COMPOUND
@@ -34,10 +34,10 @@ def kind_of(link: LinkModel) -> int:
 
 
 def tangents(normal: Vector3) -> tuple[Vector3, Vector3]:
-    """Two unit directions along a surface with this unit normal, as Bullet chooses them.
+    """Return two unit directions along a surface with this unit normal, as Bullet chooses them.
 
-    Where the normal leans towards z, the first has no x component and is at right angles to the normal in
-    the y-z plane; else it is horizontal. The second completes a right-handed frame (normal, first, second).
+    If the normal is close to z, the first is perpendicular to it in the y-z plane; otherwise it is
+    horizontal. The second completes a right-handed frame (normal, first, second).
     """
     x, y, z = normal
     if abs(z) > _NEARLY_FLAT:

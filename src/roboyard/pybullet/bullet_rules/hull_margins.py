@@ -1,4 +1,4 @@
-"""The margin that Bullet's hulls have around them, for MuJoCo's shapes, which have none."""
+"""The margins of Bullet's convex hulls, for MuJoCo's shapes, which have none."""
 
 from __future__ import annotations
 
@@ -10,15 +10,13 @@ import numpy as np
 from roboyard.pybullet.bullet_rules.shape_bounds import MARGIN
 
 
-def margins_of_hulls(
-    model: Any, hull_cylinders: Sequence[int] = (), triangles: Sequence[int] = ()
-) -> np.ndarray:
-    """(ngeom,) m by which Bullet's shapes are larger than those of a MuJoCo model: 1 mm for hulls, else 0.
+def geom_margins(model: Any, hull_cylinders: Sequence[int] = (), triangles: Sequence[int] = ()) -> np.ndarray:
+    """Return the (ngeom,) margins of Bullet's shapes around MuJoCo's (m): 0.001 for hulls, else 0.
 
     Args:
-        model: MjModel; its meshes are hulls.
-        hull_cylinders: rows of the MuJoCo bodies whose cylinders are hulls in Bullet too.
-        triangles: rows of the MuJoCo bodies whose meshes are triangles in Bullet, which have no margin.
+        model: MjModel; its meshes are convex hulls.
+        hull_cylinders: rows of the MuJoCo bodies whose cylinders are hulls in Bullet.
+        triangles: rows of the MuJoCo bodies whose meshes are triangles in Bullet, without margin.
     """
     import mujoco
 

@@ -1,4 +1,4 @@
-"""Compiled loops over the pixels of a camera image. Import on first use only."""
+"""Compiled loops over the pixels of a camera image. Import on first use only: numba is slow to load."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from numba import njit
 
 @njit(cache=True)
 def segmentation_ids(owners, numbers, with_links, out):  # pragma: no cover
-    """What scripts find in a segmentation mask, into `out` (n,) int32: -1 for what no script made.
+    """Write the ids of a segmentation mask to `out` (n,) int32; -1 for the background and unknown bodies.
 
     owners (n, 2) int32: World's body and link of each pixel, -1 for the background. numbers (bodies,) int32:
-    script's id of each of World's bodies. with_links: add World's link (0 for the base) above the lowest 24
-    bits.
+    body id of each of World's bodies. with_links: add World's link (0 for the base) above the lowest 24 bits.
     """
     for k in range(len(owners)):
         body = owners[k, 0]

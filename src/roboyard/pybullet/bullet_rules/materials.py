@@ -1,4 +1,4 @@
-"""Materials as Bullet has them: one for each name, whoever defines it."""
+"""Materials as in Bullet: one for each name."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from roboyard.description.model import Link, Material, RobotDescription
 
 
 def shared_materials(description: RobotDescription) -> RobotDescription:
-    """The description with one material for each name: the last that a visual shape defines with a colour.
+    """Return the description with one material per name: the last that a visual shape defines with a colour.
 
-    Exporters call all materials alike, and Bullet then shows all links in the last one's colour. References
-    are the very objects that they refer to, and so are told from definitions.
+    Some exporters give all materials one name; Bullet then shows all links in the last one's colour. A
+    reference is the same object as its definition, which distinguishes the two.
     """
     seen = {id(material) for material in description.materials}
     last: dict[str, Material] = {}

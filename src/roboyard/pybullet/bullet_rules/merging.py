@@ -1,7 +1,7 @@
-"""URDF_MERGE_FIXED_LINKS: links on fixed joints become part of their parents, as Bullet merges them.
+"""URDF_MERGE_FIXED_LINKS: links on fixed joints are merged into their parents, as in Bullet.
 
-Bullet's way shows in the numbers: inertial origins of the file are left out of the sum, the merged frame
-keeps the link's axes, and joints change places when one of them is taken out.
+Bullet ignores the inertial origins of the file in the sum, keeps the link's axes in the merged frame, and
+moves the last joint to the place of a removed one.
 """
 
 from __future__ import annotations
@@ -15,26 +15,30 @@ from roboyard.description.model import Collision, Inertial, Joint, Link, Pose, R
 from roboyard.transforms import Array, quaternion_from_matrix
 
 Shape = TypeVar("Shape", Visual, Collision)
-_WITHOUT_INERTIAL = Inertial(mass=1.0, inertia=(1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
+_DEFAULT_INERTIAL = Inertial(mass=1.0, inertia=(1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
 
 
 @dataclass(slots=True)
 class _Node:
-    """A link and the joints that hang from it, while merging goes on."""
+    """A link and its child joints during merging."""
 
     link: Link
     joints: list[Joint]
     mass: float
     center: Array
     tensor: Array
-    """Diagonal about `center`, in the link's axes."""
+    """(3, 3) diagonal inertia about `center`, in the link's axes (kg m²)."""
     is_merged: bool = False
 
 
 def merge_fixed_links(description: RobotDescription, *, fixed_base: bool = False) -> RobotDescription:
-    """The description without fixed joints: shapes and masses moved to the link that carries them.
+    """Return the description without fixed joints: their links' shapes and masses move to the parents.
 
-    The mass of a base that does not move is left as it is.
+    The mass of a fixed base stays unchanged.
+
+    Args:
+        description: robot.
+        fixed_base: whether the base is fixed.
     """
     nodes = {link.name: _node(link, description.child_joints[link.name]) for link in description.links}
     root = description.root.name
@@ -67,12 +71,12 @@ def _merge(nodes: dict[str, _Node], name: str, is_static: bool, order: list[Join
 
 
 def _node(link: Link, joints: tuple[Joint, ...]) -> _Node:
-    inertial = link.inertial or _WITHOUT_INERTIAL
+    inertial = link.inertial or _DEFAULT_INERTIAL
     return _Node(link, list(joints), inertial.mass, np.zeros(3), inertial.matrix())
 
 
 def _absorb(node: _Node, child: _Node, pose: Array, is_static: bool) -> None:
-    """Take over a child's shapes, and its mass unless the node is a base that does not move."""
+    """Add a child's shapes, and its mass unless the node is a fixed base."""
     node.link = replace(
         node.link,
         visuals=(*node.link.visuals, *(_moved(shape, pose) for shape in child.link.visuals)),
@@ -91,12 +95,12 @@ def _absorb(node: _Node, child: _Node, pose: Array, is_static: bool) -> None:
 
 
 def _about(tensor: Array, mass: float, arm: Array) -> Array:
-    """Inertia about a point that lies `-arm` from the centre of mass."""
+    """Return the inertia about a point at `-arm` from the centre of mass."""
     return tensor + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 
 def _principal(tensor: Array) -> Array:
-    """Diagonal of principal moments, each in the place of the axis it is nearest to."""
+    """Return the diagonal of principal moments, each assigned to the closest axis."""
     moments = np.linalg.eigvalsh(tensor)
     out = np.empty(3)
     out[np.argsort(np.diag(tensor))] = moments

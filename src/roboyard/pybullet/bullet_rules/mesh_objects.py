@@ -1,4 +1,4 @@
-"""The objects of OBJ files: Bullet makes a hull of each, where others make one of the whole file."""
+"""The objects of OBJ files: Bullet makes a convex hull of each, not one of the whole file."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from roboyard.description.model import Collision, Geometry, Mesh
 from roboyard.shapes.mesh import TriangleMesh, read_only
 
 _HEADING = re.compile(rb"^[og]\s", re.MULTILINE)
-_KEPT = 256
+_CACHE_SIZE = 256
 _read: OrderedDict[tuple[str, int, int], tuple[TriangleMesh, ...]] = OrderedDict()
 
 
-def hull_by_hull(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
-    """Collision shapes with one shape for each object of an OBJ file, unless its triangles are asked for."""
+def split_objects(collisions: tuple[Collision, ...]) -> tuple[Collision, ...]:
+    """Return collision shapes with one shape per object of an OBJ file, except concave ones."""
     if not any(isinstance(shape.geometry, Mesh) for shape in collisions):
         return collisions
     return tuple(
         replace(shape, geometry=part)
         for shape in collisions
-        for part in ((shape.geometry,) if shape.concave else objects_of(shape.geometry))
+        for part in ((shape.geometry,) if shape.concave else split_geometry(shape.geometry))
     )
 
 
-def objects_of(geometry: Geometry) -> tuple[Geometry, ...]:
-    """A mesh geometry for each object (`o`, `g`) of an OBJ file; anything else as it is."""
+def split_geometry(geometry: Geometry) -> tuple[Geometry, ...]:
+    """Return a mesh for each object (`o`, `g`) of an OBJ file; any other geometry unchanged."""
     if not isinstance(geometry, Mesh) or geometry.data is not None or geometry.path is None:
         return (geometry,)
     if geometry.path.suffix.lower() != ".obj":
@@ -41,14 +41,14 @@ def objects_of(geometry: Geometry) -> tuple[Geometry, ...]:
 
 
 def _objects(path: Path) -> tuple[TriangleMesh, ...]:
-    """The file's objects; none for a file that cannot be read or is all one object."""
+    """Return the file's objects; none if it cannot be read or has only one."""
     try:
         state = path.stat()
         key = (str(path.absolute()), state.st_mtime_ns, state.st_size)
         found = _read.get(key)
         if found is None:
             found = _read[key] = _split(path.read_bytes())
-            while len(_read) > _KEPT:
+            while len(_read) > _CACHE_SIZE:
                 _read.popitem(last=False)
     except (OSError, ValueError, IndexError):
         return ()
@@ -81,7 +81,7 @@ def _split(data: bytes) -> tuple[TriangleMesh, ...]:
 def _part(points: np.ndarray, faces: np.ndarray) -> TriangleMesh:
     used, corners = np.unique(faces, return_inverse=True)
     if used[0] < 0 or used[-1] >= len(points):
-        raise IndexError("a face has a corner that is no vertex")
+        raise IndexError(f"face corners must be 0 to {len(points) - 1}, got {used[0]} to {used[-1]}")
     return TriangleMesh(
         vertices=read_only(points[used], np.float64), faces=read_only(corners.reshape(-1, 3), np.int32)
     )

@@ -1,6 +1,4 @@
-"""What Bullet makes of a description: its masses, inertias, joints and link order, as the World then gets
-it.
-"""
+"""Conversion of a description to Bullet's model: masses, inertias, joints and link order."""
 
 from __future__ import annotations
 
@@ -25,50 +23,60 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.pybullet.bullet_rules.merging import merge_fixed_links
-from roboyard.pybullet.bullet_rules.mesh_objects import hull_by_hull
+from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, link_bounds
 from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
-from roboyard.pybullet.bullet_rules.triangle_pieces import triangle_by_triangle
+from roboyard.pybullet.bullet_rules.triangle_pieces import split_triangles
 from roboyard.pybullet.face import constants as c
 
 MASS_WITHOUT_INERTIAL = 1.0
 STATIC_LINK_NAME = "world"
 MomentsOf = Callable[[float, Pose, tuple[Collision, ...]], Moments]
-"""Moments from mass (kg), inertial frame and shapes of a link."""
+"""Function from mass (kg), inertial frame and shapes of a link to moments (kg m²)."""
 BoundsOf = Callable[[Pose, tuple[Collision, ...]], LinkBounds]
-"""The box around the shapes of a link, from its inertial frame and shapes."""
+"""Function from inertial frame and shapes of a link to the box around the shapes."""
 
 
 @dataclass(kw_only=True, slots=True)
 class LinkModel:
-    """One link as Bullet has it; index 0 is the base, others hang from their joint."""
+    """One link as in Bullet; index 0 is the base."""
 
     name: str
+    """Name of the link."""
     mass: float
-    """kg"""
+    """Mass (kg)."""
     moments: tuple[float, float, float]
-    """kg m² about the inertial frame's axes"""
+    """Moments about the inertial frame's axes (kg m²)."""
     frame: Pose
     """Inertial frame in the link frame."""
     collisions: tuple[Collision, ...]
+    """Collision shapes."""
     visuals: tuple[Visual, ...]
+    """Visual shapes."""
     joint: Joint | None = None
+    """Joint to the parent; None for the base."""
     parent: int = -1
-    """Index of the parent link as scripts count: -1 for the base."""
+    """Link index of the parent; -1 for the base."""
 
 
 @dataclass(kw_only=True, slots=True)
 class BodyModel:
-    """A whole body."""
+    """A body as in Bullet."""
 
     name: str
+    """Name of the robot."""
     links: list[LinkModel]
+    """Base, then links in order."""
     description: RobotDescription
-    """For the World: with these masses and moments, in the same link order."""
+    """Description for the World: with these masses and moments, in the same link order."""
     fixed_base: bool
+    """Whether the base is fixed."""
     implicit_cylinder: bool
+    """Whether cylinders are exact instead of 32-sided hulls."""
     bounds_of: BoundsOf
+    """Rule for boxes around shapes."""
     index_by_name: dict[str, int] = field(default_factory=dict)
+    """Link name to link index."""
 
 
 def bullet_model(
@@ -80,11 +88,18 @@ def bullet_model(
     moments_of: MomentsOf | None = None,
     bounds_of: BoundsOf | None = None,
 ) -> BodyModel:
-    """Bullet's reading of a description, with the flags of loadURDF.
+    """Return Bullet's model of a description.
 
-    Lengths are scaled; masses are not, and moments follow from shapes or, with URDF_USE_INERTIA_FROM_FILE,
-    from the file as it is. `moments_of` replaces the rule for moments from shapes, `bounds_of` that for their
-    boxes.
+    Lengths are scaled, masses are not. Moments are computed from shapes or, with URDF_USE_INERTIA_FROM_FILE,
+    taken unscaled from the file.
+
+    Args:
+        description: robot.
+        flags: flags of loadURDF.
+        scale: scale of lengths.
+        fixed_base: whether the base is fixed.
+        moments_of: rule for moments from shapes; None for Bullet's.
+        bounds_of: rule for boxes around shapes; None for Bullet's.
     """
     description = scaled(description, scale)
     if flags & c.URDF_IGNORE_COLLISION_SHAPES:
@@ -122,14 +137,14 @@ def bullet_model(
 
 
 def world_description(description: RobotDescription, links: Sequence[LinkModel]) -> RobotDescription:
-    """The description that the World builds: Bullet's masses and joints in Bullet's link order."""
+    """Return the description that the World builds: Bullet's masses and joints, in Bullet's link order."""
     source = description.link_by_name
     made = tuple(
         replace(
             source[link.name],
             inertial=_inertial(link),
-            collisions=_collided(link),
-            visuals=link.visuals or _shown(link.collisions),
+            collisions=_convex_shapes(link),
+            visuals=link.visuals or _default_visuals(link.collisions),
         )
         for link in links
     )
@@ -137,20 +152,20 @@ def world_description(description: RobotDescription, links: Sequence[LinkModel])
     return replace(description, links=made, joints=joints)
 
 
-def _collided(link: LinkModel) -> tuple[Collision, ...]:
-    """A link's shapes in convex parts; triangles only of what has no mass, which is a base that stays."""
+def _convex_shapes(link: LinkModel) -> tuple[Collision, ...]:
+    """Return a link's shapes as convex parts; triangles are kept for a fixed base only."""
     if link.mass == 0.0 and link.joint is None:
-        return hull_by_hull(triangle_by_triangle(link.collisions))
-    return hull_by_hull(link.collisions)
+        return split_objects(split_triangles(link.collisions))
+    return split_objects(link.collisions)
 
 
-def _shown(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:
-    """What a link without visual shapes looks like."""
+def _default_visuals(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:
+    """Return the visuals of a link without visual shapes: its collision shapes."""
     return tuple(Visual(geometry=shape.geometry, origin=shape.origin) for shape in collisions)
 
 
 def ordered_joints(description: RobotDescription, *, keep_link_order: bool) -> tuple[Joint, ...]:
-    """Joints depth first in the file's order, or in the order of the file's links."""
+    """Return the joints depth first in file order, or in the order of the file's links."""
     if not keep_link_order:
         return description.depth_first_joints
     return tuple(
@@ -161,7 +176,7 @@ def ordered_joints(description: RobotDescription, *, keep_link_order: bool) -> t
 
 
 def bullet_joint(joint: Joint) -> Joint:
-    """A joint with Bullet's limits: mimic is ignored, floating is fixed, only `lower <= upper` is a range."""
+    """Return a joint as in Bullet: mimic is ignored, floating becomes fixed."""
     kind = "fixed" if joint.type == "floating" else joint.type
     return replace(joint, type=kind, mimic=None)
 
@@ -198,7 +213,7 @@ def _link_model(link: Link, flags: int, moments_of: MomentsOf) -> LinkModel:
 
 
 def _file_moments(inertial: Inertial) -> tuple[Pose, tuple[float, float, float]]:
-    """Principal frame and moments of the file's tensor; zero for one no rigid body can have."""
+    """Return principal frame and moments of the file's inertia; zero if it is not physically possible."""
     xx, xy, xz, yy, yz, zz = inertial.inertia
     if xy == xz == yz == 0.0:
         moments, frame = (xx, yy, zz), inertial.origin
@@ -224,7 +239,7 @@ def _inertial(link: LinkModel) -> Inertial | None:
 
 
 def scaled(description: RobotDescription, factor: float) -> RobotDescription:
-    """All lengths times a factor; masses stay."""
+    """Return the description with all lengths multiplied by a factor; masses stay unchanged."""
     if factor == 1.0:
         return description
     links = tuple(

@@ -1,7 +1,7 @@
-"""The usual motor commands without detours: one joint written in place, many joints at the next step.
+"""Fast motor commands: one joint written at once, many joints before the next step.
 
-Scripts command every joint in every step. A command for many joints is checked and copied when it is given
-and reaches the World's arrays when they are next needed, so that one that is given twice costs once.
+Scripts command every joint in every step. A command for many joints is checked and copied when it is given,
+and applied to the World's arrays when they are next needed, so that a repeated command costs once.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _POSITION, _VELOCITY = c.POSITION_CONTROL, c.VELOCITY_CONTROL
 
 
 class _Group:
-    """Joints that are commanded together; those that have no motor (fixed ones) are passed over."""
+    """Joints that are commanded together; fixed ones are skipped."""
 
     __slots__ = ("count", "driven", "lower", "picked", "rows", "scratch", "upper")
 
@@ -38,10 +38,10 @@ class _Group:
 
 
 class MotorCommands:
-    """Position and velocity motors of one body, for commands that leave them switched on.
+    """Commands for the position and velocity motors of one body that are switched on.
 
     Attributes:
-        pending: commands that have not reached the World yet, by joints.
+        pending: commands that are not applied to the World yet, by group of joints.
     """
 
     __slots__ = (
@@ -72,12 +72,12 @@ class MotorCommands:
         self._groups: dict[tuple[int, ...], _Group] = {}
         self.pending: dict[_Group, tuple[Any, ...]] = {}
         self._impulses = [nan] * self._joints
-        """What each joint's motor may do in a step as far as this object knows; N m s or N s."""
+        """Known largest impulse of each motor in a step (N m s or N s); NaN if unknown."""
         self._bounds_in_use: tuple[_Group, tuple[float, ...], float] | None = None
-        """Group, forces and time step of the last command for many, while no other bound was set since."""
+        """Group, forces and time step of the last command for many joints, unless a limit changed since."""
 
     def bounds_changed(self) -> None:
-        """A motor was switched on or off, or its force bound set, elsewhere."""
+        """Forget the known limits, after a motor was switched or its force limit was set elsewhere."""
         self._impulses = [nan] * self._joints
         self._bounds_in_use = None
 
@@ -85,7 +85,7 @@ class MotorCommands:
         self, joint: int, mode: int, position: float, velocity: float, force: float, kp: float, kd: float,
         fastest: float, time_step: float,
     ) -> bool:  # fmt: skip
-        """Set one joint's motor at once; False: not a usual case, nothing was done."""
+        """Set one joint's motor; return False, with no effect, for arguments that need the general path."""
         row = self._rows[joint]
         if joint < 0 or row < 0 or not force > 0.0 or joint in self._motors_off:
             return False
@@ -115,7 +115,7 @@ class MotorCommands:
         self, joints: Sequence[int], mode: int, positions: Vector | None, velocities: Vector | None,
         forces: Vector | None, kps: Vector | None, kds: Vector | None, time_step: float,
     ) -> bool:  # fmt: skip
-        """Set several joints' motors before the next step; False: not a usual case, nothing was done."""
+        """Set several motors before the next step; return False, with no effect, for the general path."""
         key = tuple(joints)
         group = self._groups.get(key) or self._group(key)
         if group is None or forces is None or (mode != _POSITION and mode != _VELOCITY):
@@ -156,7 +156,7 @@ class MotorCommands:
         return True
 
     def flush(self) -> None:
-        """Bring waiting commands into the World, in the order in which they were given."""
+        """Apply pending commands to the World, in the order in which they were given."""
         waiting, self.pending = self.pending, {}
         motors = self._motors
         for group, (mode, bounds, time_step, positions, velocities, kps, kds) in waiting.items():

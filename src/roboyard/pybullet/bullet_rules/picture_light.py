@@ -1,4 +1,4 @@
-"""How getCameraImage lights its pictures, and what it makes of see-through shapes."""
+"""Lighting of camera images, and shapes with alpha < 1 drawn opaque, as in PyBullet."""
 
 from __future__ import annotations
 
@@ -14,30 +14,40 @@ if TYPE_CHECKING:
     from roboyard.rendering.scene import RenderScene
 
 Vector = Sequence[float]
-_IN_SHADOW = 0.8
-"""Share of PyBullet's light that reaches what lies in shadow."""
+_SHADOW_LIGHT = 0.8
+"""Fraction of the light that PyBullet leaves in shadows."""
 
 
 @dataclass(kw_only=True, slots=True)
 class PictureLight:
-    """What the arguments of getCameraImage said last; PyBullet keeps it from picture to picture."""
+    """The light arguments of getCameraImage; PyBullet keeps them from image to image."""
 
     direction: tuple[float, float, float] = (-50.0, 30.0, 100.0)
-    """From the scene towards the light."""
+    """Direction from the scene towards the light."""
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     ambient: float = 0.6
     diffuse: float = 0.35
     specular: float = 0.05
     shadow: bool = False
 
-    def take(
+    def update(
         self,
         direction: Vector | None,
         color: Vector | None,
         shadow: int,
         coefficients: tuple[float, float, float],
     ) -> None:
-        """Take over the arguments that were given (not None, not negative)."""
+        """Set the arguments that were given (neither None nor negative).
+
+        Args:
+            direction: from the scene towards the light.
+            color: red, green, blue (0 to 1).
+            shadow: 1 draws shadows, 0 does not, negative keeps the setting.
+            coefficients: ambient, diffuse, specular (0 to 1).
+
+        Raises:
+            error: a vector does not have three numbers.
+        """
         if direction is not None:
             self.direction = vector3(direction, "Error parsing lightDirection")
         if color is not None:
@@ -49,12 +59,12 @@ class PictureLight:
         self.diffuse = diffuse if diffuse >= 0 else self.diffuse
         self.specular = specular if specular >= 0 else self.specular
 
-    def as_sun(self) -> Light:
-        """The light for `roboyard.rendering`.
+    def to_light(self) -> Light:
+        """Return the light for `roboyard.rendering`.
 
-        PyBullet's gloss does not depend on where the camera is: a surface of normal n in light from l shows
-        specular · max(2 (n·l) n_z - l_z, 0)². On the level that is specular · l_z², on walls next to nothing:
-        the share of the sky, which lights level surfaces most, stands for it.
+        PyBullet's specular term does not depend on the camera: a surface of normal n in light from l shows
+        specular · max(2 (n·l) n_z - l_z, 0)². That is specular · l_z² on horizontal surfaces and almost 0 on
+        walls, so it is approximated by the sky light, which is strongest on horizontal surfaces.
         """
         from roboyard.rendering import Light
 
@@ -69,18 +79,19 @@ class PictureLight:
             diffuse=total,
             specular=0.0,
             sky=gloss / total if total > 0 else 0.0,
-            leak=_IN_SHADOW,
+            leak=_SHADOW_LIGHT,
         )
 
 
 class SolidScene:
-    """A scene whose see-through shapes are solid, kept until the scene changes."""
+    """A copy of a scene with opaque shapes, cached until the scene changes."""
 
     def __init__(self) -> None:
+        """Start without a cached scene."""
         self._made: tuple[RenderScene, int, RenderScene] | None = None
 
     def of(self, scene: RenderScene) -> RenderScene:
-        """The scene itself where all its shapes are solid or not there at all."""
+        """Return the scene with every partly transparent shape opaque; the scene itself if there is none."""
         made = self._made
         if made is not None and made[0] is scene and made[1] == scene.revision:
             return made[2]

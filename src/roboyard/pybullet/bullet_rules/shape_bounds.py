@@ -1,8 +1,8 @@
-"""Boxes around a link's collision shapes as Bullet computes them: what getAABB says and inertias come from.
+"""Boxes around a link's collision shapes as Bullet computes them, for getAABB and inertias.
 
-A hull's box grows by its margin when it is made and again when it is asked for. Several shapes, or one that
-is not at the inertial frame, are a compound: a box around their boxes, which grows by a margin of its own and
-turns as a whole. Boxes, balls, cylinders and capsules carry their margin inside their dimensions.
+A hull's box grows by its margin when it is created and again when it is read. Several shapes, or one that is
+not at the inertial frame, are a compound: a box around their boxes, which grows by a margin of its own and
+rotates as a whole. Boxes, spheres, cylinders and capsules include their margin in their dimensions.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from roboyard.description.model import (
     Pose,
     Sphere,
 )
-from roboyard.pybullet.bullet_rules.mesh_objects import objects_of
+from roboyard.pybullet.bullet_rules.mesh_objects import split_geometry
 from roboyard.transforms import Array, matrix_from_quaternion
 
 MARGIN = 0.001
-"""m: of every shape but balls and capsules, whose margin is their radius."""
-BEYOND = 1e30
-"""m: half size of the box around a plane."""
+"""Margin of every shape except spheres and capsules, whose margin is their radius (m)."""
+PLANE_HALF_SIZE = 1e30
+"""Half size of the box around a plane (m)."""
 _UNTURNED = np.eye(3)
 Shape = tuple[Collision, Array]
-"""A collision and the (2, 3) corners of its box in its own frame; m."""
+"""A collision shape and the (2, 3) corners of its box in its own frame (m)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -41,25 +41,26 @@ class LinkBounds:
     """The box around all of a link's shapes."""
 
     corners: Array
-    """(2, 3) in the link's inertial frame; m. Without the margin by which hulls and compounds grow."""
+    """(2, 3) corners in the link's inertial frame (m), without the margin of hulls and compounds."""
     margin: float
-    """Of the shape that holds the others; m."""
-    kind: Literal["ball", "cylinder", "solid", "hull", "compound", "plane"]
+    """Margin of the shape, or of the compound (m)."""
+    kind: Literal["sphere", "cylinder", "solid", "hull", "compound", "plane"]
+    """Kind of the shape, or of the compound."""
     is_round: bool = False
-    """Whether the margin is a radius, which nothing changes."""
+    """Whether the margin is a radius, which scripts cannot change."""
 
     def grown(self, margin: float) -> Array:
-        """(2, 3) corners with the margin (m) of a hull or compound."""
+        """Return (2, 3) corners with the margin of a hull or compound (m)."""
         if self.kind in ("hull", "compound"):
             return self.corners + margin * np.array([[-1.0], [1.0]])
         return self.corners
 
     def in_world(self, margin: float, position: Array, quaternion: Array) -> Array:
-        """(2, 3) corners in the world, for a pose of the inertial frame; m."""
+        """Return (2, 3) corners in the world (m) for the inertial frame's (3,) position and quaternion."""
         lower, upper = self.grown(margin)
         if self.kind == "plane":
             return self.corners
-        if self.kind == "ball":
+        if self.kind == "sphere":
             return np.stack([position + lower, position + upper])
         rotation = matrix_from_quaternion(quaternion)
         middle = position + rotation @ ((lower + upper) / 2)
@@ -70,13 +71,13 @@ class LinkBounds:
 def link_bounds(
     frame: Pose, collisions: tuple[Collision, ...], *, implicit_cylinder: bool, from_file: bool
 ) -> LinkBounds:
-    """Bounds of the shapes of a link whose inertial frame is `frame`.
+    """Return the bounds of a link's shapes.
 
     Args:
-        frame: in the link frame.
+        frame: inertial frame in the link frame.
         collisions: the link's shapes.
-        implicit_cylinder: cylinders are cylinders instead of hulls.
-        from_file: compounds of files have a margin, and each OBJ file of theirs is a compound within.
+        implicit_cylinder: whether cylinders are exact instead of hulls.
+        from_file: whether compounds have a margin and each OBJ file is a compound of its own, as in files.
     """
     compound_margin = MARGIN if from_file else 0.0
     shapes: list[Shape] = []
@@ -89,7 +90,7 @@ def link_bounds(
             continue
         is_compound = from_file and _is_obj(shape)
         alone = None if shapes or len(parts) > 1 or is_compound else shape
-        if is_compound:  # within the link's, unless it is all there is, right at the inertial frame
+        if is_compound:  # nested in the link's, unless it is the only shape, at the inertial frame
             margin = 0.0 if len(collisions) == 1 and _is_at(shape, position, rotation) else MARGIN
             lower, upper = np.min(parts, axis=0)[0], np.max(parts, axis=0)[1]
             parts = [np.stack([lower - margin, upper + margin])]
@@ -103,7 +104,7 @@ def link_bounds(
 
 
 def local_bounds(geometry: Geometry, *, implicit_cylinder: bool) -> Array | None:
-    """(2, 3) corners of the box around a shape in its own frame; m. None where the shape has none."""
+    """Return (2, 3) corners of the box around a shape in its own frame (m), or None if there is none."""
     match geometry:
         case Box(size=size):
             half = np.asarray(size) / 2
@@ -122,7 +123,7 @@ def local_bounds(geometry: Geometry, *, implicit_cylinder: bool) -> Array | None
 
 
 def bounds_in(frame_position: Array, frame_rotation: Array, shapes: list[Shape]) -> Array:
-    """(2, 3) box in a frame of the link around shapes with their local bounds; m."""
+    """Return the (2, 3) box (m) around shapes in a frame of the link, (3,) position and (3, 3) rotation."""
     boxes = np.array(
         [
             turned_box(
@@ -138,7 +139,7 @@ def bounds_in(frame_position: Array, frame_rotation: Array, shapes: list[Shape])
 
 
 def turned_box(geometry: Geometry, corners: Array, place: Array, turn: Array) -> Array:
-    """(2, 3) box around a shape's local box at a place (m) and (3, 3) rotation; a ball's does not turn."""
+    """Return the (2, 3) box (m) around a local box at a (3,) position and (3, 3) rotation."""
     half = (corners[1] - corners[0]) / 2
     middle = place + turn @ (corners[0] + corners[1]) / 2
     if not isinstance(geometry, Sphere):
@@ -147,10 +148,10 @@ def turned_box(geometry: Geometry, corners: Array, place: Array, turn: Array) ->
 
 
 def _boxes(shape: Collision, *, implicit_cylinder: bool) -> list[Array]:
-    """Local boxes of a shape, one for each hull that Bullet makes of it."""
+    """Return local boxes of a shape, one for each hull that Bullet makes of it."""
     geometry = shape.geometry
     if isinstance(geometry, Plane):
-        return [BEYOND * np.array([[-1.0] * 3, [1.0] * 3])]
+        return [PLANE_HALF_SIZE * np.array([[-1.0] * 3, [1.0] * 3])]
     if isinstance(geometry, Heightfield):
         (nx, ny), heights = geometry.heights.shape, geometry.heights
         x, y = (nx - 1) * geometry.cell[0] / 2, (ny - 1) * geometry.cell[1] / 2
@@ -158,14 +159,14 @@ def _boxes(shape: Collision, *, implicit_cylinder: bool) -> list[Array]:
     if shape.concave and isinstance(geometry, Mesh):
         corners = _mesh_bounds(geometry)
         return [] if corners is None else [corners]
-    found = (local_bounds(part, implicit_cylinder=implicit_cylinder) for part in objects_of(geometry))
+    found = (local_bounds(part, implicit_cylinder=implicit_cylinder) for part in split_geometry(geometry))
     return [box for box in found if box is not None]
 
 
 def _bounds_of_one(shape: Collision, corners: Array, *, implicit_cylinder: bool) -> LinkBounds:
     match shape.geometry:
         case Sphere(radius=radius):
-            return LinkBounds(corners=corners, margin=radius, kind="ball", is_round=True)
+            return LinkBounds(corners=corners, margin=radius, kind="sphere", is_round=True)
         case Capsule(radius=radius):
             return LinkBounds(corners=corners, margin=radius, kind="solid", is_round=True)
         case Plane():
@@ -189,7 +190,7 @@ def _is_obj(shape: Collision) -> bool:
 
 
 def _is_at(shape: Collision, position: Array, rotation: Array) -> bool:
-    """Whether the shape's frame, worked out in floating point, is the inertial frame to the last bit."""
+    """Return whether the shape's frame, computed in floating point, equals the inertial frame exactly."""
     if shape.origin.position != tuple(position.tolist()):
         return False
     turn = rotation.T @ matrix_from_quaternion(shape.origin.quaternion)

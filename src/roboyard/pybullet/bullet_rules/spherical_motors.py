@@ -1,7 +1,7 @@
-"""Motors of spherical joints, as Bullet's are.
+"""Motors of spherical joints, as in Bullet.
 
-They ask for the velocity 0.2 kp e / dt + (1 - damping) v after a step, e being roll, pitch and yaw of the
-turn that is left; Bullet passes over velocity targets, velocity gains and the largest velocity.
+They aim at the velocity 0.2 kp e / dt + (1 - damping) v after a step, where e is roll, pitch and yaw of the
+remaining rotation; Bullet ignores velocity targets, velocity gains and the largest velocity.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 DEFAULT_GAIN = 0.2
-"""kp of the motors that spherical joints have from the start; they hold the identity."""
+"""kp of the default motors of spherical joints, whose target is the identity."""
 ERP = 0.2
-"""Share of an error that Bullet's constraints mend in a step."""
+"""Share of an error that Bullet's constraints correct in a step."""
 
 
 def set_spherical_target(
@@ -29,7 +29,16 @@ def set_spherical_target(
     impulse: Sequence[float],
     damping: float = 1.0,
 ) -> None:
-    """Give a spherical joint a target (x, y, z, w) and bounds (3,) on its motor in a step; N m s."""
+    """Set the target of a spherical joint's motor.
+
+    Args:
+        world: world of the joint.
+        joint: spherical joint.
+        target: orientation (x, y, z, w).
+        kp: position gain.
+        impulse: (3,) largest impulses in a step (N m s).
+        damping: share of the velocity removed in a step.
+    """
     world.motors.set(
         joint, position=target, velocity=0.0, kp=ERP * kp, kd=damping, max_impulse=impulse, by_angles=True
     )

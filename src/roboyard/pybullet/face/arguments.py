@@ -1,4 +1,4 @@
-"""Reading what scripts pass: vectors of any sequence type, whole numbers, names of files."""
+"""Checking the arguments of scripts: vectors of any sequence type, integers, names of files."""
 
 from __future__ import annotations
 
@@ -14,23 +14,27 @@ _PLAIN = (tuple, list)
 
 
 def floats(values: Iterable[float], count: int, message: str) -> tuple[float, ...]:
-    """`count` numbers as floats.
+    """Return `count` numbers as floats.
 
     Raises:
-        error: with PyBullet's `message`, for another count or something that is no sequence.
-        TypeError: an element is no number.
+        error: with PyBullet's `message`; the length differs, or it is not a sequence.
+        TypeError: an element is not a number.
     """
     try:
         found = tuple(values)
     except TypeError:
-        raise failure(message, f"{count} numbers are needed, got {values!r}") from None
+        raise failure(message, f"expected {count} numbers, got {values!r}") from None
     if len(found) != count:
-        raise failure(message, f"{count} numbers are needed, got {len(found)}: {found!r}")
+        raise failure(message, f"expected {count} numbers, got {len(found)}: {found!r}")
     return tuple(number(value) for value in found)
 
 
 def number(value: Any) -> float:
-    """A float; unlike `float()` it refuses text."""
+    """Return a float; unlike `float()` it rejects text.
+
+    Raises:
+        TypeError: the value is not a number.
+    """
     if type(value) is float:
         return value
     if isinstance(value, str | bytes):
@@ -39,6 +43,12 @@ def number(value: Any) -> float:
 
 
 def vector3(values: Iterable[float], message: str) -> Vector3:
+    """Return three numbers as floats.
+
+    Raises:
+        error: with `message`; the length differs.
+        TypeError: an element is not a number.
+    """
     if type(values) in _PLAIN and len(values) == 3:  # type: ignore[arg-type]
         x, y, z = values
         if type(x) is type(y) is type(z) is float:
@@ -48,7 +58,12 @@ def vector3(values: Iterable[float], message: str) -> Vector3:
 
 
 def quaternion(values: Iterable[float], message: str) -> Quaternion:
-    """Four numbers as given, not normalised."""
+    """Return four numbers as floats, not normalised.
+
+    Raises:
+        error: with `message`; the length differs.
+        TypeError: an element is not a number.
+    """
     if type(values) in _PLAIN and len(values) == 4:  # type: ignore[arg-type]
         x, y, z, w = values
         if type(x) is type(y) is type(z) is type(w) is float:
@@ -58,19 +73,27 @@ def quaternion(values: Iterable[float], message: str) -> Quaternion:
 
 
 def whole(value: Any) -> int:
-    """An int; refuses floats, as PyBullet does."""
+    """Return an int; floats are rejected, as in PyBullet.
+
+    Raises:
+        TypeError: the value is not an integer.
+    """
     return index(value)
 
 
 def indices(values: Iterable[int], message: str = "expected a sequence of joint indices") -> list[int]:
-    """Whole numbers from any sequence, as PyBullet reads them: cut floats, and -1 for what is no number."""
+    """Return integers from any sequence, as PyBullet does: floats truncated, -1 for anything else.
+
+    Raises:
+        error: with `message`; it is not a sequence.
+    """
     try:
-        return [value if type(value) is int else _cut(value) for value in values]
+        return [value if type(value) is int else _truncated(value) for value in values]
     except TypeError:
-        raise failure(message) from None
+        raise failure(message, f"got {values!r}") from None
 
 
-def _cut(value: Any) -> int:
+def _truncated(value: Any) -> int:
     try:
         return -1 if isinstance(value, str | bytes) else int(value)
     except (TypeError, ValueError):
@@ -78,7 +101,11 @@ def _cut(value: Any) -> int:
 
 
 def text(value: Any) -> str:
-    """A str; refuses paths and bytes, as PyBullet does."""
+    """Return a str; paths and bytes are rejected, as in PyBullet.
+
+    Raises:
+        TypeError: the value is not a str.
+    """
     if not isinstance(value, str):
-        raise TypeError(f"must be str, not {type(value).__name__}")
+        raise TypeError(f"must be str, not {type(value).__name__}: {value!r}")
     return value

@@ -1,11 +1,11 @@
 """Functions that scripts can call like PyBullet's: real built-ins with keyword names and defaults.
 
-`pybullet_utils.bullet_client` hands `physicsClientId` only to attributes for which `inspect.isbuiltin` is
-true, so plain functions would all run on client 0. CPython's C interface has what is needed: a built-in
-method of the FASTCALL kind calls a C function with (self, arguments, count, keyword names), and that is the
-very signature of `PyObject_Vectorcall`. A method table entry that names it, bound to a Python function, is
-a built-in that costs some 20 ns more than the function. Elsewhere a small callable that passes the same
-test stands in.
+`pybullet_utils.bullet_client` passes `physicsClientId` only to attributes for which `inspect.isbuiltin` is
+true, so plain functions would all run on client 0. CPython's C API provides what is needed: a built-in
+method of the FASTCALL kind calls a C function with (self, arguments, count, keyword names), which is the
+signature of `PyObject_Vectorcall`. A method table entry that points to it, bound to a Python function, is a
+built-in that costs about 20 ns more than the function. Other interpreters get a callable object that passes
+the same test.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _MODULE = __name__.removesuffix(".face.calling")
 
 
 class _MethodDefinition(ctypes.Structure):
-    """PyMethodDef of CPython's C interface."""
+    """PyMethodDef of CPython's C API."""
 
     _fields_ = (
         ("name", ctypes.c_char_p),
@@ -32,13 +32,13 @@ class _MethodDefinition(ctypes.Structure):
     )
 
 
-_definitions: list[_MethodDefinition] = []  # built-ins point at these for ever
+_definitions: list[_MethodDefinition] = []  # built-ins keep pointers to these
 
 
 def builtin(function: types.FunctionType) -> Callable[..., Any]:
-    """`function` as an object for which `inspect.isbuiltin` holds, with its name, signature and docstring."""
+    """Return `function` as an object for which `inspect.isbuiltin` is true, with its signature."""
     if platform.python_implementation() != "CPython" or not hasattr(ctypes.pythonapi, "PyObject_Vectorcall"):
-        return _StandIn(function)
+        return _BuiltinProxy(function)
     text = f"{function.__name__}{_text_signature(function)}\n--\n\n{inspect.getdoc(function) or ''}"
     definition = _MethodDefinition(
         function.__name__.encode(),
@@ -57,7 +57,7 @@ def builtin(function: types.FunctionType) -> Callable[..., Any]:
 
 
 def _text_signature(function: types.FunctionType) -> str:
-    """The signature with defaults that `inspect` can read back from a docstring."""
+    """Return the signature, with defaults that `inspect` can parse from a docstring."""
     parameters = []
     for parameter in inspect.signature(function).parameters.values():
         default = parameter.default
@@ -67,8 +67,8 @@ def _text_signature(function: types.FunctionType) -> str:
     return str(inspect.Signature(parameters))
 
 
-class _StandIn:
-    """Calls a function and claims to be a built-in (`isinstance` believes `__class__`)."""
+class _BuiltinProxy:
+    """Calls a function and reports the class of built-ins, which `isinstance` accepts."""
 
     def __init__(self, function: types.FunctionType) -> None:
         self._function = function
@@ -93,17 +93,17 @@ MISSING: Any = type("Missing", (), {"__repr__": lambda self: "<required>", "__sl
 def public(
     command: Callable[..., Any], clients: Mapping[int, Any], aliases: Mapping[str, str], module: str
 ) -> types.FunctionType:
-    """The function that scripts see for a command.
+    """Return the function that scripts call for a command.
 
     Args:
         command: `name(client, a, b=..., ...)`.
         clients: open clients by number; each has the commands as methods.
-        aliases: old spellings, each with the parameter that it stands for.
-        module: name of the module where the caller keeps the function (pickling looks there).
+        aliases: old spelling of a parameter to its current name.
+        module: name of the module where the caller stores the function, for pickling.
 
     Returns:
         `name(a, b=..., ..., physicsClientId=0)`, which calls `clients[physicsClientId].name(a, b, ...)`.
-        With aliases it takes them as keywords too. Wrong or missing arguments raise TypeError.
+        It also accepts the aliases as keywords. Wrong or missing arguments raise TypeError.
     """
     name = command.__name__
     parameters = list(inspect.signature(command).parameters.values())[1:]
@@ -123,14 +123,14 @@ def public(
     lines = []
     if aliases:
         shown += ["*", *(f"{alias}=_missing" for alias in aliases)]
-        for alias, stands_for in aliases.items():
-            lines.append(f"if {alias} is not _missing: {stands_for} = {alias}")
+        for alias, current in aliases.items():
+            lines.append(f"if {alias} is not _missing: {current} = {alias}")
     if required:
         missing = " or ".join(f"{p} is _missing" for p in required)
         lines.append(f"if {missing}: _required({name!r}, {', '.join(f'{p}={p}' for p in required)})")
     lines.append(f"return _clients[physicsClientId].{name}({', '.join(passed)})")
     source = f"def {name}({', '.join(shown)}):\n    " + "\n    ".join(lines)
-    exec(compile(source, f"<{_MODULE}.{name}>", "exec"), values)  # noqa: S102 - built from our own signatures
+    exec(compile(source, f"<{_MODULE}.{name}>", "exec"), values)  # noqa: S102 - source built from our own signatures
     made: types.FunctionType = values[name]
     made.__doc__ = command.__doc__
     made.__module__ = module

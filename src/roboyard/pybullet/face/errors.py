@@ -1,17 +1,17 @@
-"""The exception of the face: PyBullet's texts, with the remedy as a note (PEP 678)."""
+"""PyBullet's exception: its texts, with the remedy as a note (PEP 678)."""
 
 from __future__ import annotations
 
 
 class error(Exception):
-    """What every failed call raises; `str()` is PyBullet's text, the notes say how to mend it."""
+    """Error of a failed call; `str()` is PyBullet's text, the notes explain cause and remedy."""
 
 
 error.__module__ = __name__.removesuffix(".face.errors")
 
 
 def failure(message: str, *remedies: str) -> error:
-    """An `error` with PyBullet's `message`; each of `remedies` follows as a note in the traceback."""
+    """Return an `error` with PyBullet's `message`; each remedy is added as a note."""
     exception = error(message)
     for remedy in remedies:
         exception.add_note(remedy)
@@ -19,5 +19,5 @@ def failure(message: str, *remedies: str) -> error:
 
 
 def unavailable(function: str, why: str) -> error:
-    """The error of a function that cannot be had here, saying why."""
+    """Return the error of a function that is not available, with the reason."""
     return error(f"{function} is not available: {why}")

@@ -1,11 +1,11 @@
-"""What goes over the wire: MessagePack in length-prefixed frames, arrays as raw buffers.
+"""The wire format of commands and results: MessagePack in length-prefixed frames, arrays as raw buffers.
 
     frame     4 bytes, big endian: length of the body; then the body
     hello     ["roboyard", protocol version], first frame of either side
     request   [number, command name, [arguments...]]
     answer    [number, "ok", result] or [number, "error" or "type", message, [notes...]]
 
-Arrays are extension 1: [dtype, shape, bytes]. Nothing that is read can name a type or run code.
+Arrays are extension 1: [dtype, shape, bytes]. Decoding creates plain data only; it never runs code.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from roboyard.errors import RoboyardError
 
 VERSION = 1
 MAX_BODY = 256 * 1024 * 1024
-"""Bytes of the largest body that is read."""
+"""Size of the largest body that is accepted (bytes)."""
 HELLO = ["roboyard", VERSION]
 PREFIX = Struct(">I")
 _ARRAY = 1
@@ -30,14 +30,14 @@ _PLAIN_KINDS = "biuf"
 
 
 class WireError(RoboyardError):
-    """The other side sent something that is no message of this protocol."""
+    """Data received that is not a message of this protocol."""
 
 
 def encode(message: object) -> bytes:
-    """Body of a message.
+    """Return the body of a message.
 
     Raises:
-        TypeError: it holds something that cannot be sent.
+        TypeError: the message contains something that cannot be sent.
     """
     try:
         return _ENCODER.encode(message)
@@ -46,16 +46,20 @@ def encode(message: object) -> bytes:
 
 
 def frame(message: object) -> bytes:
-    """A message ready to send, with its length in front."""
+    """Return a message as a frame: its length, then its body.
+
+    Raises:
+        TypeError: the message contains something that cannot be sent.
+    """
     body = encode(message)
     return PREFIX.pack(len(body)) + body
 
 
 def decode(body: bytes | bytearray | memoryview) -> Any:
-    """The message in a body.
+    """Return the message in a body.
 
     Raises:
-        WireError: there is none.
+        WireError: the body is not a message.
     """
     try:
         return _DECODER.decode(body)
@@ -64,25 +68,29 @@ def decode(body: bytes | bytearray | memoryview) -> Any:
 
 
 def body_length(prefix: bytes) -> int:
-    """Length that a frame announces.
+    """Return the length of the body that follows a prefix.
 
     Raises:
-        WireError: it is too long.
+        WireError: the body is too long.
     """
     (length,) = PREFIX.unpack(prefix)
     if length > MAX_BODY:
-        raise WireError(f"a frame of {length} bytes; the longest is {MAX_BODY}")
+        raise WireError(f"a frame of {length} bytes is too long; the limit is {MAX_BODY}")
     return length
 
 
 def check_hello(message: object) -> None:
-    """Raise WireError for the first message of something that is not the other side of this protocol."""
+    """Check the first message of the other side.
+
+    Raises:
+        WireError: it is not the greeting of this protocol version.
+    """
     if message != HELLO:
         raise WireError(f"expected {HELLO}, got {str(message)[:60]!r}; both sides need the same Roboyard")
 
 
 def tupled(value: Any) -> Any:
-    """`value` with every list as a tuple, as the functions of the interface return them."""
+    """Return `value` with every list as a tuple, as the functions of the API return them."""
     if isinstance(value, list):
         return tuple(tupled(item) for item in value)
     if isinstance(value, Mapping):
@@ -116,7 +124,7 @@ def _from_wire(code: int, data: memoryview) -> object:
         or min(shape, default=0) < 0
         or prod(shape) * dtype.itemsize != len(raw)
     ):
-        raise ValueError("an array whose shape and bytes differ")
+        raise ValueError(f"an array of {name} and shape {shape} does not have {len(raw)} bytes")
     return np.frombuffer(bytearray(raw), dtype=dtype).reshape(shape)
 
 

@@ -1,6 +1,6 @@
-"""Files of commands: what was called on a client, to be called again.
+"""Logs of the commands called on a client, which can be replayed.
 
-The file is a sequence of frames as they go over the wire to a server: [command name, [arguments...]].
+The file is a sequence of wire frames (see `face.wire`): [command name, [arguments...]].
 """
 
 from __future__ import annotations
@@ -16,28 +16,36 @@ from roboyard.pybullet.face.errors import failure
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
 
-_LEFT_OUT = {"startStateLogging", "stopStateLogging", "setTimeOut", "submitProfileTiming"}
-_ASKING = ("get", "calculate", "rayTest", "is", "compute")
+_NOT_LOGGED = {"startStateLogging", "stopStateLogging", "setTimeOut", "submitProfileTiming"}
+_QUERIES = ("get", "calculate", "rayTest", "is", "compute")
 _FAILED = "startStateLogging failed."
 
 
 class CommandLog:
-    """Writes every command that may change something, until it is closed."""
+    """Writes every command that may change the world, until it is closed."""
 
     def __init__(self, client: Client, name: str) -> None:
+        """Open the file and start to log the commands of a client.
+
+        Raises:
+            error: the file cannot be written.
+        """
         try:
             self._file = Path(name).open("wb")  # noqa: SIM115 - open from start to stop of the log
         except OSError as problem:
             raise failure(_FAILED, str(problem)) from None
         self._client = client
-        self._commands = [name for name in COMMANDS if name not in _LEFT_OUT and not name.startswith(_ASKING)]
+        self._commands = [
+            name for name in COMMANDS if name not in _NOT_LOGGED and not name.startswith(_QUERIES)
+        ]
         for name in self._commands:
             setattr(client, name, self._logged(name))
 
     def record(self) -> None:
-        """Nothing: stepSimulation is a command like others."""
+        """Do nothing: stepSimulation is logged as a command."""
 
     def close(self) -> None:
+        """Stop logging and close the file."""
         for name in self._commands:
             self._client.__dict__.pop(name, None)
         self._file.close()
@@ -57,20 +65,27 @@ class CommandLog:
 
 
 class Replay:
-    """Calls what a file says, once, when it is opened."""
+    """Calls all commands of a file once, when it is opened."""
 
     def __init__(self, client: Client, name: str) -> None:
+        """Call the commands of a file on a client.
+
+        Raises:
+            error: the file is not a log of commands, or a command fails.
+        """
         for number, (command, arguments) in enumerate(_commands_in(name)):
             try:
                 COMMANDS[command].function(client, *arguments)
             except TypeError as problem:
-                raise failure(_FAILED, f"{name}: command {number}, {command}: {problem}") from None
+                raise failure(
+                    _FAILED, f"{name}: command {number}, {command}{tuple(arguments)!r}: {problem}"[:200]
+                ) from None
 
     def record(self) -> None:
-        """Nothing: all was called at the start."""
+        """Do nothing: all commands were called when the file was opened."""
 
     def close(self) -> None:
-        """Nothing to finish."""
+        """Do nothing: there is no file to finish."""
 
 
 def _commands_in(name: str) -> list[tuple[str, list[Any]]]:
@@ -84,13 +99,13 @@ def _commands_in(name: str) -> list[tuple[str, list[Any]]]:
             start = at + wire.PREFIX.size
             end = start + wire.body_length(content[at:start].ljust(wire.PREFIX.size, b"\xff"))
             match wire.decode(content[start:end]):
-                case [str(command), list(arguments)] if command in COMMANDS and command not in _LEFT_OUT:
+                case [str(command), list(arguments)] if command in COMMANDS and command not in _NOT_LOGGED:
                     found.append((command, arguments))
                 case other:
-                    raise wire.WireError(f"no command: {str(other)[:60]}")
+                    raise wire.WireError(f"not a command that can be replayed: {str(other)[:60]}")
             at = end
     except wire.WireError as problem:
         raise failure(
-            _FAILED, f"{name} is no file of commands, or was cut off at byte {at}: {problem}"
+            _FAILED, f"{name} is not a log of commands, or it is truncated at byte {at}: {problem}"
         ) from None
     return found

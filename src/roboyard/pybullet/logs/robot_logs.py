@@ -43,9 +43,14 @@ _CONTROLLER_NAMES = (
 
 
 class _RecordFile:
-    """A log that is being written."""
+    """A binary log that is being written."""
 
     def __init__(self, client: Client, name: str, names: Sequence[str], types: str) -> None:
+        """Open the file and write its two header lines.
+
+        Raises:
+            error: the file cannot be written.
+        """
         try:
             self._file = Path(name).open("wb")  # noqa: SIM115 - open from start to stop of the log
         except OSError as problem:
@@ -56,6 +61,7 @@ class _RecordFile:
         self.steps = 0
 
     def write(self, values: Sequence[Any]) -> None:
+        """Write one record."""
         self._file.write(START + self._pack(*values))
 
     def close(self) -> None:
@@ -64,25 +70,35 @@ class _RecordFile:
 
 
 class ControllerLog(_RecordFile):
-    """Virtual reality controllers, of which there are none: a file without records."""
+    """Log of virtual reality controllers, which are not supported: a file without records."""
 
     def __init__(self, client: Client, name: str) -> None:
+        """Open the file."""
         super().__init__(client, name, _CONTROLLER_NAMES, "IfIIIffffffffIIIIIIII")
 
     def record(self) -> None:
-        """Nothing to write."""
+        """Do nothing: there are no controllers."""
 
 
 class RobotLog(_RecordFile):
-    """Base pose, base velocity, joint positions and velocities of bodies, once a step."""
+    """Base pose, base velocity, joint positions and velocities of bodies, once per step."""
 
     def __init__(self, client: Client, name: str, bodies: Sequence[int], dofs: int, torques: int) -> None:
+        """Open the file.
+
+        Args:
+            client: client to log.
+            name: file to write.
+            bodies: bodies to log; empty for all.
+            dofs: number of joints in a record.
+            torques: bits of STATE_LOG_JOINT_TORQUES.
+        """
         names = [*_ROBOT_NAMES, *(f"q{i}" for i in range(dofs)), *(f"u{i}" for i in range(dofs))]
         if torques:
             names += [f"t{i}" for i in range(dofs)]
         super().__init__(client, name, names, "IfifffffffffffffI" + "f" * (len(names) - len(_ROBOT_NAMES)))
         self._bodies, self._dofs, self._torques = frozenset(bodies), dofs, torques
-        self.wants_given_torques = bool(torques & c.STATE_LOG_JOINT_USER_TORQUES)
+        self.records_user_torques = bool(torques & c.STATE_LOG_JOINT_USER_TORQUES)
 
     def record(self) -> None:
         """Write one record for each body."""
@@ -108,12 +124,12 @@ class RobotLog(_RecordFile):
     def _torques_of(
         self, scene: PhysicsScene, record: BodyRecord, joints: Sequence[int], states: Sequence[Any]
     ) -> list[float]:
-        """What motors and scripts applied to joints in the last step, as far as the flags ask; N m or N."""
+        """Return the motor and script torques (N m) or forces (N) of the last step, as the flags select."""
         torques = [0.0] * len(joints)
         if self._torques & c.STATE_LOG_JOINT_MOTOR_TORQUES:
             torques = [state[3] for state in states]
-        given = scene.given_torques
-        if self.wants_given_torques and given is not None:
+        given = scene.user_torques
+        if self.records_user_torques and given is not None:
             for place, joint in enumerate(joints):
                 torques[place] += float(given[record.velocity_addresses[joint]])
         return torques
@@ -123,11 +139,19 @@ class MinitaurLog(_RecordFile):
     """Attitude, motor angles, motor torques and forward speed of a robot with the Minitaur's eight motors."""
 
     def __init__(self, client: Client, name: str, body: int, motors: Sequence[int]) -> None:
+        """Open the file.
+
+        Args:
+            client: client to log.
+            name: file to write.
+            body: the robot.
+            motors: joints of its eight motors.
+        """
         super().__init__(client, name, _MINITAUR_NAMES, "I" + "f" * 20 + "B")
         self._body, self._motors = body, tuple(motors)
 
     def record(self) -> None:
-        """Write one record while the robot is there."""
+        """Write one record, until the robot is removed."""
         client = self._client
         if self._body not in client.scene.bodies:
             return
@@ -141,16 +165,23 @@ class MinitaurLog(_RecordFile):
 
 
 def minitaur_motors(record: BodyRecord) -> list[int] | None:
-    """The joints of a Minitaur's eight motors in its log's order; None for another robot."""
+    """Return the joints of a Minitaur's eight motors in log order; None for another robot."""
     by_name = {info[1].decode(): info[0] for info in record.infos}
     names = [f"motor_{end}_{side}{leg}_joint" for end, side, leg in _MINITAUR_LEGS]
     return [by_name[name] for name in names] if all(name in by_name for name in names) else None
 
 
 class ContactLog(_RecordFile):
-    """All contacts that a filter lets through, once a step, each pair in Bullet's order."""
+    """The contacts that a filter selects, once per step, each pair in Bullet's order."""
 
     def __init__(self, client: Client, name: str, wanted: tuple[int, int, int, int]) -> None:
+        """Open the file.
+
+        Args:
+            client: client to log.
+            name: file to write.
+            wanted: body A, body B, link A, link B of getContactPoints.
+        """
         super().__init__(client, name, _CONTACT_NAMES, "IfIiiiifffffffffff")
         self._wanted = wanted
 

@@ -1,4 +1,4 @@
-"""MP4 films of the visualizer's camera, in simulated time."""
+"""MP4 videos of the visualizer's camera, in simulated time."""
 
 from __future__ import annotations
 
@@ -17,12 +17,16 @@ WIDTH, HEIGHT = 640, 480
 
 
 def open_video(client: Client, name: str, frames_per_second: float = FRAMES_PER_SECOND) -> Recorder:
-    """A recorder that writes an MP4 file; without the encoder one that writes nothing, and says so."""
+    """Return a recorder that writes an MP4 file; without the encoder, a warning and one that writes nothing.
+
+    Raises:
+        error: the file cannot be written.
+    """
     try:
         from imageio_ffmpeg import write_frames
     except ImportError:
         print(
-            f"roboyard: {name} is not written; films need an encoder: pip install 'roboyard[video]'",
+            f"roboyard: {name} is not written; videos need an encoder: pip install 'roboyard[video]'",
             file=sys.stderr,
         )
         return _NoVideo()
@@ -31,10 +35,10 @@ def open_video(client: Client, name: str, frames_per_second: float = FRAMES_PER_
 
 class _NoVideo:
     def record(self) -> None:
-        """Nothing."""
+        """Do nothing."""
 
     def close(self) -> None:
-        """Nothing."""
+        """Do nothing."""
 
 
 class _Video:
@@ -51,15 +55,15 @@ class _Video:
         self._time = self._due = 0.0
 
     def record(self) -> None:
-        """Add as many pictures as simulated time has brought."""
+        """Add the frames that are due at the current simulated time."""
         client = self._client
         self._time += client.scene.time_step
-        picture = None
+        image = None
         while self._due <= self._time + 1e-9:
-            if picture is None:
-                picture = client.getCameraImage(WIDTH, HEIGHT, shadow=1)[2][..., :3].tobytes()
+            if image is None:
+                image = client.getCameraImage(WIDTH, HEIGHT, shadow=1)[2][..., :3].tobytes()
             try:
-                self._writer.send(picture)
+                self._writer.send(image)
             except OSError as problem:
                 raise failure("stepSimulation failed.", f"cannot write {self._name}: {problem}") from None
             self._due += self._period

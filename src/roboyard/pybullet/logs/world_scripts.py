@@ -1,4 +1,4 @@
-"""The script that saveWorld writes."""
+"""The Python script that saveWorld writes."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _LOADERS = {".sdf": "loadSDF", ".xml": "loadMJCF", ".mjcf": "loadMJCF"}
 
 
 def world_script(client: Client) -> str:
-    """Python source that makes a client's bodies anew."""
+    """Return Python source that recreates a client's bodies."""
     scene = client.scene
     lines = [_HEAD]
     seen: set[str] = set()
     for number in scene.order:
         record = scene.ready(number, "")
         if not record.file:
-            lines.append(f"# body {number} was made by createMultiBody and is not saved\n")
+            lines.append(f"# body {number} was created by createMultiBody and is not saved\n")
             continue
         suffix = record.file[record.file.rfind(".") :].lower()
         if suffix in _LOADERS:

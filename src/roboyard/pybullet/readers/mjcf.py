@@ -1,10 +1,10 @@
-"""MJCF files as Bullet reads them: a part of the format, and a link of its own for every joint.
+"""MJCF files as Bullet reads them: a subset of the format, with a link of its own for every joint.
 
 A body with joints becomes a chain: a massless link for each joint, and the body fixed to the last of them by
-a joint called `jointfix_<count>_<parent>`. Without a free joint at its top the chain hangs from a base of
-mass 0. Masses are 1000 kg/m³ times the volume of a body's own shapes where the file gives none. Defaults are
+a joint called `jointfix_<count>_<parent>`. Without a free joint at its top, the chain starts at a base of
+mass 0. Where the file gives no mass, it is 1000 kg/m³ times the volume of the body's own shapes. Defaults are
 those of the outermost `<default>` and of a body's `childclass`; other classes, tendons and actuators are
-left.
+ignored.
 """
 
 from __future__ import annotations
@@ -32,33 +32,34 @@ from roboyard.description.model import (
 )
 from roboyard.description.urdf.xml import line_of, read_xml
 from roboyard.errors import DescriptionError
-from roboyard.pybullet.readers.mjcf_geoms import Geom, Look, Reader, numbers, pose_of, read_geom
+from roboyard.pybullet.readers.mjcf_geoms import Geom, GeomDefaults, Reader, numbers, pose_of, read_geom
 from roboyard.pybullet.state.joint_tables import AXIS_AS_GIVEN
 from roboyard.transforms import Array, quaternion_from_matrix
 
 DENSITY = 1000.0
-"""kg/m³"""
+"""Density of bodies without a mass (kg/m³)."""
 _TYPES: dict[str, JointType] = {"fixed": "fixed", "slide": "prismatic", "hinge": "revolute"}
 _counter = count()
-"""Bullet numbers what has no name through the whole life of the program."""
+"""Counter of unnamed joints and bodies; like Bullet's, it runs as long as the process."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MjcfModel:
-    """One body at the top of a file, with all that hangs from it; or one fixed shape."""
+    """A top-level body with its descendants, or one fixed shape."""
 
     description: RobotDescription
+    """The body as a robot."""
     position: Array
-    """(3,) m: of the body in the world, which is where Bullet puts the base's inertial frame."""
+    """(3,) position of the body in the world (m), where Bullet places the base's inertial frame."""
     orientation: Array
-    """(4,) x, y, z, w"""
+    """(4,) orientation of the body in the world (x, y, z, w)."""
     filters: dict[str, tuple[int, int]]
     """Link name to its contype and conaffinity."""
 
 
 @dataclass(kw_only=True, slots=True)
 class _Tree:
-    """One model while it is read."""
+    """A model that is being read."""
 
     number: int
     links: list[Link] = field(default_factory=list)
@@ -69,21 +70,26 @@ class _Tree:
         index = len(self.links)
         wanted = name or f"link{self.number}_{index}"
         if any(link.name == wanted for link in self.links):
-            raise DescriptionError(f"two bodies are called {wanted!r}; give each a name of its own")
+            raise DescriptionError(f"two bodies have the name {wanted!r}; rename one")
         self.links.append(Link(name=wanted, inertial=Inertial(mass=0.0)))
         return index
 
 
 def load_mjcf(path: Path, search_paths: Sequence[Path] = (), *, colors: bool = False) -> list[MjcfModel]:
-    """All models of a file, in file order.
+    """Return all models of a file, in file order.
+
+    Args:
+        path: MJCF file.
+        search_paths: folders where meshes are searched after the file's own.
+        colors: whether to read colours.
 
     Raises:
-        DescriptionError: no MJCF, or numbers that are none.
+        DescriptionError: the file is not MJCF, or a number is not valid.
     """
     root, _ = read_xml(path)
     if root.tag != "mujoco":
         raise DescriptionError(
-            f"the root element is <{root.tag}>, not <mujoco>", file=path, line=line_of(root)
+            f"the root element is <{root.tag}>, expected <mujoco>", file=path, line=line_of(root)
         )
     reader = Reader(path=path, search_paths=(path.parent, *search_paths), colors=colors)
     for section in root:
@@ -110,7 +116,7 @@ def _fixed_geom(element: ET.Element, reader: Reader, name: str) -> MjcfModel:
     filters: dict[str, tuple[int, int]] = {}
     if geom is not None:
         link = _with_geoms(link, [geom])
-        filters[link.name] = (geom.look.group, geom.look.mask)
+        filters[link.name] = (geom.settings.group, geom.settings.mask)
     description = RobotDescription(name=name, links=(link,), source=reader.source(element))
     return MjcfModel(
         description=description,
@@ -137,7 +143,9 @@ def _top_body(element: ET.Element, reader: Reader, name: str, number: int) -> Mj
     )
 
 
-def _body(element: ET.Element, reader: Reader, defaults: Look, tree: _Tree, parent: int | None) -> Array:
+def _body(
+    element: ET.Element, reader: Reader, defaults: GeomDefaults, tree: _Tree, parent: int | None
+) -> Array:
     """Read a body and all below it; gives the pose of the tree's root in the world."""
     defaults = reader.classes.get(element.get("childclass", ""), defaults)
     own = tree.add_link(element.get("name"))
@@ -171,7 +179,7 @@ def _body(element: ET.Element, reader: Reader, defaults: Look, tree: _Tree, pare
             _body(child, reader, defaults, tree, own)
     if geoms:
         tree.links[own] = _with_geoms(tree.links[own], geoms)
-        tree.filters[tree.links[own].name] = (geoms[-1].look.group, geoms[-1].look.mask)
+        tree.filters[tree.links[own].name] = (geoms[-1].settings.group, geoms[-1].settings.mask)
     if mass is None:
         mass = DENSITY * sum(geom.volume for geom in geoms)
     tensor = _tensor(element, reader)
@@ -195,12 +203,18 @@ def _body(element: ET.Element, reader: Reader, defaults: Look, tree: _Tree, pare
 
 
 def _joint(
-    element: ET.Element, reader: Reader, defaults: Look, tree: _Tree, parent: int, link: int, pose: Array
+    element: ET.Element,
+    reader: Reader,
+    defaults: GeomDefaults,
+    tree: _Tree,
+    parent: int,
+    link: int,
+    pose: Array,
 ) -> None:
     kind = _TYPES.get(element.get("type", ""))
     if kind is None:
         raise DescriptionError(
-            f'Bullet knows no <joint type="{element.get("type", "")}">; use hinge, slide or free',
+            f'Bullet does not support <joint type="{element.get("type", "")}">; use hinge, slide or free',
             file=reader.path,
             line=line_of(element),
         )
@@ -232,7 +246,7 @@ def _joint(
 
 
 def _inertial(element: ET.Element, reader: Reader) -> tuple[Pose, float | None]:
-    """Inertial frame and mass that a body's `<inertial>` gives; None without one."""
+    """Return the inertial frame and mass (kg) of a body's `<inertial>`; mass None without one."""
     found = element.find("inertial")
     if found is None:
         return Pose(), None
@@ -250,12 +264,13 @@ def _tensor(element: ET.Element, reader: Reader) -> tuple[float, float, float, f
 
 
 def _with_geoms(link: Link, geoms: Sequence[Geom]) -> Link:
-    last = geoms[-1].look
+    last = geoms[-1].settings
     return replace(
         link,
         collisions=tuple(g.collision() for g in geoms),
         visuals=tuple(
-            Visual(geometry=g.geometry, origin=g.origin, material=Material(rgba=g.look.rgba)) for g in geoms
+            Visual(geometry=g.geometry, origin=g.origin, material=Material(rgba=g.settings.rgba))
+            for g in geoms
         ),
         contact=Contact(
             lateral_friction=last.friction, spinning_friction=last.spinning, rolling_friction=last.rolling

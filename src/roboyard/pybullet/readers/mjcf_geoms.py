@@ -1,4 +1,4 @@
-"""Shapes, defaults and numbers of MJCF files, as far as Bullet reads them."""
+"""Shapes, defaults and numbers of MJCF files, for the subset that Bullet reads."""
 
 from __future__ import annotations
 
@@ -31,89 +31,117 @@ from roboyard.errors import DescriptionError
 from roboyard.transforms import Array, pose_matrix, quaternion_from_matrix
 
 BETWEEN_ENDS = "fromto"
-"""Attribute of collision shapes given by two end points."""
+"""Attribute that marks collision shapes given by two end points."""
 _WHITE: RGBA = (1.0, 1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Look:
-    """What defaults and shapes say about contact and colour."""
+class GeomDefaults:
+    """Contact settings and colour of a shape, or the defaults for them."""
 
     group: int = 1
+    """contype."""
     mask: int = 1
+    """conaffinity."""
     condim: int = 3
+    """Contact dimension."""
     friction: float = 0.5
+    """Lateral friction coefficient."""
     spinning: float = 0.0
+    """Spinning friction coefficient."""
     rolling: float = 0.0
+    """Rolling friction coefficient."""
     rgba: RGBA = _WHITE
+    """Colour (0 to 1)."""
     limited: str = ""
+    """`limited` of joints."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Geom:
+    """One shape of a body."""
+
     geometry: Geometry
+    """Type and dimensions (m)."""
     origin: Pose
-    """In the body's frame."""
-    look: Look
+    """Pose in the body frame."""
+    settings: GeomDefaults
+    """Contact settings and colour."""
     volume: float
-    """m³; 0 for meshes and planes, which Bullet does not measure."""
+    """Volume (m³); 0 for meshes and planes, as in Bullet."""
     shift: Vector3
-    """Middle of a shape given by two end points, else zero: where Bullet puts the centre of mass; m"""
+    """Middle of a shape given by two end points, where Bullet puts the centre of mass, else zero (m)."""
     is_between_ends: bool
-    """Whether it is given by two end points."""
+    """Whether the shape is given by two end points."""
 
     def collision(self) -> Collision:
-        """The shape to collide with; remembers how it was given."""
+        """Return the collision shape, marked if it is given by two end points."""
         attributes = ((BETWEEN_ENDS, "true"),) if self.is_between_ends else ()
         return Collision(geometry=self.geometry, origin=self.origin, attributes=attributes)
 
 
 @dataclass(kw_only=True, slots=True)
 class Reader:
-    """What the parts of one file share."""
+    """Settings and assets of one file."""
 
     path: Path
+    """The file."""
     search_paths: Sequence[Path]
+    """Folders where meshes are searched."""
     colors: bool
+    """Whether colours are read."""
     in_degrees: bool = True
+    """Whether angles are in degrees."""
     inertia_from_geoms: bool = True
+    """Whether `diaginertia` is ignored."""
     mesh_folder: str = ""
+    """`meshdir`, put in front of mesh files."""
     meshes: dict[str, str] = field(default_factory=dict)
-    defaults: Look = Look()
-    classes: dict[str, Look] = field(default_factory=dict)
+    """Mesh name to file."""
+    defaults: GeomDefaults = GeomDefaults()
+    """Defaults outside all classes."""
+    classes: dict[str, GeomDefaults] = field(default_factory=dict)
+    """Defaults by class."""
 
     def source(self, element: ET.Element) -> Source:
+        """Return the file and line of an element."""
         return Source(file=self.path, line=line_of(element))
 
     def read_compiler(self, element: ET.Element) -> None:
+        """Read `<compiler>`."""
         self.mesh_folder = element.get("meshdir", self.mesh_folder)
         self.in_degrees = element.get("angle", "degree") == "degree"
         self.inertia_from_geoms = not element.get("inertiafromgeom", "true").startswith("f")
 
     def read_assets(self, element: ET.Element) -> None:
+        """Read the meshes of `<asset>`."""
         for mesh in element.findall("mesh"):
             file = mesh.get("file")
             if file is not None:
                 self.meshes[mesh.get("name", Path(file).stem)] = self.mesh_folder + file
 
-    def read_default(self, element: ET.Element, look: Look) -> Look:
-        """Defaults that an element adds to those around it; classes in it are kept by name."""
+    def read_default(self, element: ET.Element, settings: GeomDefaults) -> GeomDefaults:
+        """Return the defaults of an element, based on `settings`; its classes are stored by name."""
         for child in element:
             if child.tag == "default":
                 name = child.get("class", "")
-                self.classes[name] = self.read_default(child, self.classes.get(name, Look()))
+                self.classes[name] = self.read_default(child, self.classes.get(name, GeomDefaults()))
             elif child.tag == "joint":
-                look = replace(look, limited=child.get("limited", look.limited))
+                settings = replace(settings, limited=child.get("limited", settings.limited))
             elif child.tag == "geom":
-                look = _look(child, self, look, is_default=True)
+                settings = _geom_defaults(child, self, settings, is_default=True)
             elif child.tag == "asset":
                 self.read_assets(child)
-        return look
+        return settings
 
 
-def read_geom(element: ET.Element, reader: Reader, defaults: Look) -> Geom | None:
-    """One shape; None for a kind that Bullet does not know, or a mesh that is not there."""
-    look = _look(element, reader, defaults, is_default=False)
+def read_geom(element: ET.Element, reader: Reader, defaults: GeomDefaults) -> Geom | None:
+    """Return a shape, or None for a type that Bullet does not support or a missing mesh.
+
+    Raises:
+        DescriptionError: a number is not valid.
+    """
+    settings = _geom_defaults(element, reader, defaults, is_default=False)
     pose = pose_of(element, reader)
     turn = numbers(element, "axisangle", 4, reader)
     if turn is not None:
@@ -157,7 +185,7 @@ def read_geom(element: ET.Element, reader: Reader, defaults: Look) -> Geom | Non
     return Geom(
         geometry=geometry,
         origin=origin,
-        look=look,
+        settings=settings,
         volume=volume,
         shift=_triple(shift),
         is_between_ends=element.get("fromto") is not None,
@@ -165,19 +193,29 @@ def read_geom(element: ET.Element, reader: Reader, defaults: Look) -> Geom | Non
 
 
 def pose_of(element: ET.Element, reader: Reader) -> Array:
-    """(4, 4) of `pos` and `quat` (w first)."""
+    """Return the (4, 4) pose of an element's `pos` (m) and `quat` (w first).
+
+    Raises:
+        DescriptionError: a number is not valid, or the quaternion is zero.
+    """
     position = numbers(element, "pos", 3, reader) or (0.0, 0.0, 0.0)
     w, x, y, z = numbers(element, "quat", 4, reader) or (1.0, 0.0, 0.0, 0.0)
     length = sqrt(w * w + x * x + y * y + z * z)
     if length == 0.0:
         raise DescriptionError(
-            'quat="0 0 0 0" is no rotation; give a unit quaternion', file=reader.path, line=line_of(element)
+            f'quat="{element.get("quat")}" is not a rotation; give a unit quaternion',
+            file=reader.path,
+            line=line_of(element),
         )
     return pose_matrix(position, (x / length, y / length, z / length, w / length))
 
 
 def numbers(element: ET.Element, key: str, count: int, reader: Reader) -> tuple[float, ...] | None:
-    """The first `count` numbers of an attribute; None where it is absent or too short."""
+    """Return the first `count` numbers of an attribute, or None if it is absent or too short.
+
+    Raises:
+        DescriptionError: the attribute has something else than finite numbers.
+    """
     found = _all_numbers(element, key, reader)
     return found[:count] if len(found) >= count else None
 
@@ -192,7 +230,7 @@ def _all_numbers(element: ET.Element, key: str, reader: Reader) -> tuple[float, 
         found = (float("nan"),)
     if not np.isfinite(found).all():
         raise DescriptionError(
-            f'<{element.tag} {key}="{given}"> is not made of finite numbers',
+            f'<{element.tag} {key}="{given}"> must have finite numbers only',
             file=reader.path,
             line=line_of(element),
         )
@@ -203,39 +241,41 @@ def _sizes(element: ET.Element, reader: Reader) -> tuple[float, ...]:
     sizes = _all_numbers(element, "size", reader)
     if any(value < 0 for value in sizes):
         raise DescriptionError(
-            f'<geom size="{element.get("size")}">: sizes are not negative',
+            f'<geom size="{element.get("size")}">: sizes must not be negative',
             file=reader.path,
             line=line_of(element),
         )
     return sizes
 
 
-def _look(element: ET.Element, reader: Reader, base: Look, *, is_default: bool) -> Look:
-    look = base
+def _geom_defaults(
+    element: ET.Element, reader: Reader, base: GeomDefaults, *, is_default: bool
+) -> GeomDefaults:
+    settings = base
     for key, name in (("contype", "group"), ("conaffinity", "mask"), ("condim", "condim")):
         value = numbers(element, key, 1, reader)
         if value is not None:
-            look = replace(look, **{name: int(value[0])})
+            settings = replace(settings, **{name: int(value[0])})
     friction = _all_numbers(element, "friction", reader)
     if friction:
-        look = replace(look, friction=friction[0])
+        settings = replace(settings, friction=friction[0])
     if is_default:
-        look = replace(
-            look,
-            spinning=friction[1] if len(friction) > 1 else look.spinning,
-            rolling=friction[2] if len(friction) > 2 else look.rolling,
+        settings = replace(
+            settings,
+            spinning=friction[1] if len(friction) > 1 else settings.spinning,
+            rolling=friction[2] if len(friction) > 2 else settings.rolling,
         )
     else:
-        look = replace(
-            look,
-            spinning=base.spinning if look.condim > 3 else 0.0,
-            rolling=base.rolling if look.condim > 4 else 0.0,
+        settings = replace(
+            settings,
+            spinning=base.spinning if settings.condim > 3 else 0.0,
+            rolling=base.rolling if settings.condim > 4 else 0.0,
         )
     colour = numbers(element, "rgba", 4, reader) if reader.colors else None
     if colour is not None:
         r, g, b, a = colour
-        look = replace(look, rgba=(r, g, b, a))
-    return look
+        settings = replace(settings, rgba=(r, g, b, a))
+    return settings
 
 
 def _mesh(element: ET.Element, reader: Reader) -> Mesh | None:
@@ -247,7 +287,7 @@ def _mesh(element: ET.Element, reader: Reader) -> Mesh | None:
 
 
 def _turn_of_z(direction: Array) -> Quaternion:
-    """The smallest rotation that turns z into a direction; x, y, z, w."""
+    """Return the smallest rotation (x, y, z, w) from z to a direction."""
     length = float(np.linalg.norm(direction))
     if length == 0.0:
         return 0.0, 0.0, 0.0, 1.0

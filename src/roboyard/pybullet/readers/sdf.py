@@ -1,7 +1,6 @@
-"""SDF models as robot descriptions, read the way Bullet reads them: link poses in the model, joints at their
-children.
+"""SDF models as Bullet reads them: link poses relative to the model, joints at their child links.
 
-Each model is rewritten as the URDF that says the same and goes through the one reader of robots.
+Each model is converted to equivalent URDF elements, which the URDF reader builds.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ _SHAPES: Mapping[str, Mapping[str, str]] = {
     "mesh": {"uri": "filename", "scale": "scale"},
     "plane": {"normal": "normal"},
 }
-"""Shape to the SDF child of each URDF attribute."""
+"""SDF shape to its child elements and the URDF attributes that they become."""
 _LIMITS = ("lower", "upper", "effort", "velocity")
 
 
@@ -37,20 +36,24 @@ class SdfModel:
     """One model of a file."""
 
     description: RobotDescription
+    """The model as a robot."""
     pose: Array
-    """(4, 4) of the root link's frame in the world."""
+    """(4, 4) pose of the root link frame in the world."""
     is_static: bool
+    """Whether `<static>` fixes the base."""
 
 
 def load_sdf(path: Path, search_paths: Sequence[Path] = ()) -> list[SdfModel]:
-    """All models of a file (of its world, where it has one), in file order.
+    """Return all models of a file (of its world, if it has one), in file order.
 
     Raises:
-        DescriptionError: no SDF, or a model that is no robot.
+        DescriptionError: the file is not SDF, or a model cannot be built.
     """
     root, _ = read_xml(path)
     if root.tag != "sdf":
-        raise DescriptionError(f"the root element is <{root.tag}>, not <sdf>", file=path, line=line_of(root))
+        raise DescriptionError(
+            f"the root element is <{root.tag}>, expected <sdf>", file=path, line=line_of(root)
+        )
     world = root.find("world")
     return [
         _read_model(model, path, [path.parent, *search_paths])
@@ -145,7 +148,7 @@ def _joint(joint: ET.Element, poses: Mapping[str, Array]) -> ET.Element:
 
 
 def _element(tag: str, like: ET.Element, **attributes: str) -> ET.Element:
-    """A new element that counts as written where another one is."""
+    """Return a new element with the line number of another one."""
     made = LocatedElement(tag, attributes)
     made.line = line_of(like)
     return made
@@ -157,7 +160,7 @@ def _text(element: ET.Element, path: str) -> str | None:
 
 
 def _pose(element: ET.Element) -> Array:
-    """(4, 4) of an element's own `<pose>`: x y z roll pitch yaw; the identity without one."""
+    """Return the (4, 4) pose of an element's `<pose>`: x y z (m) roll pitch yaw (rad); default identity."""
     text = _text(element, "pose")
     if text is None:
         return np.eye(4)
@@ -167,7 +170,7 @@ def _pose(element: ET.Element) -> Array:
         numbers = []
     if len(numbers) < 6 or not np.isfinite(numbers).all():
         raise DescriptionError(
-            f"<pose>{text}</pose> is not x y z roll pitch yaw; give six finite numbers", line=line_of(element)
+            f"<pose>{text}</pose> must have six finite numbers: x y z roll pitch yaw", line=line_of(element)
         )
     return pose_matrix(numbers[:3], quaternion_from_rpy(numbers[3:6]))
 

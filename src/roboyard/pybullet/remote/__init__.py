@@ -1,1 +1,1 @@
-"""A world in another process: the wire format, the server behind `roboyard serve`, and its clients."""
+"""A world in another process: the server of `roboyard serve`, and its clients."""

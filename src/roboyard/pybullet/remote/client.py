@@ -1,4 +1,4 @@
-"""A client of a server: the commands of the table, each a request and its answer."""
+"""A client of a server: every command is a request and a response."""
 
 from __future__ import annotations
 
@@ -22,22 +22,34 @@ CONNECT_SECONDS = 5.0
 
 
 class Channel(Protocol):
-    """Something that carries a body there and the answer back."""
+    """A transport of requests and responses."""
 
     timeout: float | None
-    """s to wait for an answer; None for as long as it takes."""
+    """Time to wait for a response (s); None for no limit."""
 
     def exchange(self, body: bytes) -> bytes:
-        """The answer to a request; OSError where there is none."""
+        """Return the response to a request.
+
+        Raises:
+            OSError: there is no response.
+        """
         ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close the transport."""
+        ...
 
 
 class StreamChannel:
     """Frames over TCP."""
 
     def __init__(self, host: str, port: int) -> None:
+        """Connect and exchange greetings.
+
+        Raises:
+            OSError: there is no server.
+            WireError: the server uses another protocol.
+        """
         self._socket = socket.create_connection((host, port), timeout=CONNECT_SECONDS)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.timeout: float | None = CONNECT_SECONDS
@@ -45,11 +57,18 @@ class StreamChannel:
         self.timeout = None
 
     def exchange(self, body: bytes) -> bytes:
+        """Return the response to a request.
+
+        Raises:
+            OSError: the connection failed.
+            WireError: the response is too long.
+        """
         self._socket.settimeout(self.timeout)
         self._socket.sendall(wire.PREFIX.pack(len(body)) + body)
         return self._receive(wire.body_length(self._receive(wire.PREFIX.size)))
 
     def close(self) -> None:
+        """Close the connection."""
         self._socket.close()
 
     def _receive(self, count: int) -> bytes:
@@ -64,9 +83,10 @@ class StreamChannel:
 
 
 class RemoteClient:
-    """Every command of the table is a method that asks the server."""
+    """A client of a server; every command of the table is a method that sends a request."""
 
     def __init__(self, method: int, channel: Channel) -> None:
+        """Create a client of an open channel."""
         self.method = method
         self.is_alive = True
         self._channel = channel
@@ -74,14 +94,14 @@ class RemoteClient:
         self.user_data_cache = UserDataCache(self.ask)
 
     def ask(self, name: str, *arguments: Any) -> Any:
-        """The answer to a command.
+        """Return the result of a command.
 
         Raises:
-            error: the command failed there, or the server is gone.
-            TypeError: wrong arguments.
+            error: the command failed on the server, or the connection is lost.
+            TypeError: an argument has the wrong type.
         """
         if not self.is_alive:
-            raise self._lost("the connection was lost before")
+            raise self._lost(f"the connection was lost before {name}")
         self._requests += 1
         try:
             answer = wire.decode(self._channel.exchange(wire.encode([self._requests, name, arguments])))
@@ -97,52 +117,60 @@ class RemoteClient:
             case [int(), "type", str(message), _]:
                 raise TypeError(message)
             case _:
-                raise self._lost("the server sent something else than an answer")
+                raise self._lost(f"the response is not valid: {str(answer)[:60]}")
 
     def addUserData(self, body: int, key: str, value: str, link: int = -1, shape: int = -1) -> int:
-        """See `roboyard.pybullet.api.user_data`; entries of others are known after a sync."""
+        """Add an entry; see `api.user_data`. Entries of other clients are visible after syncUserData."""
         return self.user_data_cache.add(body, key, value, link, shape)
 
     def getUserData(self, number: int) -> bytes | None:
+        """Return the text of an entry, or None."""
         return self.user_data_cache.value(number)
 
     def getUserDataId(self, body: int, key: str, link: int = -1, shape: int = -1) -> int:
+        """Return the id of an entry, or -1."""
         return self.user_data_cache.find(UserDataKey(body, link, shape, key))
 
     def getNumUserData(self, body: int) -> int:
+        """Return the number of entries of a body."""
         return len(self.user_data_cache.of_body(body))
 
     def getUserDataInfo(self, body: int, index: int) -> tuple[int, bytes, int, int, int]:
+        """Return id, key, body, link and visual shape of a body's i-th entry."""
         return self.user_data_cache.info(body, index)
 
     def removeUserData(self, number: int) -> None:
+        """Remove an entry."""
         self.user_data_cache.remove(number)
 
     def syncUserData(self, bodies: int | Iterable[int] = -1) -> None:
+        """Fetch the entries of bodies from the server; all for -1."""
         self.user_data_cache.sync(bodies)
 
     def removeBody(self, body: int) -> None:
+        """Remove a body and its cached user data."""
         self.ask("removeBody", body)
         self.user_data_cache.forget([body])
 
     def resetSimulation(self, flags: int = 0) -> None:
+        """Reset the simulation and the cached user data."""
         self.ask("resetSimulation", flags)
         self.user_data_cache.clear()
 
     def setTimeOut(self, timeOutInSeconds: float) -> None:
-        """How long to wait for an answer; s."""
+        """Set the time to wait for a response (s); negative values are ignored."""
         seconds = number(timeOutInSeconds)
         if seconds >= 0:
             self._channel.timeout = seconds
 
     def close(self) -> None:
-        """Leave the server running and close the connection."""
+        """Close the connection; the server keeps running."""
         self.is_alive = False
         self._channel.close()
 
     def _lost(self, why: str) -> error:
         return failure(
-            "Not connected to physics server.", f"the server is gone: {why}; disconnect and connect again"
+            "Not connected to physics server.", f"the connection is lost: {why}; disconnect and connect again"
         )
 
 
@@ -160,7 +188,7 @@ for _name in COMMANDS:
 
 
 def open_at(method: int, host: str, port: int | None) -> RemoteClient | None:
-    """A client of the server at an address; None, and a line on standard error, where none answers."""
+    """Return a client of the server at an address; if there is none, print a message and return None."""
     address = host, DEFAULT_PORTS[method] if port is None else port
     try:
         channel = StreamChannel(*address) if method == c.TCP else DatagramChannel(*address)
@@ -169,21 +197,21 @@ def open_at(method: int, host: str, port: int | None) -> RemoteClient | None:
             f"roboyard: no server at {host}:{address[1]} ({problem}); start `roboyard serve`", file=sys.stderr
         )
         return None
-    return _greeted(RemoteClient(method, channel))
+    return _synchronized(RemoteClient(method, channel))
 
 
-def _greeted(client: RemoteClient) -> RemoteClient:
-    """A new client that knows what user data there is."""
+def _synchronized(client: RemoteClient) -> RemoteClient:
+    """Return a new client after fetching the server's user data."""
     client.user_data_cache.sync(-1)
     return client
 
 
 def open_by_key(key: int) -> RemoteClient | None:
-    """A client of the server on this machine that goes by a key; None where there is none."""
+    """Return a client of the server with a key on this machine, or None."""
     address = rendezvous.find(key)
     if address is None:
         return None
     try:
-        return _greeted(RemoteClient(c.SHARED_MEMORY, StreamChannel(*address)))
+        return _synchronized(RemoteClient(c.SHARED_MEMORY, StreamChannel(*address)))
     except (OSError, wire.WireError):
         return None

@@ -1,4 +1,4 @@
-"""Answering requests: one world, every command of the table, in the order of arrival."""
+"""Executing requests on one world, in the order of arrival."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import error
 from roboyard.pybullet.face.wire import WireError, encode
 
-_LOCAL = {"setTimeOut"}  # answered by the client's own side
+_LOCAL = {"setTimeOut"}  # handled by the remote client itself
 
 
 class Dispatcher:
     """The world of a server."""
 
     def __init__(self) -> None:
+        """Create a client in this process."""
         self.client = Client()
 
     def answer(self, request: Any) -> bytes:
-        """Body of the answer to a decoded request.
+        """Execute a decoded request and return the body of the response.
 
         Raises:
-            WireError: it is no request.
+            WireError: it is not a request.
         """
         number, name, arguments = _checked(request)
         try:
@@ -37,7 +38,7 @@ class Dispatcher:
         except Exception as problem:
             traceback.print_exc(file=sys.stderr)
             text = f"{name} failed on the server: {type(problem).__name__}: {problem}"
-            return encode([number, "error", text, ["the server's own output has the traceback"]])
+            return encode([number, "error", text, ["see the traceback in the server's output"]])
 
 
 def _checked(request: Any) -> tuple[int, str, list[Any]]:
@@ -47,4 +48,4 @@ def _checked(request: Any) -> tuple[int, str, list[Any]]:
         case [int(), str(name), _]:
             raise WireError(f"there is no command {name[:60]!r}")
         case _:
-            raise WireError("a request is [number, command name, arguments]")
+            raise WireError(f"expected [number, command name, arguments], got {str(request)[:60]}")

@@ -1,4 +1,4 @@
-"""How connect(SHARED_MEMORY, key) finds a server on this machine: a small file for each key."""
+"""Files in which connect(SHARED_MEMORY, key) finds the address of a server on this machine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _file(key: int) -> Path:
 
 @contextmanager
 def announced(key: int, host: str, port: int) -> Iterator[None]:
-    """Leave the address under the key for the duration; the newest server has the key."""
+    """Publish an address under a key while the context lasts; the newest server has the key."""
     path = _file(key)
     path.parent.mkdir(parents=True, exist_ok=True)
     address = {"host": host, "port": port, "process": os.getpid()}
@@ -30,7 +30,7 @@ def announced(key: int, host: str, port: int) -> Iterator[None]:
 
 
 def find(key: int) -> tuple[str, int] | None:
-    """Host and port that a server left under the key, or None."""
+    """Return host and port published under a key, or None."""
     match _read(_file(key)):
         case {"host": str(host), "port": int(port)}:
             return host, port

@@ -1,4 +1,4 @@
-"""The server behind `roboyard serve`: one world, any number of clients over TCP and UDP."""
+"""The server of `roboyard serve`: one world, any number of clients over TCP and UDP."""
 
 from __future__ import annotations
 
@@ -17,14 +17,20 @@ MAX_CONNECTIONS = 64
 
 
 class Server:
-    """Listens on one port for TCP and UDP. Commands run one after another, whoever sends them."""
+    """A server on one port for TCP and UDP. Commands of all clients run one after another."""
 
     def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
+        """Prepare a server; `start` opens the port.
+
+        Args:
+            host: address to listen on.
+            port: port; 0 for any free one.
+        """
         self.host = host
         self.port = port
-        """The port listened at, once started; 0 before means any free one."""
+        """Port; after `start`, the one in use."""
         self.dispatcher = Dispatcher()
-        self._talks: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
+        self._connections: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
         self._listener: asyncio.Server | None = None
         self._datagrams: asyncio.DatagramTransport | None = None
 
@@ -32,7 +38,7 @@ class Server:
         """Open the port.
 
         Raises:
-            RoboyardError: it cannot be opened.
+            RoboyardError: the port cannot be opened.
         """
         try:
             self._listener = await asyncio.start_server(self._serve, self.host, self.port)
@@ -44,29 +50,29 @@ class Server:
         except OSError as problem:
             await self.stop()
             raise RoboyardError(
-                f"cannot listen at {self.host}:{self.port}: {problem.strerror or problem}; try another --port"
+                f"cannot listen on {self.host}:{self.port}: {problem.strerror or problem}; try another --port"
             ) from None
 
     async def stop(self) -> None:
-        """Close the port, finish log files."""
+        """Close the port and the log files."""
         if self._datagrams is not None:
             self._datagrams.close()
         if self._listener is not None:
             self._listener.close()
-        for writer in self._talks.values():
+        for writer in self._connections.values():
             writer.close()
-        if self._talks:
-            await asyncio.wait(set(self._talks), timeout=1.0)
+        if self._connections:
+            await asyncio.wait(set(self._connections), timeout=1.0)
         self.dispatcher.client.close()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Talk to one client until it leaves or sends something that is not the protocol."""
+        """Serve one client until it disconnects or violates the protocol."""
         task = asyncio.current_task()
         assert task is not None
-        self._talks[task] = writer
+        self._connections[task] = writer
         try:
-            if len(self._talks) > MAX_CONNECTIONS:
-                raise wire.WireError(f"already {MAX_CONNECTIONS} clients")
+            if len(self._connections) > MAX_CONNECTIONS:
+                raise wire.WireError(f"there are already {MAX_CONNECTIONS} clients, the limit")
             wire.check_hello(wire.decode(await _read_body(reader)))
             writer.write(wire.frame(wire.HELLO))
             while True:
@@ -80,9 +86,9 @@ class Server:
                 writer.write(wire.frame([-1, "error", f"refused: {problem}", []]))
                 await writer.drain()
         except (ConnectionError, asyncio.IncompleteReadError):
-            pass  # the client left
+            pass  # the client disconnected
         finally:
-            del self._talks[task]
+            del self._connections[task]
             writer.close()
 
 
@@ -91,13 +97,19 @@ async def _read_body(reader: asyncio.StreamReader) -> bytes:
 
 
 def serve_forever(*, host: str, port: int, key: int) -> None:
-    """Serve until interrupted or terminated; prints the address once it is open.
+    """Serve until interrupted or terminated; print the address when the port is open.
+
+    Args:
+        host: address to listen on.
+        port: port; 0 for any free one.
+        key: key for connect(SHARED_MEMORY, key).
 
     Raises:
-        ConfigError: there is no such port.
+        ConfigError: the port is out of range.
+        RoboyardError: the port cannot be opened.
     """
     if not 0 <= port <= 65535:
-        raise ConfigError(f"port {port}: give a number from 0 to 65535")
+        raise ConfigError(f"port must be 0 to 65535, got {port}")
     with suppress(KeyboardInterrupt):
         asyncio.run(_serve_until_signal(host, port, key))
 

@@ -1,4 +1,4 @@
-"""connect(SHARED_MEMORY_SERVER): a server on a thread of this process, and its first client."""
+"""connect(SHARED_MEMORY_SERVER): a server in a thread of this process, and its first client."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ _START_TIMEOUT = 10.0  # s
 
 
 class SharedMemoryServerClient(RemoteClient):
-    """A client whose server ends with it."""
+    """A client that stops its server when it is closed."""
 
     def __init__(self, channel: StreamChannel, thread: ServerThread) -> None:
+        """Create the client of a running server thread."""
         super().__init__(c.SHARED_MEMORY_SERVER, channel)
         self._thread = thread
 
@@ -29,9 +30,10 @@ class SharedMemoryServerClient(RemoteClient):
 
 
 class ServerThread:
-    """A server on loopback with an event loop of its own."""
+    """A server on the loopback interface with an event loop of its own."""
 
     def __init__(self, key: int) -> None:
+        """Prepare the server of a key."""
         self._key = key
         self._server = Server()
         self._loop = asyncio.new_event_loop()
@@ -41,10 +43,10 @@ class ServerThread:
         self._thread = threading.Thread(target=self._run, name="roboyard server", daemon=True)
 
     def start(self) -> tuple[str, int]:
-        """Host and port, once they are open.
+        """Start the server and return host and port.
 
         Raises:
-            RoboyardError: no port could be opened.
+            RoboyardError: the server did not start in time, or no port could be opened.
         """
         self._thread.start()
         if not self._started.wait(_START_TIMEOUT):
@@ -54,7 +56,7 @@ class ServerThread:
         return self._server.host, self._server.port
 
     def stop(self) -> None:
-        """Close the port and wait for the thread."""
+        """Stop the server and wait for the thread."""
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._leave.set)
         self._thread.join(_START_TIMEOUT)
@@ -79,7 +81,11 @@ class ServerThread:
 
 
 def open_shared_memory_server(key: int) -> SharedMemoryServerClient:
-    """Start a server that goes by a key, and be its client."""
+    """Start a server with a key and return its first client.
+
+    Raises:
+        error: the server cannot be started.
+    """
     thread = ServerThread(key)
     try:
         host, port = thread.start()

@@ -1,1 +1,1 @@
-"""What a client keeps: bodies, joint tables, constraints, debug items and filters."""
+"""The state of a client: bodies, joints, constraints, textures, user data, logs, debug items and settings."""

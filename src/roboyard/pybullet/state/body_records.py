@@ -1,6 +1,4 @@
-"""What the face keeps for each body beside the World's own: ids, joint tables, contact and damping
-settings.
-"""
+"""The record of each body beside the World's own state: ids, joint info, contact and damping settings."""
 
 from __future__ import annotations
 
@@ -26,10 +24,10 @@ if TYPE_CHECKING:
 DEFAULT_FRICTION = 0.5
 DEFAULT_DAMPING = 0.04
 DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
-"""Of the motors that joints have from the start, by joint type: N m s or N s in a step."""
+"""Largest impulse per step of the default motor of a joint, by joint type (N m s or N s)."""
 MULTIBODY, RIGID_BODY = 2, 1
-UNSEEN = -1
-"""Type of a joint that scripts do not see: it has no motor."""
+HIDDEN_JOINT = -1
+"""Type of a joint that scripts cannot access; it has no motor."""
 
 
 LinkReader = Callable[[int, object], tuple[Any, ...]]
@@ -40,7 +38,9 @@ class JointGroup(Protocol):
     """Joints of one body that are read together."""
 
     joints: tuple[int, ...]
+    """Joint indices."""
     is_scalar: bool
+    """Whether every joint has at most one degree of freedom."""
 
     def read(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
         """Return the fields of getJointState of each joint; `forces`: (nv,) motor efforts (N m or N)."""
@@ -60,31 +60,49 @@ class LinkState:
     """Settings of one link (or the base) that scripts read back and change."""
 
     mass: float
+    """Mass (kg)."""
     moments: tuple[float, float, float]
+    """Moments of inertia about the inertial frame's axes (kg m²)."""
     frame: Pose
+    """Inertial frame in the link frame."""
     friction: float = DEFAULT_FRICTION
+    """Lateral friction coefficient."""
     rolling_friction: float = 0.0
+    """Rolling friction coefficient."""
     spinning_friction: float = 0.0
+    """Spinning friction coefficient."""
     restitution: float = 0.0
+    """Restitution (0 to 1)."""
     contact_damping: float = -1.0
+    """Contact damping; -1: not set."""
     contact_stiffness: float = -1.0
+    """Contact stiffness; -1: not set."""
     collision_margin: float | None = None
-    """m, where a script has changed it."""
+    """Collision margin set by a script (m)."""
 
 
 class BodyRecord:
-    """One body of a client. Links count as scripts do: -1 for the base, then as the joints."""
+    """One body of a client. Link indices are those of scripts: -1 for the base, then the joint index."""
 
     def __init__(
         self, number: int, model: BodyModel, body: Body, *, file: str = "", kind: int = MULTIBODY
     ) -> None:
+        """Create the record of a new body.
+
+        Args:
+            number: body id.
+            model: masses, links and joints as Bullet has them.
+            body: body in the World.
+            file: file that it was loaded from.
+            kind: MULTIBODY or RIGID_BODY.
+        """
         self.number = number
         self.model = model
         self.body = body
         self.file = file
         self.kind = kind
         self.infos = joint_infos(model) if kind == MULTIBODY else ()
-        """Of getJointInfo; scripts do not see the joints of what is made of rigid bodies, as in PyBullet."""
+        """The fields of getJointInfo; empty for rigid bodies, whose joints are hidden, as in PyBullet."""
         self.joint_count = len(self.infos)
         self.links = [
             LinkState(mass=link.mass, moments=link.moments, frame=link.frame, **_contact_of(model, i))
@@ -93,47 +111,48 @@ class BodyRecord:
         self._bounds: dict[int, LinkBounds] = {}
         self.linear_damping = self.angular_damping = DEFAULT_DAMPING
         self.chains: dict[tuple[int, ...], ChainArrays] = {}
-        """For inverse kinematics, by the links that have targets."""
+        """Kinematic chains for inverse kinematics, by the links that have targets."""
         self.chain_places: Any = None
-        """Where the positions of all movable joints lie."""
+        """Indices of the positions of all movable joints in qpos."""
         self.is_scalar = [info[2] in (0, 1) for info in self.infos]
-        """Joints of one degree of freedom."""
+        """Whether each joint has one degree of freedom."""
         self.colors: dict[int, tuple[float, ...]] = {}
-        """What changeVisualShape said of a link, the base being 0."""
+        """Colours set by changeVisualShape, by link; 0 is the base."""
         self.sensors: set[int] = set()
-        """Joints whose force and torque are measured."""
-        self.applied: list[Any] = [_nothing(info[2]) for info in self.infos]
-        """What each joint's motor applied in the last step in which it was on."""
+        """Joints with a force-torque sensor."""
+        self.applied: list[Any] = [_zero_effort(info[2]) for info in self.infos]
+        """Torque (N m) or force (N) of each motor in the last step in which it was on."""
         self.motored = [info[2] in DEFAULT_IMPULSE for info in self.infos]
-        """Joints whose motor is on."""
+        """Whether each joint's motor is on."""
         self.motors_off: set[int] = set()
-        """Joints whose motor was switched off."""
+        """Joints whose motor was switched off by a script."""
         self.joint_groups: dict[tuple[int, ...], JointGroup] = {}
-        """Joints that are read together, by their indices."""
+        """Joints that are read together, by joint indices."""
         self.link_groups: dict[tuple[int, ...], LinkGroup] = {}
-        """Links that are read together, by their indices."""
+        """Links that are read together, by link indices."""
         self.motor_commands: MotorCommands | None = None
-        """The World's motors of this body and where each joint's is, once a script uses them."""
+        """Fast motor commands of this body, created when a script uses them."""
         self.fixed_pose: Any = None
-        """Of the base's inertial frame, while it is known not to have moved."""
+        """Cached pose of the base's inertial frame, for a fixed base."""
         self.revision = -1
         self.link_reader: LinkReader | None = None
-        """Reads a link's state, once somebody has asked for one."""
+        """Reads a link's state; created on first use."""
         self.rows: list[int] = []
         """MuJoCo row of the base, then of each link."""
         self.free: Array | None = None
-        """View of the free joint's seven numbers in qpos; None for a fixed base."""
+        """View of the free joint's (7,) numbers in qpos; None for a fixed base."""
         self.free_velocity: Array | None = None
         self.position_addresses: list[int] = []
         self.velocity_addresses: list[int] = []
         self.qpos = self.qvel = np.zeros(0)
         self.loaded_fixed = model.fixed_base
-        """Whether the base could not move at first (a new mass lets it go)."""
+        """Whether the base was fixed when it was loaded (a new mass can free it)."""
         self.base_frame = model.links[0].frame
         self.base_is_plain = _is_identity(self.base_frame)
 
     @property
     def name(self) -> str:
+        """Name of the body."""
         return self.model.name
 
     def link(self, index: int) -> Link | None:
@@ -141,10 +160,11 @@ class BodyRecord:
         return self.body.links[index + 1] if -1 <= index < self.joint_count else None
 
     def joint_type(self, joint: int) -> int:
-        return self.infos[joint][2] if joint < self.joint_count else UNSEEN
+        """Return the type of a joint (JOINT_REVOLUTE, ...), or HIDDEN_JOINT."""
+        return self.infos[joint][2] if joint < self.joint_count else HIDDEN_JOINT
 
     def bounds(self, link: int) -> tuple[LinkBounds, float]:
-        """Box of a link's shapes and the margin (m) that it has now."""
+        """Return the box of a link's shapes and its current margin (m)."""
         found = self._bounds.get(link)
         if found is None:
             model = self.model.links[link + 1]
@@ -153,11 +173,11 @@ class BodyRecord:
         return found, found.margin if changed is None or found.is_round else changed
 
     def movable(self) -> list[int]:
-        """Joints of one degree of freedom or more, in order."""
+        """Return the joints of one degree of freedom or more, in order."""
         return [info[0] for info in self.infos if POSITION_COUNT[info[2]]]
 
     def refresh(self, world: World) -> None:
-        """Look up where this body lies in the World's arrays."""
+        """Update the indices of this body in the World's arrays."""
         body, data = self.body, world.live_data
         self.revision = world.revision
         self.fixed_pose = None
@@ -176,27 +196,29 @@ class BodyRecord:
             self.free = self.free_velocity = None
 
     def to_inertial(self, position: Array, quaternion: Array, link: int = -1) -> tuple[Array, Array]:
-        """Pose of a link's inertial frame from that of its link frame."""
+        """Return (3,) position and (4,) quaternion of a link's inertial frame from its link frame."""
         frame = self.links[link + 1].frame
         return position + rotate(quaternion, frame.position), multiply(quaternion, frame.quaternion)
 
     def from_inertial(self, position: Array, quaternion: Array, link: int = -1) -> tuple[Array, Array]:
-        """Pose of a link frame from that of the link's inertial frame."""
+        """Return the (3,) position and (4,) quaternion of a link frame from those of its inertial frame."""
         frame = self.links[link + 1].frame
         turned = multiply(quaternion, conjugate(frame.quaternion))
         return np.asarray(position) - rotate(turned, frame.position), turned
 
     def positions_of(self, joint: int) -> slice:
+        """Return the slice of a joint in qpos."""
         start = self.position_addresses[joint]
         return slice(start, start + POSITION_COUNT[self.joint_type(joint)])
 
     def velocities_of(self, joint: int) -> slice:
+        """Return the slice of a joint in qvel."""
         start = self.velocity_addresses[joint]
         return slice(start, start + VELOCITY_COUNT[self.joint_type(joint)])
 
 
 def _contact_of(model: BodyModel, index: int) -> dict[str, float]:
-    """Contact settings that the description gives a link."""
+    """Return the contact settings of a link in the description."""
     link = model.description.links[index]
     contact = link.contact
     if contact is None:
@@ -212,7 +234,7 @@ def _contact_of(model: BodyModel, index: int) -> dict[str, float]:
     return {name: value for name, value in given.items() if value is not None}
 
 
-def _nothing(kind: int) -> Any:
+def _zero_effort(kind: int) -> Any:
     return (0.0,) * max(1, VELOCITY_COUNT[kind]) if VELOCITY_COUNT[kind] > 1 else 0.0
 
 
@@ -221,5 +243,5 @@ def _is_identity(pose: Pose) -> bool:
 
 
 def pose_of_qpos(free: Array) -> tuple[Array, Array]:
-    """Position and x, y, z, w of a free joint's seven numbers."""
+    """Return the (3,) position and (4,) quaternion (x, y, z, w) of a free joint's (7,) numbers."""
     return free[:3].copy(), from_wxyz(free[3:])

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
-    """Make, or make anew, the World's constraint.
+    """Build, or rebuild, the World's constraint of a record.
 
     Raises:
-        RoboyardError: a link or joint is not there, or cannot be held so.
+        RoboyardError: a link or joint does not exist, or the type is not supported.
     """
     constraints = scene.world.constraints
     remove(scene, record)
@@ -71,25 +71,25 @@ def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
         )
     else:
         raise RoboyardError(
-            f"joint type {record.kind} makes no constraint; use JOINT_FIXED, JOINT_POINT2POINT, "
+            f"joint type {record.kind} is not supported in constraints; use JOINT_FIXED, JOINT_POINT2POINT, "
             "JOINT_PRISMATIC or JOINT_GEAR"
         )
 
 
 def remove(scene: PhysicsScene, record: ConstraintRecord) -> None:
-    """Let go, if it holds."""
+    """Remove the World's constraint, if it exists."""
     made, record.made = record.made, None
     if made is not None:
         scene.world.constraints.remove(made)
 
 
 def parent_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
-    """The parent's side, in its link frame."""
+    """Return the (3,) position (m) and (4,) orientation of the joint in the parent's link frame."""
     return _in_link_frame(scene, record.parent, record.parent_position, record.parent_orientation)
 
 
 def child_frame(scene: PhysicsScene, record: ConstraintRecord) -> tuple[np.ndarray, np.ndarray]:
-    """The child's side, in its link frame or in the world."""
+    """Return the (3,) position (m) and (4,) orientation in the child's link frame or the world."""
     return _in_link_frame(scene, record.child, record.child_position, record.child_orientation)
 
 

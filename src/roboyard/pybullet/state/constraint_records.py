@@ -1,4 +1,4 @@
-"""A client's constraints: what scripts asked for, and the World's constraint that does it."""
+"""The constraints of a client, as scripts created them."""
 
 from __future__ import annotations
 
@@ -15,26 +15,39 @@ WORLD = -1
 
 @dataclass(kw_only=True, slots=True)
 class ConstraintRecord:
-    """One constraint, frames as scripts give them: in inertial frames, or in the world."""
+    """One constraint; poses are relative to inertial frames, or to the world."""
 
     number: int
+    """Constraint id."""
     parent: tuple[int, int]
-    """Body and link."""
+    """Body and link of the parent."""
     child: tuple[int, int]
-    """Body and link; body -1 is the world."""
+    """Body and link of the child; body -1 is the world."""
     kind: int
+    """JOINT_FIXED, JOINT_POINT2POINT, JOINT_PRISMATIC or JOINT_GEAR."""
     axis: Vector3
+    """Axis of a prismatic constraint, in the parent's frame."""
     parent_position: Vector3
+    """Joint position in the parent (m)."""
     parent_orientation: Quaternion
+    """Joint orientation in the parent (x, y, z, w)."""
     child_position: Vector3
+    """Joint position in the child or the world (m)."""
     child_orientation: Quaternion
+    """Joint orientation in the child or the world (x, y, z, w)."""
     max_force: float = DEFAULT_MAX_FORCE
+    """Largest force (N) or torque (N m)."""
     gear_ratio: float = 0.0
-    """0 while none was given, which couples one to one."""
+    """Ratio of a gear; 0: not set, which couples 1 to 1."""
     gear_aux_link: int | None = None
+    """Third joint of a gear."""
     relative_position_target: float = 0.0
+    """Position offset of a gear (rad or m)."""
     erp: float = 0.0
+    """Share of the position error of a gear corrected in a step."""
     made: Constraint | None = None
+    """The World's constraint."""
 
-    def concerns(self, body: int) -> bool:
+    def involves(self, body: int) -> bool:
+        """Return whether a body is the parent or child."""
         return body in (self.parent[0], self.child[0])

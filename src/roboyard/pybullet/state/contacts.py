@@ -19,7 +19,7 @@ ANY_LINK = -2
 
 
 def touching(scene: PhysicsScene) -> Iterable[tuple[tuple[Place, Place], Point]]:
-    """The links of each contact in Bullet's order, and the row of getContactPoints from point on A on."""
+    """Return each contact's links in Bullet's order and getContactPoints fields from point on A."""
     if scene.world.is_stale or scene.world.live_data.ncon == 0:
         return ()
     return _touching(scene)
@@ -38,14 +38,14 @@ def _touching(scene: PhysicsScene) -> Iterator[tuple[tuple[Place, Place], Point]
         if distance > 0.0 and pushing <= 0.0:
             continue
         world_a, link_a, world_b, link_b = arrays.owners[i].tolist()
-        a, b = (scene.of_world(world_a).number, link_a - 1), (scene.of_world(world_b).number, link_b - 1)
+        a, b = (scene.record_of(world_a).number, link_a - 1), (scene.record_of(world_b).number, link_b - 1)
         is_turned = _comes_second(scene, a, b, kinds)
         point = _point(middles[i], normals[i], distance, pushing, forces[i], is_turned=is_turned)
         yield ((b, a) if is_turned else (a, b)), point
 
 
 def _comes_second(scene: PhysicsScene, a: Place, b: Place, kinds: dict[Place, int]) -> bool:
-    """Whether Bullet names b first."""
+    """Return whether Bullet lists b first."""
     for body, link in (a, b):
         if (body, link) not in kinds:
             kinds[(body, link)] = kind_of(scene.bodies[body].model.links[link + 1])
@@ -64,9 +64,9 @@ def _point(
     *,
     is_turned: bool,
 ) -> tuple[Any, ...]:
-    """Point on A, point on B, normal on B, distance, and the forces that A feels.
+    """Return point on A, point on B (m), normal on B, distance (m), and the forces on A (N).
 
-    Middle, normal and force are MuJoCo's: the normal points to its second geom, which feels the force.
+    Middle, normal and force are MuJoCo's: the normal points to its second geom, on which the force acts.
     """
     half, sign = 0.5 * distance, 1.0 if is_turned else -1.0
     on_b = (sign * normal[0], sign * normal[1], sign * normal[2])

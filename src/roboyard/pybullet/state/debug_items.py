@@ -1,4 +1,4 @@
-"""Debug drawings and sliders of a client: lines, texts, points, parameters, by id."""
+"""Debug drawings and sliders of a client, by id: lines, texts, points, parameters."""
 
 from __future__ import annotations
 
@@ -16,100 +16,122 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Item:
+    """A drawing."""
+
     parent: tuple[int, int] | None = None
-    """Body and link whose inertial frame the coordinates are in; None: the world."""
+    """Body and link in whose inertial frame the coordinates are; None: the world."""
     expires: float | None = None
-    """On the monotonic clock; None: never."""
+    """Time of removal on the monotonic clock (s); None: never."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Line(Item):
+    """A line segment."""
+
     start: Triple
-    """m"""
+    """Start (m)."""
     end: Triple
-    """m"""
+    """End (m)."""
     rgb: Triple
+    """Colour (0 to 1)."""
     width: float
-    """pixels"""
+    """Width (pixels)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Text(Item):
+    """A text."""
+
     text: str
+    """Characters."""
     position: Triple
-    """m"""
+    """Position (m)."""
     rgb: Triple
+    """Colour (0 to 1)."""
     size: float
+    """Height of the characters, in PyBullet's units."""
     orientation: tuple[float, float, float, float] | None
-    """x, y, z, w; None: it faces the camera."""
+    """Orientation (x, y, z, w); None: it faces the camera."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Points(Item):
+    """A point cloud."""
+
     positions: NDArray[np.float64]
-    """(k, 3) m"""
+    """(k, 3) positions (m)."""
     rgb: NDArray[np.float64]
-    """(k, 3) 0 to 1"""
+    """(k, 3) colours (0 to 1)."""
     size: float
-    """pixels"""
+    """Size (pixels)."""
 
 
 @dataclass(kw_only=True, slots=True)
 class Parameter:
+    """A slider or button."""
+
     name: str
+    """Label."""
     lower: float
+    """Smallest value."""
     upper: float
+    """Largest value."""
     value: float
+    """Current value, or number of clicks."""
 
     @property
     def is_button(self) -> bool:
-        """An upward range is a slider, any other a button whose value counts the clicks."""
+        """Whether it is a button (lower > upper), whose value counts the clicks."""
         return self.lower > self.upper
 
 
 class DebugItems:
-    """All items, numbered by one counter from 0. `revision` changes whenever an item comes or goes."""
+    """All items, with ids from one counter. `revision` changes when an item is added or removed."""
 
     def __init__(self) -> None:
+        """Start without items."""
         self._ids = Counter()
         self._items: dict[int, Item] = {}
         self.parameters: dict[int, Parameter] = {}
         self.revision = 0
 
     def add(self, item: Item, replaces: int = -1) -> int:
-        """Id of the new item: `replaces` itself where that item is there."""
+        """Add an item and return its id: that of the replaced item, if it exists."""
         number = replaces if replaces in self._items else self._ids.take()
         self._items[number] = item
         self.revision += 1
         return number
 
     def add_parameter(self, parameter: Parameter) -> int:
+        """Add a slider or button and return its id."""
         number = self._ids.take()
         self.parameters[number] = parameter
         self.revision += 1
         return number
 
     def remove(self, number: int) -> None:
-        """Remove an item or a parameter; an unknown id is no error."""
+        """Remove a drawing or a parameter; an unknown id is ignored."""
         self._items.pop(number, None)
         self.parameters.pop(number, None)
         self.revision += 1
 
     def remove_drawings(self) -> None:
+        """Remove all drawings."""
         self._items.clear()
         self.revision += 1
 
     def remove_parameters(self) -> None:
+        """Remove all sliders and buttons."""
         self.parameters.clear()
         self.revision += 1
 
     @property
-    def has_ends(self) -> bool:
-        """Whether the life of any item will end."""
+    def has_expiring(self) -> bool:
+        """Whether any item has a limited life time."""
         return any(item.expires is not None for item in self._items.values())
 
     def drawings(self) -> Iterator[tuple[int, Item]]:
-        """Items whose life has not ended; ended ones are forgotten."""
+        """Yield the ids and drawings that have not expired; expired ones are removed."""
         if not self._items:
             return
         now = monotonic()

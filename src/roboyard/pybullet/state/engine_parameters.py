@@ -9,7 +9,7 @@ DEFAULT_ITERATIONS = 50
 
 @dataclass(kw_only=True, slots=True)
 class EngineParameters:
-    """What setGravity, setTimeStep and setPhysicsEngineParameter set."""
+    """Settings of setGravity, setTimeStep and setPhysicsEngineParameter."""
 
     time_step: float = 1.0 / 240.0
     """Time that one stepSimulation advances (s)."""

@@ -1,4 +1,4 @@
-"""From link frames to inertial frames, in plain floats: the getters' hot path."""
+"""Conversion of link frames to inertial frames in plain floats, for fast getters."""
 
 from __future__ import annotations
 
@@ -12,7 +12,13 @@ Numbers = tuple[float, ...]
 def inertial_pose(
     position: Sequence[float], quaternion: Sequence[float], frame: Pose
 ) -> tuple[Numbers, Numbers]:
-    """World pose of the inertial frame `frame` of a link whose frame has this pose in the world."""
+    """Return the world pose of a link's inertial frame.
+
+    Args:
+        position: (3,) position of the link frame in the world (m).
+        quaternion: (4,) orientation of the link frame (x, y, z, w).
+        frame: inertial frame in the link frame.
+    """
     x, y, z = position
     i, j, k, w = quaternion
     fx, fy, fz = frame.position

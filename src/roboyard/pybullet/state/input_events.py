@@ -1,4 +1,4 @@
-"""What getKeyboardEvents and getMouseEvents answer: events that a window hears, kept until a script asks."""
+"""Keyboard and mouse events of a window, stored until a script reads them."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from threading import Lock
 from roboyard.pybullet.face import constants as c
 
 MOUSE_MOVE, MOUSE_BUTTON = 1, 2
-MOST_MOUSE_EVENTS = 256
-"""kept for a script that never asks; older ones are forgotten"""
+MAX_MOUSE_EVENTS = 256
+"""Largest number of stored events; older ones are dropped."""
 
 MouseEvent = tuple[int, float, float, int, int]
 
@@ -37,55 +37,61 @@ _NAMED: Mapping[str, int] = {
 
 
 def key_code(name: str) -> int | None:
-    """PyBullet's number of a key that a browser calls `name`; None: PyBullet has none."""
+    """Return PyBullet's code of a browser's key name, or None if PyBullet has none."""
     if len(name) == 1:
         return ord(name.lower())
     return _NAMED.get(name)
 
 
 class Keyboard:
-    """Keys and what happened to them since the last question; any thread may press them."""
+    """State of the keys since the last call of `take`; safe to use from any thread."""
 
     def __init__(self) -> None:
+        """Start with all keys released."""
         self._states: dict[int, int] = {}
         self._lock = Lock()
 
     def press(self, code: int) -> None:
+        """Record that a key was pressed."""
         with self._lock:
             if not self._states.get(code, 0) & c.KEY_IS_DOWN:
                 self._states[code] = self._states.get(code, 0) | c.KEY_IS_DOWN | c.KEY_WAS_TRIGGERED
 
     def release(self, code: int) -> None:
+        """Record that a key was released."""
         with self._lock:
             if self._states.get(code, 0) & c.KEY_IS_DOWN:
                 self._states[code] = self._states[code] & ~c.KEY_IS_DOWN | c.KEY_WAS_RELEASED
 
     def take(self) -> dict[int, int]:
-        """Key codes to KEY_... bits; what was triggered or released is told once."""
+        """Return key code to KEY_... bits; triggered and released keys are reported once."""
         if not self._states:
             return {}
         with self._lock:
-            told = self._states
-            self._states = {code: c.KEY_IS_DOWN for code, state in told.items() if state & c.KEY_IS_DOWN}
-        return told
+            events = self._states
+            self._states = {code: c.KEY_IS_DOWN for code, state in events.items() if state & c.KEY_IS_DOWN}
+        return events
 
 
 class Mouse:
-    """Mouse events since the last question; any thread may add some."""
+    """Mouse events since the last call of `take`; safe to use from any thread."""
 
     def __init__(self) -> None:
-        self._events: deque[MouseEvent] = deque(maxlen=MOST_MOUSE_EVENTS)
+        """Start without events."""
+        self._events: deque[MouseEvent] = deque(maxlen=MAX_MOUSE_EVENTS)
 
     def move(self, x: float, y: float) -> None:
+        """Record a move to a position (pixels)."""
         self._events.append((MOUSE_MOVE, x, y, -1, 0))
 
     def button(self, x: float, y: float, button: int, *, is_down: bool) -> None:
+        """Record a button pressed or released at a position (pixels)."""
         state = c.KEY_IS_DOWN | c.KEY_WAS_TRIGGERED if is_down else c.KEY_WAS_RELEASED
         self._events.append((MOUSE_BUTTON, x, y, button, state))
 
     def take(self) -> tuple[MouseEvent, ...]:
-        """(MOUSE_MOVE or MOUSE_BUTTON, x, y, button, KEY_... bits), in order; each is told once."""
-        told = []
+        """Return (MOUSE_MOVE or MOUSE_BUTTON, x, y, button, KEY_... bits) of each event, once."""
+        events = []
         while self._events:
-            told.append(self._events.popleft())
-        return tuple(told)
+            events.append(self._events.popleft())
+        return tuple(events)

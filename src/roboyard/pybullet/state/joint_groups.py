@@ -1,4 +1,4 @@
-"""Joints that are read together, with one look at MuJoCo's arrays."""
+"""Joints that are read together, with one compiled call."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ if TYPE_CHECKING:
     from roboyard.transforms import Array
 
 NO_REACTION = (0.0,) * 6
-_MOST = 64
+_CACHE_SIZE = 64
 
 
 class JointGroup:
-    """Some joints of one body, as long as MuJoCo's arrays stay where they are.
+    """Some joints of one body; valid until MuJoCo's model is recompiled.
 
     Attributes:
-        joints: their indices.
-        is_scalar: whether none of them has several degrees of freedom.
+        joints: joint indices.
+        is_scalar: whether every joint has at most one degree of freedom.
     """
 
     __slots__ = ("_gather", "_out", "_positions", "_reactions", "_velocities", "is_scalar", "joints")
 
     def __init__(self, record: BodyRecord, joints: list[int]) -> None:
+        """Prepare reading of `joints` of a body."""
         from roboyard.pybullet.state.state_kernels import joint_states
 
         self.joints = tuple(joints)
@@ -38,7 +39,7 @@ class JointGroup:
         self._gather = joint_states
 
     def read(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
-        """(position, velocity, reaction, motor force) of each joint; `forces`: (nv,) of all motors."""
+        """Return the fields of getJointState of each joint; `forces`: (nv,) motor efforts (N m or N)."""
         self._gather(record.qpos, record.qvel, forces, self._positions, self._velocities, self._out)
         positions, velocities, applied = self._out.tolist()
         if record.motors_off:
@@ -49,8 +50,8 @@ class JointGroup:
 
 
 def joint_group(record: BodyRecord, joints: list[int]) -> JointGroup:
-    """The group of these joints, kept for the next time."""
-    if len(record.joint_groups) > _MOST:
+    """Return the group of these joints, cached with the body."""
+    if len(record.joint_groups) > _CACHE_SIZE:
         record.joint_groups.clear()
     found = record.joint_groups[tuple(joints)] = JointGroup(record, joints)
     return found

@@ -1,4 +1,4 @@
-"""The 17 fields of getJointInfo, which never change after loading."""
+"""The 17 fields of getJointInfo, which do not change after loading."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ VELOCITY_COUNT = {0: 1, 1: 1, 2: 3, 3: 3, 4: 0}
 FIRST_Q, FIRST_U = 7, 6
 _NO_LIMIT = (0.0, -1.0)
 AXIS_AS_GIVEN = "axis"
-"""Attribute of a joint whose file gives an axis of another length than 1, which Bullet reports as it is."""
+"""Attribute with the axis as the file gives it; Bullet reports axes of any length."""
 
 
 def joint_infos(model: BodyModel) -> list[tuple[Any, ...]]:
-    """One tuple for each joint, as getJointInfo returns it."""
+    """Return the fields of getJointInfo of each joint."""
     infos = []
     q_index, u_index = FIRST_Q, FIRST_U
     for index, link in enumerate(model.links[1:]):
@@ -55,7 +55,7 @@ def joint_infos(model: BodyModel) -> list[tuple[Any, ...]]:
 
 
 def limits(joint: Joint) -> tuple[float, float, float, float]:
-    """Lower, upper, force and velocity as reported: 0 and -1 where there is no range."""
+    """Return lower, upper, force and velocity as Bullet reports them: 0 and -1 without a range."""
     limit = joint.limit
     if limit is None:
         return (*_NO_LIMIT, 0.0, 0.0)
@@ -65,7 +65,7 @@ def limits(joint: Joint) -> tuple[float, float, float, float]:
 
 
 def axis_in_inertial_frame(link: LinkModel, joint: Joint) -> tuple[float, float, float]:
-    """The joint's axis in the child's inertial frame; zero for joints that have none."""
+    """Return the joint's axis in the child's inertial frame; zero for joints without an axis."""
     if joint.type not in ("revolute", "continuous", "prismatic", "planar"):
         return 0.0, 0.0, 0.0
     given = next((value for key, value in joint.attributes if key == AXIS_AS_GIVEN), None)
@@ -77,9 +77,9 @@ def axis_in_inertial_frame(link: LinkModel, joint: Joint) -> tuple[float, float,
 def frame_in_parent(
     parent: LinkModel, link: LinkModel, joint: Joint
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Joint origin in the parent's inertial frame, and the rotation from it to the child's inertial frame.
+    """Return the joint origin (m) in the parent's inertial frame, and the rotation to the child's.
 
-    The rotation's sign is the one that Bullet gets by reading both factors out of matrices.
+    The sign of the rotation is Bullet's, which computes both factors from matrices.
     """
     back = conjugate(parent.frame.quaternion)
     offset = np.asarray(joint.origin.position) - np.asarray(parent.frame.position)

@@ -1,4 +1,4 @@
-"""Reading link states from MuJoCo's arrays: one link, or several with one look."""
+"""Reading link states from MuJoCo's arrays: one link, or several with one compiled call."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from roboyard.sim.world import World
 
 State = tuple[Any, ...]
-_MOST = 64
+_CACHE_SIZE = 64
 _positions_of, _orientations_of = Struct("3d").iter_unpack, Struct("4d").iter_unpack
 
 
 def link_reader(world: World, record: BodyRecord) -> LinkReader:
-    """`read(link, with_velocity)` of a body's links, as long as MuJoCo's arrays stay where they are."""
+    """Return `read(link, with_velocity)` of a body's links; valid until MuJoCo's model is recompiled."""
     rows = record.rows
     data, rootid = world.live_data, world.live_model.body_rootid
     xpos, xquat, cvel, xipos, subtree_com = data.xpos, data.xquat, data.cvel, data.xipos, data.subtree_com
@@ -45,11 +45,12 @@ def link_reader(world: World, record: BodyRecord) -> LinkReader:
 
 
 class LinkGroup:
-    """Some links of one body, as long as MuJoCo's arrays stay where they are."""
+    """Some links of one body; valid until MuJoCo's model is recompiled."""
 
     __slots__ = ("_arrays", "_centres", "_parts", "_turns")
 
     def __init__(self, world: World, record: BodyRecord, links: list[int]) -> None:
+        """Prepare reading of `links` of a body."""
         data = world.live_data
         places = np.array([link + 1 for link in links], dtype=np.int64)
         rows = np.array([record.rows[place] for place in places], dtype=np.int64)
@@ -60,7 +61,7 @@ class LinkGroup:
         self._turns = tuple(record.links[place].frame.quaternion for place in places)
 
     def read(self) -> tuple[State, ...]:
-        """The states without velocities."""
+        """Return the fields of getLinkState of each link, without velocities."""
         link_poses(*self._arrays)
         positions, turned, frame_positions, frame_turned = self._parts
         return tuple(
@@ -72,13 +73,13 @@ class LinkGroup:
 
 
 def link_group(world: World, record: BodyRecord, links: list[int]) -> LinkGroup:
-    """The group of these links, kept for the next time."""
-    if len(record.link_groups) > _MOST:
+    """Return the group of these links, cached with the body."""
+    if len(record.link_groups) > _CACHE_SIZE:
         record.link_groups.clear()
     found = record.link_groups[tuple(links)] = LinkGroup(world, record, links)
     return found
 
 
 def _inertial_frames(record: BodyRecord) -> np.ndarray:
-    """(n, 7) position (m) and x, y, z, w of each link's inertial frame in its link frame."""
+    """Return (n, 7) position (m) and quaternion of each link's inertial frame in its link frame."""
     return np.array([(*link.frame.position, *link.frame.quaternion) for link in record.links])

@@ -39,7 +39,7 @@ class PairFilters:
                 self._apply_to(place, record)
 
     def set_pair(self, a: Place, b: Place, collide: bool) -> None:
-        """Enable or disable collisions of one pair of links, whatever their groups are."""
+        """Enable or disable collisions of one pair of links; this overrides their groups."""
         self._pairs[(min(a, b), max(a, b))] = collide
         self._set(a, b, collide)
 

@@ -1,11 +1,11 @@
-"""The bodies of one client and the World they live in."""
+"""The bodies of one client and their World."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.bullet_rules.hull_margins import margins_of_hulls
+from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.bullet_rules.picture_light import SolidScene
@@ -26,9 +26,15 @@ if TYPE_CHECKING:
 
 
 class PhysicsScene:
-    """Bodies by id, shapes by id, and how time passes."""
+    """Bodies, shapes, constraints and states by id, and stepping."""
 
     def __init__(self, parameters: EngineParameters, first_texture: int = 0) -> None:
+        """Create an empty world.
+
+        Args:
+            parameters: settings of the client, applied before each step.
+            first_texture: id of the first texture.
+        """
         self._parameters = parameters
         self._applied_revision = -1
         self.world = World(
@@ -36,9 +42,9 @@ class PhysicsScene:
         )
         self.bodies: dict[int, BodyRecord] = {}
         self.order: list[int] = []
-        """Ids as getBodyUniqueId lists them."""
+        """Body ids in the order of getBodyUniqueId."""
         self._ids = IdPool()
-        self._records_of_world: dict[int, BodyRecord] = {}
+        self._records_by_world_id: dict[int, BodyRecord] = {}
         self.collision_shapes: dict[int, Any] = {}
         self.visual_shapes: dict[int, Any] = {}
         self.collision_ids, self.visual_ids = IdPool(), IdPool()
@@ -48,24 +54,23 @@ class PhysicsScene:
         self.state_ids = IdPool()
         self.solid = SolidScene()
         self.textures = Textures(first_texture)
-        self.efforts: dict[tuple[int, int], Any] = {}
-        """Spring-damper torques by body and joint, worked out anew before each step."""
-        self.keeps_given_torques = False
-        self.given_torques: Any = None
-        """(nv,) what scripts applied to joints in the last step, where a log wants to know."""
+        self.spring_dampers: dict[tuple[int, int], Any] = {}
+        """PD_CONTROL torques by body and joint, computed before each step."""
+        self.records_user_torques = False
+        self.user_torques: Any = None
+        """(nv,) joint torques (N m) or forces (N) of scripts in the last step, if a log records them."""
         self._without_motors: list[BodyRecord] = []
-        self.waiting: set[MotorCommands] = set()
-        """Bodies with motor commands that have not reached the World yet."""
+        self.pending_commands: set[MotorCommands] = set()
+        """Motor commands of bodies that are not applied to the World yet."""
         self.filters = PairFilters(self.world, self.bodies)
         self._query_shapes: QueryShapes | None = None
-        self._hull_margins: Any = None
-        self._spare: Any = None
-        self._spare_revision = -1
+        self._geom_margins: Any = None
+        self._scratch: Any = None
+        self._scratch_revision = -1
         self.frames_are_old = True
-        """Whether positions were written since MuJoCo last worked out the links' frames (steps leave old
-        frames)."""
+        """Whether positions were written since the link frames were computed (steps keep old frames)."""
         self.frames_revision = self.motor_revision = -1
-        """The World's revision when frames were last known, and when it last stepped."""
+        """Revision of the World when frames were last computed, and when it last stepped."""
         self._motor_forces: Any = None
         self._wrenches_known = False
 
@@ -81,8 +86,15 @@ class PhysicsScene:
         file: str = "",
         kind: int = MULTIBODY,
     ) -> BodyRecord:
-        """Build a body in the World and give it an id; position and orientation are those of the base link
-        frame.
+        """Add a body to the World and return its record.
+
+        Args:
+            model: masses, links and joints as Bullet has them.
+            position: position of the base link frame (m).
+            orientation: orientation of the base link frame (x, y, z, w).
+            self_collision: whether links of the body collide with each other.
+            file: file that it was loaded from.
+            kind: MULTIBODY or RIGID_BODY.
         """
         body = self.world.add_description(
             model.description,
@@ -97,7 +109,7 @@ class PhysicsScene:
         record = BodyRecord(number, model, body, file=file, kind=kind)
         self.bodies[number] = record
         self.order.append(number)
-        self._records_of_world[body.id] = record
+        self._records_by_world_id[body.id] = record
         for link, state in zip(body.links, record.links, strict=True):
             link.set_friction(
                 sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
@@ -109,7 +121,7 @@ class PhysicsScene:
         return record
 
     def set_damping(self, record: BodyRecord, linear: float, angular: float) -> None:
-        """Drag on every link of a body: force -m v (k + k |v|), torque -I w (k + k |w|)."""
+        """Set the damping of every link: force -m v (k + k |v|) (N), torque -I w (k + k |w|) (N m)."""
         record.linear_damping, record.angular_damping = linear, angular
         if record.kind != MULTIBODY:
             linear = angular = 0.0
@@ -120,52 +132,52 @@ class PhysicsScene:
                 )
 
     def free_base(self, record: BodyRecord) -> None:
-        """Let a fixed base move from now on."""
+        """Make a fixed base movable."""
         record.body.free_base()
         record.model.fixed_base = False
         self.set_damping(record, record.linear_damping, record.angular_damping)
 
-    def set_weightless(self, record: BodyRecord, link: int, weightless: bool) -> None:
-        """Whether gravity and drag leave a link of a body alone."""
+    def disable_gravity(self, record: BodyRecord, link: int, disabled: bool) -> None:
+        """Disable (or enable) gravity and damping of a link."""
         handle = record.body.links[link + 1]
         element = handle._built.element
-        if bool(element.gravcomp) != weightless:
-            element.gravcomp = float(weightless)
+        if bool(element.gravcomp) != disabled:
+            element.gravcomp = float(disabled)
             self.world.mark_stale()
-        linear, angular = (0.0, 0.0) if weightless else (record.linear_damping, record.angular_damping)
+        linear, angular = (0.0, 0.0) if disabled else (record.linear_damping, record.angular_damping)
         if record.kind == MULTIBODY:
             self.world.surfaces.set_damping(
                 handle, linear, angular, linear_quadratic=linear, angular_quadratic=angular
             )
 
     def remove(self, number: int) -> None:
-        """Take a body away; an unknown id is no error."""
+        """Remove a body; an unknown id is ignored."""
         record = self.bodies.pop(number, None)
         if record is None:
             return
         if record.motor_commands is not None:
-            self.waiting.discard(record.motor_commands)
-        for key in [key for key, held in self.constraints.items() if held.concerns(number)]:
+            self.pending_commands.discard(record.motor_commands)
+        for key in [key for key, held in self.constraints.items() if held.involves(number)]:
             del self.constraints[key]
         self.textures.remove_body(record, self.world)
         self.world.remove(record.body)
-        del self._records_of_world[record.body.id]
+        del self._records_by_world_id[record.body.id]
         drop_from_order(self.order, number)
         self._ids.free(number)
         if record in self._without_motors:
             self._without_motors.remove(record)
-        self.efforts = {key: effort for key, effort in self.efforts.items() if key[0] != number}
+        self.spring_dampers = {key: effort for key, effort in self.spring_dampers.items() if key[0] != number}
         self.filters.remove_body(number)
 
-    def of_world(self, world_body_id: int) -> BodyRecord:
-        """The record of a World body."""
-        return self._records_of_world[world_body_id]
+    def record_of(self, world_body_id: int) -> BodyRecord:
+        """Return the record of a World body id."""
+        return self._records_by_world_id[world_body_id]
 
     def ready(self, number: int, message: str) -> BodyRecord:
-        """The record of a body, its places in MuJoCo's arrays up to date.
+        """Return the record of a body, with current indices in MuJoCo's arrays.
 
         Raises:
-            error: with this message, for an unknown body.
+            error: with `message`; the body does not exist.
         """
         record = self.bodies.get(number)
         if record is None:
@@ -177,31 +189,32 @@ class PhysicsScene:
         return record
 
     def unknown_body(self, number: object, message: str) -> Exception:
+        """Return the error for a body id that does not exist."""
         if not hasattr(number, "__index__"):
             return TypeError(f"a body id must be an integer, not {type(number).__name__}")
         there = ", ".join(map(str, self.order[:12])) or "none"
         return failure(message, f"there is no body {number}; bodies: {there}")
 
     def link(self, body: int, link: int) -> Link | None:
-        """The World's link, or None."""
+        """Return the World's link, or None."""
         record = self.bodies.get(body)
         return None if record is None else record.link(link)
 
     # ---------------------------------------------------------------------------------------------- queries
 
-    def spare_data(self) -> Any:
-        """MjData of the World's model for working something out aside."""
+    def scratch_data(self) -> Any:
+        """Return MjData of the World's model for computations that do not change the World."""
         import mujoco
 
         model = self.world.live_model
-        if self._spare is None or self._spare_revision != self.world.revision:
-            self._spare, self._spare_revision = mujoco.MjData(model), self.world.revision
-        return self._spare
+        if self._scratch is None or self._scratch_revision != self.world.revision:
+            self._scratch, self._scratch_revision = mujoco.MjData(model), self.world.revision
+        return self._scratch
 
-    def hull_margins(self) -> Any:
-        """(ngeom,) by how much Bullet's shape is larger than each of MuJoCo's: hulls have a margin; m."""
+    def geom_margins(self) -> Any:
+        """Return the (ngeom,) margins by which Bullet's shapes are larger than MuJoCo's (m)."""
         world = self.world
-        if self._hull_margins is None or self._hull_margins[0] != world.revision or world.is_stale:
+        if self._geom_margins is None or self._geom_margins[0] != world.revision or world.is_stale:
             world.ensure_compiled()
             cylinders: list[int] = []
             triangles: list[int] = []
@@ -212,13 +225,13 @@ class PhysicsScene:
                 for row, link in zip(rows, record.model.links, strict=True):
                     if any(shape.concave for shape in link.collisions):
                         triangles.append(row)
-            self._hull_margins = world.revision, margins_of_hulls(world.live_model, cylinders, triangles)
-        return self._hull_margins[1]
+            self._geom_margins = world.revision, geom_margins(world.live_model, cylinders, triangles)
+        return self._geom_margins[1]
 
     # -------------------------------------------------------------------------------------------------- time
 
     def apply_parameters(self) -> None:
-        """Take over gravity and the time step."""
+        """Apply gravity and the time step to the World."""
         p = self._parameters
         if self._applied_revision == p.revision:
             return
@@ -230,8 +243,8 @@ class PhysicsScene:
         if profile.slow != slow:
             self.world.profile = replace(profile, slow=slow)
 
-    def give_motors(self) -> None:
-        """Give new bodies the velocity motors that Bullet's joints have from the start."""
+    def add_default_motors(self) -> None:
+        """Add Bullet's default velocity motors to new bodies."""
         for record in self._without_motors:
             for joint in record.body.joints:
                 kind = record.joint_type(joint.index)
@@ -246,22 +259,22 @@ class PhysicsScene:
 
     @property
     def time_step(self) -> float:
-        """Time that one stepSimulation advances; s"""
+        """Time that one stepSimulation advances (s)."""
         return self._parameters.time_step
 
-    def give_motors_to(self, record: BodyRecord) -> None:
-        """Make sure that a body has its first motors before one of them is told something else."""
+    def ensure_default_motors(self, record: BodyRecord) -> None:
+        """Add a body's default motors before one of them is changed."""
         if record in self._without_motors:
-            self.give_motors()
+            self.add_default_motors()
 
     def motor_forces(self) -> Any:
-        """(nv,) what all motors applied in the last step; N m or N."""
+        """Return the (nv,) torques (N m) or forces (N) of all motors in the last step."""
         if self._motor_forces is None:
             self._motor_forces = self.world.motors.forces()
         return self._motor_forces
 
     def joint_wrenches(self) -> Any:
-        """(nbody, 6) torque and force that each body's joints carried in the last step; None before any step.
+        """Return (nbody, 6) torques (N m) and forces (N) in joints in the last step; None before.
 
         In world axes, about the centre of mass of the body's tree.
         """
@@ -275,59 +288,59 @@ class PhysicsScene:
         return self.world.live_data.cfrc_int
 
     def flush_motors(self) -> None:
-        """Bring motor commands that wait for the next step into the World."""
-        for drives in self.waiting:
+        """Apply pending motor commands to the World."""
+        for drives in self.pending_commands:
             drives.flush()
-        self.waiting.clear()
+        self.pending_commands.clear()
 
-    def keep_applied(self, record: BodyRecord, joint: int, *, off: bool) -> None:
-        """Before a motor changes: a motor that is switched off goes on reporting what it applied last."""
+    def switch_motor(self, record: BodyRecord, joint: int, *, off: bool) -> None:
+        """Switch a motor on or off in the record; when off, it keeps reporting its last torque."""
         if off and record.motored[joint]:
             record.applied[joint] = self.applied(record, joint)
         record.motored[joint] = not off
         (record.motors_off.add if off else record.motors_off.discard)(joint)
 
     def applied(self, record: BodyRecord, joint: int) -> Any:
-        """What a joint's motor applied in the last step in which it was on: a number, or three."""
+        """Return the last torque (N m) or force (N) of a motor: one number, or three."""
         if not record.motored[joint] or self.motor_revision != self.world.revision:
             return record.applied[joint]
         forces = self.motor_forces()[record.velocities_of(joint)].tolist()
         return forces[0] if len(forces) == 1 else tuple(forces)
 
     def add_spherical_torque(self, record: BodyRecord, joint: int, torque: Any) -> None:
-        """Torque (3,) N m on a spherical joint for one step, in the child link's axes."""
+        """Apply a (3,) torque (N m, child link axes) to a spherical joint for one step."""
         self.world.ensure_compiled()
         self.world.live_data.qfrc_applied[record.velocities_of(joint)] += torque
         self.world.wrenches.pending = True
 
     def step(self) -> None:
-        """One step of the client's clock, in as many parts as it has sub-steps."""
+        """Advance by one time step, divided into the client's substeps."""
         self.apply_parameters()
         world = self.world
-        if self.waiting:
+        if self.pending_commands:
             self.flush_motors()
         if self._without_motors:
             world.ensure_compiled()
-            self.give_motors()
+            self.add_default_motors()
         parts = max(1, self._parameters.sub_steps)
-        pushes = self._pushes() if parts > 1 else None
+        applied = self._applied_forces() if parts > 1 else None
         for part in range(parts):
-            if part and pushes is not None:
-                world.live_data.xfrc_applied[:], world.live_data.qfrc_applied[:] = pushes
+            if part and applied is not None:
+                world.live_data.xfrc_applied[:], world.live_data.qfrc_applied[:] = applied
                 world.wrenches.pending = True
-            for effort in self.efforts.values():
+            for effort in self.spring_dampers.values():
                 effort()
-            if self.keeps_given_torques:
+            if self.records_user_torques:
                 world.ensure_compiled()
-                self.given_torques = world.live_data.qfrc_applied.copy()
+                self.user_torques = world.live_data.qfrc_applied.copy()
             world.step()
         self.frames_are_old = False
         self.frames_revision = self.motor_revision = world.revision
         self._motor_forces = None
         self._wrenches_known = False
 
-    def _pushes(self) -> tuple[Any, Any] | None:
-        """Copies of what pushes on links and joints in the coming step; it lasts through all sub-steps."""
+    def _applied_forces(self) -> tuple[Any, Any] | None:
+        """Return copies of the forces on links and joints, for the later substeps of a step."""
         world = self.world
         if not world.wrenches.pending:
             return None
@@ -335,7 +348,7 @@ class PhysicsScene:
 
     @property
     def query_shapes(self) -> QueryShapes:
-        """Where shapes are put that are part of no body, made on first use."""
+        """World for distance queries of shapes that belong to no body, created on first use."""
         if self._query_shapes is None:
             from roboyard.pybullet.state.query_shapes import QueryShapes
 
@@ -343,16 +356,14 @@ class PhysicsScene:
         return self._query_shapes
 
     def release(self) -> None:
-        """Free everything now: the parts refer to one another, and MuJoCo's arrays are large."""
+        """Free everything: the parts reference each other, and MuJoCo's arrays are large."""
         vars(self.world).clear()
         if self._query_shapes is not None:
             self._query_shapes.release()
         vars(self).clear()
 
     def frames(self, *, fresh: bool) -> Any:
-        """MjData for reading link frames: as the last step left them, or worked out from the present
-        positions.
-        """
+        """Return MjData with link frames: of the last step or, with `fresh`, current ones."""
         world = self.world
         if fresh or self.frames_are_old or world.is_stale or self.frames_revision != world.revision:
             data = world.kinematics()
@@ -362,6 +373,6 @@ class PhysicsScene:
         return world.live_data
 
     def mark_moved(self) -> None:
-        """Positions or velocities were written."""
+        """Note that positions or velocities were written."""
         self.world.mark_moved()
         self.frames_are_old = True

@@ -1,4 +1,4 @@
-"""Forces and torques that joints carry, for enableJointForceTorqueSensor."""
+"""Reaction forces and torques of joints, for enableJointForceTorqueSensor."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def reaction(scene: PhysicsScene, record: BodyRecord, joint: int) -> tuple[float, ...]:
-    """Force (N) and torque (N m) in a joint during the last step, as six numbers.
+    """Return the force (N) and torque (N m) in a joint during the last step, as six numbers.
 
-    What the parent does to the child link through the joint's structure, at the child's centre of mass and
-    along its inertial axes; what the motor does along the joint's axis is not in it.
+    They act from the parent on the child link through the joint, at the child's centre of mass and in its
+    inertial frame, without the effort of the motor along the joint's axis.
     """
     wrenches = scene.joint_wrenches()
     if wrenches is None:

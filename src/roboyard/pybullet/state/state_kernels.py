@@ -1,4 +1,4 @@
-"""Compiled reading of link and joint states, which scripts do in every step. Import on first use only."""
+"""Compiled reading of link and joint states. Import on first use only: numba is slow to load."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ROWS = "Array(int32, 1, 'C', False, aligned=True)"
 
 @njit(f"{_POSE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64)", cache=True)
 def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
-    """World pose of a link's inertial frame, then of its link frame as 32-bit numbers hold it.
+    """Return the world pose of a link's inertial frame, then of its link frame in 32-bit precision.
 
     xpos, xquat: MuJoCo's body poses (w first). frames: (n, 7) m and x, y, z, w of each link's inertial frame
     in its link frame. row: the link's row in xpos; link: in frames.
@@ -49,7 +49,7 @@ def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
     f"{_STATE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64, {_ARRAY}, {_ARRAY}, {_ARRAY}, {_ROWS})", cache=True
 )
 def link_state(xpos, xquat, frames, row, link, cvel, xipos, subtree_com, rootid):  # pragma: no cover
-    """`link_pose`, then velocity of the centre of mass (m/s) and angular velocity (rad/s) in world axes.
+    """Return `link_pose`, then velocity of the centre of mass (m/s) and angular velocity (rad/s), world axes.
 
     cvel: angular, then linear velocity at the centre of mass of the body's tree (`subtree_com` of its root).
     """
@@ -69,7 +69,7 @@ def link_state(xpos, xquat, frames, row, link, cvel, xipos, subtree_com, rootid)
 
 @njit(cache=True)
 def link_poses(xpos, xquat, frames, rows, links, positions, orientations):  # pragma: no cover
-    """`link_pose` of several links: inertial frames into the first half of the outputs, link frames after.
+    """Write `link_pose` of several links: inertial frames to the first half of the outputs, then link frames.
 
     rows, links: (n,). positions: (2, n, 3) m. orientations: (2, n, 4) x, y, z, w.
     """
@@ -85,7 +85,7 @@ def link_poses(xpos, xquat, frames, rows, links, positions, orientations):  # pr
 def joint_states(qpos, qvel, forces, positions, velocities, out):  # pragma: no cover
     """Gather position, velocity and motor force of joints into the rows of `out`, (3, n).
 
-    positions, velocities: (n,) places in qpos and qvel; -1 for a joint that does not move, which reads 0.
+    positions, velocities: (n,) places in qpos and qvel; -1 for a fixed joint, which gives 0.
     """
     for n in range(len(positions)):
         if positions[n] < 0:

@@ -1,4 +1,4 @@
-"""The visualizer's camera and those of the pages, each following the other."""
+"""Synchronisation of the visualizer's camera with the cameras of the pages."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ if TYPE_CHECKING:
 
 
 class WindowCamera:
-    """Moves the pages' cameras when a script moves the visualizer's, and the other way round."""
+    """Moves the pages' cameras when a script moves the visualizer's, and vice versa."""
 
     def __init__(self, server: Any, options: WindowOptions, camera: VisualizerCamera) -> None:
+        """Connect the pages of a server to a camera."""
         self._pages = PageCamera(server, radians(FIELD_OF_VIEW))
         self._size = (options.width, options.height)
         self._known: Any = None
         self.push(camera)
 
     def push(self, camera: VisualizerCamera) -> None:
-        """Aim the pages where the script moved the camera, if it did."""
+        """Move the pages' cameras, if the script moved the visualizer's."""
         where = _place(camera)
         if where != self._known:
             self._known = where
@@ -33,7 +34,7 @@ class WindowCamera:
         self._pages.insist()
 
     def pull(self, camera: VisualizerCamera) -> None:
-        """Put the visualizer's camera where someone moved a page's, if one did since the script did."""
+        """Move the visualizer's camera, if a page's camera moved after the script's last change."""
         camera.width, camera.height = self._pages.size or self._size
         view = self._pages.moved
         if view is None or _place(camera) != self._known:
@@ -48,7 +49,7 @@ def _place(camera: VisualizerCamera) -> tuple[Any, ...]:
 
 
 def view_of(camera: VisualizerCamera) -> View:
-    """Eye and target of the visualizer's camera; straight up and down are off by a hair, as pages want."""
+    """Return eye, target (m) and up vector; the pitch is limited to ±89.9°, which pages require."""
     pitch = float(np.clip(camera.pitch, -89.9, 89.9))
     eye, _ = orbit(camera.target, camera.distance, camera.yaw, pitch, 0.0, camera.up_axis)
     up = (0.0, 1.0, 0.0) if camera.up_axis == 1 else (0.0, 0.0, 1.0)
@@ -56,7 +57,7 @@ def view_of(camera: VisualizerCamera) -> View:
 
 
 def put(camera: VisualizerCamera, view: View) -> None:
-    """Distance, yaw, pitch and target of a page's camera."""
+    """Set distance, yaw, pitch and target from a page's camera."""
     way = view.target - view.eye
     distance = float(np.linalg.norm(way))
     if not distance > 0:

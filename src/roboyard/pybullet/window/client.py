@@ -1,4 +1,4 @@
-"""A client with a window: commands, the window and the clock take turns."""
+"""A client with a window: commands, the window and the clock share its lock."""
 
 from __future__ import annotations
 
@@ -23,6 +23,12 @@ class WindowClient(SharedClient):
     """
 
     def __init__(self, method: int, options: WindowOptions) -> None:
+        """Open the page.
+
+        Raises:
+            MissingExtraError: viser is not installed.
+            ConfigError: no port is free.
+        """
         self.window: Window | None = None
         super().__init__(method)
         _install()
@@ -34,7 +40,7 @@ class WindowClient(SharedClient):
 
     @property
     def visualizer(self) -> VisualizerCamera:
-        """The visualizer's camera, where someone moved it last: the script, or a person in the page."""
+        """The visualizer's camera, as last moved by the script or by the user in the page."""
         if self.window is not None:
             self.window.camera.pull(self.script_camera)
         return self.script_camera
@@ -44,11 +50,11 @@ class WindowClient(SharedClient):
         self.script_camera = camera
 
     def follow_clock(self, real_time: bool) -> None:
-        """Let the world step on its own, or no more."""
+        """Start or stop stepping in real time."""
         self._clock.run(real_time)
 
     def close(self) -> None:
-        """Take the page down, then what every client does."""
+        """Close the page, the log files and the world."""
         self._clock.close()
         if self.window is not None:
             self.window.close()
@@ -57,25 +63,25 @@ class WindowClient(SharedClient):
 
 
 def _install() -> None:
-    """Give the class its commands, which hold the lock."""
+    """Add the commands, which hold the lock, to the class."""
     for name, entry in COMMANDS.items():
         if name not in vars(WindowClient):
             setattr(WindowClient, name, _in_turn(entry.function, _AFTERWARDS.get(name)))
 
 
 def _preview(window: Window, answer: Any) -> None:
-    window.previews.take(*answer[2:])
+    window.previews.store(*answer[2:])
 
 
 def _aim(window: Window, _: Any) -> None:
-    window.aim_ahead()
+    window.aim_new_pages()
 
 
 _AFTERWARDS: dict[str, Callable[[Window, Any], None]] = {
     "getCameraImage": _preview,
     "resetDebugVisualizerCamera": _aim,
 }
-"""What the window does with a command's answer."""
+"""Function of the window called with a command's result."""
 
 
 def _in_turn(
@@ -94,8 +100,8 @@ def _in_turn(
             if window is not None and not client.depth:
                 if afterwards is not None:
                     afterwards(window, answer)
-                if window.wants_to_look:
-                    window.look()
+                if window.update_requested:
+                    window.update()
         return answer
 
     return call

@@ -1,4 +1,4 @@
-"""setRealTimeSimulation: the world steps on its own, as fast as the clock on the wall."""
+"""setRealTimeSimulation: the world steps in real time, in a thread of its own."""
 
 from __future__ import annotations
 
@@ -12,22 +12,23 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-MOST_BEHIND = 0.1
-"""s: what the world is behind the clock by more than this is given up"""
-PAUSE = 0.002
-"""s between two looks at the clock"""
+MAX_DELAY = 0.1
+"""Largest delay behind real time that is caught up (s)."""
+POLL_PERIOD = 0.002
+"""Time between two checks of the clock (s)."""
 
 
 class Clock:
-    """Steps a client's world in a thread of its own while it is told to run."""
+    """Steps a client's world in real time while it runs."""
 
     def __init__(self, client: Client) -> None:
+        """Create a stopped clock."""
         self._client = client
         self._thread: threading.Thread | None = None
         self._leave = threading.Event()
 
     def run(self, running: bool) -> None:
-        """Start, or stop after the step under way."""
+        """Start, or stop after the current step."""
         if running and self._thread is None:
             self._leave = threading.Event()
             self._thread = threading.Thread(
@@ -39,7 +40,7 @@ class Clock:
             self._thread = None
 
     def close(self) -> None:
-        """Stop and wait for it."""
+        """Stop, and wait for the thread."""
         thread = self._thread
         self.run(False)
         if thread is not None:
@@ -47,16 +48,16 @@ class Clock:
 
     def _tick(self, leave: threading.Event) -> None:
         client = self._client
-        stood, last = 0.0, perf_counter()
-        while not leave.wait(PAUSE):
+        delay, last = 0.0, perf_counter()
+        while not leave.wait(POLL_PERIOD):
             now = perf_counter()
-            stood = min(stood + now - last, MOST_BEHIND)
+            delay = min(delay + now - last, MAX_DELAY)
             last = now
             step = client.parameters.time_step
-            while step > 0 and stood >= step and not leave.is_set():
-                stood -= step
+            while step > 0 and delay >= step and not leave.is_set():
+                delay -= step
                 try:
                     client.stepSimulation()
                 except Exception:
-                    log.exception("real-time simulation stops")
+                    log.exception("real-time simulation stopped")
                     return

@@ -1,4 +1,4 @@
-"""Dragging bodies with the mouse: while a shape is held, a point of it is tied to where the mouse is."""
+"""Dragging bodies with the mouse, by a constraint between a point of the body and the mouse position."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ if TYPE_CHECKING:
     from roboyard.sim.world import World
 
 PULL = 2.0
-"""N s that a step may pull with; PyBullet's bound"""
+"""Largest impulse in a step (N s), as in PyBullet."""
 LIFT = 20.0
-"""m/s²: heavy bodies are pulled with at least their mass times this"""
+"""Smallest force on heavy bodies per mass (m/s²)."""
 
 
 class Dragging:
-    """One body at a time on a point-to-point constraint with a bounded force.
+    """One body at a time on a point-to-point constraint with a limited force.
 
-    Drags come in a thread of the page's server; `apply`, in one that may touch the world, acts on them.
+    Drags arrive in a thread of the page's server; `apply` executes them in the thread of the world.
     """
 
     def __init__(self) -> None:
+        """Start without a drag."""
         self._wanted: Drag | None = None
         self._start: Drag | None = None
-        """Of the drag whose body is still to be taken hold of."""
+        """Start of a drag whose constraint is not created yet."""
         self._fresh = False
         self._held: tuple[World, Constraint] | None = None
 
@@ -39,8 +40,8 @@ class Dragging:
         """Whether `apply` has something to do."""
         return self._fresh
 
-    def hear(self, drag: Drag) -> None:
-        """Someone drags, or lets go."""
+    def on_drag(self, drag: Drag) -> None:
+        """Store a drag event; only one page at a time can drag."""
         before = self._wanted
         if before is not None and before.client != drag.client:
             return
@@ -52,30 +53,30 @@ class Dragging:
             self._wanted, self._fresh = drag, True
 
     def drop(self, client: int | None = None) -> None:
-        """Let go; with a client's number given only what this one holds."""
+        """End the drag; with a client number, only the drag of this client."""
         wanted = self._wanted
         if client is None or (wanted is not None and wanted.client == client):
             self._wanted, self._start, self._fresh = None, None, True
 
     def apply(self, scene: PhysicsScene) -> None:
-        """Take hold, pull along or let go."""
+        """Create, move or remove the constraint."""
         if not self._fresh:
             return
         self._fresh, drag, start = False, self._wanted, self._start
         self._start = None
         world = scene.world
         if self._held is not None and (
-            self._held[0] is not world or drag is None or start is not None or self._is_gone(world)
+            self._held[0] is not world or drag is None or start is not None or self._is_removed(world)
         ):
-            self._let_go(world)
+            self._release(world)
         if drag is None:
             return
         if start is not None:
-            self._take_hold(scene, start)
+            self._attach(scene, start)
         if self._held is not None:
             world.constraints.set_frame(self._held[1], "b", drag.target)
 
-    def _take_hold(self, scene: PhysicsScene, drag: Drag) -> None:
+    def _attach(self, scene: PhysicsScene, drag: Drag) -> None:
         world = scene.world
         body = world.body_by_id.get(drag.owner[0])
         if body is None or not 0 <= drag.owner[1] < len(body.links):
@@ -89,7 +90,7 @@ class Dragging:
         )
         self._held = world, held
 
-    def _is_gone(self, world: World) -> bool:
+    def _is_removed(self, world: World) -> bool:
         assert self._held is not None
         try:
             world.constraints.get(self._held[1].id)
@@ -97,7 +98,7 @@ class Dragging:
             return True
         return False
 
-    def _let_go(self, world: Any) -> None:
-        if self._held is not None and self._held[0] is world and not self._is_gone(world):
+    def _release(self, world: Any) -> None:
+        if self._held is not None and self._held[0] is world and not self._is_removed(world):
             world.constraints.remove(self._held[1])
         self._held = None

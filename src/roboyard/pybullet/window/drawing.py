@@ -1,4 +1,4 @@
-"""A client's debug lines, points and texts as the drawing of a viewer."""
+"""Conversion of debug lines, points and texts to a viewer's drawing."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Parent = tuple[int, int] | None
 
 
 def drawing_of(items: Iterable[Item], scene: PhysicsScene) -> Drawing:
-    """What to draw; items whose parent is gone are left out."""
+    """Return the drawing of debug items; items whose parent was removed are skipped."""
     lines: dict[tuple[Parent, float], list[Line]] = {}
     drawn: list[SceneLines] = []
     texts: list[SceneText] = []
@@ -33,7 +33,7 @@ def drawing_of(items: Iterable[Item], scene: PhysicsScene) -> Drawing:
                 lines[key] = [item]
             else:
                 group.append(item)
-        elif _is_gone(item.parent, scene):
+        elif _is_removed(item.parent, scene):
             continue
         elif isinstance(item, Points):
             owner = _owner(item.parent, scene)
@@ -43,7 +43,7 @@ def drawing_of(items: Iterable[Item], scene: PhysicsScene) -> Drawing:
         elif isinstance(item, Text):
             texts.append(_text(item, scene))
     for (parent, width), group in lines.items():
-        if not _is_gone(parent, scene):
+        if not _is_removed(parent, scene):
             ends = _rows([end for line in group for end in (line.start, line.end)])
             placed = _placed(ends, parent, scene).reshape(-1, 2, 3)
             drawn.append(
@@ -59,7 +59,7 @@ def drawing_of(items: Iterable[Item], scene: PhysicsScene) -> Drawing:
 
 
 def _rows(triples: list[tuple[float, float, float]]) -> np.ndarray:
-    """(n, 3); several times as fast as `np.array`, for the thousands of lines of one frame."""
+    """Return an (n, 3) array; several times faster than `np.array` for thousands of lines."""
     return np.fromiter(chain.from_iterable(triples), float, 3 * len(triples)).reshape(-1, 3)
 
 
@@ -88,12 +88,12 @@ def _record(parent: tuple[int, int], scene: PhysicsScene) -> BodyRecord:
     return scene.bodies[parent[0]]
 
 
-def _is_gone(parent: Parent, scene: PhysicsScene) -> bool:
+def _is_removed(parent: Parent, scene: PhysicsScene) -> bool:
     return parent is not None and scene.link(*parent) is None
 
 
 def _owner(parent: Parent, scene: PhysicsScene) -> Parent:
-    """Body id and link index of the World for those of the script."""
+    """Return the World's body id and link index for those of the script."""
     if parent is None:
         return None
     link = scene.link(*parent)
@@ -102,7 +102,7 @@ def _owner(parent: Parent, scene: PhysicsScene) -> Parent:
 
 
 def _placed(points: np.ndarray, parent: Parent, scene: PhysicsScene) -> np.ndarray:
-    """Points of a link's inertial frame in its link frame."""
+    """Return (k, 3) points of a link's inertial frame in its link frame (m)."""
     if parent is None:
         return points
     frame = _record(parent, scene).links[parent[1] + 1].frame

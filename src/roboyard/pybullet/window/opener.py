@@ -1,9 +1,9 @@
-"""PyBullet's GUI as a page in a browser: what connect(GUI) opens.
+"""Opening PyBullet's GUI as a page in the browser, for connect(GUI).
 
 The page shows the client's world live, with its sliders, buttons, debug lines, points and texts; keys, mouse
-and camera of the page reach the script; bodies can be dragged. A script never waits for a browser, and with
-nobody watching almost nothing is done. Without the extra `gui`, or with ROBOYARD_VIEWER=0 in the environment,
-a GUI client has no page and works like a DIRECT one.
+and camera of the page are available to the script; bodies can be dragged. A script never waits for a browser,
+and a page that is not open costs almost nothing. Without the extra `gui`, or with ROBOYARD_VIEWER=0 in the
+environment, a GUI client has no page and works like a DIRECT one.
 """
 
 from __future__ import annotations
@@ -15,13 +15,21 @@ from roboyard.errors import ConfigError, MissingExtraError
 from roboyard.pybullet.client import Client
 
 SWITCH = "ROBOYARD_VIEWER"
-"""Environment variable: 0 keeps GUI clients without a page."""
+"""Environment variable; 0 disables the pages of GUI clients."""
 
 _printed: set[str] = set()
 
 
 def open_window(method: int, options: str) -> Client:
-    """A client of this method (GUI, GUI_SERVER, ...) with its page, if there can be one."""
+    """Return a client with a page, or without one if the page is disabled or not available.
+
+    Args:
+        method: GUI, GUI_SERVER or GUI_MAIN_THREAD.
+        options: options of `connect`.
+
+    Raises:
+        error: an option is not valid.
+    """
     if os.environ.get(SWITCH, "1").strip().lower() in ("0", "no", "off", "false"):
         return Client(method)
     from roboyard.pybullet.window.client import WindowClient
@@ -32,7 +40,9 @@ def open_window(method: int, options: str) -> Client:
     except MissingExtraError as problem:
         _print_once(f"GUI runs without a window: {problem}")
     except ConfigError as problem:
-        _print_once(f"GUI runs without a window: {problem}; --port=NUMBER in connect's options names another")
+        _print_once(
+            f"GUI runs without a window: {problem}; choose a port by --port=NUMBER in connect's options"
+        )
     return Client(method)
 
 

@@ -12,28 +12,29 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.viewer.page.server import DEFAULT_PORT
 
 BACKGROUND = (0.7, 0.7, 0.8)
-"""rgb, 0 to 1, of PyBullet's window"""
+"""Background of PyBullet's window (red, green, blue; 0 to 1)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class WindowOptions:
-    """What a script asked its window to be."""
+    """Options of a window."""
 
     width: int = 1024
-    """pixels; told by getDebugVisualizerCamera while no browser is open"""
+    """Width that getDebugVisualizerCamera reports while no browser is open (pixels)."""
     height: int = 768
+    """Height, likewise (pixels)."""
     background: tuple[float, float, float] = BACKGROUND
-    """rgb, 0 to 1"""
+    """Background (red, green, blue; 0 to 1)."""
     port: int = DEFAULT_PORT
     """First port to try."""
     host: str = "127.0.0.1"
-    """Address to listen at."""
+    """Address to listen on."""
     mp4: str = ""
-    """File of a film of the whole session."""
+    """File for a video of the whole session; empty for none."""
     mp4fps: float = 60.0
-    """Its pictures a second of simulated time."""
+    """Frame rate of the video (1/s of simulated time)."""
     frame_ms: float = 1000.0 / 60.0
-    """Least time between two pictures of the page; ms"""
+    """Shortest time between two frames of the page (ms)."""
 
 
 _FIELDS: dict[str, tuple[str, Callable[[str], Any]]] = {
@@ -46,7 +47,7 @@ _FIELDS: dict[str, tuple[str, Callable[[str], Any]]] = {
     "minGraphicsUpdateTimeMs": ("frame_ms", float),
 }
 _COLORS = ("background_color_red", "background_color_green", "background_color_blue")
-_OF_ITS_RENDERER = frozenset(
+_RENDERER_OPTIONS = frozenset(
     {
         *(
             "opengl2",
@@ -69,10 +70,10 @@ _OF_ITS_RENDERER = frozenset(
 
 
 def parse_options(text: str) -> WindowOptions:
-    """Read connect's options; those of PyBullet's renderer mean nothing here, others are named on stderr.
+    """Parse the options of `connect`; those of PyBullet's renderer are ignored, unknown ones printed.
 
     Raises:
-        error: a value is not of the kind its option takes.
+        error: a value is not valid.
     """
     options, unknown = WindowOptions(), []
     color = list(options.background)
@@ -84,14 +85,14 @@ def parse_options(text: str) -> WindowOptions:
             elif name in _FIELDS:
                 field, kind = _FIELDS[name]
                 options = replace(options, **{field: kind(value)})
-            elif name not in _OF_ITS_RENDERER:
+            elif name not in _RENDERER_OPTIONS:
                 unknown.append(word)
         except ValueError:
-            raise failure("connect failed.", f"--{name} takes a number, not {value!r}") from None
+            raise failure("connect failed.", f"--{name} must be a number, got {value!r}") from None
     if unknown:
         print(f"roboyard: connect(GUI) has no options {' '.join(unknown)}", file=sys.stderr)
     for name in ("width", "height", "mp4fps", "frame_ms"):
         if getattr(options, name) <= 0:
-            raise failure("connect failed.", f"{name} is positive; got {getattr(options, name)}")
+            raise failure("connect failed.", f"{name} must be positive, got {getattr(options, name)}")
     r, g, b = color
     return replace(options, background=(r, g, b))

@@ -1,4 +1,4 @@
-"""Pictures that a script takes, in the page's panel: what its cameras see."""
+"""Previews of a script's camera images in the page's panel."""
 
 from __future__ import annotations
 
@@ -14,39 +14,46 @@ from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
 from roboyard.pybullet.window.switches import is_on
 
 PERIOD = 0.1
-"""s between two pictures in the panel"""
+"""Time between two updates of the panel (s)."""
 LONGEST = 320
-"""pixels along a preview's longer side"""
+"""Longest side of a preview (pixels)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Taken:
-    """The last picture of getCameraImage."""
+class CameraImages:
+    """The last images of getCameraImage."""
 
     rgba: NDArray[np.uint8]
-    """(h, w, 4)"""
+    """(h, w, 4) colours."""
     depth: NDArray[np.float32]
-    """(h, w) 0 to 1"""
+    """(h, w) depth buffer (0 to 1)."""
     ids: NDArray[np.int32]
-    """(h, w)"""
+    """(h, w) segmentation ids."""
 
 
 class Previews:
-    """Colours, depth and ids of the last picture, each while its flag is on."""
+    """Colours, depth and ids of the last images, each while its flag is on."""
 
     def __init__(self, server: Any) -> None:
+        """Add previews to the panel of a server."""
         self._gui = server.gui
         self._images: dict[int, Any] = {}
-        self._taken: Taken | None = None
+        self._taken: CameraImages | None = None
         self._shown: tuple[Any, ...] = ()
         self._due = 0.0
 
-    def take(self, rgba: NDArray[np.uint8], depth: NDArray[np.float32], ids: NDArray[np.int32]) -> None:
-        """A script took a picture; the arrays are not to be written to."""
-        self._taken = Taken(rgba=rgba, depth=depth, ids=ids)
+    def store(self, rgba: NDArray[np.uint8], depth: NDArray[np.float32], ids: NDArray[np.int32]) -> None:
+        """Store the images of a script, which must not be changed.
+
+        Args:
+            rgba: (h, w, 4) colours.
+            depth: (h, w) depth buffer (0 to 1).
+            ids: (h, w) segmentation ids.
+        """
+        self._taken = CameraImages(rgba=rgba, depth=depth, ids=ids)
 
     def show(self, camera: VisualizerCamera) -> None:
-        """Bring the panel up to date; use it from the viewer's own thread."""
+        """Update the panel; call it in the viewer's thread."""
         taken = self._taken
         if taken is None or perf_counter() < self._due:
             return
@@ -74,8 +81,8 @@ _LABELS = {
 }
 
 
-def _picture(flag: int, taken: Taken) -> NDArray[np.uint8]:
-    """(h, w, 3) of every n-th pixel."""
+def _picture(flag: int, taken: CameraImages) -> NDArray[np.uint8]:
+    """Return (h, w, 3) colours of every n-th pixel."""
     skip = -(-max(taken.ids.shape) // LONGEST)
     if flag == c.COV_ENABLE_RGB_BUFFER_PREVIEW:
         return np.ascontiguousarray(taken.rgba[::skip, ::skip, :3])

@@ -1,4 +1,4 @@
-"""addUserDebugParameter: sliders and buttons in the page's panel."""
+"""Sliders and buttons of addUserDebugParameter in the page's panel."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from typing import Any
 from roboyard.pybullet.state.debug_items import Parameter
 
 PARTS = 1000
-"""A slider has at least this many places."""
+"""Smallest number of positions of a slider."""
 
 
 class Sliders:
-    """Keeps the panel's elements in step with a client's parameters; values go straight into those."""
+    """The panel's elements for a client's parameters, whose values they set."""
 
     def __init__(self, server: Any) -> None:
+        """Add sliders to the panel of a server."""
         self._gui = server.gui
         self._elements: dict[int, tuple[Parameter, Any]] = {}
 
     def show(self, parameters: Mapping[int, Parameter]) -> None:
-        """Show these and no others."""
+        """Show exactly these parameters."""
         for number in [n for n, (shown, _) in self._elements.items() if parameters.get(n) is not shown]:
             self._elements.pop(number)[1].remove()
         for number, parameter in parameters.items():
@@ -57,5 +58,5 @@ class Sliders:
 
 
 def step_of(width: float) -> float:
-    """A power of ten that cuts a range into at least `PARTS`."""
+    """Return the power of ten that divides a range into at least `PARTS` steps."""
     return 10.0 ** floor(log10(width / PARTS)) if width > 0 else 0.1

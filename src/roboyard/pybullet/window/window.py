@@ -1,4 +1,4 @@
-"""A client's page: what it shows, what it hears, and when it looks at the world."""
+"""The page of a client: drawing, keyboard, mouse, and updates from the world."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from roboyard.pybullet.window.dragging import Dragging
 from roboyard.pybullet.window.drawing import drawing_of
 from roboyard.pybullet.window.previews import Previews
 from roboyard.pybullet.window.sliders import Sliders
-from roboyard.pybullet.window.switches import AT_START, SHORTCUTS, Switches, is_on
+from roboyard.pybullet.window.switches import DEFAULTS, SHORTCUTS, Switches, is_on
 from roboyard.viewer import Viewer
 from roboyard.viewer.page.browser import open_page
 from roboyard.viewer.page.keys import KeyEvent, Keys
@@ -27,30 +27,30 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 TITLE = "Roboyard"
-PATIENCE = 0.1
-"""s from the first body that came or went to showing it: scripts load many in a row"""
-SHARE = 5.0
-"""After a compile for the window's sake, the next waits at least this many times as long as it took."""
-GRABBED = (
+COMPILE_DELAY = 0.1
+"""Time from the first added or removed body to showing it (s), since scripts load many in a row."""
+COMPILE_INTERVAL_FACTOR = 5.0
+"""Shortest time between two compiles for the window, in compile times."""
+SCRIPT_KEYS = (
     *"abcdefghijklmnopqrstuvwxyz0123456789 -=[];',./\\`",
     *("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "PageUp", "PageDown", "Home", "End", "Enter", "Alt"),
 )
-"""Keys that belong to the script, not to the page."""
+"""Keys that are sent to the script instead of the page."""
 
 
 class Window:
-    """The page of one client. Its own thread works while somebody watches; everything else is cheap."""
+    """The page of one client. Its thread works only while a browser is connected."""
 
     def __init__(self, client: SharedClient, options: WindowOptions) -> None:
-        """Open it.
+        """Open the page.
 
         Raises:
             MissingExtraError: viser is not installed.
             ConfigError: no port is free.
         """
         self._client = client
-        self.wants_to_look = False
-        """Set by the viewer's thread: the next command lets the window look when it ends."""
+        self.update_requested = False
+        """Set by the viewer's thread: the next command updates the window when it ends."""
         self._viewer = Viewer(
             client.scene.world, options.host, options.port, title=TITLE, quiet=True, follow_steps=False
         )
@@ -61,38 +61,38 @@ class Window:
         self._switches = Switches(self._viewer, self._dragging, options.background)
         self._sliders = Sliders(server)
         self.previews = Previews(server)
-        self._keys = Keys(server, GRABBED)
-        self._keys.subscribe(self._hear_key)
-        self._pointer = Pointer(server, self._hear_mouse)
+        self._keys = Keys(server, SCRIPT_KEYS)
+        self._keys.subscribe(self._on_key)
+        self._pointer = Pointer(server, self._on_mouse)
         server.on_client_disconnect(self._on_disconnect)
         self._items_revision = -1
         self._stale_since: float | None = None
-        self._patience = PATIENCE
+        self._compile_delay = COMPILE_DELAY
         self._viewer.before_frame.append(self._before_frame)
         self.url: str = self._viewer.url
         print(f"roboyard: the GUI is at {self.url}", file=sys.stderr, flush=True)
         open_page(self.url)
 
     def close(self) -> None:
-        """Take the page down."""
+        """Close the page."""
         self._viewer.close()
 
     # ----------------------------------------------------------------- under the client's lock, in any thread
 
-    def aim_ahead(self) -> None:
-        """Let a page that opens look from where the script does; open ones are aimed by `look`."""
+    def aim_new_pages(self) -> None:
+        """Move the camera of pages that open later; `update` moves those of open ones."""
         if not self._viewer.watchers:
             self.camera.push(self._client.script_camera)
 
-    def look(self) -> None:
-        """See what has changed since the last look."""
-        self.wants_to_look = False
+    def update(self) -> None:
+        """Update the page with the changes since the last update."""
+        self.update_requested = False
         try:
-            self._look()
-        except Exception:  # a page that cannot be drawn is no reason to stop the script
-            log.exception("the window cannot show the world")
+            self._update()
+        except Exception:  # an error of the page must not stop the script
+            log.exception("the window could not be updated")
 
-    def _look(self) -> None:
+    def _update(self) -> None:
         client, viewer = self._client, self._viewer
         camera = client.visualizer
         self.camera.push(camera)
@@ -109,23 +109,23 @@ class Window:
             viewer.show_world(scene.world)
             self._items_revision = -1
         if was_stale:
-            self._patience = max(PATIENCE, SHARE * (perf_counter() - start))
+            self._compile_delay = max(COMPILE_DELAY, COMPILE_INTERVAL_FACTOR * (perf_counter() - start))
         items = list(client.debug_items.drawings())
         revision = (client.debug_items.revision, viewer.world.revision)
         if revision != self._items_revision:
             self._items_revision = revision
             viewer.draw(drawing_of((item for _, item in items), scene))
-        client.is_changed = client.debug_items.has_ends
+        client.is_changed = client.debug_items.has_expiring
 
     def _may_compile(self) -> bool:
-        """Not while a script is loading one body after the other."""
+        """Return whether the world may be compiled; not while a script loads many bodies."""
         if not self._client.scene.world.is_stale:
             self._stale_since = None
             return True
         now = perf_counter()
         if self._stale_since is None:
             self._stale_since = now
-        if now - self._stale_since < self._patience:
+        if now - self._stale_since < self._compile_delay:
             return False
         self._stale_since = None
         return True
@@ -134,11 +134,11 @@ class Window:
 
     def _before_frame(self) -> None:
         client = self._client
-        self.wants_to_look = True
+        self.update_requested = True
         if client.lock.acquire(timeout=0.002):
             try:
-                if self.wants_to_look and not client.depth:
-                    self.look()
+                if self.update_requested and not client.depth:
+                    self.update()
             finally:
                 client.lock.release()
         self._switches.apply(client.script_camera)
@@ -147,7 +147,7 @@ class Window:
 
     # ----------------------------------------------------------------------------- in the server's event loop
 
-    def _hear_key(self, event: KeyEvent) -> None:
+    def _on_key(self, event: KeyEvent) -> None:
         code = key_code(event.key)
         if code is None:
             return
@@ -156,13 +156,13 @@ class Window:
         camera = self._client.script_camera
         if event.is_down and code in SHORTCUTS and is_on(camera, c.COV_ENABLE_KEYBOARD_SHORTCUTS):
             flag = SHORTCUTS[code]
-            camera.switches[flag] = not camera.switches.get(flag, AT_START[flag])
+            camera.switches[flag] = not camera.switches.get(flag, DEFAULTS[flag])
 
     async def _on_disconnect(self, client: Any) -> None:
         self._dragging.drop(client.client_id)
-        self.wants_to_look = self.wants_to_look or self._dragging.is_pending
+        self.update_requested = self.update_requested or self._dragging.is_pending
 
-    def _hear_mouse(self, event: PointerEvent) -> None:
+    def _on_mouse(self, event: PointerEvent) -> None:
         mouse = self._client.mouse
         if event.kind == "move":
             mouse.move(event.x, event.y)

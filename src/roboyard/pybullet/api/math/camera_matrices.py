@@ -1,4 +1,4 @@
-"""View and projection matrices: 16 numbers, column by column, in OpenGL's convention and 32-bit precision."""
+"""View and projection matrices: 16 numbers, column-major, in OpenGL's convention and 32-bit precision."""
 
 from __future__ import annotations
 
@@ -16,7 +16,11 @@ _SIXTEEN = Struct("16f")
 def computeViewMatrix(
     cameraEyePosition: Vector, cameraTargetPosition: Vector, cameraUpVector: Vector, physicsClientId: int = 0
 ) -> Numbers:
-    """View matrix of a camera that looks from the eye to the target, `cameraUpVector` up in the picture."""
+    """Return the view matrix of a camera from eye and target position (m) and up vector.
+
+    Raises:
+        error: a vector does not have three numbers.
+    """
     message = "Error in computeViewMatrix."
     return look_at(
         _three(cameraEyePosition, message),
@@ -34,20 +38,23 @@ def computeViewMatrixFromYawPitchRoll(
     upAxisIndex: int,
     physicsClientId: int = 0,
 ) -> Numbers:
-    """View matrix of a camera that circles a target.
+    """Return the view matrix of a camera that orbits a target.
 
     Args:
-        cameraTargetPosition: what the camera looks at; m.
-        distance: from the eye to the target; m.
-        yaw: turn about the up axis; degrees.
-        pitch: up and down; degrees, negative looks down.
-        roll: about the line of sight; degrees.
+        cameraTargetPosition: target (m).
+        distance: from the eye to the target (m).
+        yaw: rotation about the up axis (degrees).
+        pitch: elevation (degrees); negative looks down.
+        roll: rotation about the viewing direction (degrees).
         upAxisIndex: 1 for y, 2 for z.
+
+    Raises:
+        error: the target does not have three numbers, or the axis is unknown.
     """
     target = _three(cameraTargetPosition, "Cannot convert cameraTargetPosition.")
     if upAxisIndex not in (1, 2):
         raise failure(
-            "Error in computeViewMatrix.", f"upAxisIndex is 1 (y) or 2 (z), here it is {upAxisIndex!r}"
+            "Error in computeViewMatrix.", f"upAxisIndex must be 1 (y) or 2 (z), got {upAxisIndex!r}"
         )
     eye, up = orbit(target, distance, yaw, pitch, roll, upAxisIndex)
     return look_at(eye, target, up)
@@ -62,7 +69,7 @@ def computeProjectionMatrix(
     farVal: float,
     physicsClientId: int = 0,
 ) -> Numbers:
-    """Projection of a frustum whose near rectangle spans left to right and bottom to top; m."""
+    """Return the projection matrix of a frustum with the near rectangle left, right, bottom, top (m)."""
     width, height, depth = right - left, top - bottom, farVal - nearVal
     near = 2.0 * nearVal
     return _rounded(
@@ -76,7 +83,7 @@ def computeProjectionMatrix(
 def computeProjectionMatrixFOV(
     fov: float, aspect: float, nearVal: float, farVal: float, physicsClientId: int = 0
 ) -> Numbers:
-    """Projection of a camera with a vertical field of view (degrees) and aspect = width / height."""
+    """Return the projection matrix of a vertical field of view (degrees) and aspect = width / height."""
     scale = _ratio(1.0, tan(fov * pi / 360.0))
     depth = nearVal - farVal
     return _rounded(
@@ -90,7 +97,7 @@ def computeProjectionMatrixFOV(
 def orbit(
     target: Vector, distance: float, yaw: float, pitch: float, roll: float, up_axis: int
 ) -> tuple[Numbers, Numbers]:
-    """Eye and up vector of a camera at `distance` from the target, angles in degrees."""
+    """Return eye (m) and up vector of a camera at `distance` (m) from the target, angles in degrees."""
     y, p, r = (angle * pi / 180.0 for angle in (yaw, pitch, roll))
     if up_axis == 1:
         columns = _euler_matrix(-p, y, r)
@@ -102,7 +109,7 @@ def orbit(
 
 
 def look_at(eye: Vector, target: Vector, up: Vector) -> Numbers:
-    """View matrix in 32-bit numbers; NaN where eye and target coincide or the sight is along `up`."""
+    """Return the view matrix in 32-bit numbers; NaN if eye and target coincide or `up` is along the view."""
     f = _unit([t - e for t, e in zip(target, eye, strict=True)])
     s = _unit(_cross(f, _unit(up)))
     u = _cross(s, f)
@@ -118,7 +125,7 @@ def _three(vector: Vector, message: str) -> Numbers:
     try:
         x, y, z = vector
     except (TypeError, ValueError):
-        raise failure(message) from None
+        raise failure(message, f"expected three numbers, got {vector!r}") from None
     return float(x), float(y), float(z)
 
 
@@ -126,13 +133,13 @@ def _rounded(*numbers: float) -> Numbers:
     try:
         return _SIXTEEN.unpack(_SIXTEEN.pack(*numbers))
     except error as problem:
-        raise TypeError(f"numbers are needed: {problem}") from None
+        raise TypeError(f"expected numbers, got {numbers}: {problem}") from None
     except OverflowError:
         return tuple(n if abs(n) < 3.4e38 else copysign(inf, n) for n in numbers)
 
 
 def _ratio(a: float, b: float) -> float:
-    """Quotient a / b, infinite where b is zero."""
+    """Return a / b, infinite for b = 0."""
     if b:
         return a / b
     return copysign(inf, a) if a else nan
@@ -153,7 +160,7 @@ def _unit(vector: Vector) -> Numbers:
 
 
 def _euler_matrix(roll: float, pitch: float, yaw: float) -> tuple[Numbers, Numbers, Numbers]:
-    """Columns of the rotation by roll, pitch, yaw (rad) about the fixed axes x, y, z."""
+    """Return the columns of the rotation by roll, pitch, yaw (rad) about the fixed axes x, y, z."""
     sr, cr, sp, cp, sy, cy = sin(roll), cos(roll), sin(pitch), cos(pitch), sin(yaw), cos(yaw)
     return (
         (cp * cy, cp * sy, -sp),

@@ -1,4 +1,4 @@
-"""Rotation helpers in 64 bits: Euler angles (roll, pitch, yaw about fixed x, y, z; rad) and matrices."""
+"""Rotations in 64-bit precision: Euler angles (roll, pitch, yaw about fixed x, y, z; rad) and matrices."""
 
 from __future__ import annotations
 
@@ -8,15 +8,21 @@ from math import asin, atan2, cos, nan, pi, sin
 from roboyard.pybullet.face.errors import failure
 
 Vector = Sequence[float]
-_PITCH_LIMIT = 0.99999  # sine of the pitch beyond which only roll + yaw is known
+_PITCH_LIMIT = 0.99999  # sine of the pitch beyond which roll and yaw are not unique
 
 
 def getQuaternionFromEuler(eulerAngles: Vector, physicsClientId: int = 0) -> tuple[float, ...]:
-    """Quaternion (x, y, z, w) of roll, pitch and yaw (rad) about the fixed axes x, y, z, as in URDF."""
+    """Return the quaternion (x, y, z, w) of roll, pitch and yaw (rad) about the fixed axes x, y, z.
+
+    Raises:
+        error: there are not three angles.
+    """
     try:
         roll, pitch, yaw = eulerAngles
     except ValueError:
-        raise failure("Euler angles need a 3 coordinates [roll, pitch, yaw].") from None
+        raise failure(
+            "Euler angles need a 3 coordinates [roll, pitch, yaw].", f"got {eulerAngles!r}"
+        ) from None
     roll, pitch, yaw = roll / 2.0, pitch / 2.0, yaw / 2.0
     sr, cr, sp, cp, sy, cy = sin(roll), cos(roll), sin(pitch), cos(pitch), sin(yaw), cos(yaw)
     crcp, srsp, srcp, crsp = cr * cp, sr * sp, sr * cp, cr * sp
@@ -29,11 +35,15 @@ def getQuaternionFromEuler(eulerAngles: Vector, physicsClientId: int = 0) -> tup
 
 
 def getEulerFromQuaternion(quaternion: Vector, physicsClientId: int = 0) -> tuple[float, ...]:
-    """Roll, pitch, yaw (rad) of a unit quaternion; roll is reported as 0 at pitch ±90 degrees."""
+    """Return roll, pitch, yaw (rad) of a unit quaternion (x, y, z, w); roll is 0 at pitch ±90 degrees.
+
+    Raises:
+        error: there are not four numbers.
+    """
     try:
         x, y, z, w = quaternion
     except ValueError:
-        raise failure("Quaternion need a 4 components [x,y,z,w].") from None
+        raise failure("Quaternion need a 4 components [x,y,z,w].", f"got {quaternion!r}") from None
     sine = -2.0 * (x * z - w * y)
     if sine <= -_PITCH_LIMIT:
         return 0.0, -0.5 * pi, 2.0 * atan2(x, -y)
@@ -48,13 +58,17 @@ def getEulerFromQuaternion(quaternion: Vector, physicsClientId: int = 0) -> tupl
 
 
 def getMatrixFromQuaternion(quaternion: Vector, physicsClientId: int = 0) -> tuple[float, ...]:
-    """Nine entries, row by row, of the rotation matrix of a quaternion of any length but zero."""
+    """Return the nine entries, row-major, of the rotation matrix of a quaternion; NaN for length 0.
+
+    Raises:
+        error: there are not four numbers.
+    """
     try:
         x, y, z, w = quaternion
     except (TypeError, ValueError):
-        raise failure("Couldn't convert quaternion [x,y,z,w].") from None
+        raise failure("Couldn't convert quaternion [x,y,z,w].", f"got {quaternion!r}") from None
     norm = x * x + y * y + z * z + w * w
-    if type(norm) is not float:  # whole numbers or NumPy's
+    if type(norm) is not float:  # integers or NumPy numbers
         x, y, z, w, norm = float(x), float(y), float(z), float(w), float(norm)
     if norm == 0.0:
         return (nan,) * 9

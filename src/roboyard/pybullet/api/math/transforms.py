@@ -1,7 +1,7 @@
-"""Transforms, slerp and quaternion differences, which PyBullet passes through 32-bit floats.
+"""Transforms, slerp and quaternion differences, which PyBullet computes with 32-bit floats.
 
-Arguments are rounded to 32 bits, the arithmetic here has 64, and results are rounded to 32 bits again, so
-that they agree with PyBullet's to its own rounding (1e-7) and repeat its special cases.
+Arguments and results are rounded to 32 bits, the arithmetic has 64, so that results agree with PyBullet's to
+its own rounding error (1e-7), including its special cases.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _SEVEN, _EIGHT = Struct("7f"), Struct("8f")
 
 
 def _joined(message: str, *vectors_and_lengths: tuple[Vector, int]) -> Numbers:
-    """All vectors in one flat 32-bit tuple; `message` is the text of the error for a wrong shape."""
+    """Return all vectors in one flat 32-bit tuple; `message` is the text of the error for a wrong length."""
     flat: list[float] = []
     for vector, length in vectors_and_lengths:
         try:
@@ -35,7 +35,7 @@ def _joined(message: str, *vectors_and_lengths: tuple[Vector, int]) -> Numbers:
 
 
 def _pair(message: str, first: Vector, second: Vector, pack: Struct, length: int) -> Numbers:
-    """Two vectors, the first of this length, in one flat 32-bit tuple."""
+    """Return two vectors, the first of this length, in one flat 32-bit tuple."""
     try:
         if len(first) == length:
             return pack.unpack(pack.pack(*first, *second))
@@ -47,7 +47,11 @@ def _pair(message: str, first: Vector, second: Vector, pack: Struct, length: int
 def multiplyTransforms(
     positionA: Vector, orientationA: Vector, positionB: Vector, orientationB: Vector, physicsClientId: int = 0
 ) -> tuple[Numbers, Numbers]:
-    """Position and quaternion of the product A · B: the pose of B, given in A, seen from A's parent."""
+    """Return position (m) and quaternion of the product A · B: pose B in frame A, expressed in A's parent.
+
+    Raises:
+        error: a vector has the wrong length.
+    """
     message = "Invalid input: expected positionA [x,y,z], orientationA [x,y,z,w], positionB, orientationB."
     x, y, z, ax, ay, az, aw = _pair(message, positionA, orientationA, _SEVEN, 3)
     vx, vy, vz, bx, by, bz, bw = _pair(message, positionB, orientationB, _SEVEN, 3)
@@ -68,7 +72,11 @@ def multiplyTransforms(
 def invertTransform(
     position: Vector, orientation: Vector, physicsClientId: int = 0
 ) -> tuple[Numbers, Numbers]:
-    """Position and quaternion of the inverse of a pose."""
+    """Return position (m) and quaternion of the inverse of a pose.
+
+    Raises:
+        error: a vector has the wrong length.
+    """
     message = "Invalid input: expected position [x,y,z] and orientation [x,y,z,w]."
     px, py, pz, x, y, z, w = _pair(message, position, orientation, _SEVEN, 3)
     vx, vy, vz = _turned(-x, -y, -z, w, px, py, pz)
@@ -77,7 +85,11 @@ def invertTransform(
 
 
 def rotateVector(quaternion: Vector, vector: Vector, physicsClientId: int = 0) -> Numbers:
-    """`vector` turned by a quaternion, times the quaternion's squared length."""
+    """Return `vector` rotated by a quaternion, times the quaternion's squared length.
+
+    Raises:
+        error: a vector has the wrong length.
+    """
     message = "Require quaternion with 4 components [x,y,z,w] and a vector [x,y,z]."
     x, y, z, w, vx, vy, vz = _pair(message, quaternion, vector, _SEVEN, 4)
     norm = x * x + y * y + z * z + w * w
@@ -88,7 +100,11 @@ def rotateVector(quaternion: Vector, vector: Vector, physicsClientId: int = 0) -
 def getQuaternionSlerp(
     quaternionStart: Vector, quaternionEnd: Vector, interpolationFraction: float, physicsClientId: int = 0
 ) -> Numbers:
-    """Spherical interpolation along the shorter way: the start at fraction 0, the end at 1."""
+    """Return the spherical interpolation on the shorter arc: the start at fraction 0, the end at 1.
+
+    Raises:
+        error: a quaternion does not have four numbers.
+    """
     both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
     (t,) = rounded(interpolationFraction)
     a, b = both[:4], both[4:]
@@ -106,9 +122,10 @@ def getQuaternionSlerp(
 
 
 def getQuaternionFromAxisAngle(axis: Vector, angle: float, physicsClientId: int = 0) -> Numbers:
-    """Quaternion that turns by `angle` (rad) about `axis`, which may have any length.
+    """Return the quaternion of a rotation by `angle` (rad) about an axis of any length; x for length 0.
 
-    An axis of length zero stands for x.
+    Raises:
+        error: the axis does not have three numbers.
     """
     x, y, z = _joined("Require axis [x,y,z] and angle.", (axis, 3))
     (half,) = rounded(angle)
@@ -121,7 +138,11 @@ def getQuaternionFromAxisAngle(axis: Vector, angle: float, physicsClientId: int 
 
 
 def getAxisAngleFromQuaternion(quaternion: Vector, physicsClientId: int = 0) -> tuple[Numbers, float]:
-    """Axis and angle (0 to 2 pi rad) of a unit quaternion; the axis of no rotation is x."""
+    """Return axis and angle (0 to 2 pi rad) of a unit quaternion; axis x for the identity.
+
+    Raises:
+        error: there are not four numbers.
+    """
     x, y, z, w = _joined("Require a quaternion with 4 components [x,y,z,w].", (quaternion, 4))
     angle = 2.0 * acos(min(1.0, max(-1.0, w)))
     squared = 1.0 - w * w
@@ -135,7 +156,11 @@ def getAxisAngleFromQuaternion(quaternion: Vector, physicsClientId: int = 0) -> 
 def getDifferenceQuaternion(
     quaternionStart: Vector, quaternionEnd: Vector, physicsClientId: int = 0
 ) -> Numbers:
-    """Rotation that leads from the start to the end, the shorter way round."""
+    """Return the rotation from the start to the end, on the shorter arc.
+
+    Raises:
+        error: a quaternion does not have four numbers.
+    """
     both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
     return rounded(*_difference(both[:4], both[4:]))
 
@@ -143,7 +168,11 @@ def getDifferenceQuaternion(
 def calculateVelocityQuaternion(
     quaternionStart: Vector, quaternionEnd: Vector, deltaTime: float, physicsClientId: int = 0
 ) -> Numbers:
-    """Angular velocity (rad/s) that turns the start into the end within `deltaTime` (s)."""
+    """Return the angular velocity (rad/s) that rotates the start to the end within `deltaTime` (s).
+
+    Raises:
+        error: a quaternion does not have four numbers.
+    """
     both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
     (dt,) = rounded(deltaTime)
     if both[:4] == both[4:]:
@@ -160,7 +189,11 @@ def calculateVelocityQuaternion(
 def getAxisDifferenceQuaternion(
     quaternionStart: Vector, quaternionEnd: Vector, physicsClientId: int = 0
 ) -> Numbers:
-    """Angles about x, y, z (turning axes, in this order; rad) of the start seen from the end."""
+    """Return the angles (rad) about rotating axes x, y, z of the start relative to the end.
+
+    Raises:
+        error: a quaternion does not have four numbers.
+    """
     both = _pair(_BAD_PAIR, quaternionStart, quaternionEnd, _EIGHT, 4)
     x, y, z, w = both[4:]
     m = _matrix(_product((-x, -y, -z, w), both[:4]))
@@ -177,7 +210,7 @@ def _dot(a: Vector, b: Vector) -> float:
 
 
 def _product(a: Vector, b: Vector) -> Numbers:
-    """Hamilton product: rotation `b`, then `a`."""
+    """Return the Hamilton product: rotation `b`, then `a`."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -189,7 +222,7 @@ def _product(a: Vector, b: Vector) -> Numbers:
 
 
 def _matrix(quaternion: Vector) -> Numbers:
-    """Nine entries, row by row, of the rotation of a quaternion of any length; NaN for length zero."""
+    """Return the nine entries, row-major, of the rotation of a quaternion; NaN for length 0."""
     x, y, z, w = quaternion
     norm = x * x + y * y + z * z + w * w
     if norm == 0.0:
@@ -205,7 +238,7 @@ def _matrix(quaternion: Vector) -> Numbers:
 
 
 def _turned(x: float, y: float, z: float, w: float, vx: float, vy: float, vz: float) -> Numbers:
-    """A vector turned by a quaternion of any length; NaN for length zero."""
+    """Return a vector rotated by a quaternion of any length; NaN for length 0."""
     norm = x * x + y * y + z * z + w * w
     if norm == 0.0:
         return nan, nan, nan
@@ -219,7 +252,7 @@ def _turned(x: float, y: float, z: float, w: float, vx: float, vy: float, vz: fl
 
 
 def _difference(start: Vector, end: Vector) -> Numbers:
-    """Product end · start⁻¹ with the end's sign chosen near the start."""
+    """Return end · start⁻¹, with the sign of the end that is closer to the start."""
     near = _dot(start, end)
     if near <= 0.0:
         end = [-c for c in end]

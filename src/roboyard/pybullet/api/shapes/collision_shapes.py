@@ -1,4 +1,4 @@
-"""createCollisionShape: shapes to be used by createMultiBody."""
+"""Collision shapes for createMultiBody: createCollisionShape and createCollisionShapeArray."""
 
 from __future__ import annotations
 
@@ -39,13 +39,14 @@ _NOWHERE = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ShapeSet:
-    """What one shape id stands for: one shape, or several from an array call."""
+    """The shapes behind one shape id."""
 
     shapes: tuple[Collision, ...]
+    """One shape, or several from an array call."""
     middle: float = 0.0
-    """Of a heightfield: the height, as given, that lies at its origin; m"""
+    """Height of a heightfield's origin, in the scaled input (m)."""
     rise: float = 1.0
-    """Of a heightfield: the factor of the heights as given."""
+    """Scale of a heightfield's heights."""
 
 
 @command()
@@ -69,28 +70,30 @@ def createCollisionShape(
     numHeightfieldColumns: int = -1,
     replaceHeightfieldIndex: int = -1,
 ) -> int:
-    """Make a shape and give its id.
+    """Create a collision shape and return its id.
 
     Args:
         shapeType: GEOM_SPHERE, GEOM_BOX, GEOM_CAPSULE, GEOM_CYLINDER, GEOM_PLANE, GEOM_MESH or
         GEOM_HEIGHTFIELD.
-        radius: of spheres, capsules, cylinders; m.
-        halfExtents: of boxes; m.
-        height: of capsules (without caps) and cylinders, along z; m.
-        fileName: mesh file; of a heightfield without data an image or a table (.txt).
-        meshScale: of meshes; of a heightfield its cell (x, y) and the factor of its heights.
-        planeNormal: of planes.
-        flags: GEOM_FORCE_CONCAVE_TRIMESH keeps a mesh's triangles (for bodies that do not move).
-        collisionFramePosition: of the shape in its link; m.
-        collisionFrameOrientation: x, y, z, w.
-        vertices: (k, 3) of a mesh made in memory; m.
-        indices: triangles of `vertices`; without them the hull of the points is meant.
-        heightfieldTextureScaling: squares of texture over the field.
-        heightfieldData: height at (i, j) is item i + j · numHeightfieldRows, i along x.
-        numHeightfieldRows: points along x.
-        numHeightfieldColumns: points along y.
-        replaceHeightfieldIndex: a heightfield that gets these heights in place of its own, in all bodies
-        that are made of it; nothing new is made.
+        radius: radius of spheres, capsules and cylinders (m).
+        halfExtents: half extents of boxes (m).
+        height: length of capsules (without caps) and cylinders, along z (m).
+        fileName: mesh file; for a heightfield without data, an image or a table (.txt).
+        meshScale: scale of meshes; for a heightfield, its cell size (x, y; m) and the scale of its heights.
+        planeNormal: normal of planes.
+        flags: GEOM_FORCE_CONCAVE_TRIMESH keeps a mesh's triangles (for fixed bodies).
+        collisionFramePosition: position of the shape in its link (m).
+        collisionFrameOrientation: orientation of the shape in its link (x, y, z, w).
+        vertices: (k, 3) vertices of a mesh (m).
+        indices: (3 n,) triangle corners in `vertices`; without them, the convex hull is used.
+        heightfieldTextureScaling: ignored.
+        heightfieldData: heights; that at (i, j) is item i + j · numHeightfieldRows, i along x.
+        numHeightfieldRows: number of points along x.
+        numHeightfieldColumns: number of points along y.
+        replaceHeightfieldIndex: heightfield whose heights are replaced, in all bodies that use it.
+
+    Raises:
+        error: the type is unknown, a size is not valid, or a file cannot be read.
     """
     kind = whole(shapeType)
     middle, rise = 0.0, 1.0
@@ -107,7 +110,7 @@ def createCollisionShape(
         )  # fmt: skip
     origin = _pose(collisionFramePosition, collisionFrameOrientation)
     if kind == c.GEOM_HEIGHTFIELD:
-        origin = turned_terrain(origin)
+        origin = rotated_terrain_frame(origin)
     shape = Collision(
         geometry=geometry,
         origin=origin,
@@ -130,10 +133,14 @@ def createCollisionShapeArray(
     collisionFramePositions: Sequence[Vector] | None = None,
     collisionFrameOrientations: Sequence[Vector] | None = None,
 ) -> int:
-    """Make one shape of several and give its id."""
+    """Create one collision shape from several parts and return its id.
+
+    Raises:
+        error: there are no parts, or one is not valid.
+    """
     shapes = []
     if not len(shapeTypes):
-        raise failure("createCollisionShapeArray failed.", "there are no shapeTypes")
+        raise failure("createCollisionShapeArray failed.", f"shapeTypes is empty: {shapeTypes!r}")
     for i, kind in enumerate(shapeTypes):
         geometry = plain_geometry(
             client,
@@ -155,7 +162,7 @@ def createCollisionShapeArray(
 
 @command()
 def removeCollisionShape(client: Client, collisionShapeId: int) -> None:
-    """Forget a shape; bodies made from it keep it. An unknown id is no error."""
+    """Remove a shape; bodies that use it keep it. An unknown id is ignored."""
     client.scene.collision_shapes.pop(whole(collisionShapeId), None)
 
 
@@ -163,13 +170,13 @@ def _replace(client: Client, number_: int, points: Array) -> int:
     held = client.scene.collision_shapes.get(number_)
     geometry = held.shapes[0].geometry if held is not None and held.shapes else None
     if held is None or not isinstance(geometry, Heightfield):
-        raise failure(FAILED, f"replaceHeightfieldIndex {number_} is no heightfield")
+        raise failure(FAILED, f"replaceHeightfieldIndex {number_} is not a heightfield")
     replace_heights(client, geometry, points, held.rise, held.middle)
     return number_
 
 
 def keep(client: Client, shapes: tuple[Collision, ...], middle: float = 0.0, rise: float = 1.0) -> int:
-    """Id under which shapes are kept."""
+    """Store shapes and return their id."""
     scene = client.scene
     number_ = scene.collision_ids.take()
     scene.collision_shapes[number_] = ShapeSet(shapes=shapes, middle=middle, rise=rise)
@@ -177,7 +184,7 @@ def keep(client: Client, shapes: tuple[Collision, ...], middle: float = 0.0, ris
 
 
 def at(values: Sequence[Any] | None, index: int, default: Any) -> Any:
-    """The i-th value, or the default where the list is missing or too short."""
+    """Return the i-th value, or the default if the list is missing or too short."""
     return values[index] if values is not None and index < len(values) else default
 
 
@@ -194,16 +201,16 @@ def plain_geometry(
     indices: Sequence[int] | None,
     message: str,
 ) -> Geometry:
-    """Geometry of every shape type but heightfields.
+    """Return the geometry of any shape type except heightfields; arguments as in createCollisionShape.
 
     Raises:
-        error: with `message`, for an unknown type, a size that is none or a file that is not there.
+        error: with `message`; the type is unknown, a size is not valid, or a file does not exist.
     """
     if kind == c.GEOM_SPHERE:
         return Sphere(radius=_positive(radius, "radius", message))
     if kind == c.GEOM_BOX:
         if half_extents is None:
-            raise failure(message, "a box needs halfExtents")
+            raise failure(message, "a box needs halfExtents, got None")
         x, y, z = vector3(half_extents, message)
         return Box(size=(2 * x, 2 * y, 2 * z))
     if kind == c.GEOM_CAPSULE:
@@ -239,11 +246,11 @@ def _mesh(
 
 
 QUARTER_TURN = (0.0, 0.0, sqrt(0.5), sqrt(0.5))
-"""About z: terrain is laid out a quarter turn round, since Bullet cuts a cell along the other diagonal."""
+"""Rotation in which heightfields are stored, since Bullet splits cells along the other diagonal."""
 
 
-def turned_terrain(origin: Pose) -> Pose:
-    """Frame of the turned layout of a heightfield whose own frame is `origin`."""
+def rotated_terrain_frame(origin: Pose) -> Pose:
+    """Return the frame of the rotated heightfield whose own frame is `origin`."""
     x, y, z, w = (float(v) for v in multiply(origin.quaternion, QUARTER_TURN))
     return Pose(position=origin.position, quaternion=(x, y, z, w))
 
@@ -254,8 +261,8 @@ def _pose(position: Vector, orientation: Vector) -> Pose:
     return Pose(position=vector3(position, FAILED), quaternion=(x, y, z, w))
 
 
-def _positive(value: float, what: str, message: str) -> float:
+def _positive(value: float, name: str, message: str) -> float:
     found = number(value)
     if not found > 0:
-        raise failure(message, f"{what} must be positive, got {found}")
+        raise failure(message, f"{name} must be positive, got {found}")
     return found

@@ -1,4 +1,4 @@
-"""Meshes that scripts give as lists of vertices and triangles."""
+"""Meshes given as lists of vertices and triangles."""
 
 from __future__ import annotations
 
@@ -18,19 +18,30 @@ def mesh_of(
     normals: Sequence[Vector] | None = None,
     uvs: Sequence[Vector] | None = None,
 ) -> TriangleMesh:
-    """A mesh of (k, 3) vertices (m) and a flat list of triangle corners; without corners, the points' hull.
+    """Return a mesh from vertices and triangles.
+
+    Args:
+        vertices: (k, 3) points (m).
+        indices: (3 n,) triangle corners; without them, the convex hull of the points is returned.
+        normals: (k, 3) normals of the vertices; ignored for another length.
+        uvs: (k, 2) texture coordinates of the vertices; ignored for another length.
 
     Raises:
-        error: there are no triangles in it.
+        error: there are too few points, an index is out of range, or the points are coplanar.
     """
     points = np.array(vertices, dtype=float).reshape(-1, 3)
     if not np.isfinite(points).all() or len(points) < 3:
-        raise failure("createCollisionShape failed.", "a mesh has at least three finite vertices")
+        raise failure(
+            "createCollisionShape failed.", f"a mesh needs at least three finite vertices, got {len(points)}"
+        )
     if indices is None or not len(indices):
         return _hull(points)
     faces = np.array(indices, dtype=np.int64).reshape(-1, 3)
     if faces.min() < 0 or faces.max() >= len(points):
-        raise failure("createCollisionShape failed.", f"indices go from 0 to {len(points) - 1}")
+        raise failure(
+            "createCollisionShape failed.",
+            f"indices must be 0 to {len(points) - 1}, got {faces.min()} to {faces.max()}",
+        )
     return TriangleMesh(
         vertices=read_only(points, np.float64),
         faces=read_only(faces, np.int32),
@@ -45,7 +56,9 @@ def _hull(points: np.ndarray) -> TriangleMesh:
     try:
         hull = ConvexHull(points)
     except QhullError:
-        raise failure("createCollisionShape failed.", "the points are flat; give indices too") from None
+        raise failure(
+            "createCollisionShape failed.", f"the {len(points)} points are coplanar; give indices too"
+        ) from None
     used, faces = np.unique(hull.simplices, return_inverse=True)
     corners = points[used]
     faces = faces.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Meshes of bodies, and taking mesh files apart into convex ones."""
+"""Mesh data of bodies, and convex decomposition of mesh files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard.description.model import Collision, Cylinder, Mesh, Pose
 from roboyard.errors import RoboyardError
-from roboyard.pybullet.bullet_rules.mesh_objects import hull_by_hull
+from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
 from roboyard.pybullet.face.arguments import number, text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure, unavailable
@@ -31,23 +31,29 @@ _DEFAULT_HULLS = 32
 def getMeshData(
     client: Client, bodyUniqueId: int, linkIndex: int = -1, collisionShapeIndex: int = -1, flags: int = -1
 ) -> tuple[int, tuple[tuple[float, ...], ...]]:
-    """How many vertices a link's collision meshes have, and the vertices in its inertial frame (m).
+    """Return the vertices of a link's collision meshes.
 
-    Convex meshes give the corners of their hull, OBJ files those of each object's hull. Boxes, spheres,
-    capsules and planes have no vertices.
+    For convex meshes these are the corners of the hull, for OBJ files those of each object's hull. Boxes,
+    spheres, capsules and planes have no vertices.
 
     Args:
         bodyUniqueId: body.
         linkIndex: link; -1 for the base.
-        collisionShapeIndex: only this one of the link's shapes; -1 for all.
-        flags: of soft bodies.
+        collisionShapeIndex: index of one of the link's shapes; -1 for all.
+        flags: flags of soft bodies; ignored.
+
+    Returns:
+        Number of vertices k, and the (k, 3) vertices in the link's inertial frame (m).
+
+    Raises:
+        error: the body or link does not exist.
     """
     whole(flags)
     record = client.scene.bodies.get(whole(bodyUniqueId))
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
         raise failure(_NO_MESH, f"there is no body {bodyUniqueId} with a link {linkIndex}")
     link = record.model.links[linkIndex + 1]
-    shapes = hull_by_hull(link.collisions)
+    shapes = split_objects(link.collisions)
     if whole(collisionShapeIndex) >= 0:
         shapes = shapes[collisionShapeIndex : collisionShapeIndex + 1]
     found = [_vertices(record, shape, link.frame) for shape in shapes]
@@ -56,7 +62,7 @@ def getMeshData(
 
 
 def _vertices(record: BodyRecord, shape: Collision, frame: Pose) -> Array:
-    """(k, 3) in the inertial frame."""
+    """Return (k, 3) vertices in the inertial frame (m)."""
     geometry = shape.geometry
     if isinstance(geometry, Mesh):
         points = _mesh_vertices(geometry, concave=shape.concave)
@@ -105,29 +111,31 @@ def vhacd(
     mode: int = -1,
     convexhullApproximation: int = -1,
 ) -> None:
-    """Take a mesh apart into convex ones and write them to an OBJ file, one object each.
+    """Decompose a mesh into convex parts and write them to an OBJ file, one object each.
 
-    The work is done by `roboyard.shapes.convex.decomposition`, whose limits are others than those of
-    V-HACD; of the
-    settings it takes maxNumVerticesPerCH and 2 to the power of depth as the most parts.
+    `roboyard.shapes.convex.decomposition` computes the parts. It uses maxNumVerticesPerCH, and 2 to the power
+    of depth as the largest number of parts; the other settings of V-HACD have no effect.
 
     Args:
         fileNameIn: mesh file.
         fileNameOut: OBJ file to write.
-        fileNameLogging: text file for what was done; "" for none.
-        concavity: of V-HACD, as all that follow but maxNumVerticesPerCH and depth.
-        alpha: likewise.
-        beta: likewise.
-        gamma: likewise.
-        minVolumePerCH: likewise.
-        resolution: likewise.
-        maxNumVerticesPerCH: most corners of a part.
-        depth: greatest depth of cuts.
-        planeDownsampling: likewise.
-        convexhullDownsampling: likewise.
-        pca: likewise.
-        mode: likewise.
-        convexhullApproximation: likewise.
+        fileNameLogging: text file for a summary; "" for none.
+        concavity: ignored.
+        alpha: ignored.
+        beta: ignored.
+        gamma: ignored.
+        minVolumePerCH: ignored.
+        resolution: ignored.
+        maxNumVerticesPerCH: largest number of corners of a part.
+        depth: largest depth of cuts.
+        planeDownsampling: ignored.
+        convexhullDownsampling: ignored.
+        pca: ignored.
+        mode: ignored.
+        convexhullApproximation: ignored.
+
+    Raises:
+        error: a file cannot be read or written, or the mesh cannot be decomposed.
     """
     from roboyard.shapes import load_mesh
     from roboyard.shapes.convex.decomposition import decompose
@@ -161,5 +169,9 @@ def _as_obj(parts: Sequence[TriangleMesh]) -> str:
 
 @command()
 def unsupportedChangeScaling(client: Client, bodyUniqueId: int, scaling: object) -> None:
-    """Bodies keep their size; always raises."""
+    """Raise an error: bodies cannot be scaled after they are created.
+
+    Raises:
+        error: always.
+    """
     raise unavailable("unsupportedChangeScaling", "load the body again with globalScaling or meshScale")

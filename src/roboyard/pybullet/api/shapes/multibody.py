@@ -1,4 +1,4 @@
-"""createMultiBody: bodies made from shapes."""
+"""Bodies made from shapes: createMultiBody."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ _FAILED = "createMultiBody failed."
 _NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 _TYPES: dict[int, JointType] = {0: "continuous", 1: "prismatic", 2: "spherical", 3: "planar", 4: "fixed"}
 _NO_RANGE = Limit(lower=1.0, upper=-1.0)
-REMEMBERED = 256
-"""Shapes and links whose properties are worked out once: scripts make the same things again and again."""
+CACHE_SIZE = 256
+"""Number of cached shapes and links; scripts create the same bodies many times."""
 _VALUES = ("name", "mass", "moments", "frame", "collisions", "visuals", "joint", "parent")
 _bounds_of = partial(link_bounds, implicit_cylinder=True, from_file=False)
-_known_bounds_of = lru_cache(REMEMBERED)(_bounds_of)
-"""For shapes whose files cannot change."""
+_known_bounds_of = lru_cache(CACHE_SIZE)(_bounds_of)
+"""Cached bounds, for shapes that are not read from files."""
 _values = attrgetter(*_VALUES)
-"""Of a LinkModel, all that it says."""
+"""Return all fields of a LinkModel as a tuple."""
 
 
 @command()
@@ -73,29 +73,33 @@ def createMultiBody(
     flags: int = 0,
     batchPositions: Sequence[Vector] | None = None,
 ) -> int | tuple[int, ...]:
-    """Make a body and give its id.
+    """Create a body and return its id.
 
     Args:
-        baseMass: kg; 0 for a body that does not move.
+        baseMass: mass of the base (kg); 0 for a fixed body.
         baseCollisionShapeIndex: id from createCollisionShape; -1 for none.
         baseVisualShapeIndex: id from createVisualShape; -1 shows the collision shape.
-        basePosition: of the base link frame; m.
-        baseOrientation: x, y, z, w.
-        baseInertialFramePosition: centre of mass in the base link frame; m.
-        baseInertialFrameOrientation: x, y, z, w.
-        linkMasses: one for each link, as in all lists that follow; kg.
-        linkCollisionShapeIndices: ids; -1 for none.
-        linkVisualShapeIndices: ids; -1 for none.
-        linkPositions: of the link frame in the parent's link frame; m.
-        linkOrientations: x, y, z, w.
-        linkInertialFramePositions: centre of mass in the link frame; m.
-        linkInertialFrameOrientations: x, y, z, w.
-        linkParentIndices: 0 for the base, else the parent's place in these lists, counted from 1.
-        linkJointTypes: JOINT_REVOLUTE, JOINT_PRISMATIC, JOINT_SPHERICAL, JOINT_FIXED.
-        linkJointAxis: in the link frame.
-        useMaximalCoordinates: make rigid bodies, whose joints scripts do not see.
-        flags: of loadURDF, as far as they concern bodies.
-        batchPositions: one body for each of these positions; the answer is then a tuple of ids.
+        basePosition: position of the base link frame (m).
+        baseOrientation: orientation of the base link frame (x, y, z, w).
+        baseInertialFramePosition: centre of mass in the base link frame (m).
+        baseInertialFrameOrientation: orientation of the inertial frame (x, y, z, w).
+        linkMasses: (n,) masses of the links (kg).
+        linkCollisionShapeIndices: (n,) ids; -1 for none.
+        linkVisualShapeIndices: (n,) ids; -1 for none.
+        linkPositions: (n, 3) positions of the link frames in the parents' link frames (m).
+        linkOrientations: (n, 4) orientations (x, y, z, w).
+        linkInertialFramePositions: (n, 3) centres of mass in the link frames (m).
+        linkInertialFrameOrientations: (n, 4) orientations (x, y, z, w).
+        linkParentIndices: (n,) 0 for the base, else the index of the parent in these lists, from 1.
+        linkJointTypes: (n,) JOINT_REVOLUTE, JOINT_PRISMATIC, JOINT_SPHERICAL or JOINT_FIXED.
+        linkJointAxis: (n, 3) joint axes in the link frames.
+        useMaximalCoordinates: 1 creates rigid bodies, whose joints scripts cannot access.
+        flags: flags of loadURDF, as far as they apply.
+        batchPositions: (k, 3) positions (m); creates a body at each and returns a tuple of ids.
+
+    Raises:
+        error: the lists have different lengths, a vector has the wrong length, or a link comes before its
+            parent.
     """
     lists = (
         linkMasses, linkCollisionShapeIndices, linkVisualShapeIndices, linkPositions, linkOrientations,
@@ -104,7 +108,7 @@ def createMultiBody(
     )  # fmt: skip
     if len({len(values) for values in lists}) > 1:
         raise failure(
-            "All link arrays need to be same size.", f"they have {[len(values) for values in lists]}"
+            "All link arrays need to be same size.", f"got lists of {[len(values) for values in lists]} items"
         )
     scene = client.scene
     frame = _pose(baseInertialFramePosition, baseInertialFrameOrientation)
@@ -166,7 +170,9 @@ def _jointed_link(
     frame = _pose(frame_position, frame_orientation)
     link = _link(scene, f"link{number_}", number(mass), collision, visual, frame)
     if not 0 <= whole(parent) < number_:
-        raise failure(_FAILED, f"link {number_ - 1} hangs from {parent}; parents come before their children")
+        raise failure(
+            _FAILED, f"the parent of link {number_ - 1} is {parent}; parents must come before their children"
+        )
     direction = np.array(vector3(axis, _FAILED))
     length = float(np.linalg.norm(direction))
     x, y, z = (float(v) for v in direction / length) if length else (1.0, 0.0, 0.0)
@@ -194,9 +200,9 @@ def _model(links: list[LinkModel]) -> BodyModel:
     )
 
 
-@lru_cache(REMEMBERED)
+@lru_cache(CACHE_SIZE)
 def _description(*links: tuple[Any, ...]) -> RobotDescription:
-    """The World's description of some links, each given as `_values` does: the same for the same links."""
+    """Return the World's description of links given as `_values`; cached, so equal links share one object."""
     models = [LinkModel(**dict(zip(_VALUES, values, strict=True))) for values in links]
     described = RobotDescription(
         name="",
@@ -210,7 +216,7 @@ def _pose(position: Vector, orientation: Vector) -> Pose:
     return _unit_pose(vector3(position, _FAILED), quaternion(orientation, _FAILED))
 
 
-@lru_cache(REMEMBERED)
+@lru_cache(CACHE_SIZE)
 def _unit_pose(position: Vector3, orientation: Quaternion) -> Pose:
     q = np.array(orientation)
     x, y, z, w = (float(v) for v in q / (np.linalg.norm(q) or 1.0))

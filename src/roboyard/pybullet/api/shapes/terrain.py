@@ -1,4 +1,4 @@
-"""Heightfields: from a list or a file, and other heights for one that is there."""
+"""Heightfields from a list or a file, and replacing their heights."""
 
 from __future__ import annotations
 
@@ -19,11 +19,18 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 FAILED = "createCollisionShape failed."
-_LARGEST = 4096 * 4096
+_MAX_POINTS = 4096 * 4096
 
 
 def points_of(client: Client, data: Sequence[float] | None, rows: int, columns: int, file_name: str) -> Array:
-    """(ny, nx) heights before scaling, from the list or else from the file.
+    """Return (ny, nx) unscaled heights from a list, or else from a file.
+
+    Args:
+        client: client whose search path is used.
+        data: (nx ny,) heights; that at (i, j) is item i + j nx.
+        rows: nx.
+        columns: ny.
+        file_name: image or table.
 
     Raises:
         error: neither is given, the list has another length, or the file cannot be read.
@@ -34,64 +41,74 @@ def points_of(client: Client, data: Sequence[float] | None, rows: int, columns: 
     if data is None:
         raise failure(
             FAILED,
-            "a heightfield needs heightfieldData, numHeightfieldRows and numHeightfieldColumns, or fileName",
+            "a heightfield needs heightfieldData, numHeightfieldRows and numHeightfieldColumns, or fileName; "
+            f"got heightfieldData={data!r}, fileName={file_name!r}",
         )
     heights = np.asarray(data, dtype=float).reshape(-1)
     if len(heights) != nx * ny:
         raise failure(
             "Size of heightfieldData doesn't match numHeightfieldColumns*numHeightfieldRows",
-            f"{len(heights)} heights for {nx} by {ny} points",
+            f"got {len(heights)} heights for {nx} by {ny} points",
         )
     if min(nx, ny) < 2:
-        raise failure(FAILED, f"a heightfield has at least 2 by 2 points, not {nx} by {ny}")
+        raise failure(FAILED, f"a heightfield needs at least 2 by 2 points, got {nx} by {ny}")
     return heights.reshape(ny, nx)
 
 
 def heightfield(points: Array, scale: Vector) -> tuple[Heightfield, float]:
-    """The shape, and the scaled height that its origin has: half-way between lowest and highest."""
+    """Return the shape of (ny, nx) heights, and the scaled height (m) of its origin, halfway up its range."""
     dx, dy, dz = vector3(scale, FAILED)
     middle = dz * (points.min() + points.max()) / 2.0
     return Heightfield(heights=_turned(points * dz - middle), cell=(dy, dx)), float(middle)
 
 
 def replace_heights(client: Client, terrain: Heightfield, points: Array, dz: float, middle: float) -> None:
-    """Give a shape, and the bodies that have it, other heights; its origin stays.
+    """Replace the heights of a shape, and of the bodies that use it; its origin stays.
+
+    Args:
+        client: client that owns the shape.
+        terrain: shape.
+        points: (ny, nx) unscaled heights.
+        dz: scale of the heights.
+        middle: scaled height of the origin (m).
 
     Raises:
-        error: another number of points.
+        error: the number of points differs.
     """
     from roboyard.sim.terrain import set_heights
 
     turned = _turned(points * dz - middle)
     if turned.shape != terrain.heights.shape:
         ny, nx = terrain.heights.shape
-        raise failure(FAILED, f"the heightfield has {nx} by {ny} points; give as many")
+        raise failure(
+            FAILED, f"the heightfield has {nx} by {ny} points, got {turned.shape[1]} by {turned.shape[0]}"
+        )
     set_heights(client.scene.world, terrain, turned)
     client.scene.frames_are_old = True
 
 
 def _turned(grid: Array) -> Array:
-    """(ny, nx) heights as the shape holds them: a quarter turn round, see `turned_terrain`."""
+    """Return (ny, nx) heights as the shape stores them, see `rotated_terrain_frame`."""
     turned = np.rot90(grid.T, k=-1).copy()
     turned.setflags(write=False)
     return turned
 
 
 def _read(client: Client, name: str) -> Array:
-    """(ny, nx) heights from a file: a table of numbers for .txt, else the red of an image from 0 to 1."""
+    """Return (ny, nx) heights from a file: a table for .txt, else the red channel of an image (0 to 1)."""
     path = find_file(client.search_path, name)
     if path is None:
         raise failure(FAILED, not_found_remedy(client.search_path, name))
     points = _table(path) if path.suffix.lower() == ".txt" else _image(path)
-    if min(points.shape) < 2 or points.size > _LARGEST or not np.isfinite(points).all():
-        raise failure(FAILED, f"{name}: {points.shape} heights; finite ones, at least 2 by 2, are needed")
+    if min(points.shape) < 2 or points.size > _MAX_POINTS or not np.isfinite(points).all():
+        raise failure(FAILED, f"{name}: expected at least 2 by 2 finite heights, got {points.shape}")
     return points
 
 
 def _table(path: Path) -> Array:
-    """Numbers with commas between them, a row of points along x in each line.
+    """Return (ny, nx) heights of a table of comma-separated numbers, each line a row of points along x.
 
-    Bullet takes the table's columns for its rows: what it reads is transposed, then laid out anew.
+    Bullet swaps the table's rows and columns: the numbers are transposed, then reshaped.
     """
     rows = []
     try:
@@ -100,7 +117,9 @@ def _table(path: Path) -> Array:
                 rows.append([float(word) for word in line.split(",") if word.strip()])
         table = np.array(rows, dtype=float)
     except (OSError, ValueError) as problem:
-        raise failure(FAILED, f"{path.name}: lines of equally many numbers are needed ({problem})") from None
+        raise failure(
+            FAILED, f"{path.name}: all lines must have the same number of numbers ({problem})"
+        ) from None
     ny, nx = table.shape if table.ndim == 2 else (0, 0)
     return np.ascontiguousarray(table.T).reshape(ny, nx)
 
@@ -110,9 +129,9 @@ def _image(path: Path) -> Array:
 
     try:
         with Image.open(path) as image:
-            if image.width * image.height > _LARGEST:
+            if image.width * image.height > _MAX_POINTS:
                 raise failure(FAILED, f"{path.name}: {image.width} by {image.height} is too large")
             red = np.asarray(image.convert("RGB"))[:, :, 0]
     except (OSError, UnidentifiedImageError, Image.DecompressionBombError) as problem:
-        raise failure(FAILED, f"{path.name}: no image that can be read ({problem})") from None
+        raise failure(FAILED, f"{path.name}: not an image that can be read ({problem})") from None
     return red[:, ::-1] / 255.0

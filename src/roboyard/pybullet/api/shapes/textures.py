@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 
 @command()
 def loadTexture(client: Client, textureFilename: str) -> int:
-    """Load an image and give the texture's id."""
+    """Load an image file and return the texture's id.
+
+    Raises:
+        error: the file does not exist or is not an image.
+    """
     from roboyard.sim.appearance.shape_appearance import load_texture
 
     path = find_file(client.search_path, text(textureFilename))
@@ -27,7 +31,7 @@ def loadTexture(client: Client, textureFilename: str) -> int:
         remedy = (
             not_found_remedy(client.search_path, textureFilename)
             if path is None
-            else f"{path.name} is no image"
+            else f"{path.name} is not an image"
         )
         raise failure("Error loading texture", remedy)
     scene = client.scene
@@ -39,7 +43,11 @@ def loadTexture(client: Client, textureFilename: str) -> int:
 def changeTexture(
     client: Client, textureUniqueId: int, pixels: Sequence[int] | bytes, width: int, height: int
 ) -> None:
-    """Replace a texture's image: width · height · 3 numbers (or bytes) from 0 to 255, row by row."""
+    """Replace a texture's image by (height · width · 3,) numbers or bytes from 0 to 255, row by row.
+
+    Raises:
+        error: the texture does not exist, or the number of pixels is wrong.
+    """
     scene = client.scene
     if scene.textures.image(whole(textureUniqueId), scene.world) is None:
         raise failure("Error processing changeTexture.", f"there is no texture {textureUniqueId}")
@@ -49,13 +57,14 @@ def changeTexture(
         values = np.asarray(pixels).astype(np.uint8).reshape(-1)
     if len(values) != whole(width) * whole(height) * 3:
         raise failure(
-            "Error: invalid arguments in changeTexture.", f"{len(values)} numbers for {width} by {height}"
+            "Error: invalid arguments in changeTexture.",
+            f"got {len(values)} numbers for {width} by {height} pixels",
         )
     image = np.full((height, width, 4), 255, dtype=np.uint8)
     image[..., :3] = values.reshape(height, width, 3)
     old = scene.textures.replace(textureUniqueId, image)
     for record in scene.bodies.values():
-        for link, looks in scene.world.render_shapes.of(record.body).items():
-            for index, look in enumerate(looks):
-                if look.shape.texture is old:
+        for link, rendered_shapes in scene.world.render_shapes.of(record.body).items():
+            for index, rendered in enumerate(rendered_shapes):
+                if rendered.shape.texture is old:
                     scene.world.render_shapes.change(record.body, link, index, texture=image)

@@ -1,4 +1,4 @@
-"""createVisualShape, and reading and changing how bodies look."""
+"""Visual shapes: createVisualShape, getVisualShapeData, changeVisualShape, and getCollisionShapeData."""
 
 from __future__ import annotations
 
@@ -42,9 +42,10 @@ _NOWHERE, _IDENTITY = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class VisualSet:
-    """What one visual shape id stands for."""
+    """The visuals behind one visual shape id."""
 
     visuals: tuple[Visual, ...]
+    """One visual, several from an array call, none for a missing mesh file."""
 
 
 @command()
@@ -67,9 +68,12 @@ def createVisualShape(
     normals: Sequence[Vector] | None = None,
     uvs: Sequence[Vector] | None = None,
 ) -> int:
-    """Make a shape to be seen and give its id; arguments as in createCollisionShape.
+    """Create a visual shape and return its id; arguments as in createCollisionShape.
 
-    A mesh file that is not there gives a shape that shows nothing.
+    A missing mesh file gives a shape that shows nothing, as in PyBullet.
+
+    Raises:
+        error: the type is unknown or a size is not valid.
     """
     visual = _visual(
         client, whole(shapeType), radius, halfExtents, length, fileName, meshScale, planeNormal, rgbaColor,
@@ -93,9 +97,13 @@ def createVisualShapeArray(
     visualFramePositions: Sequence[Vector] | None = None,
     visualFrameOrientations: Sequence[Vector] | None = None,
 ) -> int:
-    """Make one visual shape of several and give its id."""
+    """Create one visual shape from several parts and return its id.
+
+    Raises:
+        error: there are no parts, or one is not valid.
+    """
     if not len(shapeTypes):
-        raise failure(_ARRAY_FAILED, "there are no shapeTypes")
+        raise failure(_ARRAY_FAILED, f"shapeTypes is empty: {shapeTypes!r}")
     visuals = [
         _visual(
             client,
@@ -118,30 +126,31 @@ def createVisualShapeArray(
 
 @command()
 def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> tuple[tuple[Any, ...], ...]:
-    """How a body looks.
+    """How a body rendered_shapes.
 
     Returns:
-        for each visual shape: body, link, type, dimensions, mesh file, position and quaternion in the link
-        frame, rgba; with VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS the texture's id too. () for an unknown body.
+        For each visual shape: body, link, type, dimensions (m), mesh file, position (m) and quaternion in the
+        link frame, rgba, and with VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS the texture id. () for an unknown
+        body.
     """
     scene = client.scene
     record = scene.bodies.get(whole(objectUniqueId))
     if record is None:
         return ()
     with_textures = bool(whole(flags) & c.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS)
-    looks = scene.world.render_shapes.of(record.body)
+    rendered_shapes = scene.world.render_shapes.of(record.body)
     rows = []
     for index, link in enumerate(record.model.links):
         shapes = link.visuals or link.collisions
-        for place, (shape, look) in enumerate(zip(shapes, looks.get(index, ()), strict=False)):
-            kind, size, file = _seen(shape.geometry)
+        for place, (shape, rendered) in enumerate(zip(shapes, rendered_shapes.get(index, ()), strict=False)):
+            kind, size, file = _visual_description(shape.geometry)
             row = (
                 *(record.number, index - 1, kind, size, file),
                 *(
                     tuple(shape.origin.position),
                     own_orientation(shape),
                     record.colors.get(index)
-                    or (_WHITE if look.shape.use_mesh_colors else tuple(look.shape.rgba)),
+                    or (_WHITE if rendered.shape.use_mesh_colors else tuple(rendered.shape.rgba)),
                 ),
             )
             if with_textures:
@@ -152,11 +161,14 @@ def getVisualShapeData(client: Client, objectUniqueId: int, flags: int = 0) -> t
 
 @command()
 def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -> tuple[tuple[Any, ...], ...]:
-    """What a link collides with.
+    """Return the collision shapes of a link.
 
     Returns:
-        for each shape: body, link, type, dimensions, mesh file, position and quaternion in the inertial
-        frame.
+        For each shape: body, link, type, dimensions (m), mesh file, position (m) and quaternion in the
+        inertial frame. Heightfields are omitted, as in PyBullet.
+
+    Raises:
+        error: the body or link does not exist.
     """
     record = client.scene.bodies.get(whole(objectUniqueId))
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
@@ -169,8 +181,8 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
     rows = []
     for shape in link.collisions:
         if isinstance(shape.geometry, Heightfield):
-            continue  # as PyBullet's list has none
-        kind, size, file = described(
+            continue
+        kind, size, file = shape_description(
             shape.geometry, hull_cylinders=bool(record.file) and not record.model.implicit_cylinder
         )
         if kind == c.GEOM_MESH and not record.file:
@@ -193,10 +205,10 @@ def changeVisualShape(
     specularColor: Vector | None = None,
     flags: int = -1,
 ) -> None:
-    """Change colour, gloss or texture of a link's shapes; shapeIndex -1 means all.
+    """Change colour, specular colour or texture of a link's shapes; shapeIndex -1 means all.
 
-    The texture -1, or one that there is not, takes the picture away. getVisualShapeData tells a new colour
-    for all shapes of the link, as PyBullet's does.
+    Texture -1, or an unknown one, removes the texture. getVisualShapeData then reports a new colour for all
+    shapes of the link, as in PyBullet. An unknown body or link is ignored.
     """
     scene = client.scene
     record = scene.bodies.get(whole(objectUniqueId))
@@ -226,7 +238,7 @@ def resetVisualShapeData(
     specularColor: Vector | None = None,
     flags: int = -1,
 ) -> None:
-    """The old name of changeVisualShape."""
+    """Change visual shapes; the old name of changeVisualShape."""
     changeVisualShape(
         client, objectUniqueId, linkIndex, shapeIndex, textureUniqueId, rgbaColor, specularColor, flags
     )
@@ -236,7 +248,11 @@ def resetVisualShapeData(
 def setDebugObjectColor(
     client: Client, objectUniqueId: int, linkIndex: int, objectDebugColorRGB: Vector | None = None
 ) -> None:
-    """Colour of a link in the window's wireframe view; there is no such view here."""
+    """Check the colour and ignore it: the wireframe view that it sets does not exist here.
+
+    Raises:
+        error: the colour does not have three numbers.
+    """
     if objectDebugColorRGB is not None:
         vector3(objectDebugColorRGB, "Error converting objectDebugColorRGB[3]")
 
@@ -245,14 +261,16 @@ def setDebugObjectColor(
 
 
 def own_orientation(shape: Collision | Visual) -> tuple[float, ...]:
-    """x, y, z, w of a shape in its link, as it was given (terrain is laid out turned)."""
+    """Return the orientation (x, y, z, w) of a shape as it was given; heightfields are stored rotated."""
     if not isinstance(shape.geometry, Heightfield):
         return tuple(shape.origin.quaternion)
     return tuple(float(v) for v in multiply(shape.origin.quaternion, conjugate(QUARTER_TURN)))
 
 
-def described(geometry: Geometry, *, hull_cylinders: bool = False) -> tuple[int, tuple[float, ...], bytes]:
-    """Type, dimensions and file as scripts see them."""
+def shape_description(
+    geometry: Geometry, *, hull_cylinders: bool = False
+) -> tuple[int, tuple[float, ...], bytes]:
+    """Return the type, dimensions (m) and file of a shape, as getCollisionShapeData reports them."""
     match geometry:
         case Box(size=size):
             return c.GEOM_BOX, tuple(size), b""
@@ -272,9 +290,9 @@ def described(geometry: Geometry, *, hull_cylinders: bool = False) -> tuple[int,
             return c.GEOM_HEIGHTFIELD, (1.0, 1.0, 1.0), b""
 
 
-def _seen(geometry: Geometry) -> tuple[int, tuple[float, ...], bytes]:
-    """Type, dimensions and file of a shape as visual shapes tell them: some are left out."""
-    kind, size, file = described(geometry)
+def _visual_description(geometry: Geometry) -> tuple[int, tuple[float, ...], bytes]:
+    """Return the type, dimensions (m) and file of a shape, as getVisualShapeData reports them."""
+    kind, size, file = shape_description(geometry)
     match geometry:
         case Sphere(radius=radius):
             size = (radius, 0.0, 0.0)
@@ -320,7 +338,7 @@ def _keep(client: Client, visuals: tuple[Visual, ...]) -> int:
 
 
 def _change(client: Client, record: BodyRecord, link: int, shape: int, fields: dict[str, Any]) -> None:
-    looks = client.scene.world.render_shapes
-    for index in range(len(looks.of(record.body).get(link + 1, ()))):
+    rendered_shapes = client.scene.world.render_shapes
+    for index in range(len(rendered_shapes.of(record.body).get(link + 1, ()))):
         if shape in (-1, index):
-            looks.change(record.body, link + 1, index, **fields)
+            rendered_shapes.change(record.body, link + 1, index, **fields)

@@ -89,7 +89,7 @@ def test_other_files_are_not_replayed(client: int, tmp_path: Path, content: byte
     (tmp_path / "other.bin").write_bytes(content)
     with pytest.raises(p.error, match="startStateLogging failed") as caught:
         p.startStateLogging(p.STATE_REPLAY_ALL_COMMANDS, str(tmp_path / "other.bin"))
-    assert "no file of commands" in "".join(caught.value.__notes__)
+    assert "not a log of commands" in "".join(caught.value.__notes__)
 
 
 def test_a_log_of_controllers_has_no_records(client: int, tmp_path: Path) -> None:
