@@ -78,9 +78,8 @@ def main(given: list[str]) -> int:
             if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
                 if file.is_relative_to(PYBULLET) and "error" in ast.unparse(node.exc.func).lower():
                     continue
-                quoted.add(
-                    not _is_constant(node.exc.args[0]), f"{name}:{node.lineno} {ast.unparse(node)[:90]}"
-                )
+                is_quoted = any(not _is_constant(argument) for argument in node.exc.args)
+                quoted.add(is_quoted, f"{name}:{node.lineno} {ast.unparse(node)[:90]}")
     counts = (documented, shaped, quoted, units)
     for count in counts:
         if listed or given:
