@@ -57,3 +57,24 @@ def test_obj_longer_than_a_block(tmp_path: Path) -> None:
     lines = (tmp_path / "a.obj").read_text().splitlines()
     assert [sum(line.startswith(tag) for line in lines) for tag in ("v ", "f ")] == [30_000, 45_000]
     assert lines[-1] == "f " + " ".join(str(v + 1) for v in faces[-1])
+
+
+def test_obj_keeps_the_colour_of_each_face_and_the_texture(tmp_path: Path) -> None:
+    source = primitives.box(0.1, 0.2, 0.3)
+    colors = np.tile(np.array([[255, 0, 0, 255], [0, 51, 255, 255]], dtype=np.uint8), (6, 1))
+    write_obj(
+        TriangleMesh(vertices=source.vertices, faces=source.faces, colors=colors),
+        tmp_path / "new" / "a.obj",
+        materials=True,
+    )
+    read = load_mesh(tmp_path / "new" / "a.obj")
+    assert read.colors is not None
+    written = {tuple(map(tuple, corners)): tuple(c) for corners, c in zip(
+        np.round(source.vertices[source.faces], 6), colors, strict=True)}  # fmt: skip
+    for corners, color in zip(np.round(read.vertices[read.faces], 6), read.colors, strict=True):
+        assert written[tuple(map(tuple, corners))] == tuple(color)
+    texture = np.zeros((2, 2, 3), dtype=np.uint8)
+    textured = TriangleMesh(vertices=source.vertices, faces=source.faces, uv=source.uv, texture=texture)
+    write_obj(textured, tmp_path / "b.obj", materials=True)
+    assert "map_Kd b.png" in (tmp_path / "b.mtl").read_text()
+    assert (tmp_path / "b.png").is_file()

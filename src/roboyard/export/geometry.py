@@ -7,25 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from roboyard.description.model import RGBA, Geometry, Mesh, RobotDescription
-from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.transforms import Array
 
 DEFAULT_RGBA: RGBA = (0.7, 0.7, 0.7, 1.0)
-
-
-def mesh_triangles(geometry: Mesh) -> TriangleMesh | None:
-    """The triangles of a mesh geometry with its scale applied; None where the file was not found.
-
-    Raises:
-        MeshError: the file cannot be read.
-    """
-    mesh = geometry.data
-    if mesh is None:
-        if geometry.path is None:
-            return None
-        mesh = load_mesh(geometry.path)
-    return mesh if geometry.scale == (1.0, 1.0, 1.0) else scaled(mesh, geometry.scale)
 
 
 def faces_by_color(mesh: TriangleMesh) -> list[tuple[RGBA, np.ndarray]]:

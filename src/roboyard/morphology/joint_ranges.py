@@ -32,3 +32,11 @@ def full_range(joint: Joint, home: float) -> tuple[float, float]:
     if limits[1] - limits[0] > FULL_TURN:
         return max(limits[0], home - math.pi), min(limits[1], home + math.pi)
     return limits
+
+
+def home_position(joint: Joint) -> float:
+    """Return zero where the limits allow it, else the middle of the range (rad or m)."""
+    limits = joint.position_limits()
+    if limits is None or limits[0] <= 0.0 <= limits[1]:
+        return 0.0
+    return 0.5 * (limits[0] + limits[1])

@@ -7,19 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboyard.description.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Geometry,
-    Joint,
-    Link,
-    Mesh,
-    RobotDescription,
-    Sphere,
-)
+from roboyard.description.geometry import geometry_mesh
+from roboyard.description.model import Joint, Link, RobotDescription
 from roboyard.kinematics.description_poses import forward_kinematics, vector_joints
-from roboyard.shapes import primitives
+from roboyard.morphology.joint_ranges import home_position
 from roboyard.shapes.convex.hulls import farthest_along
 from roboyard.transforms import Array
 
@@ -190,14 +181,6 @@ class PointModel:
         return list(found)
 
 
-def home_position(joint: Joint) -> float:
-    """Zero where the joint may be there, else the middle of its range; rad or m."""
-    limits = joint.position_limits()
-    if limits is None or limits[0] <= 0.0 <= limits[1]:
-        return 0.0
-    return 0.5 * (limits[0] + limits[1])
-
-
 def _rough_range(joint: Joint, home: float) -> tuple[float, float]:
     """The limits, or half a turn (10 cm) each way; never more than that beyond a turn (10 m)."""
     reach = 0.1 if joint.type == "prismatic" else np.pi
@@ -215,36 +198,11 @@ def _outline(link: Link) -> Array:
     """(k, 3) extreme points of a link's collision shapes, or of its visual ones where it has no others."""
     found = []
     for shape in link.collisions or link.visuals:
-        corners = _vertices(shape.geometry)
-        if corners is not None and len(corners):
+        mesh = geometry_mesh(shape.geometry)
+        if mesh is not None and len(mesh.vertices):
             matrix = shape.origin.matrix()
-            found.append(corners @ matrix[:3, :3].T + matrix[:3, 3])
+            found.append(mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3])
     return extreme_points(np.concatenate(found)) if found else np.empty((0, 3))
-
-
-def _vertices(geometry: Geometry) -> Array | None:
-    match geometry:
-        case Box():
-            return (
-                primitives.box(*(0.5 * side for side in geometry.size)).vertices
-                if min(geometry.size) > 0
-                else None
-            )
-        case Sphere() if geometry.radius > 0:
-            return primitives.sphere(geometry.radius).vertices
-        case Cylinder() if geometry.radius > 0 and geometry.length > 0:
-            return primitives.cylinder(geometry.radius, geometry.length).vertices
-        case Capsule() if geometry.radius > 0 and geometry.length > 0:
-            return primitives.capsule(geometry.radius, geometry.length).vertices
-        case Mesh():
-            mesh = geometry.data
-            if mesh is None and geometry.path is not None:
-                from roboyard.shapes.load import load_mesh
-
-                mesh = load_mesh(geometry.path)
-            return None if mesh is None else mesh.vertices * np.asarray(geometry.scale)
-        case _:
-            return None
 
 
 def extreme_points(points: Array, directions: int = DIRECTIONS) -> Array:

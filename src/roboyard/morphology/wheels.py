@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.description.semantic import WheelPair
 from roboyard.kinematics.description_poses import chain, forward_kinematics
-from roboyard.morphology.shape_geometry import robot_bounds, shape_meshes
+from roboyard.morphology.bounds import robot_bounds
 from roboyard.transforms import Array
 
 MAX_TILT = 0.1

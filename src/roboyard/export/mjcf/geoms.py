@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.description.geometry import geometry_mesh
 from roboyard.description.model import (
     RGBA,
     Box,
@@ -23,7 +24,7 @@ from roboyard.description.model import (
     Sphere,
     Visual,
 )
-from roboyard.export.geometry import DEFAULT_RGBA, face_areas, faces_by_color, mesh_triangles, stem, submesh
+from roboyard.export.geometry import DEFAULT_RGBA, face_areas, faces_by_color, stem, submesh
 from roboyard.export.images import material_pixels
 from roboyard.export.mjcf.assets import Assets
 from roboyard.export.mjcf.xml import add, pose
@@ -59,7 +60,7 @@ def _add_visual_mesh(
     body: ET.Element, link: Link, visual: Visual, assets: Assets, placed: dict[str, Any]
 ) -> bool:
     assert isinstance(visual.geometry, Mesh)
-    mesh = mesh_triangles(visual.geometry)
+    mesh = geometry_mesh(visual.geometry)
     if mesh is None:
         return False
     name = f"{link.name}_{stem(visual.name, visual.geometry)}"
@@ -127,7 +128,7 @@ def _collision_mesh(
     link: Link, collision: Collision, approximation: str, assets: Assets
 ) -> dict[str, Any] | None:
     assert isinstance(collision.geometry, Mesh)
-    mesh = mesh_triangles(collision.geometry)
+    mesh = geometry_mesh(collision.geometry)
     if mesh is None:
         return None
     origin = collision.origin

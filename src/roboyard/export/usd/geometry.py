@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.description.geometry import geometry_mesh
 from roboyard.description.model import (
     Box,
     Capsule,
@@ -18,7 +19,7 @@ from roboyard.description.model import (
     Pose,
     Sphere,
 )
-from roboyard.export.geometry import face_normals, faces_by_color, mesh_triangles
+from roboyard.export.geometry import face_normals, faces_by_color
 from roboyard.export.names import free_name, identifier
 from roboyard.export.usd.library import Gf, Sdf, Usd, UsdGeom, Vt
 from roboyard.export.usd.values import place
@@ -110,7 +111,7 @@ def add_shape(
             shape.CreateHeightAttr(length)
             shape.CreateAxisAttr(UsdGeom.Tokens.z)
         case Mesh():
-            mesh = mesh_triangles(geometry)
+            mesh = geometry_mesh(geometry)
             if mesh is None:
                 return None
             key = (

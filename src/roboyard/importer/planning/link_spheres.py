@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Collision, Sphere
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.importer.context import ImportContext
-from roboyard.morphology.shape_geometry import shape_meshes
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.spheres.fit import fit_spheres

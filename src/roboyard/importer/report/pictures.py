@@ -9,11 +9,11 @@ from typing import Literal
 
 import numpy as np
 
+from roboyard.description.geometry import geometry_mesh
 from roboyard.description.model import Collision, Link, Mesh, RobotDescription, Visual
 from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.importer.planning.rest_posture import nearest_to_zero
 from roboyard.kinematics.description_poses import forward_kinematics, vector_joints
-from roboyard.morphology.shape_geometry import geometry_mesh
 from roboyard.rendering import RenderShape
 from roboyard.reports.pictures import PLAIN, RGBA, SceneView, gathered
 from roboyard.shapes import primitives

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from roboyard.description.model import Link
+from roboyard.description.model import Link, Pose
 from roboyard.description.robot_model import RobotModel
 from roboyard.importer.context import ImportContext
-from roboyard.morphology.shape_geometry import robot_bounds, shifted
+from roboyard.morphology.bounds import robot_bounds
 
 
 def canonical_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
@@ -35,19 +35,19 @@ def canonical_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
         robot.description,
         links=tuple(_raised(x, -lowest) if x.name == root else x for x in robot.description.links),
         joints=tuple(
-            replace(joint, origin=shifted(joint.origin, -lowest)) if joint.parent == root else joint
+            replace(joint, origin=_raised_pose(joint.origin, -lowest)) if joint.parent == root else joint
             for joint in robot.description.joints
         ),
     )
     solids = dict(robot.solids)
     if root in solids:
-        solids[root] = tuple(replace(s, origin=shifted(s.origin, -lowest)) for s in solids[root])
+        solids[root] = tuple(replace(s, origin=_raised_pose(s.origin, -lowest)) for s in solids[root])
     return replace(
         robot,
         description=description,
         solids=solids,
         sensors=tuple(
-            replace(s, offset=shifted(s.offset, -lowest)) if s.link == root else s for s in robot.sensors
+            replace(s, offset=_raised_pose(s.offset, -lowest)) if s.link == root else s for s in robot.sensors
         ),
     )
 
@@ -55,10 +55,16 @@ def canonical_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
 def _raised(link: Link, z: float) -> Link:
     inertial = link.inertial
     if inertial is not None:
-        inertial = replace(inertial, origin=shifted(inertial.origin, z))
+        inertial = replace(inertial, origin=_raised_pose(inertial.origin, z))
     return replace(
         link,
         inertial=inertial,
-        visuals=tuple(replace(v, origin=shifted(v.origin, z)) for v in link.visuals),
-        collisions=tuple(replace(c, origin=shifted(c.origin, z)) for c in link.collisions),
+        visuals=tuple(replace(v, origin=_raised_pose(v.origin, z)) for v in link.visuals),
+        collisions=tuple(replace(c, origin=_raised_pose(c.origin, z)) for c in link.collisions),
     )
+
+
+def _raised_pose(pose: Pose, z: float) -> Pose:
+    """Return the pose moved along z by `z` (m), rotation unchanged."""
+    x, y, height = pose.position
+    return replace(pose, position=(x, y, height + z))

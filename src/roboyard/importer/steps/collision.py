@@ -17,8 +17,8 @@ import numpy as np
 
 from roboyard.description.model import Box, Capsule, Collision, Cylinder, Link, Mesh, Plane, Sphere, Visual
 from roboyard.description.robot_model import RobotModel
+from roboyard.export.mesh_files import write_obj
 from roboyard.importer.context import ImportContext
-from roboyard.importer.mesh_files import write_obj
 from roboyard.shapes.convex.batch import decompose_many
 from roboyard.shapes.convex.decomposition import Decomposition
 from roboyard.shapes.load import load_mesh, scaled
@@ -184,7 +184,7 @@ def hull_collision(
     while plain != link and path.exists():
         name = f"{name}_"
         path = path.with_stem(name)
-    write_obj(hull, path)
+    write_obj(hull, path, materials=True)
     uri = path.relative_to(context.urdf_folder).as_posix()
     return Collision(geometry=Mesh(uri=uri, path=path), origin=origin_of.origin, name=name)
 

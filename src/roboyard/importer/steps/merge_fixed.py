@@ -7,18 +7,21 @@ naming it in a collision list does not keep it.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
-from roboyard.description.model import Collision, Inertial, Joint, Link, Pose, RobotDescription
+from roboyard.description.geometry import pose_from_matrix
+from roboyard.description.model import Collision, Inertial, Joint, Link, Pose, RobotDescription, Visual
 from roboyard.description.robot_model import RobotModel
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
-from roboyard.morphology.shape_geometry import placed, pose_of
 from roboyard.shapes.inertia import SolidInertia, combined
 from roboyard.transforms import Array
+
+ShapeType = TypeVar("ShapeType", Visual, Collision)
 
 
 def merge_fixed(robot: RobotModel, context: ImportContext) -> RobotModel:
@@ -64,7 +67,7 @@ def merge_links(
             continue
         place[joint.child] = (joint.child, np.eye(4))
         if host != joint.parent:
-            joint = replace(joint, parent=host, origin=pose_of(pose @ joint.origin.matrix()))
+            joint = replace(joint, parent=host, origin=pose_from_matrix(pose @ joint.origin.matrix()))
         joints.append(joint)
     order = {joint.name: index for index, joint in enumerate(description.joints)}
     joints.sort(key=lambda joint: order[joint.name])
@@ -82,7 +85,7 @@ def merge_links(
     new_solids = {link.name: solids.get(link.name, ()) for link in links}
     for host, visitors in guests.items():
         for link, pose in visitors:
-            new_solids[host] = (*new_solids[host], *placed(solids.get(link.name, ()), pose))
+            new_solids[host] = (*new_solids[host], *_transformed(solids.get(link.name, ()), pose))
     merged = {name: host for name, (host, _) in place.items() if host != name}
     return merged, replace(description, links=links, joints=tuple(joints)), new_solids
 
@@ -93,8 +96,8 @@ def _joined(link: Link, guests: list[tuple[Link, Array]]) -> Link:
     visuals, collisions = list(link.visuals), list(link.collisions)
     parts = [] if link.inertial is None else [(link.inertial, np.eye(4))]
     for guest, pose in guests:
-        visuals += placed(guest.visuals, pose)
-        collisions += placed(guest.collisions, pose)
+        visuals += _transformed(guest.visuals, pose)
+        collisions += _transformed(guest.collisions, pose)
         if guest.inertial is not None:
             parts.append((guest.inertial, pose))
     inertial = (
@@ -111,7 +114,7 @@ def combined_inertial(parts: list[tuple[Inertial, Array]]) -> Inertial:
         own = SolidInertia(mass=inertial.mass, center=np.zeros(3), inertia=inertial.matrix())
         bodies.append(own.moved(frame[:3, 3], frame[:3, :3]))
     if not sum(body.mass for body in bodies) > 0:
-        return replace(parts[0][0], origin=pose_of(parts[0][1] @ parts[0][0].origin.matrix()))
+        return replace(parts[0][0], origin=pose_from_matrix(parts[0][1] @ parts[0][0].origin.matrix()))
     whole = combined(bodies)
     x, y, z = (float(value) for value in whole.center)
     tensor = whole.inertia
@@ -127,3 +130,8 @@ def combined_inertial(parts: list[tuple[Inertial, Array]]) -> Inertial:
             float(tensor[2, 2]),
         ),
     )
+
+
+def _transformed(shapes: Sequence[ShapeType], matrix: Array) -> tuple[ShapeType, ...]:
+    """Return shapes in the frame in which their present frame has the (4, 4) pose `matrix`."""
+    return tuple(replace(shape, origin=pose_from_matrix(matrix @ shape.origin.matrix())) for shape in shapes)

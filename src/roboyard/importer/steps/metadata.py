@@ -8,7 +8,7 @@ from pathlib import Path
 
 from roboyard.description.robot_model import Metadata, RobotModel
 from roboyard.importer.context import ImportContext
-from roboyard.morphology.shape_geometry import robot_bounds
+from roboyard.morphology.bounds import robot_bounds
 
 
 def metadata(robot: RobotModel, context: ImportContext) -> RobotModel:

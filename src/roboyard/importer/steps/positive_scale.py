@@ -11,8 +11,8 @@ from pathlib import Path
 
 from roboyard.description.model import Geometry, Mesh
 from roboyard.description.robot_model import RobotModel
+from roboyard.export.mesh_files import write_obj
 from roboyard.importer.context import ImportContext
-from roboyard.importer.mesh_files import write_obj
 from roboyard.shapes.load import load_mesh, scaled
 
 
@@ -29,7 +29,7 @@ def positive_scale(robot: RobotModel, context: ImportContext) -> RobotModel:
                 f"_{axis}" for axis, factor in zip("xyz", geometry.scale, strict=True) if factor < 0
             )
             made[key] = _free_path(geometry.path, f"{geometry.path.stem}_mirror{axes}", set(made.values()))
-            write_obj(scaled(load_mesh(geometry.path), geometry.scale), made[key])
+            write_obj(scaled(load_mesh(geometry.path), geometry.scale), made[key], materials=True)
             context.log.note(f"{geometry.path.name} with scale {geometry.scale} became {made[key].name}", who)
         uri = made[key].relative_to(context.urdf_folder).as_posix()
         return Mesh(uri=uri, path=made[key], scale=(1.0, 1.0, 1.0))

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Collision, Link, Mesh, Visual
 from roboyard.description.robot_model import Approximation, RobotModel
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.collision import MAX_VERTICES, hull_collision
-from roboyard.morphology.shape_geometry import shape_meshes
 from roboyard.morphology.wheels import find_wheels
 from roboyard.shapes.convex.hulls import convex_hull
 

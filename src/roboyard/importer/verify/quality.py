@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Link
 from roboyard.description.robot_model import CollisionSphere, RobotModel
 from roboyard.importer.context import ImportContext
-from roboyard.morphology.shape_geometry import shape_meshes
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.coverage import Coverage, measure_coverage
 from roboyard.shapes.mesh import TriangleMesh
