@@ -144,5 +144,5 @@ def test_no_vertices_and_no_numbers_are_errors() -> None:
     for vertices in (np.zeros((0, 3)), [(0, 0, math.nan)]):
         with pytest.raises(ValueError, match="finite vertices"):
             inertia.mesh(vertices, np.zeros((0, 3), dtype=int))
-    with pytest.raises(ValueError, match="no mass"):
+    with pytest.raises(ValueError, match="mass of all parts must be above 0"):
         inertia.combined([])

@@ -1,4 +1,4 @@
-"""Meshes in; hulls, spheres and inertias out. Fitting loads numba on first use only."""
+"""Load meshes; compute convex parts, collision spheres and inertias (numba is loaded on first use)."""
 
 from __future__ import annotations
 

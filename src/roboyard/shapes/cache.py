@@ -1,7 +1,7 @@
-"""Arrays kept on disk under the hash of what they were computed from.
+"""Cache of arrays on disk, by the hash of their inputs.
 
-The folder is `ROBOYARD_CACHE`, else the platform's user cache folder. Entries are written beside their place
-and moved in, so that two processes do no harm; an entry that cannot be read counts as absent.
+The folder is `ROBOYARD_CACHE`, else the platform's user cache folder. Entries are written atomically, so that
+several processes can share it; an unreadable entry counts as absent.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from platformdirs import user_cache_path
 
 
 def cache_folder() -> Path:
-    """Folder of the cache; it need not exist yet."""
+    """Return the folder of the cache; it may not exist yet."""
     named = os.environ.get("ROBOYARD_CACHE")
     return Path(named).expanduser() if named else user_cache_path("roboyard", appauthor=False)
 
 
 def content_key(*parts: object) -> str:
-    """Hash of arrays (type, shape and bytes) and of anything else by its repr."""
+    """Return a hash of arrays (type, shape and bytes) and of other values (their repr)."""
     digest = hashlib.blake2b(digest_size=20)
     for part in parts:
         if isinstance(part, np.ndarray):
@@ -38,7 +38,7 @@ def content_key(*parts: object) -> str:
 
 
 def load_arrays(kind: str, key: str) -> dict[str, NDArray] | None:
-    """The arrays stored under `key`; None where there are none, or none that can be read."""
+    """Return the (...) arrays stored under `key`; None if they are missing or unreadable."""
     try:
         with np.load(_entry(kind, key), allow_pickle=False) as entry:
             return {name: entry[name] for name in entry.files}
@@ -47,7 +47,7 @@ def load_arrays(kind: str, key: str) -> dict[str, NDArray] | None:
 
 
 def store_arrays(kind: str, key: str, arrays: Mapping[str, NDArray]) -> bool:
-    """Keep arrays under `key`; False where the folder cannot be written (which is no error)."""
+    """Store (...) arrays under `key`; return False, without an error, if the folder is not writable."""
     entry = _entry(kind, key)
     try:
         entry.parent.mkdir(parents=True, exist_ok=True)

@@ -27,24 +27,24 @@ Solid = Literal["primitive", "closed mesh", "convex hull", "bounding box"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolidInertia:
-    """Of one rigid solid, in the frame it was given in."""
+    """Mass, centre of mass and inertia tensor of a rigid solid, in one frame."""
 
     mass: float
-    """kg"""
+    """Mass (kg)."""
     center: Array
-    """(3,) centre of mass; m"""
+    """(3,) centre of mass (m)."""
     inertia: Array
-    """(3, 3) about the centre of mass, along the frame's axes; kg m²"""
+    """(3, 3) inertia about the centre of mass, along the frame's axes (kg m²)."""
     solid: Solid = "primitive"
-    """What stood for the shape."""
+    """Kind of shape from which the values were computed."""
 
     def scaled_to(self, mass: float) -> SolidInertia:
-        """The same solid at the density that gives `mass`."""
+        """Return the same solid at the density that gives `mass` (kg)."""
         factor = mass / self.mass
         return SolidInertia(mass=mass, center=self.center, inertia=self.inertia * factor, solid=self.solid)
 
     def moved(self, position: ArrayLike, rotation: ArrayLike) -> SolidInertia:
-        """The same solid seen from the frame in which its own frame has this pose ((3,) and (3, 3))."""
+        """Return the solid in a frame where its own frame has this (3,) position (m) and (3, 3) rotation."""
         turn = np.asarray(rotation, dtype=float)
         return SolidInertia(
             mass=self.mass,
@@ -55,54 +55,54 @@ class SolidInertia:
 
 
 def box(size: ArrayLike, density: float = DEFAULT_DENSITY) -> SolidInertia:
-    """A box of full extents `size` (3,), centred."""
+    """Return the inertia of a centred box of full extents `size` (3,) (m)."""
     x, y, z = np.asarray(size, dtype=float)
     mass = density * x * y * z
     return _diagonal(mass, mass / 12.0 * np.array([y * y + z * z, x * x + z * z, x * x + y * y]))
 
 
 def sphere(radius: float, density: float = DEFAULT_DENSITY) -> SolidInertia:
-    """A ball, centred."""
+    """Return the inertia of a centred sphere (m)."""
     mass = density * 4.0 / 3.0 * math.pi * radius**3
     return _diagonal(mass, np.full(3, 0.4 * mass * radius**2))
 
 
 def cylinder(radius: float, length: float, density: float = DEFAULT_DENSITY) -> SolidInertia:
-    """A cylinder along z, centred."""
+    """Return the inertia of a centred cylinder along z (m)."""
     mass = density * math.pi * radius**2 * length
     across = mass * (3.0 * radius**2 + length**2) / 12.0
     return _diagonal(mass, np.array([across, across, 0.5 * mass * radius**2]))
 
 
 def capsule(radius: float, length: float, density: float = DEFAULT_DENSITY) -> SolidInertia:
-    """A cylinder of `length` along z with a half ball at each end, centred."""
+    """Return the inertia of a centred capsule: a cylinder of `length` along z with half spheres (m)."""
     tube = cylinder(radius, length, density)
-    ball = sphere(radius, density)
-    # each half ball's centre of mass lies 3r/8 outside the end of the tube
+    caps = sphere(radius, density)
+    # the centre of mass of each half sphere is 3r/8 outside the end of the cylinder
     offset = 0.5 * length + 0.375 * radius
-    own = 83.0 / 320.0 * ball.mass * radius**2  # both half balls about axes through their own centres
-    across = tube.inertia[0, 0] + own + ball.mass * offset**2
-    along = tube.inertia[2, 2] + ball.inertia[2, 2]
-    return _diagonal(tube.mass + ball.mass, np.array([across, across, along]))
+    own = 83.0 / 320.0 * caps.mass * radius**2  # both half spheres about axes through their own centres
+    across = tube.inertia[0, 0] + own + caps.mass * offset**2
+    along = tube.inertia[2, 2] + caps.inertia[2, 2]
+    return _diagonal(tube.mass + caps.mass, np.array([across, across, along]))
 
 
 def mesh(vertices: ArrayLike, faces: ArrayLike, density: float = DEFAULT_DENSITY) -> SolidInertia:
-    """The solid that a triangle mesh bounds.
+    """Return the inertia of the solid that a triangle mesh bounds.
 
-    Closed and consistently wound (either way round): the solid itself. Otherwise its convex hull, and the
-    bounding box at least 1 mm thick where that is flat.
+    A closed, consistently wound mesh (inwards or outwards) gives the solid itself; others their convex hull,
+    or a bounding box at least 1 mm thick where the hull is flat.
 
     Args:
-        vertices: (n, 3) m.
+        vertices: (n, 3) positions (m).
         faces: (m, 3) vertex indices.
-        density: kg/m³.
+        density: density (kg/m³).
 
     Raises:
         ValueError: no vertices, or some are not finite.
     """
     points, triangles = np.asarray(vertices, dtype=float), np.asarray(faces)
     if len(points) == 0 or not np.isfinite(points).all():
-        raise ValueError("mass properties need finite vertices")
+        raise ValueError(f"mass properties need finite vertices, got {points.tolist()[:3]} of {len(points)}")
     if len(triangles) and is_closed(points, triangles):
         solid = inside_of(points, triangles, density)
         if solid is not None:
@@ -111,7 +111,10 @@ def mesh(vertices: ArrayLike, faces: ArrayLike, density: float = DEFAULT_DENSITY
 
 
 def inside_of(vertices: Array, faces: NDArray, density: float = DEFAULT_DENSITY) -> SolidInertia | None:
-    """What a closed surface bounds; None where that is next to nothing (under 0.1 % of its bounding box)."""
+    """Return the inertia inside a closed surface of (n, 3) vertices (m) and (m, 3) faces.
+
+    None where the volume is under 0.1 % of the bounding box.
+    """
     volume, center, second = volume_integrals(vertices, faces)
     if volume > 1e-3 * _box_volume(vertices) and _is_positive(second, volume):
         return _from_integrals(volume, center, second, density, "closed mesh")
@@ -119,7 +122,7 @@ def inside_of(vertices: Array, faces: NDArray, density: float = DEFAULT_DENSITY)
 
 
 def hull_of(points: ArrayLike, density: float = DEFAULT_DENSITY) -> SolidInertia:
-    """The convex hull of (n, 3) points, or their bounding box where they lie in a plane or on a line."""
+    """Return the inertia of the convex hull of (n, 3) points (m), or of their bounding box if flat."""
     cloud = np.asarray(points, dtype=float)
     return hull_or_box(convex_hull(cloud), cloud, density)
 
@@ -127,7 +130,7 @@ def hull_of(points: ArrayLike, density: float = DEFAULT_DENSITY) -> SolidInertia
 def hull_or_box(
     hull: tuple[Array, NDArray] | None, cloud: Array, density: float = DEFAULT_DENSITY
 ) -> SolidInertia:
-    """The solid of a `convex_hull`, or where there is none the bounding box of its points."""
+    """Return the inertia of a `convex_hull`, or if it is None of the (n, 3) points' bounding box (m)."""
     if hull is not None:
         volume, center, second = volume_integrals(*hull)
         if volume > 0 and _is_positive(second, volume):
@@ -140,14 +143,14 @@ def hull_or_box(
 
 
 def combined(parts: Sequence[SolidInertia]) -> SolidInertia:
-    """Several solids in one frame as one (overlaps count twice); `solid` is that of the heaviest.
+    """Return several solids in one frame as one (overlaps count twice); `solid` is that of the heaviest.
 
     Raises:
         ValueError: no parts, or no mass.
     """
     mass = sum(part.mass for part in parts)
     if not mass > 0:
-        raise ValueError("no mass to combine")
+        raise ValueError(f"the mass of all parts must be above 0, got {mass} kg of {len(parts)} parts")
     center = np.sum([part.mass * part.center for part in parts], axis=0) / mass
     inertia = np.zeros((3, 3))
     for part in parts:
@@ -158,12 +161,12 @@ def combined(parts: Sequence[SolidInertia]) -> SolidInertia:
 
 
 def principal_moments(inertia: ArrayLike) -> Array:
-    """(3,) moments of a symmetric (3, 3) tensor, smallest first; kg m²."""
+    """Return the (3,) principal moments of a symmetric (3, 3) tensor, smallest first (kg m²)."""
     return np.linalg.eigvalsh(np.asarray(inertia, dtype=float))
 
 
 def is_physical(inertia: ArrayLike, tolerance: float = 1e-6) -> bool:
-    """True for a tensor that some body has: positive moments, none larger than the other two together."""
+    """Whether a (3, 3) tensor (kg m²) is physical: positive moments, none above the sum of the others."""
     small, middle, large = principal_moments(inertia)
     return bool(small > 0 and small + middle >= large * (1.0 - tolerance))
 
@@ -172,7 +175,7 @@ def is_physical(inertia: ArrayLike, tolerance: float = 1e-6) -> bool:
 
 
 def is_closed(vertices: Array, faces: NDArray) -> bool:
-    """True where every edge has exactly one neighbour running the other way, vertices welded by position."""
+    """Whether (m, 3) faces are closed: every edge has one opposite edge once (n, 3) vertices are welded."""
     welded, triangles = weld(vertices, faces)
     if len(triangles) < 4:
         return False
@@ -186,7 +189,7 @@ def is_closed(vertices: Array, faces: NDArray) -> bool:
 
 
 def weld(vertices: Array, faces: NDArray) -> tuple[Array, NDArray]:
-    """Vertices that lie at one place (to 1e-7 of the mesh's size) made one; collapsed triangles left out."""
+    """Merge (n, 3) vertices at equal positions (to 1e-7 of the mesh's size); drop collapsed (m, 3) faces."""
     points = np.ascontiguousarray(vertices, dtype=float)
     extent = float((points.max(axis=0) - points.min(axis=0)).max()) if len(points) else 0.0
     if extent <= 0 or not math.isfinite(extent):
@@ -201,7 +204,10 @@ def weld(vertices: Array, faces: NDArray) -> tuple[Array, NDArray]:
 
 
 def convex_hull(points: Array) -> tuple[Array, NDArray] | None:
-    """(vertices, faces) of the hull, wound outwards; None where the points span no volume."""
+    """Return (k, 3) vertices and (f, 3) outward faces of the hull of (n, 3) points.
+
+    None where they are flat.
+    """
     from scipy.spatial import ConvexHull, QhullError
 
     lower, upper = points.min(axis=0), points.max(axis=0)
@@ -227,9 +233,9 @@ def convex_hull(points: Array) -> tuple[Array, NDArray] | None:
 
 
 def volume_integrals(vertices: Array, faces: NDArray) -> tuple[float, Array, Array]:
-    """Volume (m³), centroid (3,) (m) and second moments ∫(x-c)(x-c)ᵀdV (3, 3) (m⁵) inside a closed surface.
+    """Return volume (m³), (3,) centroid (m), (3, 3) second moments ∫(x-c)(x-c)ᵀdV (m⁵) in a closed surface.
 
-    A surface wound inwards gives the same numbers as one wound outwards.
+    Inward and outward winding give the same values.
     Source: signed tetrahedra from one point, Blow and Binstock, "How to find the inertia tensor" (2004).
     """
     origin = vertices.mean(axis=0)

@@ -1,8 +1,8 @@
-"""Load mesh files, each once.
+"""Load mesh files, with a cache.
 
-Formats: OBJ (with MTL), STL (ASCII and binary), DAE, glTF/GLB, PLY. Axes are taken as the file has them, also
-where it names another up axis, as robot tools do; a DAE's `<unit>` is applied. Files are untrusted: sizes are
-bounded, indices checked, XML read without DTD, and other files (materials, images) are opened only inside the
+Formats: OBJ (with MTL), STL (ASCII and binary), DAE, glTF/GLB, PLY. The file's axes are kept, whatever up
+axis it declares, as robot tools do; a DAE's `<unit>` is applied. Files are untrusted: sizes are bounded,
+indices checked, XML is parsed without DTD, and external files (materials, images) are opened only inside the
 mesh's own folders.
 """
 
@@ -19,13 +19,15 @@ from numpy.typing import ArrayLike
 
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only
-from roboyard.shapes.readers.external_files import forget_images
+from roboyard.shapes.readers.external_files import clear_images
 from roboyard.shapes.readers.parts import Part, combine
 
 MAX_FILE_BYTES = 512 * 1024 * 1024
+"""Largest mesh file (bytes)."""
 MAX_TRIANGLES = 20_000_000
+"""Most triangles of a mesh."""
 CACHE_BYTES = 1024 * 1024 * 1024
-"""Meshes kept in memory, the least recently used leave first."""
+"""Size of the cache (bytes); the least recently used meshes are dropped first."""
 
 _READERS = {
     ".obj": "read_obj",
@@ -42,22 +44,21 @@ _cache_lock = threading.Lock()
 
 
 def load_mesh(path: Path | str) -> TriangleMesh:
-    """The triangles of a mesh file, all its objects in one mesh, in the file's own frame; m.
+    """Return the triangles of a mesh file, all its objects in one mesh, in the file's own frame (m).
 
-    Vertices are split where normals or texture coordinates differ, and those that no face uses are left out.
-    `colors` holds the material (or mean vertex) colour of each face where the file gives any; where a texture
-    covers a face its colour is the factor that the texture is multiplied with. Several textures are packed
-    into one. A file loaded before is not read again until its time or size changes.
+    Vertices are split where normals or texture coordinates differ; unused vertices are skipped. `colors` are
+    the material (or mean vertex) colours of the faces, or the factors of the texture on textured faces.
+    Several textures are packed into one. A file is read again only after its time or size has changed.
 
     Raises:
-        MeshError: the file is missing, unreadable, of an unknown format, holds no triangle, a vertex that is
-            not finite or an index beyond its vertices, or is beyond 512 MiB or 20 million triangles.
+        MeshError: the file is missing, unreadable, of an unknown format, has no triangle, a vertex that is
+            not finite or an index out of range, or exceeds 512 MiB or 20 million triangles.
     """
     file = Path(path)
     try:
         state = file.stat()
     except (OSError, ValueError):
-        raise MeshError("no such mesh file; check the path", file=file) from None
+        raise MeshError(f"no such mesh file: {str(path)!r}; check the path", file=file) from None
     key = (str(file.absolute()), state.st_mtime_ns, state.st_size)
     with _cache_lock:
         if key in _cache:
@@ -72,24 +73,22 @@ def load_mesh(path: Path | str) -> TriangleMesh:
 
 
 def scaled(mesh: TriangleMesh, scale: ArrayLike) -> TriangleMesh:
-    """The mesh with its axes multiplied by (3,) `scale`; mirrored faces are turned to face outside again.
+    """Return the mesh scaled by (3,) factors along its axes; mirrored faces are flipped to face outwards.
 
     Raises:
         ValueError: a factor is zero or not finite.
     """
     factors = np.broadcast_to(np.asarray(scale, dtype=float), (3,))
     if not np.all(np.isfinite(factors)) or not np.all(factors):
-        raise ValueError(
-            f"scale {tuple(factors.tolist())} flattens the mesh; give finite factors other than zero"
-        )
+        raise ValueError(f"scale must have finite factors other than 0, got {tuple(factors.tolist())}")
     if np.all(factors == 1.0):
         return mesh
     mirrored = np.prod(np.sign(factors)) < 0
     normals = None
     if mesh.normals is not None:
-        turned = mesh.normals / factors
-        length = np.linalg.norm(turned, axis=1, keepdims=True)
-        normals = read_only(turned / np.where(length > 0, length, 1.0), np.float64)
+        scaled_normals = mesh.normals / factors
+        length = np.linalg.norm(scaled_normals, axis=1, keepdims=True)
+        normals = read_only(scaled_normals / np.where(length > 0, length, 1.0), np.float64)
     return TriangleMesh(
         vertices=read_only(mesh.vertices * factors, np.float64),
         faces=read_only(mesh.faces[:, ::-1] if mirrored else mesh.faces, np.int32),
@@ -101,10 +100,10 @@ def scaled(mesh: TriangleMesh, scale: ArrayLike) -> TriangleMesh:
 
 
 def clear_cache() -> None:
-    """Forget all loaded meshes."""
+    """Empty the cache of meshes and images."""
     with _cache_lock:
         _cache.clear()
-    forget_images()
+    clear_images()
 
 
 def _bytes(mesh: TriangleMesh) -> int:
@@ -115,7 +114,7 @@ def _bytes(mesh: TriangleMesh) -> int:
 def _read(file: Path, size: int) -> TriangleMesh:
     name = _READERS.get(file.suffix.lower())
     if file.is_dir():
-        raise MeshError("this is a folder, not a mesh file", file=file)
+        raise MeshError(f"{file.name!r} is a folder; give a mesh file", file=file)
     if name is None:
         known = ", ".join(MESH_SUFFIXES)
         raise MeshError(f"unknown mesh format {file.suffix!r}; convert it to one of {known}", file=file)
@@ -129,14 +128,15 @@ def _read(file: Path, size: int) -> TriangleMesh:
     except OSError as error:
         raise MeshError(f"cannot be read: {error.strerror}", file=file) from None
     if not data.strip():
-        raise MeshError("the file is empty; export the mesh again", file=file)
+        raise MeshError(f"the file is empty ({size} bytes); export the mesh again", file=file)
     if data.startswith(b"version https://git-lfs"):
-        raise MeshError("this is a git-lfs pointer, not the mesh; fetch it with: git lfs pull", file=file)
+        pointer = f"the file is a git-lfs pointer of {size} bytes"
+        raise MeshError(f"{pointer}, not the mesh; fetch it with: git lfs pull", file=file)
     try:
         return _checked(combine(reader(data, file)), file)
     except MeshError:
         raise
-    except Exception as error:  # readers of third parties raise whatever a broken file leads them to
+    except Exception as error:  # third-party readers raise many types for broken files
         kind = file.suffix.lower().lstrip(".").upper()
         reason = " ".join(str(error).split())[:160] or type(error).__name__
         raise MeshError(f"not a readable {kind} file ({reason}); export the mesh again", file=file) from error
@@ -144,9 +144,16 @@ def _read(file: Path, size: int) -> TriangleMesh:
 
 def _checked(mesh: TriangleMesh | None, file: Path) -> TriangleMesh:
     if mesh is None or len(mesh.faces) == 0:
-        raise MeshError("the mesh has no triangles; export it again", file=file)
+        kept = 0 if mesh is None else len(mesh.vertices)
+        raise MeshError(
+            f"the mesh has no triangles ({kept} vertices); export it again",
+            file=file,
+        )
     if len(mesh.faces) > MAX_TRIANGLES:
-        raise MeshError(f"{len(mesh.faces)} triangles are too many (at most {MAX_TRIANGLES})", file=file)
+        raise MeshError(
+            f"{len(mesh.faces)} triangles are too many (at most {MAX_TRIANGLES}); simplify the mesh",
+            file=file,
+        )
     if not np.all(np.isfinite(mesh.vertices)):
         count = int(np.sum(~np.isfinite(mesh.vertices).all(axis=1)))
         raise MeshError(f"{count} vertices are not finite numbers; export the mesh again", file=file)

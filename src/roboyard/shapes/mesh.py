@@ -1,4 +1,4 @@
-"""Triangles as read-only arrays: what every room that touches a mesh shares."""
+"""Triangle meshes as read-only arrays, shared by all folders."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TriangleMesh:
-    """A triangle mesh in metres. Arrays are C-contiguous and read-only; share, never edit."""
+    """A triangle mesh in metres. Arrays are C-contiguous and read-only."""
 
     vertices: NDArray[np.float64]
-    """(n, 3) m"""
+    """(n, 3) positions (m)."""
     faces: NDArray[np.int32]
     """(m, 3) vertex indices, counter-clockwise seen from outside."""
     normals: NDArray[np.float64] | None = None
-    """(n, 3) unit vertex normals where the file gives them; None: flat or derived."""
+    """(n, 3) unit vertex normals if the file has them; None: flat or derived from the faces."""
     uv: NDArray[np.float64] | None = None
-    """(n, 2) texture coordinates, v up; None where there is no texture."""
+    """(n, 2) texture coordinates, v up; None without a texture."""
     colors: NDArray[np.uint8] | None = None
-    """(m, 4) RGBA of each face where the file gives any (materials or vertex colours)."""
+    """(m, 4) RGBA of each face if the file has materials or vertex colours."""
     texture: NDArray[np.uint8] | None = None
     """(h, w, 4) RGBA image, row 0 at the top."""
 
     @cached_property
     def bounds(self) -> NDArray[np.float64]:
-        """(2, 3) lower and upper corner; m."""
+        """(2, 3) lower and upper corner of the bounding box (m)."""
         return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
 
 def read_only(array: NDArray, dtype: type) -> NDArray:
-    """A C-contiguous copy of `array` that cannot be written."""
+    """Return a C-contiguous read-only copy of an array of any shape (...)."""
     out = np.array(array, dtype=dtype, order="C")
     out.setflags(write=False)
     return out
 
 
 def shared(array: NDArray, dtype: type) -> NDArray:
-    """The array itself where nobody can write it and it is C-contiguous, else such a copy."""
+    """Return the (...) array itself if it is read-only and C-contiguous, else such a copy."""
     if array.dtype == dtype and array.flags.c_contiguous and not array.flags.writeable:
         return array
     return read_only(array, dtype)

@@ -1,7 +1,7 @@
-"""What an audit asks of a mesh file: size, closedness, volume, hull. Kept by content, so asked only once.
+"""Statistics of a mesh file for audits: size, closedness, volume, hull; cached by content.
 
-The facts of a file live in the user's cache folder under the SHA-256 of its bytes; a folder that cannot be
-written just means computing them again.
+The cache is in the user's cache folder, by the SHA-256 of the file's bytes; without write access the
+statistics are computed again.
 """
 
 from __future__ import annotations
@@ -35,58 +35,60 @@ from roboyard.shapes.readers.references import names_in
 Array = NDArray[np.float64]
 
 _VERSION = 3
-"""Part of the cache key: raise it when the facts of a file change meaning."""
+"""Part of the cache key; raise it when the meaning of the values changes."""
 _MAX_HULL_POINTS = 400
-_MOST_IN_MEMORY = 2000
+_MAX_IN_MEMORY = 2000
 _in_memory: dict[tuple[str, int, int], MeshStats] = {}
-"""By path, time and size of the file: one import asks for the same facts several times."""
+"""Statistics by path, time and size of the file: one import needs them several times."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshStats:
-    """Of one mesh file, in its own units, before any scale."""
+    """Statistics of one mesh file, in its own units, before any scale."""
 
     content: str
     """SHA-256 of the file."""
     triangles: int
+    """Number of triangles."""
     vertices: int
+    """Number of vertices."""
     is_finite: bool
-    """False where some vertex is NaN or infinite; the numbers below are then zero."""
+    """Whether all vertices are finite; otherwise the values below are zero."""
     is_closed: bool
-    """Every edge has one neighbour running the other way."""
+    """Whether every edge has one opposite edge."""
     bounds: Array
-    """(2, 3) lower and upper corner."""
+    """(2, 3) lower and upper corner of the bounding box."""
     volume: float
-    """Inside the surface where it is closed, else of the hull; 0 where it is flat."""
+    """Volume inside a closed surface, else of the hull; 0 where it is flat."""
     hull_volume: float
-    """0 where it is flat."""
+    """Volume of the convex hull; 0 where it is flat."""
     hull: Array
-    """(k, 3) points whose hull is (nearly) that of the mesh; at most 400."""
+    """(k, 3) points, at most 400, with (nearly) the hull of the mesh."""
     center: Array
     """(3,) centre of mass at uniform density."""
     inertia: Array
-    """(3, 3) about the centre, at density 1."""
+    """(3, 3) inertia about the centre of mass at density 1."""
     solid: str
-    """What the mass properties were taken of (see `roboyard.shapes.inertia`)."""
+    """Kind of shape of the mass properties (see `roboyard.shapes.inertia`)."""
     mass: float
-    """At density 1."""
+    """Mass at density 1."""
     names: tuple[str, ...] = ()
-    """Of material libraries, images and buffers, as the file names them."""
+    """Names of material libraries, images and buffers, as written."""
 
     @property
     def is_flat(self) -> bool:
-        """True where the vertices span no volume."""
+        """Whether the vertices span no volume."""
         return self.hull_volume <= 0.0
 
     @cached_property
     def mass_properties(self) -> SolidInertia:
-        """At density 1, in the file's units."""
+        """Mass properties at density 1, in the file's units."""
         solid = self.solid
         assert solid in ("closed mesh", "convex hull", "bounding box")
         return SolidInertia(mass=self.mass, center=self.center, inertia=self.inertia, solid=solid)
 
     def scaled_properties(self, scale: tuple[float, ...]) -> SolidInertia:
-        """At density 1, with the mesh scaled along its axes."""
+        """Return the mass properties at density 1 of the mesh scaled along its axes."""
         factors = np.abs(np.asarray(scale, dtype=float))
         own = self.mass_properties
         # ∫ x xᵀ dm from the tensor, scaled component by component
@@ -99,7 +101,7 @@ class MeshStats:
 
 
 def mesh_stats(path: Path) -> MeshStats:
-    """Facts of a mesh file, from the cache where it has been seen before.
+    """Return the statistics of a mesh file, from the cache if possible.
 
     Raises:
         MeshError: the file cannot be read as a mesh or is empty.
@@ -107,25 +109,25 @@ def mesh_stats(path: Path) -> MeshStats:
     from roboyard.shapes.load import MAX_FILE_BYTES, MESH_SUFFIXES, load_mesh
 
     if path.suffix.lower() not in MESH_SUFFIXES or not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
-        return stats_of(load_mesh(path))  # raises, and says why
+        return stats_of(load_mesh(path))  # raises the error
     state = path.stat()
     key = (str(path.absolute()), state.st_mtime_ns, state.st_size)
     if key in _in_memory:
         return _in_memory[key]
     content = _digest(path)
-    kept = cache_folder() / "mesh-facts" / f"{content}-{path.suffix.lower().lstrip('.')}-{_VERSION}.npz"
-    facts = _recall(kept, content)
-    if facts is None:
-        facts = dataclasses.replace(stats_of(load_mesh(path), content), names=tuple(names_in(path)))
-        _remember(kept, facts)
-    if len(_in_memory) >= _MOST_IN_MEMORY:
+    kept = cache_folder() / "mesh-stats" / f"{content}-{path.suffix.lower().lstrip('.')}-{_VERSION}.npz"
+    stats = _load(kept, content)
+    if stats is None:
+        stats = dataclasses.replace(stats_of(load_mesh(path), content), names=tuple(names_in(path)))
+        _store(kept, stats)
+    if len(_in_memory) >= _MAX_IN_MEMORY:
         _in_memory.clear()
-    _in_memory[key] = facts
-    return facts
+    _in_memory[key] = stats
+    return stats
 
 
 def stats_of(triangles: TriangleMesh, content: str = "") -> MeshStats:
-    """Facts of a mesh in memory."""
+    """Return the statistics of a mesh in memory."""
     vertices, faces = np.asarray(triangles.vertices), np.asarray(triangles.faces)
     vertices = vertices[np.unique(faces)] if len(faces) and len(faces) * 3 < len(vertices) else vertices
     if vertices.shape[0] == 0 or not np.isfinite(vertices).all() or np.abs(vertices).max() > 1e100:
@@ -161,7 +163,7 @@ def stats_of(triangles: TriangleMesh, content: str = "") -> MeshStats:
 
 
 def _thinned(points: Array) -> Array:
-    """At most 400 of the points: those that reach furthest in directions spread over the sphere."""
+    """Return at most 400 of the points: the extremes along evenly distributed directions."""
     if len(points) <= _MAX_HULL_POINTS:
         return points
     k = np.arange(_MAX_HULL_POINTS) + 0.5
@@ -187,7 +189,7 @@ _SCALARS = ("triangles", "vertices", "is_finite", "is_closed", "volume", "hull_v
 _ARRAYS = ("bounds", "hull", "center", "inertia")
 
 
-def _recall(file: Path, content: str) -> MeshStats | None:
+def _load(file: Path, content: str) -> MeshStats | None:
     try:
         data = file.read_bytes()
         with np.load(io.BytesIO(data), allow_pickle=False) as stored:
@@ -199,9 +201,9 @@ def _recall(file: Path, content: str) -> MeshStats | None:
         return None
 
 
-def _remember(file: Path, facts: MeshStats) -> None:
-    stored = {name: np.asarray(getattr(facts, name)) for name in (*_SCALARS, *_ARRAYS)}
-    stored["names"] = np.asarray(facts.names, dtype=np.str_)
+def _store(file: Path, stats: MeshStats) -> None:
+    stored = {name: np.asarray(getattr(stats, name)) for name in (*_SCALARS, *_ARRAYS)}
+    stored["names"] = np.asarray(stats.names, dtype=np.str_)
     partial = file.with_name(f"{file.name}.{os.getpid()}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

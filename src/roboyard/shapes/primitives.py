@@ -1,4 +1,4 @@
-"""Meshes of the simple shapes, with normals and texture coordinates; equal arguments share one mesh."""
+"""Meshes of simple shapes, with normals and texture coordinates, cached by their arguments."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _positive(**values: float) -> None:
 
 @lru_cache(maxsize=256)
 def box(half_x: float = 0.5, half_y: float = 0.5, half_z: float = 0.5) -> TriangleMesh:
-    """Box around the origin with the given half sizes (m); each side shows the whole texture upright."""
+    """Return a box around the origin with half extents (m); each side shows the whole texture upright."""
     _positive(half_x=half_x, half_y=half_y, half_z=half_z)
     half = np.array([half_x, half_y, half_z])
     corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -64,28 +64,31 @@ def plane(half_x: float = 0.5, half_y: float = 0.5, repeat: float = 1.0) -> Tria
 
 @lru_cache(maxsize=256)
 def sphere(radius: float = 0.5, segments: int = 32) -> TriangleMesh:
-    """Sphere around the origin; radius in m, `segments` around the equator."""
+    """Return a sphere around the origin; radius in m, `segments` around the equator."""
     _positive(radius=radius)
     rings = max(segments // 2, 3)
     angles = np.pi * (np.arange(rings + 1) / rings - 0.5)
     profile = np.column_stack([np.cos(angles), np.sin(angles)])
     profile[[0, -1], 0] = 0.0
-    return _lathe(radius * profile, profile, np.arange(rings + 1) / rings, segments)
+    return _revolve(radius * profile, profile, np.arange(rings + 1) / rings, segments)
 
 
 @lru_cache(maxsize=256)
 def cylinder(radius: float = 0.5, length: float = 1.0, segments: int = 40) -> TriangleMesh:
-    """Cylinder along z around the origin; radius and length in m."""
+    """Return a cylinder along z around the origin; radius and length in m."""
     _positive(radius=radius, length=length)
     z = 0.5 * length
     points = np.array([[0, -z], [radius, -z], [radius, -z], [radius, z], [radius, z], [0, z]])
     normals = np.array([[0, -1.0], [0, -1.0], [1.0, 0], [1.0, 0], [0, 1.0], [0, 1.0]])
-    return _lathe(points, normals, np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), segments)
+    return _revolve(points, normals, np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), segments)
 
 
 @lru_cache(maxsize=256)
 def capsule(radius: float = 0.5, length: float = 1.0, segments: int = 32) -> TriangleMesh:
-    """Capsule along z around the origin; `length` (m) is that of the cylinder between the half spheres."""
+    """Return a capsule along z around the origin.
+
+    `length` is that of the cylinder between the half spheres (m).
+    """
     _positive(radius=radius, length=length)
     rings = max(segments // 4, 2)
     angles = 0.5 * np.pi * np.arange(rings + 1) / rings
@@ -95,13 +98,13 @@ def capsule(radius: float = 0.5, length: float = 1.0, segments: int = 32) -> Tri
     shift = np.array([0.0, 0.5 * length])
     points = np.concatenate([radius * lower - shift, radius * upper + shift])
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    return _lathe(points, np.concatenate([lower, upper]), arc / arc[-1], segments)
+    return _revolve(points, np.concatenate([lower, upper]), arc / arc[-1], segments)
 
 
 def heightfield(heights: ArrayLike, size_x: float, size_y: float) -> TriangleMesh:
-    """Terrain from a (rows, columns) grid of heights (m), row 0 at -y, column 0 at -x, centred at the origin.
+    """Return terrain from a (rows, columns) grid of heights (m): row 0 at -y, column 0 at -x.
 
-    The grid's corner points lie at ±size_x / 2 and ±size_y / 2 (m); normals are smooth, the texture covers
+    The grid's corner points are at ±size_x / 2 and ±size_y / 2 (m); normals are smooth, the texture covers
     the whole field once. Raises ValueError for a grid below 2 x 2 or heights that are not finite.
     """
     z = np.asarray(heights, dtype=float)
@@ -123,15 +126,18 @@ def heightfield(heights: ArrayLike, size_x: float, size_y: float) -> TriangleMes
     return _mesh(np.column_stack([gx.ravel(), gy.ravel(), z.ravel()]), faces, normals, uv)
 
 
-def _lathe(points: Array, normals: Array, v: Array, segments: int) -> TriangleMesh:
-    """Turn a profile of (radius, z) points, bottom to top, about z; two equal points make a sharp edge."""
+def _revolve(points: Array, normals: Array, v: Array, segments: int) -> TriangleMesh:
+    """Revolve a profile of (n, 2) radius and z, bottom to top, about z.
+
+    Two equal points make a sharp edge.
+    """
     if segments < 3:
         raise ValueError(f"segments must be at least 3, got {segments}")
     angle = 2.0 * np.pi * np.arange(segments + 1) / segments
     cos, sin = np.cos(angle), np.sin(angle)
     cos[-1], sin[-1] = cos[0], sin[0]
 
-    def turned(profile: Array) -> Array:
+    def revolved(profile: Array) -> Array:
         r, z = profile[:, :1], profile[:, 1:]
         return np.stack([r * cos, r * sin, z + 0.0 * cos], axis=-1).reshape(-1, 3)
 
@@ -147,4 +153,4 @@ def _lathe(points: Array, normals: Array, v: Array, segments: int) -> TriangleMe
             faces.append(np.column_stack([a, a + 1, b + 1]))
         if points[k + 1, 0] > 0:
             faces.append(np.column_stack([a, b + 1, b]))
-    return _mesh(turned(points), np.concatenate(faces), turned(normals), uv)
+    return _mesh(revolved(points), np.concatenate(faces), revolved(normals), uv)

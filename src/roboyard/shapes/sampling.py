@@ -1,4 +1,4 @@
-"""Points spread evenly over surfaces, spheres and boxes."""
+"""Evenly distributed points on surfaces, on the unit sphere and in boxes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 def surface_points(
     meshes: TriangleMesh | Sequence[TriangleMesh], count: int, rng: np.random.Generator
 ) -> Array:
-    """(count, 3) points spread evenly over the meshes' surface; m."""
+    """Return (count, 3) points, uniformly distributed on the meshes' surface (m)."""
     corners = np.concatenate([vertices[faces] for vertices, faces in triangles(meshes)])
     edges = corners[:, 1:] - corners[:, :1]
     area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
@@ -29,7 +29,7 @@ def surface_points(
 
 
 def fibonacci_sphere(count: int) -> Array:
-    """(count, 3) unit vectors spread evenly."""
+    """Return (count, 3) evenly distributed unit vectors."""
     i = np.arange(count) + 0.5
     z = 1 - 2 * i / count
     turn = np.pi * (1 + 5**0.5) * i
@@ -38,7 +38,7 @@ def fibonacci_sphere(count: int) -> Array:
 
 
 def box_points(lower: Array, upper: Array, count: int) -> Array:
-    """(count, 3) points filling a box evenly, the same at every call.
+    """Return (count, 3) points that fill a box evenly, the same at every call (m).
 
     Source: the additive sequence R3 of Roberts, "The unreasonable effectiveness of quasirandom sequences".
     """

@@ -1,4 +1,4 @@
-"""Coarser copies of dense meshes, for pictures too small to show the difference."""
+"""Simplify dense meshes for small images."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from roboyard.shapes.mesh import TriangleMesh, read_only
 
 DENSE = 20_000
-"""Triangles above which a mesh is worth simplifying."""
+"""Number of triangles above which a mesh is simplified."""
 CELLS = 256
-"""Cells along the mesh's longest side: in a picture 300 pixels wide one is little more than a pixel."""
+"""Cells along the mesh's longest side: in an image 300 pixels wide a cell is little more than a pixel."""
 UV_CELLS = 64
-"""Texture coordinates of vertices that become one differ by less than one of so many parts."""
+"""Merged vertices differ in texture coordinates by less than 1 / `UV_CELLS`."""
 
 _known: WeakKeyDictionary[TriangleMesh, TriangleMesh] = WeakKeyDictionary()
 
 
 def for_small_pictures(mesh: TriangleMesh) -> TriangleMesh:
-    """The mesh itself where it is light, else `clustered`, remembered as long as the mesh lives."""
+    """Return the mesh itself if it is small, else `clustered`, cached for the life of the mesh."""
     if len(mesh.faces) <= DENSE:
         return mesh
     found = _known.get(mesh)
@@ -30,14 +30,14 @@ def for_small_pictures(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def clustered(mesh: TriangleMesh, cells: int) -> TriangleMesh:
-    """The mesh with all vertices of a grid cell made one, at their mean, and without faces that vanish.
+    """Return the mesh with all vertices of each grid cell merged at their mean, without collapsed faces.
 
     No vertex moves by more than the diagonal of a cell. Faces keep their order, colours and texture; normals
-    are left out, since those of joined vertices mean nothing.
+    are dropped, since merged vertices have no common normal.
 
     Args:
         mesh: any triangles with finite vertices.
-        cells: along the longest side of the mesh's box.
+        cells: number of cells along the longest side of the mesh's bounding box.
     """
     if not len(mesh.vertices):
         return mesh
@@ -61,13 +61,13 @@ def clustered(mesh: TriangleMesh, cells: int) -> TriangleMesh:
 
 
 def _means(values: NDArray[np.float64], number: NDArray[np.int64], count: int) -> NDArray[np.float64]:
-    """(count, 3) mean of the values of each number."""
+    """Return the (count, 3) mean of the values of each number."""
     sums = [np.bincount(number, weights=values[:, axis], minlength=count) for axis in range(3)]
     return np.stack(sums, axis=1) / np.bincount(number, minlength=count)[:, None]
 
 
 def _first_of_each(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Rows of faces with three different corners, the first of those with the same corners in turn."""
+    """Return the rows of faces with three different corners, the first of each corner cycle."""
     whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     rows = np.flatnonzero(whole)
     if not len(rows):

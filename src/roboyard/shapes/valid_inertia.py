@@ -1,4 +1,4 @@
-"""Inertia tensors that no body has, changed as little as makes them possible."""
+"""Smallest changes that make an impossible inertia tensor valid."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from numpy.typing import ArrayLike
 from roboyard.shapes.inertia import Array
 
 ROD_RATIO = 1e-3
-"""Least moment of a rod / its largest, where a file rounds the least to zero; that of a rod 39 times longer
-than thick is about this.
+"""Smallest / largest moment for a rod whose smallest moment was rounded to zero: that of a rod about 39 times
+longer than thick.
 """
 
 
 def rod_inertia(inertia: ArrayLike) -> Array | None:
-    """The (3, 3) tensor of a rod of no thickness, its least moment raised to `ROD_RATIO` of the largest.
+    """Return a thin rod's (3, 3) tensor (kg m²), its smallest moment raised to `ROD_RATIO` of the largest.
 
-    None for any other tensor: one that no body comes near to, or that needs no change.
+    None for any other tensor, valid or not.
     """
     moments, axes = np.linalg.eigh(np.asarray(inertia, dtype=float))
     small, middle, large = moments
@@ -27,9 +27,9 @@ def rod_inertia(inertia: ArrayLike) -> Array | None:
 
 
 def valid_inertia(inertia: ArrayLike) -> Array | None:
-    """The (3, 3) tensor with its two smaller principal moments raised equally until they add up to the third.
+    """Return the (3, 3) tensor (kg m²) with its two smaller moments raised equally to the sum of the third.
 
-    None for a tensor that needs no change, and for one whose moments are not positive.
+    None for a valid tensor, and for one whose moments are not positive.
     """
     moments, axes = np.linalg.eigh(np.asarray(inertia, dtype=float))
     small, middle, large = moments

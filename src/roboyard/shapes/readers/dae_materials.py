@@ -10,37 +10,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.shapes.readers.external_files import load_image
-from roboyard.shapes.readers.read_mtl import Finish
+from roboyard.shapes.readers.read_mtl import SurfaceMaterial
 
 _SHADERS = ("phong", "lambert", "blinn", "constant")
 
 
 class Surfaces:
-    """The finishes of one document's materials, each read once."""
+    """The materials of one document, each read once."""
 
     def __init__(self, root: ET.Element, ids: Mapping[str | None, ET.Element], file: Path) -> None:
         self.root, self.ids, self.file = root, ids, file
-        self._finishes: dict[int, Finish] = {}
+        self._materials: dict[int, SurfaceMaterial] = {}
         self._images: dict[str, NDArray[np.uint8] | None] = {}
 
-    def finish(self, material: ET.Element | None) -> Finish:
-        """How a `<material>` looks; nothing known of None."""
+    def material(self, material: ET.Element | None) -> SurfaceMaterial:
+        """Return colour and texture of a `<material>`; empty for None."""
         if material is None:
-            return Finish()
-        if id(material) not in self._finishes:
-            self._finishes[id(material)] = self._read(material)
-        return self._finishes[id(material)]
+            return SurfaceMaterial()
+        if id(material) not in self._materials:
+            self._materials[id(material)] = self._read(material)
+        return self._materials[id(material)]
 
-    def _read(self, material: ET.Element) -> Finish:
+    def _read(self, material: ET.Element) -> SurfaceMaterial:
         instance = material.find("instance_effect")
         effect = None if instance is None else self._find(instance.get("url"))
         if effect is None:
-            return Finish()
+            return SurfaceMaterial()
         shader = next(
             (found for tag in _SHADERS if (found := next(effect.iter(tag), None)) is not None), None
         )
         if shader is None:
-            return Finish()
+            return SurfaceMaterial()
         texture = shader.find("diffuse/texture")
         if texture is not None:
             name = self._image_file(effect, texture.get("texture"))
@@ -48,17 +48,17 @@ class Surfaces:
                 if name not in self._images:
                     self._images[name] = load_image(self.file, name)
                 if self._images[name] is not None:
-                    return Finish(texture=self._images[name])
+                    return SurfaceMaterial(texture=self._images[name])
         diffuse, emission = _rgba(shader.find("diffuse/color")), _rgba(shader.find("emission/color"))
         if diffuse is None or (not diffuse[:3].any() and shader.tag == "constant"):
             diffuse = emission
-        return Finish(color=diffuse)
+        return SurfaceMaterial(color=diffuse)
 
     def _find(self, reference: str | None) -> ET.Element | None:
         return self.ids.get((reference or "").removeprefix("#"))
 
     def _image_file(self, effect: ET.Element, name: str | None) -> str | None:
-        """File name of the image that a texture names through its sampler and surface, or directly."""
+        """Return the file name of a texture's image, referenced through sampler and surface or directly."""
         parameters = {param.get("sid"): param for param in effect.iter("newparam")}
         for _ in range(3):
             param = parameters.get(name)
@@ -84,7 +84,10 @@ class Surfaces:
 
 
 def _rgba(element: ET.Element | None) -> NDArray[np.uint8] | None:
-    """(4,) opaque colour; exporters disagree about transparency too much for it to mean anything."""
+    """Return a (4,) opaque colour.
+
+    Transparency is ignored, since exporters write it in contradictory ways.
+    """
     if element is None:
         return None
     try:

@@ -19,18 +19,18 @@ class Primitive:
     """Triangles of one material symbol."""
 
     positions: Floats
-    """(n, 3)"""
+    """(n, 3) in the file's unit."""
     corners: Indices
-    """(m, 3)"""
+    """(m, 3) indices into `positions`."""
     normals: tuple[Floats, Indices] | None
     uv: tuple[Floats, Indices] | None
     colors: NDArray[np.uint8] | None
-    """(m, 4) mean of each face's vertex colours"""
+    """(m, 4) RGBA, mean of each face's vertex colours."""
     material: str | None
 
 
 def read_geometry(geometry: ET.Element, ids: Mapping[str | None, ET.Element]) -> list[Primitive]:
-    """The primitives of one geometry that have triangles; lines and splines are skipped."""
+    """Return the primitives of one geometry that have triangles; lines and splines are skipped."""
     mesh = geometry.find("mesh")
     if mesh is None:
         return []
@@ -73,7 +73,7 @@ def _read_primitive(
 def _inputs(
     element: ET.Element, ids: Mapping[str | None, ET.Element]
 ) -> tuple[dict[str, tuple[ET.Element, int]], int]:
-    """Semantic to its source and its offset in the index list, and the numbers of indices for a corner."""
+    """Return semantic to source and offset in the index list, and the number of indices per corner."""
     found: dict[str, tuple[ET.Element, int]] = {}
     stride = 1
     for entry in element.findall("input"):
@@ -96,7 +96,7 @@ def _inputs(
 
 
 def _corners(element: ET.Element, stride: int) -> Indices:
-    """(m, 3, stride) indices of the triangles' corners."""
+    """Return (m, 3, stride) indices of the triangles' corners."""
     lists = [np.array((p.text or "").split(), dtype=np.int64) for p in element.iter("p")]
     lists = [numbers[: len(numbers) // stride * stride].reshape(-1, stride) for numbers in lists]
     empty = np.empty((0, 3, stride), dtype=np.int64)
@@ -119,7 +119,7 @@ def _corners(element: ET.Element, stride: int) -> Indices:
 
 
 def _fans(sizes: Indices) -> Indices:
-    """(m, 3) positions of triangle corners in a list of polygons of these sizes, each cut as a fan."""
+    """Return (m, 3) positions of triangle corners in a list of polygons of these sizes, split as fans."""
     starts = np.cumsum(sizes) - sizes
     cut = np.maximum(sizes - 2, 0)
     first = np.repeat(starts, cut)
@@ -128,7 +128,7 @@ def _fans(sizes: Indices) -> Indices:
 
 
 def _strip(numbers: Indices) -> Indices:
-    """Triangles of a strip, every second one turned."""
+    """Return the (m, 3) triangles of a strip, every second one flipped."""
     count = max(len(numbers) - 2, 0)
     index = np.arange(count)[:, None] + np.arange(3)
     index[1::2] = index[1::2, ::-1]
@@ -136,7 +136,7 @@ def _strip(numbers: Indices) -> Indices:
 
 
 def _floats(source: ET.Element, ids: Mapping[str | None, ET.Element]) -> Floats:
-    """(n, stride) table of a `<source>`."""
+    """Return the (n, stride) table of a `<source>`."""
     accessor = source.find("technique_common/accessor")
     array = None if accessor is None else ids.get((accessor.get("source") or "").removeprefix("#"))
     if array is None:
@@ -154,13 +154,13 @@ def _floats(source: ET.Element, ids: Mapping[str | None, ET.Element]) -> Floats:
 
 def _columns(table: Floats, count: int) -> Floats:
     if table.shape[1] < count:
-        raise ValueError(f"a <source> gives {table.shape[1]} numbers an item where {count} are needed")
+        raise ValueError(f"a <source> has {table.shape[1]} numbers per item where {count} are needed")
     return table[:, :count]
 
 
 def _face_colors(values: Floats, index: Indices) -> NDArray[np.uint8]:
     table = _columns(values, 3)
     if index.size and (index.min() < 0 or index.max() >= len(table)):
-        raise ValueError(f"a face names colour {int(index.max()) + 1}, but there are {len(table)}")
+        raise ValueError(f"a face refers to colour {int(index.max()) + 1}, but there are {len(table)}")
     rgb = np.rint(255 * table[index].mean(axis=1)).clip(0, 255)
     return np.column_stack([rgb, np.full(len(rgb), 255)]).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Open the files that a mesh file names: material libraries and images."""
+"""Open external files of a mesh: material libraries and images."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 MAX_PIXELS = 128 * 1024 * 1024
+"""Most pixels of an image file."""
 MAX_SIDE = 4096
-"""Larger images are reduced to this."""
+"""Longest side of a decoded image (pixels); larger images are reduced."""
 RECENT_BYTES = 128 * 1024 * 1024
-"""Of decoded images that are kept: the meshes of one scene often share theirs."""
+"""Size of the cache of decoded images (bytes): the meshes of one scene often share theirs."""
 _recent: OrderedDict[tuple[Path, int, int], NDArray[np.uint8] | None] = OrderedDict()
 _recent_lock = Lock()
 _MESH_FOLDER = re.compile(
@@ -35,10 +36,10 @@ _log = logging.getLogger(__name__)
 
 
 def find_external_file(mesh_file: Path, name: str) -> Path | None:
-    """The file that a mesh names, if it lies in the mesh's own folders; else None, and the log says why.
+    """Return the path of an external file inside the mesh's folders; None, logged, if there is none.
 
-    The mesh's folders are its own and, as long as they are called as mesh folders are (`meshes/visual/`),
-    the one above. Symbolic links are resolved before the check.
+    The mesh's folders are its own and, while their names are those of mesh folders (`meshes/visual/`), the
+    parent folders. Symbolic links are resolved before the check.
     """
     text = unquote(name.strip().removeprefix("file://")).replace("\\", "/")
     if not text or "\0" in text:
@@ -48,19 +49,19 @@ def find_external_file(mesh_file: Path, name: str) -> Path | None:
         if root.parent == root or not _MESH_FOLDER.fullmatch(root.name):
             break
         root = root.parent
-    # as written, and by its bare name: exporters leave the paths of the machine that they ran on
+    # as written, and by its file name: exporters write absolute paths of their own machine
     for candidate in (mesh_file.parent / text, mesh_file.parent / text.rpartition("/")[2]):
         try:
             if candidate.is_file() and candidate.resolve().is_relative_to(root.resolve()):
                 return candidate
         except (OSError, ValueError):
             continue
-    _log.info("%s: %r was not found in the mesh's folders; left out", mesh_file.name, name)
+    _log.info("%s: %r was not found in the mesh's folders; skipped", mesh_file.name, name)
     return None
 
 
 def pixels(image: Image) -> NDArray[np.uint8]:
-    """(h, w, 4) RGBA of a Pillow image, reduced to at most 4096 pixels a side; read-only."""
+    """Return read-only (h, w, 4) RGBA of a Pillow image, reduced to at most 4096 pixels per side."""
     image.draft("RGB", (MAX_SIDE, MAX_SIDE))
     rgba = image.convert("RGBA")
     rgba.thumbnail((MAX_SIDE, MAX_SIDE))
@@ -68,17 +69,17 @@ def pixels(image: Image) -> NDArray[np.uint8]:
 
 
 def load_image(mesh_file: Path, name: str) -> NDArray[np.uint8] | None:
-    """(h, w, 4) RGBA pixels of an image that a mesh names; None, logged, where there is none to read."""
+    """Return (h, w, 4) RGBA of an image of a mesh; None, with a log message, if it cannot be read."""
     file = find_external_file(mesh_file, name)
     return None if file is None else load_image_file(file, f"{mesh_file.name}: {file.name}")
 
 
 def load_image_file(file: Path, what: str) -> NDArray[np.uint8] | None:
-    """(h, w, 4) RGBA pixels of an image file, read once while it is in use; None, logged, if unreadable.
+    """Return (h, w, 4) RGBA of an image file, from the cache if possible; None, logged, if unreadable.
 
     Args:
-        file: there is one.
-        what: it is called in the log.
+        file: an existing file.
+        what: its name in log messages.
     """
     status = file.stat()
     key = (file.resolve(), status.st_mtime_ns, status.st_size)
@@ -94,22 +95,22 @@ def load_image_file(file: Path, what: str) -> NDArray[np.uint8] | None:
     return image
 
 
-def forget_images() -> None:
-    """Decode images anew from now on."""
+def clear_images() -> None:
+    """Empty the cache of decoded images."""
     with _recent_lock:
         _recent.clear()
 
 
-def decode_image(data: bytes, who: str) -> NDArray[np.uint8] | None:
-    """(h, w, 4) RGBA pixels of an image file's bytes; None, logged, where they are no image."""
+def decode_image(data: bytes, what: str) -> NDArray[np.uint8] | None:
+    """Return (h, w, 4) RGBA of an image file's bytes; None, with a log message, if they are not an image."""
     from PIL.Image import open as open_image
 
     try:
         with open_image(io.BytesIO(data), formats=_IMAGES) as image:
             if image.width * image.height > MAX_PIXELS:
-                _log.info("%s: %d x %d pixels are too many; left out", who, image.width, image.height)
+                _log.info("%s: %d x %d pixels are too many; skipped", what, image.width, image.height)
                 return None
             return pixels(image)
-    except Exception as error:  # Pillow raises many kinds for broken files
-        _log.info("%s: not a readable image (%s); left out", who, error)
+    except Exception as error:  # Pillow raises many types for broken files
+        _log.info("%s: not a readable image (%s); skipped", what, error)
         return None

@@ -1,4 +1,4 @@
-"""What mesh readers produce, and how it becomes one `TriangleMesh`."""
+"""Parts, the output of mesh readers, and their combination to one `TriangleMesh`."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class Part:
     """Triangles of one material."""
 
     vertices: Floats
-    """(n, 3)"""
+    """(n, 3) positions (m)."""
     faces: Indices
-    """(m, 3)"""
+    """(m, 3) vertex indices."""
     normals: Floats | None = None
-    """(n, 3), of any length"""
+    """(n, 3) vertex normals of any length."""
     uv: Floats | None = None
-    """(n, 2)"""
+    """(n, 2) texture coordinates."""
     color: NDArray[np.uint8] | None = None
-    """(4,) or (m, 4) RGBA"""
+    """(4,) or (m, 4) RGBA."""
     texture: NDArray[np.uint8] | None = None
-    """(h, w, 4); the same array object for parts that share it"""
+    """(h, w, 4) RGBA; parts with the same texture share the array object."""
 
 
 def part_from_corners(
@@ -45,22 +45,23 @@ def part_from_corners(
     color: NDArray[np.uint8] | None = None,
     texture: NDArray[np.uint8] | None = None,
 ) -> Part:
-    """A part whose corners index positions, normals and texture coordinates separately, as OBJ and DAE do.
+    """Return a part from corners that index positions, normals and texture coordinates separately (OBJ, DAE).
 
     Args:
-        positions: (n, 3).
-        corners: (m, 3) into `positions`.
+        positions: (n, 3) m.
+        corners: (m, 3) indices into `positions`.
         normals: (k, 3) values and (m, 3) indices.
         uv: (k, 2) values and (m, 3) indices.
-        color: (4,) or (m, 4).
+        color: (4,) or (m, 4) RGBA.
+        texture: (h, w, 4) RGBA.
 
-    Normals and texture coordinates that the file does not have are done without.
+    Normals and texture coordinates with indices out of range are ignored, with a log message.
 
     Raises:
-        ValueError: an index lies outside `positions`.
+        ValueError: an index of `corners` is out of range.
     """
     check_indices("vertex", corners, len(positions))
-    normals, uv = _if_there("normal", normals), _if_there("texture coordinate", uv)
+    normals, uv = _if_valid("normal", normals), _if_valid("texture coordinate", uv)
     index = [corners.ravel(), *(pair[1].ravel() for pair in (normals, uv) if pair is not None)]
     key = index[0].astype(np.int64)
     for more in index[1:]:
@@ -77,25 +78,29 @@ def part_from_corners(
     )
 
 
-def _if_there(kind: str, pair: tuple[Floats, Indices] | None) -> tuple[Floats, Indices] | None:
+def _if_valid(kind: str, pair: tuple[Floats, Indices] | None) -> tuple[Floats, Indices] | None:
     if pair is not None:
         try:
             check_indices(kind, pair[1], len(pair[0]))
-        except ValueError as problem:
-            _log.info("%s; doing without", problem)
+        except ValueError as error:
+            _log.info("%s; ignored", error)
             return None
     return pair
 
 
 def check_indices(kind: str, indices: Indices, count: int) -> None:
-    """Raise ValueError unless all indices are within 0 and `count` - 1."""
+    """Check that all (...) indices are between 0 and `count` - 1.
+
+    Raises:
+        ValueError: an index is out of range.
+    """
     if indices.size and (indices.min() < 0 or indices.max() >= count):
         wrong = int(indices.max()) if indices.max() >= count else int(indices.min())
-        raise ValueError(f"a face names {kind} {wrong + 1}, but there are {count}")
+        raise ValueError(f"a face refers to {kind} {wrong + 1}, but there are {count}")
 
 
 def combine(parts: Sequence[Part]) -> TriangleMesh | None:
-    """One mesh of all parts, without vertices that no face uses; None where there is no face at all."""
+    """Return one mesh of all parts, without unused vertices; None if there is no face."""
     parts = [_used(part) for part in parts if len(part.faces)]
     if not parts:
         return None
@@ -121,13 +126,13 @@ def combine(parts: Sequence[Part]) -> TriangleMesh | None:
 
 
 def face_normals(vertices: Floats, faces: Indices) -> Floats:
-    """(m, 3) normals, as long as twice the area of each face."""
+    """Return (m, 3) normals with lengths of twice the faces' areas."""
     corners = vertices[faces]
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def _used(part: Part) -> Part:
-    """The part without vertices that no face uses."""
+    """Return the part without unused vertices."""
     check_indices("vertex", part.faces, len(part.vertices))
     used = np.zeros(len(part.vertices), dtype=bool)
     used[part.faces.ravel()] = True
@@ -144,7 +149,7 @@ def _used(part: Part) -> Part:
 
 
 def _unit_normals(part: Part) -> Floats:
-    """The part's normals at unit length; those missing or of no direction are derived from the faces."""
+    """Return the part's unit normals; missing ones and those of zero length are derived from the faces."""
     given = np.zeros_like(part.vertices) if part.normals is None else part.normals
     length = np.linalg.norm(given, axis=1)
     good = np.isfinite(length) & (length > 1e-12)
@@ -171,7 +176,7 @@ def _colors(parts: Sequence[Part]) -> NDArray[np.uint8] | None:
 
 
 def _with_one_texture(parts: Sequence[Part]) -> tuple[list[Part], NDArray[np.uint8]]:
-    """Parts whose texture coordinates all refer to one image, and that image."""
+    """Return parts whose texture coordinates refer to one packed image, and that image."""
     images: list[NDArray[np.uint8]] = []
     for part in parts:
         if part.texture is not None and part.uv is not None and not any(part.texture is im for im in images):
@@ -193,7 +198,7 @@ def _with_one_texture(parts: Sequence[Part]) -> tuple[list[Part], NDArray[np.uin
 
 
 def _unwrapped(part: Part) -> Part:
-    """The part with each face's texture coordinates shifted by whole images to begin within the first."""
+    """Return the part with each face's texture coordinates shifted by integers to start in 0..1."""
     assert part.uv is not None
     if part.uv.min() >= -1e-6 and part.uv.max() <= 1 + 1e-6:
         return part

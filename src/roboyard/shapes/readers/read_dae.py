@@ -1,7 +1,7 @@
-"""Read COLLADA 1.4 and 1.5: the triangles that the scene shows, with node transforms, unit and materials.
+"""Read COLLADA 1.4 and 1.5: the triangles of the visual scene, with node transforms, unit and materials.
 
-`<up_axis>` is not applied: robot descriptions are written against the raw axes. A broken reference costs the
-material or image that it names, not the triangles. Source of the format: Khronos, COLLADA 1.4.1.
+`<up_axis>` is not applied: robot descriptions refer to the raw axes. A broken reference drops the material or
+image, not the triangles. Source of the format: Khronos, COLLADA 1.4.1.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from roboyard.shapes.readers.dae_materials import Surfaces
 from roboyard.shapes.readers.dae_primitives import Primitive, read_geometry
 from roboyard.shapes.readers.parts import Floats, Part, part_from_corners
-from roboyard.shapes.readers.read_mtl import Finish
+from roboyard.shapes.readers.read_mtl import SurfaceMaterial
 
 MAX_DEPTH = 64
 MAX_INSTANCES = 100_000
 
 
 def read_dae(data: bytes, file: Path) -> list[Part]:
-    """One part for each group of triangles of one material, in metres."""
+    """Return one part for each group of triangles of one material (m)."""
     root = parse(data)
     ids = {element.get("id"): element for element in root.iter() if element.get("id")}
     scale = _unit(root)
@@ -45,16 +45,20 @@ def read_dae(data: bytes, file: Path) -> list[Part]:
             material = bound.get(primitive.material)
             if material is None:
                 material = ids.get(primitive.material)
-            parts.append(_part(primitive, transform, scale, surfaces.finish(material)))
+            parts.append(_part(primitive, transform, scale, surfaces.material(material)))
     return parts
 
 
 def parse(data: bytes) -> ET.Element:
-    """The document without namespaces; refuses a DTD, where entities could be declared."""
+    """Parse the document without namespaces.
+
+    Raises:
+        ValueError: it has a DTD (which could declare entities), or another root element.
+    """
     scout = expat.ParserCreate()
 
     def refuse(*_: object) -> None:
-        raise ValueError("a DOCTYPE (DTD, entity declarations) is not accepted")
+        raise ValueError(f"a DOCTYPE (DTD, entity declarations) is not accepted: {str(_[0])[:40]!r}")
 
     def stop(*_: object) -> None:
         raise StopIteration
@@ -63,7 +67,7 @@ def parse(data: bytes) -> ET.Element:
     scout.StartElementHandler = stop
     with contextlib.suppress(StopIteration):
         scout.Parse(data, True)
-    root = ET.fromstring(data)  # noqa: S314 - no DTD precedes the root element, so nothing can be expanded
+    root = ET.fromstring(data)  # noqa: S314 - no DTD precedes the root element, so no entity can be expanded
     for element in root.iter():
         if isinstance(element.tag, str):
             element.tag = element.tag.rpartition("}")[2]
@@ -73,7 +77,7 @@ def parse(data: bytes) -> ET.Element:
 
 
 def target(element: ET.Element, key: str, ids: dict[str | None, ET.Element]) -> ET.Element | None:
-    """The element that a local reference such as url="#name" names."""
+    """Return the element of a local reference such as url="#name"."""
     return ids.get((element.get(key) or "").removeprefix("#"))
 
 
@@ -89,7 +93,7 @@ def _unit(root: ET.Element) -> float:
 def _instances(
     root: ET.Element, ids: dict[str | None, ET.Element]
 ) -> Iterator[tuple[ET.Element, NDArray[np.float64]]]:
-    """Each `<instance_geometry>` that the scene shows, with its (4, 4) transform."""
+    """Yield each `<instance_geometry>` of the visual scene with its (4, 4) transform."""
     shown = root.find("scene/instance_visual_scene")
     scene = target(shown, "url", ids) if shown is not None else None
     if scene is None:
@@ -122,7 +126,7 @@ def _instances(
 
 
 def _skinned(instance: ET.Element, ids: dict[str | None, ET.Element]) -> ET.Element | None:
-    """An instance of the geometry beneath a skin, in its bind pose."""
+    """Return an instance of the geometry of a skin, in its bind pose."""
     controller = target(instance, "url", ids)
     skin = None if controller is None else controller.find("skin")
     if skin is None:
@@ -133,7 +137,7 @@ def _skinned(instance: ET.Element, ids: dict[str | None, ET.Element]) -> ET.Elem
 
 
 def _transform(node: ET.Element) -> NDArray[np.float64]:
-    """(4, 4) product of a node's transforms, in document order."""
+    """Return the (4, 4) product of a node's transforms, in document order."""
     out = np.eye(4)
     for element in node:
         if element.tag not in ("matrix", "translate", "rotate", "scale"):
@@ -153,7 +157,7 @@ def _transform(node: ET.Element) -> NDArray[np.float64]:
 
 
 def _rotation(axis_angle: Floats) -> Floats:
-    """(3, 3) rotation about an axis by an angle in degrees (Rodrigues)."""
+    """Return the (3, 3) rotation about an axis by an angle in degrees (Rodrigues)."""
     length = np.linalg.norm(axis_angle[:3])
     if length == 0:
         return np.eye(3)
@@ -163,7 +167,7 @@ def _rotation(axis_angle: Floats) -> Floats:
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
 
 
-def _part(primitive: Primitive, transform: Floats, scale: float, finish: Finish) -> Part:
+def _part(primitive: Primitive, transform: Floats, scale: float, surface: SurfaceMaterial) -> Part:
     linear = transform[:3, :3]
     order = [2, 1, 0] if np.linalg.det(linear) < 0 else [0, 1, 2]
     positions = (primitive.positions @ linear.T + transform[:3, 3]) * scale
@@ -171,15 +175,15 @@ def _part(primitive: Primitive, transform: Floats, scale: float, finish: Finish)
     if primitive.normals is not None:
         values, index = primitive.normals
         normals = (values @ np.linalg.pinv(linear), index[:, order])
-    if primitive.uv is not None and finish.texture is not None:
+    if primitive.uv is not None and surface.texture is not None:
         values, index = primitive.uv
         uv = (values, index[:, order])
-    color = finish.color if finish.color is not None or finish.texture is not None else primitive.colors
+    color = surface.color if surface.color is not None or surface.texture is not None else primitive.colors
     return part_from_corners(
         positions,
         primitive.corners[:, order],
         normals=normals,
         uv=uv,
         color=color,
-        texture=finish.texture if uv is not None else None,
+        texture=surface.texture if uv is not None else None,
     )

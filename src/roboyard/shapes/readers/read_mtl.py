@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from roboyard.shapes.readers.external_files import find_external_file, load_image
 
-REMEMBERED = 16
-"""Libraries."""
-# options before a file name: those of one word, -mm of two numbers, -o -s -t of one to three
+CACHED_LIBRARIES = 16
+"""Number of parsed libraries in the cache."""
+# options before a file name: one argument, two numbers for -mm, one to three for -o -s -t
 _OPTIONS = re.compile(
     r"^(?:-(?:blendu|blendv|cc|clamp|imfchan|texres|type|bm|boost)\s+\S+\s+"
     r"|-mm\s+\S+\s+\S+\s+|-[ost](?:\s+[-+.\deE]+){1,3}\s+)+"
@@ -23,17 +23,17 @@ _OPTIONS = re.compile(
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
-class Finish:
-    """How a material looks."""
+class SurfaceMaterial:
+    """Colour and texture of a material."""
 
     color: NDArray[np.uint8] | None = None
     """(4,) RGBA; white where a texture covers the surface."""
     texture: NDArray[np.uint8] | None = None
 
 
-def read_mtl(obj_file: Path, libraries: Sequence[str], wanted: Collection[str]) -> dict[str, Finish]:
-    """Materials by name, those wanted of all the libraries of an OBJ file that can be found."""
-    finishes: dict[str, Finish] = {}
+def read_mtl(obj_file: Path, libraries: Sequence[str], names: Collection[str]) -> dict[str, SurfaceMaterial]:
+    """Return the named materials from those libraries of an OBJ file that exist."""
+    found: dict[str, SurfaceMaterial] = {}
     images: dict[str, NDArray[np.uint8] | None] = {}
     for library in libraries:
         file = find_external_file(obj_file, library)
@@ -43,14 +43,14 @@ def read_mtl(obj_file: Path, libraries: Sequence[str], wanted: Collection[str]) 
         if state.st_size > 16 << 20:
             continue
         for name, entries in _library(file, state.st_mtime_ns, state.st_size).items():
-            if name in wanted and name not in finishes:
-                finishes[name] = _finish(entries, obj_file, images)
-    return finishes
+            if name in names and name not in found:
+                found[name] = _material(entries, obj_file, images)
+    return found
 
 
-@lru_cache(REMEMBERED)
+@lru_cache(CACHED_LIBRARIES)
 def _library(file: Path, changed: int, size: int) -> dict[str, dict[str, str]]:
-    """A library's materials; files of one scene often share theirs."""
+    """Return a library's materials; the files of one scene often share a library."""
     return _materials(file.read_text(encoding="utf-8", errors="replace"))
 
 
@@ -66,7 +66,9 @@ def _materials(text: str) -> dict[str, dict[str, str]]:
     return found
 
 
-def _finish(entries: dict[str, str], obj_file: Path, images: dict[str, NDArray[np.uint8] | None]) -> Finish:
+def _material(
+    entries: dict[str, str], obj_file: Path, images: dict[str, NDArray[np.uint8] | None]
+) -> SurfaceMaterial:
     alpha = _numbers(entries.get("d", ""))[:1] or [
         1.0 - value for value in _numbers(entries.get("tr", ""))[:1]
     ]
@@ -77,16 +79,16 @@ def _finish(entries: dict[str, str], obj_file: Path, images: dict[str, NDArray[n
         color = np.rint(255 * np.clip([*rgb, opacity], 0.0, 1.0)).astype(np.uint8)
     name = _OPTIONS.sub("", entries.get("map_kd", "")).strip()
     if not name:
-        return Finish(color=color)
+        return SurfaceMaterial(color=color)
     if name not in images:
         images[name] = load_image(obj_file, name)
     texture = images[name]
     if texture is None:
-        return Finish(color=color)
-    # Exporters leave all kinds of Kd beside a texture; what is meant is the texture.
+        return SurfaceMaterial(color=color)
+    # exporters write arbitrary Kd beside a texture: only the texture counts
     if color is None or color[3] == 255:
-        return Finish(texture=texture)
-    return Finish(texture=texture, color=np.array([255, 255, 255, color[3]], dtype=np.uint8))
+        return SurfaceMaterial(texture=texture)
+    return SurfaceMaterial(texture=texture, color=np.array([255, 255, 255, color[3]], dtype=np.uint8))
 
 
 def _numbers(text: str) -> list[float]:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.shapes.readers.parts import Floats, Indices, Part, check_indices, part_from_corners
-from roboyard.shapes.readers.read_mtl import Finish, read_mtl
+from roboyard.shapes.readers.read_mtl import SurfaceMaterial, read_mtl
 
 _KEYWORDS = (b"v", b"vn", b"vt", b"f", b"usemtl", b"mtllib")
 MAX_CORNERS = 10_000
-"""Of a face; a file of one endless face would become millions of overlapping triangles."""
-# v, v/vt, v//vn, v/vt/vn, and the columns (vertex, uv, normal) that each fills
+"""Most corners of a face; larger ones would become millions of overlapping triangles."""
+# v, v/vt, v//vn, v/vt/vn, and the columns (vertex, uv, normal) of each
 _CORNER_STYLES = (
     (re.compile(rb"(?:\s+-?\d+)++\s*"), [0]),
     (re.compile(rb"(?:\s+-?\d+/-?\d+)++\s*"), [0, 1]),
@@ -31,7 +31,7 @@ _CORNER_STYLES = (
 
 @dataclass(slots=True)
 class _Lines:
-    """The file's lines sorted by kind."""
+    """The lines of the file by kind."""
 
     positions: list[bytes] = field(default_factory=list)
     uvs: list[bytes] = field(default_factory=list)
@@ -45,7 +45,7 @@ class _Lines:
 
 
 def read_obj(data: bytes, file: Path) -> list[Part]:
-    """One part for each material in use."""
+    """Return one part for each material in use (m)."""
     lines = _sort_lines(data)
     positions, vertex_colors = _positions(lines.positions)
     uv = _table(lines.uvs, 2)
@@ -55,16 +55,16 @@ def read_obj(data: bytes, file: Path) -> list[Part]:
         return []
     material = np.array(lines.face_material, dtype=np.int64)[face_of_triangle]
     in_use = np.unique(material)
-    finishes = read_mtl(file, lines.libraries, {lines.materials[number] for number in in_use})
+    materials = read_mtl(file, lines.libraries, {lines.materials[number] for number in in_use})
     parts: list[Part] = []
     for number in in_use:
         own = triangles[material == number]
         check_indices("vertex", own[:, :, 0], len(positions))
-        finish = finishes.get(lines.materials[number], Finish())
-        color = finish.color
+        surface = materials.get(lines.materials[number], SurfaceMaterial())
+        color = surface.color
         if color is None and vertex_colors is not None:
             color = np.rint(255 * vertex_colors[own[:, :, 0]].mean(axis=1)).clip(0, 255).astype(np.uint8)
-        has_uv = finish.texture is not None and bool((own[:, :, 1] >= 0).all())
+        has_uv = surface.texture is not None and bool((own[:, :, 1] >= 0).all())
         has_normals = bool((own[:, :, 2] >= 0).all())
         parts.append(
             part_from_corners(
@@ -73,7 +73,7 @@ def read_obj(data: bytes, file: Path) -> list[Part]:
                 normals=(normals, own[:, :, 2]) if has_normals else None,
                 uv=(uv, own[:, :, 1]) if has_uv else None,
                 color=color,
-                texture=finish.texture if has_uv else None,
+                texture=surface.texture if has_uv else None,
             )
         )
     return parts
@@ -114,7 +114,7 @@ def _name(rest: bytes) -> str:
 
 
 def _table(lines: Sequence[bytes], width: int) -> Floats:
-    """(n, width) numbers, one row a line, further columns left out and missing ones zero."""
+    """Return (n, width) numbers, one row per line; further columns are ignored, missing ones are zero."""
     tokens = b" ".join(lines).split()
     count = len(lines)
     if count and len(tokens) % count == 0 and len(tokens) // count >= width:
@@ -130,23 +130,23 @@ def _table(lines: Sequence[bytes], width: int) -> Floats:
 
 
 def _positions(lines: Sequence[bytes]) -> tuple[Floats, Floats | None]:
-    """(n, 3) positions, and (n, 4) RGBA from 0 to 1 where every line carries r g b after x y z."""
+    """Return (n, 3) positions, and (n, 4) RGBA in 0..1 if every line has r g b after x y z."""
     if lines and len(lines[0].split()) >= 6 and all(len(line.split()) >= 6 for line in lines):
         table = _table(lines, 6)
         return np.ascontiguousarray(table[:, :3]), np.column_stack([table[:, 3:6], np.ones(len(table))])
     short = next((line for line in lines if len(line.split()) < 3), None)
     if short is not None:
-        raise ValueError(f"a vertex of fewer than three numbers: v {short.decode('utf-8', 'replace')}")
+        raise ValueError(f"a vertex has fewer than three numbers: v {short.decode('utf-8', 'replace')}")
     return _table(lines, 3), None
 
 
 def _triangles(lines: _Lines) -> tuple[Indices, NDArray[np.int64]]:
-    """(m, 3, 3) zero-based vertex, uv, normal of each corner (-1: not given), and (m,) their face lines."""
+    """Return (m, 3, 3) zero-based vertex, uv, normal of each corner (-1: none), and (m,) their face lines."""
     groups: dict[tuple[int, int, bool], list[int]] = {}
     for number, line in enumerate(lines.faces):
         corners = len(line.split())
         if corners > MAX_CORNERS:
-            raise ValueError(f"a face of {corners} corners; split it into triangles")
+            raise ValueError(f"a face has {corners} corners (at most {MAX_CORNERS}); split it into triangles")
         if corners >= 3:
             groups.setdefault((corners, line.count(b"/"), b"//" in line), []).append(number)
     tables: list[Indices] = []
@@ -165,7 +165,7 @@ def _triangles(lines: _Lines) -> tuple[Indices, NDArray[np.int64]]:
 
 
 def _corner_table(rows: Iterable[bytes], corners: int) -> Indices:
-    """(k, corners, 3) one-based indices of faces of as many corners; 0 where one is not given."""
+    """Return (k, corners, 3) one-based indices of faces with this number of corners; 0 for none."""
     joined = b" " + b" ".join(rows)
     for pattern, columns in _CORNER_STYLES:
         if pattern.fullmatch(joined):
@@ -173,19 +173,19 @@ def _corner_table(rows: Iterable[bytes], corners: int) -> Indices:
             out = np.zeros((len(values) // len(columns), 3), dtype=np.int64)
             out[:, columns] = np.array(values, dtype=np.int64).reshape(-1, len(columns))
             return out.reshape(-1, corners, 3)
-    # corners written in different styles: one by one
+    # corners in different styles: one by one
     flat = [[int(part) if part else 0 for part in token.split(b"/")[:3]] for token in joined.split()]
     padded = [corner + [0] * (3 - len(corner)) for corner in flat]
     return np.array(padded, dtype=np.int64).reshape(-1, corners, 3)
 
 
 def _resolve_indices(table: Indices, numbers: Sequence[int], counts: dict[int, tuple[int, int, int]]) -> None:
-    """Make one-based and negative (counted from the latest) indices zero-based, in place; 0 becomes -1."""
+    """Convert one-based and negative (relative) indices to zero-based ones in place; 0 becomes -1."""
     if counts and (table < 0).any():
         before = np.array([counts.get(number, (0, 0, 0)) for number in numbers], dtype=np.int64)
         negative = table < 0
         absolute = table + before[:, None, :] + 1
         if (absolute[negative] < 1).any():
-            raise ValueError("a face counts back beyond the first vertex")
+            raise ValueError(f"the relative index {int(table.min())} of a face is before the first vertex")
         table[negative] = absolute[negative]
     table -= 1

@@ -1,4 +1,4 @@
-"""Read glTF, GLB and PLY through trimesh, as the file has them (glTF's y stays y)."""
+"""Read glTF, GLB and PLY through trimesh, in the file's axes (glTF's y stays y)."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ from roboyard.shapes.readers.external_files import find_external_file, pixels
 from roboyard.shapes.readers.parts import Part
 
 MAX_ITEMS = 100_000_000
+"""Most items of all accessors of a glTF file."""
 
 
 def read_scene(data: bytes, file: Path) -> list[Part]:
-    """One part for each object of the scene, placed where its node puts it."""
+    """Return one part for each object of the scene, in the scene's frame (m)."""
     import trimesh
 
     kind = file.suffix.lower().lstrip(".")
@@ -46,7 +47,7 @@ def read_scene(data: bytes, file: Path) -> list[Part]:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """No warnings from the reader: what matters is raised."""
+    """Suppress the reader's warnings; its errors are raised."""
     log = logging.getLogger("trimesh")
     level = log.level
     log.setLevel(logging.CRITICAL)
@@ -59,12 +60,17 @@ def _quiet() -> Iterator[None]:
 
 
 class _Resolver:
-    """Gives trimesh the files that a scene names, from the mesh's own folders alone."""
+    """Resolves a scene's external files for trimesh, inside the mesh's folders only."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
 
     def get(self, name: str) -> bytes:
+        """Return the content of a file.
+
+        Raises:
+            FileNotFoundError: it is not in the mesh's folders.
+        """
         found = find_external_file(self.file, name)
         if found is None:
             raise FileNotFoundError(f"{name} was not found in the mesh's folders")
@@ -109,27 +115,35 @@ def _appearance(
 
 
 def _check_ply(data: bytes) -> None:
-    """Refuse a header that counts more than the file can hold."""
+    """Check that the header counts no more items than the file can have.
+
+    Raises:
+        ValueError: it does, or there is no header.
+    """
     head = data[: data.find(b"end_header")] if b"end_header" in data[:65536] else b""
     if not data.startswith(b"ply") or not head:
-        raise ValueError("no PLY header")
+        raise ValueError(f"no PLY header; starts with {data[:16]!r}")
     for name, count in re.findall(rb"element\s+(\S+)\s+(\d+)", head):
         if int(count) > len(data):
             raise ValueError(
-                f"its header counts {int(count)} of {name.decode('ascii', 'replace')}, beyond its size"
+                f"its header counts {int(count)} of {name.decode('ascii', 'replace')}, more than its size"
             )
 
 
 def _check_gltf(data: bytes) -> None:
-    """Refuse a scene whose accessors claim more than memory holds."""
+    """Check that the accessors declare no more data than fits in memory.
+
+    Raises:
+        ValueError: they do, or the file is not a glTF scene.
+    """
     text = data
     if data.startswith(b"glTF"):
         length = int.from_bytes(data[12:16], "little")
         text = data[20 : 20 + length]
     tree = json.loads(text)
     if not isinstance(tree, dict):
-        raise ValueError("no glTF scene")
+        raise ValueError(f"not a glTF scene but {type(tree).__name__}")
     counts = [int(accessor.get("count", 0)) for accessor in tree.get("accessors", [])]
     lengths = [int(buffer.get("byteLength", 0)) for buffer in tree.get("buffers", [])]
     if min(counts, default=0) < 0 or sum(counts) > MAX_ITEMS or max(lengths, default=0) > 1 << 30:
-        raise ValueError("it claims more data than a mesh holds")
+        raise ValueError(f"it declares {sum(counts)} items and buffers of {max(lengths, default=0)} bytes")

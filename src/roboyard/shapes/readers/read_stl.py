@@ -1,4 +1,4 @@
-"""Read STL, binary and ASCII; equal corners become one vertex."""
+"""Read STL, binary and ASCII; equal corners are merged to one vertex."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 
 
 def read_stl(data: bytes, file: Path) -> list[Part]:
-    """The file's triangles as one part, flat (facet normals are left to whoever draws)."""
+    """Return the file's triangles as one part without normals (facet normals follow from the faces)."""
     corners = _ascii(data) if _is_ascii(data) else _binary(data)
     vertices, faces = merge_equal(corners)
     return [Part(vertices=vertices.astype(np.float64), faces=faces.reshape(-1, 3))]
 
 
 def merge_equal(points: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Distinct rows of (n, 3) `points`, in order of first use, and (n,) which of them each point is."""
+    """Return the distinct rows of (n, 3) `points`, in order of first use, and the (n,) row of each point."""
     bits = np.ascontiguousarray(points + np.float32(0.0)).view(np.uint32).astype(np.uint64)  # -0 is 0
     _, xy = np.unique(bits[:, 0] << np.uint64(32) | bits[:, 1], return_inverse=True)
     _, first, which = np.unique(
@@ -35,7 +35,7 @@ def merge_equal(points: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArr
 
 
 def _is_ascii(data: bytes) -> bool:
-    """True for ASCII: binary files too may begin with "solid", but then their size fits their count."""
+    """Whether the file is ASCII: binary files may start with "solid" too, but match their count in size."""
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         return False
     head = data[:1024].lstrip()
@@ -44,11 +44,11 @@ def _is_ascii(data: bytes) -> bool:
 
 def _binary(data: bytes) -> NDArray[np.float32]:
     if len(data) < 84:
-        raise ValueError("shorter than an STL header")
+        raise ValueError(f"{len(data)} bytes are shorter than an STL header (84)")
     count = int.from_bytes(data[80:84], "little")
     held = (len(data) - 84) // 50
     if count > held:
-        raise ValueError(f"its header counts {count} triangles, but it holds {held}")
+        raise ValueError(f"its header counts {count} triangles, but it has {held}")
     records = np.frombuffer(data, dtype=_RECORD, count=count, offset=84)
     return records["corners"].reshape(-1, 3)
 
@@ -57,5 +57,5 @@ def _ascii(data: bytes) -> NDArray[np.float32]:
     found = _VERTEX.findall(data)
     facets = len(re.findall(rb"endfacet", data, re.IGNORECASE))
     if len(found) != 3 * facets:
-        raise ValueError(f"{facets} facets, but {len(found)} vertices; the file is cut or broken")
+        raise ValueError(f"{facets} facets, but {len(found)} vertices; the file is truncated or broken")
     return np.array(found, dtype=np.float64).astype(np.float32).reshape(-1, 3)

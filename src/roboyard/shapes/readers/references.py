@@ -1,4 +1,4 @@
-"""Which other files a mesh file names: material libraries, images, buffers."""
+"""External files of a mesh file: material libraries, images, buffers."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _INIT_FROM = re.compile(rb"(<init_from>\s*(?:<ref>\s*)?)([^<]+?)(?=\s*<)")
 _MAX_TEXT = 256 << 20
 
 NAME_PATTERNS = {".obj": _MTLLIB, ".mtl": _MAP, ".dae": _INIT_FROM}
-"""Suffix to a pattern whose first group is what stands before a file's name and whose second is the name."""
+"""Suffix to a pattern whose first group precedes a file's name and whose second group is the name."""
 
 
 def named_files(mesh: Path, part: Path | None = None) -> Iterator[tuple[str, Path]]:
-    """Name as written to file, of everything that `part` of a mesh (the mesh itself by default) needs.
+    """Yield the name as written and the path of each external file of `part` of a mesh (the mesh by default).
 
-    A part of a mesh names its files from the mesh's folder (as the loader reads them). What an OBJ's material
-    libraries name is included, so that one folder holds it all.
+    Names are relative to the mesh's folder, as for the loader. The files of an OBJ's material libraries are
+    included, so that one folder can hold them all.
     """
     file = mesh if part is None else part
     for name in names_in(file):
@@ -40,7 +40,7 @@ def named_files(mesh: Path, part: Path | None = None) -> Iterator[tuple[str, Pat
 
 
 def names_in(file: Path) -> Iterator[str]:
-    """Names of files, as written, in a mesh file or a material library."""
+    """Yield the names of external files, as written, in a mesh file or a material library."""
     suffix = file.suffix.lower()
     pattern = NAME_PATTERNS.get(suffix)
     if file.stat().st_size > _MAX_TEXT:
@@ -61,7 +61,7 @@ def names_in(file: Path) -> Iterator[str]:
 
 
 def missing_files(mesh: Path, names: Iterable[str]) -> list[str]:
-    """Those of the `names_in` a mesh, and in its material libraries, that are not in its folders."""
+    """Return those `names` of a mesh, and of its material libraries, that are not in its folders."""
     named = list(names)
     for name in tuple(named):
         found = find_external_file(mesh, name)

@@ -1,4 +1,4 @@
-"""Pack several images into one, as a `TriangleMesh` holds one texture."""
+"""Pack several images into one, since a `TriangleMesh` has one texture."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ _BLANK = 4
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Places:
-    """Where each image went."""
+    """Positions of the images in the packed image."""
 
     width: int
     height: int
     rectangles: tuple[tuple[int, int, int, int], ...]
-    """left, top, width, height of each image; pixels"""
+    """Left, top, width and height of each image (pixels)."""
     blank: tuple[float, float]
-    """(u, v) of a white spot"""
+    """(u, v) of a white pixel."""
 
     def map(self, number: int, uv: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n, 2) coordinates in image `number`, clipped to it, as coordinates in the packed image."""
+        """Return (n, 2) coordinates in image `number`, clipped to it, as coordinates in the packed image."""
         left, top, width, height = self.rectangles[number]
         u = left + 0.5 + np.clip(uv[:, 0], 0.0, 1.0) * (width - 1)
         v = top + 0.5 + (1.0 - np.clip(uv[:, 1], 0.0, 1.0)) * (height - 1)
@@ -31,7 +31,7 @@ class Places:
 
 
 def pack_textures(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint8], Places]:
-    """The images one below the other, and a white spot beneath them."""
+    """Return the (h, w, 4) RGBA images one below the other, with a white spot beneath them."""
     width = max(_BLANK, *(image.shape[1] for image in images))
     height = sum(image.shape[0] for image in images) + _BLANK
     packed = np.full((height, width, 4), 255, dtype=np.uint8)

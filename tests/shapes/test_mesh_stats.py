@@ -1,4 +1,4 @@
-"""Facts of mesh files: right, kept by content, and never stale."""
+"""Statistics of mesh files: values, caching by content, and no stale entries."""
 
 import struct
 from pathlib import Path
@@ -15,7 +15,7 @@ from roboyard.shapes.mesh_stats import mesh_stats
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "cache"
     monkeypatch.setenv("ROBOYARD_CACHE", str(folder))
-    return folder / "mesh-facts"
+    return folder / "mesh-stats"
 
 
 def write_stl(file: Path, mesh: trimesh.Trimesh) -> Path:
