@@ -1,4 +1,4 @@
-"""What the command line says about itself: every line whole, examples that exist, names for the tab key."""
+"""Help of the command line: no truncated lines, examples with existing options, completions."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from roboyard.cli.completion import robot_names, scene_names, viewed_names
 from roboyard.scenes import SCENES
 
 
-def shown(capsys: pytest.CaptureFixture[str], *words: str) -> str:
-    assert cli.main([*words, "--help"]) == 0
+def help_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert cli.main([*arguments, "--help"]) == 0
     return capsys.readouterr().out
 
 
-def test_the_list_of_commands_is_grouped_and_never_cut(capsys: pytest.CaptureFixture[str]) -> None:
-    text = shown(capsys)
+def test_the_list_of_commands_is_grouped_and_not_truncated(capsys: pytest.CaptureFixture[str]) -> None:
+    text = help_of(capsys)
     assert "..." not in text.replace("[ARGS]...", "")
-    assert text.index("See it:") < text.index("Drive it:") < text.index("About:")
+    assert text.index("View:") < text.index("Control:") < text.index("About:")
     rows = [line for line in text.splitlines() if line.strip().split(" ")[0] in cli.COMMANDS]
     assert len(rows) == len(cli.COMMANDS)
     assert max(map(len, text.splitlines())) < 80
 
 
 @pytest.mark.parametrize("command", ["", *(name for name in cli.COMMANDS if name != "version")])
-def test_examples_use_options_that_there_are(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    text = shown(capsys, *([command] if command else []))
+def test_examples_use_existing_options(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = help_of(capsys, *([command] if command else []))
     examples = [line.strip().split("   ")[0] for line in text.partition("Examples:")[2].splitlines()]
-    examples = [words for line in examples if (words := shlex.split(line))[:1] == ["roboyard"]]
+    examples = [arguments for line in examples if (arguments := shlex.split(line))[:1] == ["roboyard"]]
     assert examples
-    for words in examples:
-        known = shown(capsys, words[1])
-        for word in words[2:]:
+    for arguments in examples:
+        known = help_of(capsys, arguments[1])
+        for word in arguments[2:]:
             if word.startswith("--") and word != "--its-own":
-                assert f"{word} " in known, words
+                assert f"{word} " in known, arguments
 
 
-def test_tab_offers_robots_scenes_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_completion_offers_robots_and_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mine = tmp_path / "set" / "models" / "mine" / "mine.yaml"
     mine.parent.mkdir(parents=True)
     mine.write_text("")

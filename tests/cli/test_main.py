@@ -1,4 +1,4 @@
-"""The command line's promises: exit codes, one line for each problem, and a quick start."""
+"""The command line: exit codes, one line for each error, and a fast start."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def test_version(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("words", [["no-such-command"], ["version", "--no-such-option"]])
-def test_wrong_usage_exits_2(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_usage_exits_with_2(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(words) == 2
     captured = capsys.readouterr()
     assert words[-1] in captured.err
     assert captured.out == ""
 
 
-def test_many_problems_are_cut_short(
+def test_many_errors_are_truncated(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     problems = [DescriptionError(f"no such file: {k}.stl", file="arm.urdf", line=k) for k in range(70)]
@@ -46,7 +46,7 @@ def test_many_problems_are_cut_short(
     assert lines[-1] == f"roboyard: error: ... and {70 - cli.MOST_LINES} more"
 
 
-def test_each_problem_is_one_line_without_traceback(
+def test_each_error_is_one_line_without_traceback(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     first = DescriptionError("axis is zero", file="arm.urdf", line=3, element='joint "a"')
@@ -67,7 +67,7 @@ def test_a_file_error_names_the_file(
     assert capsys.readouterr().err == "roboyard: error: place: Permission denied\n"
 
 
-def test_a_bug_is_told_in_one_line_and_debug_shows_it(
+def test_an_unexpected_error_is_one_line_and_debug_raises_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _fail_with(monkeypatch, KeyError("x"))
@@ -80,7 +80,7 @@ def test_a_bug_is_told_in_one_line_and_debug_shows_it(
         cli.main(["demo"])
 
 
-def test_debug_raises_what_was_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_debug_raises_errors(monkeypatch: pytest.MonkeyPatch) -> None:
     _fail_with(monkeypatch, RoboyardError("wrong"))
     monkeypatch.setenv("ROBOYARD_DEBUG", "1")
     with pytest.raises(RoboyardError, match="wrong"):
@@ -123,7 +123,7 @@ def _fail_with(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
     monkeypatch.setattr(cli, "_run", fail)
 
 
-def test_a_reader_that_has_seen_enough_is_no_error() -> None:
+def test_a_closed_pipe_is_not_an_error() -> None:
     """As in `roboyard audit | head -1`."""
     code = "import sys; from roboyard.cli import main; sys.exit(main(sys.argv[1:]))"
     robot = roboyard.__file__.replace("__init__.py", "assets/r1/r1_description/urdf/r1_pro_source.urdf")
@@ -139,12 +139,12 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
     assert process.wait(timeout=60) == 1
 
 
-def test_a_port_that_is_none_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_invalid_port_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["serve", "--port", "70000"]) == 1
     assert capsys.readouterr().err == "roboyard: error: port 70000: give a number from 0 to 65535\n"
 
 
-def test_an_interruption_while_the_program_loads_is_quiet(
+def test_an_interruption_during_imports_is_quiet(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from roboyard.__main__ import main

@@ -1,4 +1,4 @@
-"""Every Python block of the README and the documentation runs as printed, page by page, top to bottom."""
+"""Every Python block of the README and the documentation runs as printed, page by page, in order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the README and the documentation point at is there: files, pictures, commands, options, names."""
+"""The README and the documentation name only existing files, pictures, commands, options and names."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ pytestmark = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 
 
 def code_words(page: Path) -> Iterator[str]:
-    """What stands in backquotes."""
+    """Yield the texts in backquotes."""
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     for found in CODE.finditer(text):
         yield found[1]
 
 
 def commands(page: Path) -> Iterator[str]:
-    """Lines of shell, in blocks and in backquotes, that call roboyard."""
+    """Yield the shell commands, in blocks and in backquotes, that call roboyard."""
     for line in page.read_text(encoding="utf-8").splitlines():
         words = line.strip().removeprefix(".venv/bin/")
         if line.startswith(("    ", "roboyard ")) and words.startswith("roboyard "):
@@ -39,7 +39,7 @@ def commands(page: Path) -> Iterator[str]:
             yield word
 
 
-def test_links_lead_somewhere(page: Path) -> None:
+def test_link_targets_exist(page: Path) -> None:
     for target in LINK.findall(page.read_text(encoding="utf-8")):
         if target.startswith(("https://", "http://")):
             continue

@@ -1,4 +1,4 @@
-"""R1 in the flat: it gets about, doors give way to it, and the whole is quicker than real time."""
+"""R1 in the scene home: it drives about and opens doors, faster than real time."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ def example() -> Iterator[ModuleType]:
 
 
 @pytest.fixture
-def stage() -> SceneSetup:
+def scene_setup() -> SceneSetup:
     return set_up({"scene": "home", "robot": "r1"})
 
 
 @pytest.fixture(scope="module")
 def played(example: ModuleType) -> tuple[SceneSetup, Any]:
-    stage = set_up({"scene": "home", "robot": "r1"})
-    world, robot = stage.scene.world, stage.robot
-    moving = np.concatenate([robot.body.mujoco_ids, stage.scene.body("mug").mujoco_ids])
+    scene_setup = set_up({"scene": "home", "robot": "r1"})
+    world, robot = scene_setup.scene.world, scene_setup.robot
+    moving = np.concatenate([robot.body.mujoco_ids, scene_setup.scene.body("mug").mujoco_ids])
     last = world.frames()[0][moving].copy()
 
     def watch(_: str) -> None:
@@ -46,7 +46,7 @@ def played(example: ModuleType) -> tuple[SceneSetup, Any]:
         assert np.abs(now - last).max() < 3.0 * robot.steps_per_control * world.timestep, "a jump"
         last[:] = now
 
-    return stage, example.play(stage, watch)
+    return scene_setup, example.play(scene_setup, watch)
 
 
 def test_r1_goes_from_the_kitchen_to_the_living_room(played: tuple[SceneSetup, Any]) -> None:
@@ -63,18 +63,20 @@ def test_r1_opens_a_drawer_and_a_door_by_their_handles(played: tuple[SceneSetup,
 
 
 def test_r1_picks_the_mug_and_carries_it_by_friction(played: tuple[SceneSetup, Any]) -> None:
-    stage, told = played
-    assert min(told.lifted) > 0.10
-    assert told.carried < 0.05
-    assert not stage.scene.world.constraints.all, "nothing is welded"
-    contacts = stage.scene.world.contacts(stage.scene.body("mug"))
+    scene_setup, result = played
+    assert min(result.lifted) > 0.10
+    assert result.carried < 0.05
+    assert not scene_setup.scene.world.constraints.all, "nothing is welded"
+    contacts = scene_setup.scene.world.contacts(scene_setup.scene.body("mug"))
     assert {c.link_b.name for c in contacts} >= {"left_gripper_link1", "left_gripper_link2"}
-    assert {c.body_b for c in contacts} == {stage.robot.body}
+    assert {c.body_b for c in contacts} == {scene_setup.robot.body}
 
 
-def test_r1_pushes_the_bedroom_door_open_and_a_wall_stops_it(stage: SceneSetup, example: ModuleType) -> None:
-    hinge = stage.scene.joints["bedroom_door/hinge"]
-    actor = example.Actor(stage)
+def test_r1_pushes_the_bedroom_door_open_and_a_wall_stops_it(
+    scene_setup: SceneSetup, example: ModuleType
+) -> None:
+    hinge = scene_setup.scene.joints["bedroom_door/hinge"]
+    actor = example.Actor(scene_setup)
     assert actor.go((-1.725, -0.35, np.pi / 2))
     assert hinge.position < 0.02
     assert actor.go((-1.725, 1.75, np.pi / 2))
@@ -83,8 +85,8 @@ def test_r1_pushes_the_bedroom_door_open_and_a_wall_stops_it(stage: SceneSetup, 
     assert actor.base[1] < 3.6
 
 
-def test_r1_at_home_is_quicker_than_real_time(stage: SceneSetup) -> None:
-    robot, world = stage.robot, stage.scene.world
+def test_r1_at_home_is_quicker_than_real_time(scene_setup: SceneSetup) -> None:
+    robot, world = scene_setup.robot, scene_setup.scene.world
     draw = np.random.default_rng(0)
 
     def run(seconds: float, sensors: Sensors | None) -> float:

@@ -1,7 +1,7 @@
 """The `roboyard` command.
 
-Each command is one module of this package holding one function of the same name, light to import: what a
-command needs of MuJoCo, numba or trimesh it imports when it runs, so that `roboyard --help` answers at once.
+Each command is one module of this package with one function of the same name. A command imports MuJoCo, numba
+or trimesh when it runs, so that `roboyard --help` is fast.
 """
 
 from __future__ import annotations
@@ -18,56 +18,59 @@ from roboyard.cli.help_text import EXAMPLES, GROUPS, GroupedHelp
 from roboyard.errors import RoboyardError
 
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
-"""In the order of the help text; `name` is the function `name` of the module `roboyard.cli.name`."""
+"""Commands in the order of the help text; each is the function of its name in the module of its name."""
 
-_RENAMED = {"import": "importing"}  # a word of the language cannot name a module's function
+_RENAMED = {"import": "importing"}  # `import` is a keyword of Python
 
 _DEBUG_VARIABLE = "ROBOYARD_DEBUG"
 MOST_LINES = 12
-"""Problems that are told one by one."""
+"""Largest number of errors that are printed one by one."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
-    0: done; 1: bad input, one line for each problem on standard error (the first dozen of many); 2: wrong
-    usage; 130: interrupted.
-    With the environment variable ROBOYARD_DEBUG set to 1, errors come with their traceback.
+    0: success; 1: bad input, with one line for each error on standard error (the first dozen of many);
+    2: wrong usage; 130: interrupted.
+    With the environment variable ROBOYARD_DEBUG set to 1, errors are raised with their traceback.
 
     Args:
-        arguments: the words after `roboyard`; those of the process by default.
+        arguments: the arguments after `roboyard`; those of the process by default.
     """
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    given = list(sys.argv[1:] if arguments is None else arguments)
     debug = os.environ.get(_DEBUG_VARIABLE, "") not in ("", "0")
     try:
-        return _run(words)
+        return _run(given)
     except KeyboardInterrupt:
-        _complain(["interrupted"])
+        _print_errors(["interrupted"])
         return 130
     except RoboyardError as error:
         if debug:
             raise
-        _complain(str(error).splitlines() or [type(error).__name__])
+        _print_errors(str(error).splitlines() or [type(error).__name__])
     except BrokenPipeError:
-        # whoever read the output, as in `| head`, has seen enough; what is still in the buffer goes nowhere
+        # the reader of a pipe, as in `| head`, closed it; the rest of the buffer is discarded
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         if debug:
             raise
         where = f"{error.filename}: " if error.filename else ""
-        _complain([f"{where}{error.strerror or error}"])
+        _print_errors([f"{where}{error.strerror or error}"])
     except Exception as error:
         if debug:
             raise
-        told = " ".join(str(error).split())
-        _complain(
-            [f"unexpected {type(error).__name__}: {told} ({_DEBUG_VARIABLE}=1 shows where; please report it)"]
+        message = " ".join(str(error).split())
+        _print_errors(
+            [
+                f"unexpected {type(error).__name__}: {message} "
+                f"({_DEBUG_VARIABLE}=1 prints the traceback; please report it)"
+            ]
         )
     return 1
 
 
-def _run(words: list[str]) -> int:
-    """Give the words to typer; only the modules that are needed get imported."""
+def _run(arguments: list[str]) -> int:
+    """Pass the arguments to typer; only the module of the named command is imported."""
     app = typer.Typer(
         name="roboyard",
         cls=GroupedHelp,
@@ -78,7 +81,7 @@ def _run(words: list[str]) -> int:
         rich_markup_mode=None,
     )
     app.callback()(_options)
-    named = words[0] if words else ""
+    named = arguments[0] if arguments else ""
     for name in (named,) if named in COMMANDS else COMMANDS:
         home = _RENAMED.get(name, name)
         module = import_module(f"{__name__}.{home}")
@@ -87,7 +90,7 @@ def _run(words: list[str]) -> int:
             getattr(module, home)
         )
     try:
-        typer.main.get_command(app)(words, prog_name="roboyard")
+        typer.main.get_command(app)(arguments, prog_name="roboyard")
     except SystemExit as leave:
         return leave.code if isinstance(leave.code, int) else int(leave.code is not None)
     return 0
@@ -104,13 +107,13 @@ def _show_version(asked: bool) -> None:
 def _options(
     version: Annotated[
         bool,
-        typer.Option("--version", help="Print the version and leave.", callback=_show_version, is_eager=True),
+        typer.Option("--version", help="Print the version and exit.", callback=_show_version, is_eager=True),
     ] = False,
 ) -> None:
-    """Options that stand before the command."""
+    """Options before the command."""
 
 
-def _complain(lines: Sequence[str]) -> None:
+def _print_errors(lines: Sequence[str]) -> None:
     shown = lines if len(lines) <= MOST_LINES + 1 else lines[:MOST_LINES]
     for line in shown:
         print(f"roboyard: error: {line}", file=sys.stderr)

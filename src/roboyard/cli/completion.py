@@ -1,10 +1,10 @@
-"""What a shell offers for a robot or a scene; light, since it runs at every press of the tab key."""
+"""Completions of robots and scenes for a shell; fast, since they run at every press of the Tab key."""
 
 from __future__ import annotations
 
 
 def robot_names(incomplete: str) -> list[str]:
-    """Registered robots whose names begin like this."""
+    """Return the names of registered robots that begin with `incomplete`."""
     from roboyard.assets import assets_root
     from roboyard.paths import data_folder
 
@@ -14,7 +14,7 @@ def robot_names(incomplete: str) -> list[str]:
 
 
 def viewed_names(incomplete: str) -> list[str]:
-    """Registered robots, and bundled robots and things, whose names begin like this."""
+    """Return the names of registered and bundled robots and objects that begin with `incomplete`."""
     from roboyard.assets import OBJECTS, ROBOTS
 
     names = {*robot_names(incomplete), *ROBOTS, *OBJECTS}
@@ -22,5 +22,5 @@ def viewed_names(incomplete: str) -> list[str]:
 
 
 def scene_names(incomplete: str) -> list[str]:
-    """The scenes that have a name, where it begins like this."""
+    """Return the names of scenes that begin with `incomplete`."""
     return [name for name in ("empty", "tabletop", "terrain", "home") if name.startswith(incomplete)]

@@ -1,4 +1,4 @@
-"""`roboyard drive`: a robot in a scene, by keys or by chance."""
+"""`roboyard drive`: control a robot in a scene by keyboard, browser or random actions."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ EXAMPLES = """
 Examples:
 
 \b
-  roboyard drive --quickstart                r1 at home, by keys
-  roboyard drive r1 --scene home --browser   on a web page
+  roboyard drive --quickstart                r1 in the scene home, by keyboard
+  roboyard drive r1 --scene home --browser   in the browser
   roboyard drive r1 --scene home --control-mode random --short-exec --record a.gif
 """
 
 
 class Mode(StrEnum):
-    """How the robot is driven."""
+    """Source of the robot's actions."""
 
     RANDOM = "random"
     TELEOP = "teleop"
@@ -62,9 +62,9 @@ def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browse
         page.close()
         if log is not None and recorder is not None and len(recorder):
             recorder.log().save(log)
-        for what in (video.path if video is not None else None, log):
-            if what is not None and what.is_file():
-                print(f"wrote {what}")
+        for file in (video.path if video is not None else None, log):
+            if file is not None and file.is_file():
+                print(f"wrote {file}")
 
 
 def drive(
@@ -87,34 +87,35 @@ def drive(
         ),
     ] = None,
     control_mode: Annotated[
-        Mode | None, typer.Option("--control-mode", help="By chance or by keys.", show_default=False)
+        Mode | None,
+        typer.Option("--control-mode", help="Random actions, or the keyboard.", show_default=False),
     ] = None,
     quickstart: Annotated[
-        bool, typer.Option("--quickstart", help="r1 at home, its own controllers, by keys; asks nothing.")
+        bool, typer.Option("--quickstart", help="r1 in the scene home, by keyboard, without questions.")
     ] = False,
     short_exec: Annotated[bool, typer.Option("--short-exec", help="Stop after 100 actions.")] = False,
     record: Annotated[
-        Path | None, typer.Option("--record", help="Film to write, .gif or .mp4.", show_default=False)
+        Path | None, typer.Option("--record", help="Video to write (.gif or .mp4).", show_default=False)
     ] = None,
     log: Annotated[
         Path | None,
         typer.Option("--log", help="State log to write (.npz), for `roboyard replay`.", show_default=False),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option("--seed", help="Of the random mode.", show_default=False)
+        int | None, typer.Option("--seed", help="Seed of the random actions.", show_default=False)
     ] = None,
     browser: Annotated[
-        bool, typer.Option("--browser", help="Drive from a web page: keys, sticks, handles on the hands.")
+        bool, typer.Option("--browser", help="Control in the browser: keys, joysticks, handles on grippers.")
     ] = False,
     host: Annotated[str, typer.Option(help="Address of the page.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="First port to try for the page.")] = 8080,
     open_browser: Annotated[
-        bool, typer.Option("--open/--no-open", help="Open a browser where there is a display.")
+        bool, typer.Option("--open/--no-open", help="Open a browser if there is a display.")
     ] = True,
 ) -> None:
-    """Drive a robot in a scene, by keys, from a web page or by chance.
+    """Control a robot by keyboard, browser or random actions.
 
-    Asks for what no flag says.
+    Asks for robot, scene, controllers and mode if no option gives them.
     """
     from roboyard.errors import ConfigError
     from roboyard.recording import set_up
@@ -125,10 +126,13 @@ def drive(
     from roboyard.teleop.loop import SHORT
 
     if log is not None and (log.suffix != ".npz" or not log.parent.is_dir()):
-        raise ConfigError(f"--log {log}: give a .npz file in a folder that exists")
+        raise ConfigError(f"--log {log}: must be a .npz file in an existing folder")
     if browser:
         if control_mode is Mode.RANDOM or seed is not None:
-            raise ConfigError("--browser drives by hand; leave --control-mode random and --seed out")
+            raise ConfigError(
+                f"--browser cannot be combined with --control-mode random or --seed, got {seed=}; "
+                "remove one of the options"
+            )
         page = _page(robot or "r1", scene or "home", host, port, record=record, log=log)
         _serve(page, log, most=SHORT if short_exec else None, open_browser=open_browser)
         return
@@ -148,9 +152,9 @@ def drive(
                 controllers[group] = choose(f"Controller of {group}?", sorted(allowed), usual[group])
     if control_mode is None:
         control_mode = Mode(choose("Control mode?", [m.value for m in Mode], Mode.TELEOP.value))
-    stage = set_up({"scene": scene, "robot": robot, "controllers": controllers})
-    taken = run(stage, control_mode.value, short=short_exec, record=record, log=log, seed=seed)
-    print(f"{robot} in {stage.scene.name}: {taken} actions")
-    for what in (record, log):
-        if what is not None and what.is_file():
-            print(f"wrote {what}")
+    scene_setup = set_up({"scene": scene, "robot": robot, "controllers": controllers})
+    count = run(scene_setup, control_mode.value, short=short_exec, record=record, log=log, seed=seed)
+    print(f"{robot} in {scene_setup.scene.name}: {count} actions")
+    for file in (record, log):
+        if file is not None and file.is_file():
+            print(f"wrote {file}")

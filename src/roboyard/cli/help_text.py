@@ -1,4 +1,4 @@
-"""The list of commands in `roboyard --help`, by what one wants to do."""
+"""The list of commands in `roboyard --help`, grouped by task."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any
 from typer.core import TyperGroup
 
 GROUPS = {
-    "See it": ("demo", "view"),
-    "Read and mend it": ("audit", "repair"),
-    "Make a robot of it": ("import", "robots", "validate"),
-    "Drive it": ("drive", "replay"),
+    "View": ("demo", "view"),
+    "Audit and repair": ("audit", "repair"),
+    "Import and validate": ("import", "robots", "validate"),
+    "Control": ("drive", "replay"),
     "PyBullet scripts": ("run", "serve"),
     "About": ("version",),
 }
@@ -20,27 +20,27 @@ EXAMPLES = """
 Examples:
 
 \b
-  roboyard demo                              the bundled robot moves
-  roboyard audit my_robot.urdf               what is wrong with your robot
-  roboyard import my_robot.urdf              USD, MJCF, planner files
-  roboyard drive r1 --scene home --browser   drive a robot on a web page
+  roboyard demo                              move the bundled robot
+  roboyard audit my_robot.urdf               errors of your robot
+  roboyard import my_robot.urdf              USD, MJCF and planner files
+  roboyard drive r1 --scene home --browser   control it in the browser
 
-`roboyard COMMAND --help` says more. Exit codes: 0 done, 1 bad input, 2 wrong usage.
+`roboyard COMMAND --help` has details. Exit codes: 0 success, 1 error, 2 usage error.
 """
 
 
 class GroupedHelp(TyperGroup):
-    """Commands under headings; no sentence is cut."""
+    """A command group whose help lists the commands under headings, without truncating sentences."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write one list for each heading, all with one width."""
-        there = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
-        width = max((len(name) for name in there), default=0)
+        """Write one list for each heading, all with the same width."""
+        commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
+        width = max((len(name) for name in commands), default=0)
         for heading, names in GROUPS.items():
             rows = [
                 (name.ljust(width), command.get_short_help_str(limit=200))
                 for name in names
-                if (command := there.get(name)) is not None
+                if (command := commands.get(name)) is not None
             ]
             if rows:
                 with formatter.section(heading):

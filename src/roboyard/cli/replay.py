@@ -1,4 +1,4 @@
-"""`roboyard replay`: a recorded motion once more, to the bit."""
+"""`roboyard replay`: summarise a state log, or render it as a video."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ EXAMPLES = """
 Examples:
 
 \b
-  roboyard replay drive.npz                      what it holds
+  roboyard replay drive.npz                      list the moving joints
   roboyard replay drive.npz --record again.gif
 """
 
@@ -19,15 +19,19 @@ Examples:
 def replay(
     log: Annotated[Path, typer.Argument(help="State log (.npz).", metavar="LOG", show_default=False)],
     record: Annotated[
-        Path | None, typer.Option("--record", help="Film to write, .gif or .mp4.", show_default=False)
+        Path | None, typer.Option("--record", help="Video to write (.gif or .mp4).", show_default=False)
     ] = None,
-    fps: Annotated[float, typer.Option("--fps", help="Pictures a second of the film.")] = 20.0,
-    width: Annotated[int, typer.Option("--width", min=16, max=4096, help="Pixels.")] = 480,
-    height: Annotated[int, typer.Option("--height", min=16, max=4096, help="Pixels.")] = 360,
+    fps: Annotated[float, typer.Option("--fps", help="Pictures a second of the video.")] = 20.0,
+    width: Annotated[
+        int, typer.Option("--width", min=16, max=4096, help="Width of the video (pixels).")
+    ] = 480,
+    height: Annotated[
+        int, typer.Option("--height", min=16, max=4096, help="Height of the video (pixels).")
+    ] = 360,
 ) -> None:
-    """Tell what a recorded motion holds, or film it again.
+    """Summarise a state log, or render it as a video.
 
-    With --record its world is set up again and filmed.
+    With --record, the log's scene is built again and shown in each recorded state.
     """
     from rich.console import Console
     from rich.table import Table
@@ -38,8 +42,8 @@ def replay(
     console = Console()
     seconds = float(found.time[-1] - found.time[0]) if len(found) else 0.0
     setup = ", ".join(f"{name} {value}" for name, value in found.setup.items() if isinstance(value, str))
-    console.print(f"{log.name}: {len(found)} moments in {seconds:.2f} s; {setup or 'a world of its own'}")
-    table = Table("moves", "from", "to", "unit", box=None)
+    console.print(f"{log.name}: {len(found)} states in {seconds:.2f} s; {setup or 'no scene setup'}")
+    table = Table("coordinate", "min", "max", "unit", box=None)
     for k, name in enumerate(found.position_names):
         low, high = (float(v) for v in (found.positions[:, k].min(), found.positions[:, k].max()))
         if high - low > 1e-3:

@@ -1,4 +1,4 @@
-"""`roboyard version`: what is installed, for a bug report."""
+"""`roboyard version`: the installed versions, for a bug report."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from roboyard._version import __version__
 
 _PACKAGES = ("mujoco", "numpy", "scipy", "numba", "trimesh", "pillow")
 _EXTRAS = {"viser": "gui", "usd-core": "usd", "coacd": "convex", "imageio-ffmpeg": "video", "torch": "torch"}
-"""Package to the extra that brings it."""
+"""Package to the extra that installs it."""
 
 
 def version() -> None:
-    """Print the versions of Roboyard and of what it stands on."""
+    """Print the versions of Roboyard and its dependencies."""
     rows = [("roboyard", __version__), ("python", platform.python_version())]
     rows += [(package, _installed(package) or "not installed") for package in _PACKAGES]
     rows += [

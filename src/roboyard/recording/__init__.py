@@ -1,4 +1,4 @@
-"""Films and state logs of a world, and worlds set up again from a log."""
+"""Videos and state logs of a world, and replay of a log in a world set up again."""
 
 from __future__ import annotations
 

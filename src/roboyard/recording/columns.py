@@ -1,4 +1,4 @@
-"""Names and units of everything that moves in a world, and where MuJoCo keeps it."""
+"""Names and units of all position and velocity coordinates of a world, and their indices in MuJoCo."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ if TYPE_CHECKING:
     from roboyard.sim import World
 
 _QUATERNION = (("qx", 1), ("qy", 2), ("qz", 3), ("qw", 0))
-"""Public order, and each component's place in MuJoCo's w, x, y, z."""
+"""Components in the public order (x, y, z, w), with their indices in MuJoCo's (w, x, y, z)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Columns:
-    """The columns of a log."""
+    """The columns of a log, n of them."""
 
     names: tuple[str, ...]
     """ "body/joint", with ".x", ".qw" and the like where a joint has several."""
     units: tuple[str, ...]
+    """ "m", "rad", "m/s", "rad/s", or "1" for components of quaternions."""
     places: np.ndarray
-    """Of each column in MuJoCo's vector."""
+    """(n,) index of each column in MuJoCo's qpos or qvel."""
 
 
 def position_columns(world: World) -> Columns:
-    """Of all positions, quaternions in x, y, z, w order."""
+    """Return the columns of all position coordinates of a world; quaternions are (x, y, z, w)."""
     world.ensure_compiled()
     rows: list[tuple[str, str, int]] = []
 
@@ -58,7 +59,10 @@ def position_columns(world: World) -> Columns:
 
 
 def velocity_columns(world: World) -> Columns:
-    """Of all velocities; a base's linear ones are in world axes, its angular ones (wx, ...) in its own."""
+    """Return the columns of all velocity coordinates of a world.
+
+    Linear velocities of a free base are in the world frame, its angular velocities (wx, wy, wz) in its own.
+    """
     world.ensure_compiled()
     rows: list[tuple[str, str, int]] = []
 

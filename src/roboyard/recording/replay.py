@@ -1,4 +1,4 @@
-"""A state log as a film."""
+"""Render a state log as a video."""
 
 from __future__ import annotations
 
@@ -13,8 +13,15 @@ from roboyard.recording.state_log import StateLog
 from roboyard.recording.video import VideoWriter
 
 
-def moments(log: StateLog, fps: float) -> Iterator[int]:
-    """For each picture of a film, the last moment at or before its time; jumps back in time are cut out."""
+def frame_indices(log: StateLog, fps: float) -> Iterator[int]:
+    """Yield for each picture of a video the index of the last recorded state at or before its time.
+
+    Jumps back in time, which a reset causes, are removed.
+
+    Args:
+        log: the recorded states.
+        fps: pictures a second.
+    """
     if not len(log):
         return
     steps = np.diff(log.time)
@@ -32,30 +39,33 @@ def replay_video(
     fps: float = 20.0,
     width: int = 480,
     height: int = 360,
-    stage: SceneSetup | None = None,
+    scene_setup: SceneSetup | None = None,
 ) -> int:
-    """Film a log in its world, from the scene's own view; returns how many pictures.
+    """Write a video of a log, by the camera of its scene, and return the number of pictures.
 
     Args:
-        log: what to show.
-        path: .gif or .mp4.
+        log: the recorded states.
+        path: the .gif or .mp4 file to write.
         fps: pictures a second.
-        width: pixels.
-        height: pixels.
-        stage: the world; set up again from the log by default.
+        width: width of the pictures (pixels).
+        height: height of the pictures (pixels).
+        scene_setup: the scene to show them in; set up again from the log by default.
 
     Raises:
-        ConfigError: the log does not say how its world was set up, or the world is another one now.
+        ConfigError: the log has no setup and `scene_setup` is not given, or the scene has other joints.
     """
-    if stage is None:
+    if scene_setup is None:
         if not log.setup:
-            raise ConfigError("the log does not say how its world was set up; only who made it can show it")
-        stage = set_up(log.setup)
-    world = stage.scene.world
+            raise ConfigError(
+                f"the log of {len(log)} states has no setup to build its scene from; "
+                "call replay_video with scene_setup"
+            )
+        scene_setup = set_up(log.setup)
+    world = scene_setup.scene.world
     log.check_fits(world)
-    camera = stage.scene.camera(width=width, height=height)
-    with VideoWriter(path, fps=fps) as film:
-        for k in moments(log, fps):
+    camera = scene_setup.scene.camera(width=width, height=height)
+    with VideoWriter(path, fps=fps) as video:
+        for k in frame_indices(log, fps):
             log.restore(world, k)
-            film.add(world.render(camera))
-        return film.count
+            video.add(world.render(camera))
+        return video.count

@@ -1,4 +1,4 @@
-"""A scene with a robot in it, from a few words; the same words make the same stage again."""
+"""A scene with a robot in it, built from plain data; the same data builds the same scene again."""
 
 from __future__ import annotations
 
@@ -15,30 +15,32 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SceneSetup:
-    """What `set_up` made."""
+    """A scene and its robot, as `set_up` builds them."""
 
     scene: Scene
     robot: Robot | None
+    """The robot, if `setup` names one."""
     setup: dict[str, Any]
-    """The words."""
+    """The data that the scene was built from; see `set_up`."""
 
 
 def set_up(setup: Mapping[str, Any]) -> SceneSetup:
-    """Make a scene and put a robot at its spawn place.
+    """Build a scene and add a robot at its spawn pose.
 
     Args:
         setup: "scene" (a name or file for `load_scene`), "robot" (a registered robot's name, or None) and
             "controllers" (group to controller name or keys; the robot's defaults where not given).
 
     Raises:
-        ConfigError: the words are others, or name nothing that there is.
+        ConfigError: `setup` has other keys, or names an unknown scene, robot or controller.
     """
     from roboyard.scenes import load_scene
 
-    strange = [name for name in setup if name not in ("scene", "robot", "controllers")]
-    if strange or not isinstance(setup.get("scene"), str):
+    unknown = [name for name in setup if name not in ("scene", "robot", "controllers")]
+    if unknown or not isinstance(setup.get("scene"), str):
         raise ConfigError(
-            f"a stage is set up from scene, robot and controllers; got {sorted(str(name) for name in setup)}"
+            f"a scene setup needs 'scene' and may have 'robot' and 'controllers', got "
+            f"{sorted(str(name) for name in setup)}"
         )
     scene = load_scene(setup["scene"])
     robot = None

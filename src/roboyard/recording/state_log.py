@@ -1,12 +1,12 @@
-"""The state of a world over time, in one NumPy archive that says what each column is.
+"""State logs: the states of a world over time, in a NumPy archive with named columns.
 
-time            (n,) s
-positions       (n, p) in the units of position_units, columns named by position_names
-velocities      (n, v) likewise
-fixed_positions (m, f, 3) m and fixed_quaternions (m, f, 4) x, y, z, w of all frames in their parents, once
-                for each time they changed
-fixed_index     (n,) which of the m holds
-about           JSON: version, how the world was set up, its time step
+time               (n,) simulated time (s)
+positions          (n, p) in the units of position_units, columns named by position_names
+velocities         (n, v) likewise
+fixed_positions    (m, f, 3) positions of all frames in their parents (m), once for each change
+fixed_quaternions  (m, f, 4) their orientations (x, y, z, w)
+fixed_index        (n,) index into the m versions of the two above
+about              JSON: format version, setup of the scene, time step
 """
 
 from __future__ import annotations
@@ -31,34 +31,42 @@ VERSION = 1
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StateLog:
-    """A recorded motion."""
+    """Recorded states of a world: n states of p position and v velocity coordinates."""
 
     time: Array
-    """(n,) s"""
+    """(n,) simulated time (s)."""
     positions: Array
-    """(n, p)"""
+    """(n, p) position coordinates."""
     position_names: tuple[str, ...]
+    """Names of the p columns, such as "r1/torso_joint1"."""
     position_units: tuple[str, ...]
+    """Units of the p columns."""
     velocities: Array
-    """(n, v)"""
+    """(n, v) velocity coordinates."""
     velocity_names: tuple[str, ...]
+    """Names of the v columns."""
     velocity_units: tuple[str, ...]
+    """Units of the v columns."""
     fixed_positions: Array
+    """(m, f, 3) positions of all frames in their parents (m), once for each change."""
     fixed_quaternions: Array
+    """(m, f, 4) orientations (x, y, z, w) of all frames in their parents."""
     fixed_index: np.ndarray
+    """(n,) index of each state into the m versions of `fixed_positions` and `fixed_quaternions`."""
     timestep: float
-    """s of the world that was recorded"""
+    """Time step of the recorded world (s)."""
     setup: dict[str, Any] = field(default_factory=dict)
-    """How to make the world again (see `roboyard.recording.set_up`); empty where only the caller knows."""
+    """Data to build the scene again (see `roboyard.recording.set_up`); empty for a world built otherwise."""
 
     def __len__(self) -> int:
+        """Return the number of states."""
         return len(self.time)
 
     def column(self, name: str) -> Array:
-        """(n,) positions of one column, as "r1/torso_joint1".
+        """Return the (n,) positions of one column, such as "r1/torso_joint1" (m or rad).
 
         Raises:
-            ConfigError: there is none of this name.
+            ConfigError: there is no column `name`; the message lists the nearest.
         """
         from roboyard.errors import unknown_name
 
@@ -67,7 +75,7 @@ class StateLog:
         return self.positions[:, self.position_names.index(name)]
 
     def check_fits(self, world: World) -> None:
-        """See that a world has the bodies and joints of this log.
+        """Check that a world has the bodies and joints of this log.
 
         Raises:
             ConfigError: it has others; the message names one.
@@ -76,20 +84,22 @@ class StateLog:
         if mine != there:
             missing = [name for name in mine if name not in there]
             extra = [name for name in there if name not in mine]
-            told = (
-                f"it lacks {missing[0]!r}"
+            difference = (
+                f"this world has no {missing[0]!r}"
                 if missing
-                else f"it also has {extra[0]!r}"
+                else f"this world also has {extra[0]!r}"
                 if extra
-                else "in another order"
+                else f"{mine[0]!r} and the others are in another order"
             )
-            raise ConfigError(f"the log is of another world: {told}")
+            raise ConfigError(f"the log is of another world: {difference}")
         if self.fixed_positions.shape[1] != world.model.nbody:
             count = self.fixed_positions.shape[1]
-            raise ConfigError(f"the log is of another world: it has {count} frames, here {world.model.nbody}")
+            raise ConfigError(
+                f"the log is of another world: it has {count} frames, this world {world.model.nbody}"
+            )
 
     def restore(self, world: World, k: int) -> None:
-        """Put moment k into a world that `check_fits`: the very numbers that were recorded."""
+        """Set a world that `check_fits` accepts to state k, with exactly the recorded numbers."""
         places, speeds = position_columns(world).places, velocity_columns(world).places
         model, data = world.model, world.data
         data.qpos[places] = self.positions[k]
@@ -101,10 +111,14 @@ class StateLog:
         world.mark_moved()
 
     def save(self, path: str | Path) -> Path:
-        """Write the archive; returns its path, which ends in .npz."""
+        """Write the archive and return its path.
+
+        Raises:
+            ConfigError: `path` does not end in .npz.
+        """
         target = Path(path)
         if target.suffix != ".npz":
-            raise ConfigError(f"a state log is a .npz file; got {str(path)!r}")
+            raise ConfigError(f"the file of a state log must end in .npz, got {str(path)!r}")
         about = {"version": VERSION, "timestep": self.timestep, "setup": self.setup}
         np.savez_compressed(
             target,
@@ -124,21 +138,23 @@ class StateLog:
 
 
 def load_log(path: str | Path) -> StateLog:
-    """Read a state log.
+    """Load a state log.
 
     Raises:
-        ConfigError: the file is missing, is no state log, or contradicts itself.
+        ConfigError: the file is missing, is not a state log, or its arrays have contradictory shapes.
     """
     source = Path(path)
     if not source.is_file():
-        raise ConfigError(f"there is no state log {str(path)!r}")
+        raise ConfigError(f"state log {str(path)!r} not found")
     try:
         with np.load(source, allow_pickle=False) as archive:
             data = {name: archive[name] for name in archive.files}
         about = json.loads(str(data["about"]))
         version = about["version"]
         if version != VERSION:
-            raise ConfigError(f"{source.name}: a log of version {version}; this Roboyard reads {VERSION}")
+            raise ConfigError(
+                f"{source.name}: format version {version} is not supported; this Roboyard reads {VERSION}"
+            )
         log = StateLog(
             time=data["time"],
             positions=data["positions"],
@@ -156,12 +172,12 @@ def load_log(path: str | Path) -> StateLog:
     except ConfigError:
         raise
     except KeyError as error:
-        raise ConfigError(f"{source.name} is no state log: it has no {error}") from None
+        raise ConfigError(f"{source.name} is not a state log: it has no array {error}") from None
     except (ValueError, TypeError, OSError, EOFError, zipfile.BadZipFile) as error:
-        told = " ".join(str(error).split())
-        if "pickle" in told:  # NumPy's words for what is no archive, with an unsafe remedy
-            told = "give the .npz file that `roboyard drive --log` or Recorder.log().save() wrote"
-        raise ConfigError(f"{source.name} is no state log: {told}") from None
+        reason = " ".join(str(error).split())
+        if "pickle" in reason:  # NumPy's message for other files, with an unsafe remedy
+            reason = "give the .npz file that `roboyard drive --log` or Recorder.log().save() wrote"
+        raise ConfigError(f"{source.name} is not a state log: {reason}") from None
     n, p, v, m = len(log.time), len(log.position_names), len(log.velocity_names), len(log.fixed_positions)
     fits = (
         log.positions.shape == (n, p)
@@ -174,15 +190,20 @@ def load_log(path: str | Path) -> StateLog:
         and (n == 0 or (log.fixed_index.min() >= 0 and log.fixed_index.max() < m))
     )
     if not fits:
-        raise ConfigError(f"{source.name} contradicts itself: its arrays do not fit one another")
+        raise ConfigError(f"{source.name}: the shapes of its arrays contradict each other")
     return log
 
 
 class Recorder:
-    """Takes moments of one world; bodies must not come or go meanwhile."""
+    """Records states of one world; bodies must not be added or removed meanwhile."""
 
     def __init__(self, world: World, *, setup: dict[str, Any] | None = None) -> None:
-        """Begin; `setup` (JSON-able) says how to make the world again."""
+        """Begin a recording.
+
+        Args:
+            world: the world to record.
+            setup: data for JSON to build the scene again; see `roboyard.recording.set_up`.
+        """
         self._world = world
         self._setup = dict(setup or {})
         world.ensure_compiled()
@@ -195,17 +216,21 @@ class Recorder:
         self._fixed_index: list[int] = []
 
     def __len__(self) -> int:
+        """Return the number of recorded states."""
         return len(self._times)
 
-    def take(self) -> None:
-        """Append the present moment.
+    def record(self) -> None:
+        """Append the present state.
 
         Raises:
             ConfigError: bodies were added or removed since the recording began.
         """
         world = self._world
         if tuple(world.body_by_id) != self._signature:
-            raise ConfigError("bodies were added or removed during the recording; begin a new one")
+            raise ConfigError(
+                f"bodies were added or removed during the recording, {len(self._signature)} before and "
+                f"{len(world.body_by_id)} now; begin a new recording"
+            )
         model, data = world.model, world.data
         self._times.append(float(data.time))
         self._qpos.append(data.qpos[self._positions.places])
@@ -217,13 +242,13 @@ class Recorder:
         self._fixed_index.append(len(self._fixed) - 1)
 
     def log(self) -> StateLog:
-        """Everything so far.
+        """Return the states recorded so far.
 
         Raises:
-            ConfigError: nothing was taken.
+            ConfigError: no state was recorded.
         """
         if not self._times:
-            raise ConfigError("nothing was recorded")
+            raise ConfigError(f"no states recorded, got {len(self)}; call record() after each step")
         return StateLog(
             time=np.array(self._times),
             positions=np.array(self._qpos).reshape(len(self), -1),

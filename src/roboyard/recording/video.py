@@ -1,4 +1,4 @@
-"""Pictures into a GIF, or into an MP4 as they come."""
+"""Write pictures to a GIF or MP4 video."""
 
 from __future__ import annotations
 
@@ -15,41 +15,48 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ENDINGS = (".gif", ".mp4")
+"""File endings of videos."""
 
 
 class VideoWriter:
-    """An animation being made; a context manager, or call `close` to write the end of it."""
+    """Writes a video picture by picture; a context manager, or call `close` at the end.
+
+    An MP4 is encoded while pictures are added, a GIF when it is closed.
+    """
 
     def __init__(self, path: str | Path, *, fps: float = 20.0) -> None:
-        """Begin a film.
+        """Begin a video.
 
         Args:
-            path: where to; ".gif", or ".mp4" with the extra "video".
-            fps: pictures a second; at most 50 for a GIF.
+            path: the .gif file to write, or .mp4 with the extra "video".
+            fps: pictures a second; at most 50 in a GIF and 240 in an MP4.
 
         Raises:
-            ConfigError: another ending, or `fps` out of range.
+            ConfigError: `path` has another ending or its folder is missing, or `fps` is out of range.
             MissingExtraError: an MP4 without imageio-ffmpeg installed.
         """
         self.path = Path(path)
         ending = self.path.suffix.lower()
         if ending not in ENDINGS:
-            raise ConfigError(f"a film is a .gif or .mp4 file; got {str(path)!r}")
+            raise ConfigError(f"the file of a video must end in .gif or .mp4, got {str(path)!r}")
         most = 50.0 if ending == ".gif" else 240.0
         if not 0 < fps <= most:
-            raise ConfigError(f"{self.path.name}: fps lies above 0 and at most at {most:g}; got {fps:g}")
+            raise ConfigError(f"{self.path.name}: fps must be above 0 and at most {most:g}, got {fps:g}")
         if not self.path.parent.is_dir():
-            raise ConfigError(f"{self.path}: there is no folder {str(self.path.parent)!r}")
+            raise ConfigError(f"{self.path}: folder {str(self.path.parent)!r} not found; create it")
         self.fps = fps
         self.count = 0
-        """Pictures so far."""
+        """Number of pictures so far."""
         self._frames: list[NDArray[np.uint8]] = []
         self._shape: tuple[int, ...] | None = None
         self._ffmpeg = _ffmpeg() if ending == ".mp4" else None
         self._pipe: Any = None
 
     def add(self, picture: Image | NDArray[np.uint8]) -> None:
-        """Append a picture: an image or (h, w, 3) uint8.
+        """Append a picture.
+
+        Args:
+            picture: an image, or (h, w, 3 or 4) uint8 colours, of the size of the first picture.
 
         Raises:
             ValueError: it has another size than the first.
@@ -58,7 +65,9 @@ class VideoWriter:
         if self._shape is None:
             self._shape = pixels.shape
         if pixels.shape != self._shape:
-            raise ValueError(f"a film's pictures have one size; got {pixels.shape} after {self._shape}")
+            raise ValueError(
+                f"pictures of a video must have one size, got {pixels.shape} after {self._shape}"
+            )
         self.count += 1
         if self._ffmpeg is None:
             self._frames.append(pixels)
@@ -72,7 +81,7 @@ class VideoWriter:
         self._pipe.send(pixels)
 
     def close(self) -> Path | None:
-        """Write what is left; returns the path, or None where there was no picture."""
+        """Finish the file and return its path, or None if no picture was added."""
         if self._pipe is not None:
             self._pipe.close()
             self._pipe = None
@@ -82,11 +91,13 @@ class VideoWriter:
         return self.path if self.count else None
 
     def __enter__(self) -> VideoWriter:
+        """Return the writer."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        """Finish the file."""
         self.close()
 
 

@@ -1,4 +1,4 @@
-"""Driving a robot from the terminal: keys, choices, the loop."""
+"""Control of a robot from the terminal: key bindings, choices, the control loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Questions in the terminal for what no flag says."""
+"""Questions in the terminal for options that were not given."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ from roboyard.errors import ConfigError
 
 
 def choose(question: str, options: Sequence[str], default: str, ask: Callable[[str], str] = input) -> str:
-    """One of some options, by number or name; an empty answer takes the default.
+    """Ask for one of some options, by number or name, and return it; an empty answer selects the default.
+
+    Args:
+        question: the question to print.
+        options: the options; a single one is returned without a question.
+        default: the option for an empty answer.
+        ask: prints a prompt and returns the answer.
 
     Raises:
-        ConfigError: nobody answers.
+        ConfigError: the input ended before an answer.
     """
     if len(options) == 1:
         return options[0]
@@ -22,11 +28,11 @@ def choose(question: str, options: Sequence[str], default: str, ask: Callable[[s
         try:
             answer = ask("Choose by number or name: ").strip()
         except EOFError:
-            raise ConfigError(f"nobody answered {question!r}; say it by a flag") from None
+            raise ConfigError(f"no answer to {question!r}; give it as an option") from None
         if not answer:
             return default
         if answer in options:
             return answer
         if answer.isdecimal() and 1 <= int(answer) <= len(options):
             return options[int(answer) - 1]
-        print(f"{answer!r} is none of them.")
+        print(f"{answer!r} is not one of them.")

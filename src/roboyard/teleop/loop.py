@@ -1,4 +1,4 @@
-"""The loop: keys or chance in, actions out, the world on, film and log along."""
+"""The control loop: actions from keys or at random, simulation steps, video and log."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ if TYPE_CHECKING:
 
 ControlMode = Literal["random", "teleop"]
 SHORT = 100
-"""Actions of a short run."""
+"""Number of actions of a short run."""
 RANDOM_SIZE, RANDOM_HOLD = 0.05, 30
-"""Largest random command, and how many actions one is held."""
-FILM_FPS = 15.0
+"""Largest random command, and the number of actions for which it is held."""
+VIDEO_FPS = 15.0
+"""Pictures a second of the video."""
 
 
 def drive(
-    stage: SceneSetup,
+    scene_setup: SceneSetup,
     mode: ControlMode,
     *,
     short: bool = False,
@@ -39,72 +40,75 @@ def drive(
     width: int = 480,
     height: int = 360,
 ) -> int:
-    """Drive a stage's robot until told to stop; returns how many actions it took.
+    """Drive a robot until the user quits, and return the number of actions.
 
     Args:
-        stage: with a robot.
-        mode: "random": small commands by chance, each held for 30 actions. "teleop": keys of the terminal.
+        scene_setup: a scene with a robot.
+        mode: "random": small random commands, each held for 30 actions. "teleop": keys of the terminal.
         short: stop after 100 actions.
-        record: film to write, .gif or .mp4, from the scene's own view.
-        log: state log to write, .npz, a moment an action.
-        keys: where keys come from; the terminal by default.
-        seed: of the chance.
-        width: pixels of the film.
-        height: pixels of the film.
+        record: video to write (.gif or .mp4), by the scene's camera.
+        log: state log to write (.npz), one state for each action.
+        keys: returns the keys pressed since its last call; those of the terminal by default.
+        seed: seed of the random commands.
+        width: width of the video (pixels).
+        height: height of the video (pixels).
 
     Raises:
-        ConfigError: teleop without a terminal, or a film or log that cannot be written.
+        ValueError: the scene has no robot.
+        ConfigError: "teleop" without a terminal, or a video or log that cannot be written.
     """
-    if stage.robot is None:
-        raise ValueError("the stage has no robot to drive")
+    if scene_setup.robot is None:
+        raise ValueError(f"the scene setup must name a robot, got {scene_setup.setup}")
     if mode == "teleop" and keys is None:
         with RawKeys() as raw:
             return drive(
-                stage, mode, short=short, record=record, log=log, keys=raw.read, seed=seed,
+                scene_setup, mode, short=short, record=record, log=log, keys=raw.read, seed=seed,
                 width=width, height=height,
             )  # fmt: skip
-    robot, world = stage.robot, stage.scene.world
-    recorder = Recorder(world, setup=stage.setup) if log is not None else None
-    film = VideoWriter(record, fps=FILM_FPS) if record is not None else None
-    camera = stage.scene.camera(width=width, height=height)
-    source = _Random(robot, seed) if mode == "random" else _Keys(stage, keys or list)
-    next_picture, began, taken = world.time, time.monotonic() - world.time, 0
+    robot, world = scene_setup.robot, scene_setup.scene.world
+    recorder = Recorder(world, setup=scene_setup.setup) if log is not None else None
+    video = VideoWriter(record, fps=VIDEO_FPS) if record is not None else None
+    camera = scene_setup.scene.camera(width=width, height=height)
+    source = _Random(robot, seed) if mode == "random" else _Keys(scene_setup, keys or list)
+    next_picture, began, count = world.time, time.monotonic() - world.time, 0
     try:
-        while not short or taken < SHORT:
+        while not short or count < SHORT:
             action = source.action()
             if action is None:
                 break
             robot.apply_action(action)
             world.step(robot.steps_per_control)
-            taken += 1
+            count += 1
             if recorder is not None:
-                recorder.take()
-            if film is not None and world.time >= next_picture - 1e-9:
-                film.add(world.render(camera))
-                next_picture += 1.0 / FILM_FPS
+                recorder.record()
+            if video is not None and world.time >= next_picture - 1e-9:
+                video.add(world.render(camera))
+                next_picture += 1.0 / VIDEO_FPS
             if not short:
                 began = _keep_pace(world.time, began)
-            if world.time < next_picture - 2.0 / FILM_FPS:  # a reset turned the clock back
+            if world.time < next_picture - 2.0 / VIDEO_FPS:  # a reset set the time back
                 next_picture = world.time
     finally:
-        if film is not None:
-            film.close()
+        if video is not None:
+            video.close()
         if recorder is not None and log is not None and len(recorder):
             recorder.log().save(log)
-    return taken
+    return count
 
 
 def _keep_pace(simulated: float, began: float) -> float:
-    """Wait until real time has caught up; the (possibly shifted) beginning."""
+    """Sleep until real time reaches the simulated time; return the start time (s), shifted after a reset."""
     ahead = simulated - (time.monotonic() - began)
     if ahead > 0.5 or ahead < -0.5:
-        return time.monotonic() - simulated  # reset, or too slow for real time: begin anew
+        return time.monotonic() - simulated  # after a reset, or slower than real time: restart the clock
     if ahead > 0:
         time.sleep(ahead)
     return began
 
 
 class _Random:
+    """Random commands, each held for a number of actions."""
+
     def __init__(self, robot: Robot, seed: int | None) -> None:
         self._draw = np.random.default_rng(seed)
         self._size = robot.action_dim
@@ -119,18 +123,20 @@ class _Random:
 
 
 class _Keys:
-    def __init__(self, stage: SceneSetup, keys: KeySource) -> None:
-        assert stage.robot is not None
-        self._stage, self._robot = stage, stage.robot
+    """Commands from the keys of a terminal."""
+
+    def __init__(self, scene_setup: SceneSetup, keys: KeySource) -> None:
+        assert scene_setup.robot is not None
+        self._scene, self._robot = scene_setup.scene, scene_setup.robot
         self._keys = keys
-        self._teleop = KeyBindings(stage.robot)
-        self._views = Views(stage)
-        self._start = stage.scene.world.save_state()
+        self._bindings = KeyBindings(scene_setup.robot)
+        self._views = Views(scene_setup)
+        self._start = scene_setup.scene.world.save_state()
         print(f"\n{HELP}")
         self._show()
 
     def _show(self) -> None:
-        print(f"\r\x1b[K{self._teleop.status()}", end="", flush=True)
+        print(f"\r\x1b[K{self._bindings.status()}", end="", flush=True)
 
     def action(self) -> Array | None:
         pressed = self._keys()
@@ -139,15 +145,15 @@ class _Keys:
                 print()
                 return None
             if key == "r":
-                self._stage.scene.world.restore_state(self._start)
+                self._scene.world.restore_state(self._start)
                 self._robot.reset()
-                self._teleop.reset()
+                self._bindings.reset()
             elif key == "m":
-                name, picture = self._views.look()
+                name, picture = self._views.next_picture()
                 print(f"\n{as_text(picture, WIDTH)}\n{name}")
             else:
-                self._teleop.press(key)
+                self._bindings.press(key)
         if pressed:
             self._show()
         sys.stdout.flush()
-        return self._teleop.action()
+        return self._bindings.action()

@@ -1,4 +1,4 @@
-"""Single keys from a terminal, which gets its old settings back however the program ends."""
+"""Single keys from a terminal, whose settings are restored however the program ends."""
 
 from __future__ import annotations
 
@@ -17,27 +17,31 @@ from roboyard.errors import ConfigError
 
 _SEQUENCES = {b"A": "up", b"B": "down", b"C": "right", b"D": "left"}
 ESCAPE_TIME = 0.03
-"""s after which an escape byte is the key and not the beginning of a sequence"""
+"""Time after which an escape byte is the Esc key and not the start of a sequence (s)."""
 
 
 class RawKeys:
-    """Keys as they are pressed, unseen on the screen; a context manager. Ctrl-C still interrupts."""
+    """Reads keys as they are pressed, without echo; a context manager. Ctrl-C still interrupts."""
 
     def __init__(self, descriptor: int | None = None) -> None:
-        """Take the terminal on `descriptor` (standard input by default).
+        """Use the terminal on a file descriptor (standard input by default).
 
         Raises:
-            ConfigError: it is no terminal.
+            ConfigError: it is not a terminal.
         """
         self._descriptor: int = _standard_input() if descriptor is None else descriptor
         if self._descriptor < 0 or not os.isatty(self._descriptor):
-            raise ConfigError("driving by keys needs a terminal; take --control-mode random without one")
+            raise ConfigError(
+                f"driving by keys needs a terminal, got file descriptor {self._descriptor}; "
+                "use --control-mode random without a terminal"
+            )
         self._saved: list[Any] | None = None
         self._on_termination: Any = None
         self._rest = b""
         self._since = 0.0
 
     def __enter__(self) -> RawKeys:
+        """Switch the terminal to single keys without echo."""
         import termios
         import tty
 
@@ -51,13 +55,14 @@ class RawKeys:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        """Restore the terminal and the handler of SIGTERM."""
         self.restore()
         atexit.unregister(self.restore)
         if self._on_termination is not None:
             signal.signal(signal.SIGTERM, self._on_termination)
 
     def restore(self) -> None:
-        """Give the terminal its settings back."""
+        """Restore the settings of the terminal."""
         import termios
 
         if self._saved is not None:
@@ -65,14 +70,14 @@ class RawKeys:
             self._saved = None
 
     def read(self) -> list[str]:
-        """Keys pressed since the last call, in order; never waits.
+        """Return the keys pressed since the last call, in order, without blocking.
 
-        Letters come in lower case; "up", "down", "left", "right" and "escape" by name.
+        Letters are in lower case; other keys are "up", "down", "left", "right" and "escape".
         """
         while select.select([self._descriptor], [], [], 0.0)[0]:
             got = os.read(self._descriptor, 1024)
             if not got:
-                return [*self._decode(final=True), "escape"]  # the terminal is gone
+                return [*self._decode(final=True), "escape"]  # the terminal was closed
             self._rest += got
             self._since = time.monotonic()
         return self._decode(final=time.monotonic() - self._since > ESCAPE_TIME)
@@ -90,11 +95,11 @@ def _standard_input() -> int:
 
 
 def decode(data: bytes, *, final: bool) -> tuple[list[str], bytes]:
-    """Bytes of a terminal as keys, and what may be the beginning of one more.
+    """Return the keys in bytes read from a terminal, and the rest that may be the start of another key.
 
     Args:
-        data: what was read.
-        final: nothing more will come of an unfinished sequence.
+        data: the bytes.
+        final: an unfinished sequence will not be continued.
     """
     keys: list[str] = []
     k = 0
@@ -122,4 +127,4 @@ def decode(data: bytes, *, final: bool) -> tuple[list[str], bytes]:
 
 
 KeySource = Callable[[], list[str]]
-"""Keys pressed since the last call."""
+"""Returns the keys pressed since its last call."""

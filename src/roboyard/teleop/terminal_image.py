@@ -1,4 +1,4 @@
-"""A picture in a terminal: two pixels a character, in true colours."""
+"""Pictures in a terminal: two pixels for each character, in 24-bit colours."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 
 def as_text(rgb: NDArray[np.uint8], width: int | None = None) -> str:
-    """Lines of half blocks for a (h, w, 3) picture; an odd last row is left out.
+    """Return a picture as lines of half-block characters; an odd last row is omitted.
 
     Args:
-        rgb: the picture.
-        width: make it this many characters wide, by averaging or repeating pixels.
+        rgb: (h, w, 3) colours.
+        width: width of the lines (characters); the picture is resized to it. By default w.
     """
     if width is not None and width != rgb.shape[1]:
         rgb = _resized(rgb, width, max(2, round(rgb.shape[0] * width / rgb.shape[1])))

@@ -65,7 +65,7 @@ class ActionSource:
     @property
     def arms(self) -> tuple[str, ...]:
         """Joint groups whose end effector can have a target pose."""
-        return tuple(name for name, *_ in self.key_bindings.hands)
+        return tuple(name for name, *_ in self.key_bindings.arms)
 
     @property
     def joysticks(self) -> tuple[str, ...]:
@@ -103,7 +103,7 @@ class ActionSource:
         """
         names = [KEY_NAMES.get(key, key) for key in held]
         parts = self.robot.controller_action_idx
-        selected = self.key_bindings.hands[self.key_bindings.hand] if self.key_bindings.hands else None
+        selected = self.key_bindings.arms[self.key_bindings.arm] if self.key_bindings.arms else None
         for name in names:
             if name in TAP_KEYS or (self._base is not None and name in BASE_KEYS):
                 continue

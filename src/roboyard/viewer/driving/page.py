@@ -94,7 +94,7 @@ class DrivingPage(DrivingSession):
         self.world.step(self.robot.steps_per_control)
         self.actions += 1
         if self.recorder is not None:
-            self.recorder.take()
+            self.recorder.record()
         if self.recording.writer is not None:
             self.recording.add_frame(self.scene_setup, self.camera())
 

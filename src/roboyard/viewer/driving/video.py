@@ -63,7 +63,7 @@ class VideoRecording:
 def moment_of(setup: SceneSetup) -> StateLog:
     """Return a log with the current state of a scene alone."""
     recorder = Recorder(setup.scene.world, setup=setup.setup)
-    recorder.take()
+    recorder.record()
     return recorder.log()
 
 

@@ -1,4 +1,4 @@
-"""Films: what comes out has the pictures that went in, at their pace."""
+"""Videos contain the pictures that were added, at the given rate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from PIL import Image as Pillow
 from roboyard.cli import main
 from roboyard.errors import ConfigError, MissingExtraError
 from roboyard.recording import Recorder, VideoWriter, set_up
-from roboyard.recording.replay import moments, replay_video
+from roboyard.recording.replay import frame_indices, replay_video
 
 
 def _frames() -> list[np.ndarray]:
@@ -24,10 +24,10 @@ def _frames() -> list[np.ndarray]:
     return frames
 
 
-def test_a_gif_keeps_pictures_and_pace(tmp_path: Path) -> None:
-    with VideoWriter(tmp_path / "a.gif", fps=10) as film:
+def test_a_gif_keeps_pictures_and_rate(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "a.gif", fps=10) as video:
         for frame in _frames():
-            film.add(frame)
+            video.add(frame)
     with Pillow.open(tmp_path / "a.gif") as gif:
         assert gif.n_frames == 10
         for k in (0, 5, 9):
@@ -37,11 +37,11 @@ def test_a_gif_keeps_pictures_and_pace(tmp_path: Path) -> None:
             assert abs(int(seen[20, 6 * k + 3, 0]) - 200) < 12
 
 
-def test_an_mp4_keeps_pictures_and_pace(tmp_path: Path) -> None:
+def test_an_mp4_keeps_pictures_and_rate(tmp_path: Path) -> None:
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
-    with VideoWriter(tmp_path / "a.mp4", fps=10) as film:
+    with VideoWriter(tmp_path / "a.mp4", fps=10) as video:
         for frame in _frames():
-            film.add(frame)
+            video.add(frame)
     reader = ffmpeg.read_frames(str(tmp_path / "a.mp4"))
     about = next(reader)
     assert about["fps"] == pytest.approx(10)
@@ -52,51 +52,53 @@ def test_an_mp4_keeps_pictures_and_pace(tmp_path: Path) -> None:
         assert int(seen[k][20, 6 * k + 3, 0]) > 120
 
 
-def test_films_without_ffmpeg_say_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_mp4_without_ffmpeg_names_the_extra_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     with pytest.raises(MissingExtraError, match=r'pip install "roboyard\[video\]"'):
         VideoWriter(tmp_path / "a.mp4")
 
 
-def test_impossible_films_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"a film is a .gif or .mp4 file"):
+def test_invalid_videos_are_errors(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"must end in .gif or .mp4, got .*a.avi"):
         VideoWriter(tmp_path / "a.avi")
-    with pytest.raises(ConfigError, match="at most at 50"):
+    with pytest.raises(ConfigError, match="at most 50, got 60"):
         VideoWriter(tmp_path / "a.gif", fps=60)
-    with pytest.raises(ConfigError, match="there is no folder"):
+    with pytest.raises(ConfigError, match=r"folder .* not found"):
         VideoWriter(tmp_path / "no" / "a.gif")
-    with VideoWriter(tmp_path / "a.gif") as film:
-        film.add(np.zeros((8, 8, 3), dtype=np.uint8))
+    with VideoWriter(tmp_path / "a.gif") as video:
+        video.add(np.zeros((8, 8, 3), dtype=np.uint8))
         with pytest.raises(ValueError, match="one size"):
-            film.add(np.zeros((9, 8, 3), dtype=np.uint8))
+            video.add(np.zeros((9, 8, 3), dtype=np.uint8))
     assert VideoWriter(tmp_path / "b.gif").close() is None
 
 
-def test_a_log_becomes_a_film_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    stage = set_up({"scene": "tabletop"})
-    world, can = stage.scene.world, stage.scene.body("can")
-    recorder = Recorder(world, setup=stage.setup)
-    recorder.take()
+def test_a_log_is_rendered_as_a_video(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene_setup = set_up({"scene": "tabletop"})
+    world, can = scene_setup.scene.world, scene_setup.scene.body("can")
+    recorder = Recorder(world, setup=scene_setup.setup)
+    recorder.record()
     can.set_velocity(linear=(0, 0, 2.0))
     for _ in range(24):
         world.step(5)
-        recorder.take()
+        recorder.record()
     log = recorder.log()
-    shown = list(moments(log, 10))
+    shown = list(frame_indices(log, 10))
     assert len(shown) == 6 and shown[0] == 0 and shown[-1] == 24
     assert np.allclose(log.time[shown], np.arange(6) / 10, atol=0.021)
     path = log.save(tmp_path / "hop.npz")
     assert replay_video(log, tmp_path / "direct.gif", fps=10, width=64, height=48) == 6
     code = main(["replay", str(path), "--record", str(tmp_path / "again.gif"), "--fps", "10",
                  "--width", "64", "--height", "48"])  # fmt: skip
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     assert code == 0
-    assert "25 moments in 0.50 s" in told and "can/base.z" in told and "6 pictures" in told
+    assert "25 states in 0.50 s" in printed and "can/base.z" in printed and "6 pictures" in printed
     assert (tmp_path / "again.gif").read_bytes() == (tmp_path / "direct.gif").read_bytes()
 
 
-def test_replay_of_what_is_no_log_fails_in_one_line(
+def test_replay_of_a_missing_log_is_one_error_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["replay", str(tmp_path / "none.npz")]) == 1
-    assert capsys.readouterr().err.startswith("roboyard: error: there is no state log")
+    assert capsys.readouterr().err.startswith("roboyard: error: state log ")

@@ -1,4 +1,4 @@
-"""Logs say what they hold, come back bit for bit, and refuse what does not fit."""
+"""State logs have named columns, restore states exactly, and reject worlds and files that do not fit."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def _swing() -> tuple[World, StateLog, list[np.ndarray], list[np.ndarray]]:
         world.step(3)
         if k == 20:
             scene.body("table").set_pose((0.9, 0, 0))
-        recorder.take()
+        recorder.record()
         states.append(np.concatenate([world.data.qpos, world.data.qvel]))
         pictures.append(world.render(camera, backend="software").rgba)
     return world, recorder.log(), states, pictures
 
 
-def test_a_saved_log_brings_back_every_moment_bit_for_bit(tmp_path: Path) -> None:
+def test_a_saved_log_restores_every_state_bit_for_bit(tmp_path: Path) -> None:
     _, log, states, pictures = _swing()
     again = load_log(log.save(tmp_path / "swing.npz"))
     fresh = tabletop()
@@ -54,7 +54,7 @@ def test_columns_have_names_units_and_the_public_quaternion_order() -> None:
     turn = quaternion_from_rpy((0.3, -0.2, 1.0))
     world.add_box((0.1, 0.1, 0.1), (1, 2, 3), turn, name="crate")
     recorder = Recorder(world)
-    recorder.take()
+    recorder.record()
     log = recorder.log()
     assert log.position_names == tuple(f"crate/base.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw"))
     assert log.position_units == ("m", "m", "m", "1", "1", "1", "1")
@@ -66,41 +66,41 @@ def test_columns_have_names_units_and_the_public_quaternion_order() -> None:
         log.column("crate/base.zz")
 
 
-def test_another_world_is_refused_by_name() -> None:
+def test_another_world_is_rejected_by_name() -> None:
     _, log, _, _ = _swing()
-    with pytest.raises(ConfigError, match=r"it lacks 'ball/base.x'"):
+    with pytest.raises(ConfigError, match=r"this world has no 'ball/base.x'"):
         log.check_fits(tabletop().world)
 
 
-def test_bodies_may_not_come_during_a_recording() -> None:
+def test_bodies_must_not_be_added_during_a_recording() -> None:
     world = World()
     world.add_box((1, 1, 1))
     recorder = Recorder(world)
-    recorder.take()
+    recorder.record()
     world.add_box((1, 1, 1))
     with pytest.raises(ConfigError, match="added or removed during the recording"):
-        recorder.take()
+        recorder.record()
 
 
-def test_an_empty_recording_is_no_log() -> None:
-    with pytest.raises(ConfigError, match="nothing was recorded"):
+def test_an_empty_recording_is_an_error() -> None:
+    with pytest.raises(ConfigError, match="no states recorded"):
         Recorder(World()).log()
 
 
 @pytest.mark.parametrize("damage", ["missing", "text", "other", "shape", "version"])
-def test_what_is_no_log_is_told(tmp_path: Path, damage: str) -> None:
+def test_files_that_are_not_logs_are_errors(tmp_path: Path, damage: str) -> None:
     path = tmp_path / "x.npz"
     messages = {
-        "missing": "there is no state log",
-        "text": "x.npz is no state log: give the .npz file that",
-        "other": "x.npz is no state log: it has no 'about'",
-        "shape": "x.npz contradicts itself",
-        "version": "a log of version 99",
+        "missing": "state log .* not found",
+        "text": "x.npz is not a state log: give the .npz file that",
+        "other": "x.npz is not a state log: it has no array 'about'",
+        "shape": "x.npz: the shapes of its arrays contradict",
+        "version": "format version 99",
     }
     world = World()
     world.add_box((1, 1, 1))
     recorder = Recorder(world)
-    recorder.take()
+    recorder.record()
     recorder.log().save(path)
     with np.load(path) as archive:
         data = dict(archive)
@@ -118,10 +118,10 @@ def test_what_is_no_log_is_told(tmp_path: Path, damage: str) -> None:
         load_log(path)
 
 
-def test_a_stage_says_what_it_does_not_know() -> None:
-    with pytest.raises(ConfigError, match="scene, robot and controllers; got"):
+def test_unknown_keys_of_a_scene_setup_are_errors() -> None:
+    with pytest.raises(ConfigError, match=r"'robot' and 'controllers', got .*weather"):
         set_up({"scene": "empty", "weather": "fine"})
-    with pytest.raises(ConfigError, match="scene, robot and controllers"):
+    with pytest.raises(ConfigError, match="needs 'scene'"):
         set_up({})
-    stage = set_up({"scene": "empty", "robot": None})
-    assert stage.robot is None and set(stage.scene.bodies) == {"floor"}
+    scene_setup = set_up({"scene": "empty", "robot": None})
+    assert scene_setup.robot is None and set(scene_setup.scene.bodies) == {"floor"}

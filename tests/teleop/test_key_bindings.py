@@ -1,4 +1,4 @@
-"""Every key of the table: what it writes into the action, and that the robot then moves so."""
+"""Every key changes its entry of the action, and the robot moves accordingly."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from roboyard.transforms import matrix_from_quaternion
 
 @pytest.fixture(scope="module")
 def r1() -> SceneSetup:
-    stage = set_up({"scene": "empty", "robot": "r1"})
-    stage.scene.world.step(60)
-    return stage
+    scene_setup = set_up({"scene": "empty", "robot": "r1"})
+    scene_setup.scene.world.step(60)
+    return scene_setup
 
 
 @pytest.fixture(scope="module")
 def rover() -> SceneSetup:
-    stage = set_up({"scene": "empty", "robot": "rover"})
-    stage.scene.world.step(60)
-    return stage
+    scene_setup = set_up({"scene": "empty", "robot": "rover"})
+    scene_setup.scene.world.step(60)
+    return scene_setup
 
 
 class Clock:
@@ -32,12 +32,12 @@ class Clock:
         return self.now
 
 
-def _changed(teleop: KeyBindings, key: str) -> dict[int, float]:
+def _changed(bindings: KeyBindings, key: str) -> dict[int, float]:
     """Entries of the next action that differ from doing nothing."""
-    still = teleop.action()
-    assert teleop.press(key)
-    action = teleop.action()
-    assert np.array_equal(teleop.action(), still), "a tap lasts one step"
+    still = bindings.action()
+    assert bindings.press(key)
+    action = bindings.action()
+    assert np.array_equal(bindings.action(), still), "a tap lasts one step"
     return {int(k): float(action[k]) for k in np.flatnonzero(action != still)}
 
 
@@ -49,19 +49,19 @@ def _changed(teleop: KeyBindings, key: str) -> dict[int, float]:
         ("o", 4, 0.1), ("u", 4, -0.1), ("v", 5, 0.1), ("c", 5, -0.1),
     ],
 )  # fmt: skip
-def test_hand_keys_write_one_component_of_the_selected_hand(
+def test_arm_keys_change_one_component_of_the_selected_arm(
     r1: SceneSetup, key: str, component: int, value: float
 ) -> None:
-    teleop = KeyBindings(r1.robot)
+    bindings = KeyBindings(r1.robot)
     parts = r1.robot.controller_action_idx
-    assert _changed(teleop, key) == {parts["arm_left"].start + component: value}
-    teleop.press("4")
-    assert _changed(teleop, key) == {parts["arm_right"].start + component: value}
-    teleop.press("3")
-    assert _changed(teleop, key) == {parts["arm_left"].start + component: value}
+    assert _changed(bindings, key) == {parts["arm_left"].start + component: value}
+    bindings.press("4")
+    assert _changed(bindings, key) == {parts["arm_right"].start + component: value}
+    bindings.press("3")
+    assert _changed(bindings, key) == {parts["arm_left"].start + component: value}
 
 
-def test_osc_hands_take_larger_steps_and_short_commands_have_no_turning(r1: SceneSetup) -> None:
+def test_osc_arms_have_larger_steps_and_commands_without_orientation_no_rotation_keys(r1: SceneSetup) -> None:
     robot = r1.robot
     try:
         robot.reload_controllers(
@@ -70,31 +70,31 @@ def test_osc_hands_take_larger_steps_and_short_commands_have_no_turning(r1: Scen
                 "arm_right": {"name": "InverseKinematicsController", "mode": "position_fixed_ori"},
             }
         )
-        teleop, parts = KeyBindings(robot), robot.controller_action_idx
-        assert _changed(teleop, "up") == {parts["arm_left"].start: 0.25}
-        teleop.press("4")
-        assert _changed(teleop, "up") == {parts["arm_right"].start: 0.1}
-        assert not teleop.press("n")
+        bindings, parts = KeyBindings(robot), robot.controller_action_idx
+        assert _changed(bindings, "up") == {parts["arm_left"].start: 0.25}
+        bindings.press("4")
+        assert _changed(bindings, "up") == {parts["arm_right"].start: 0.1}
+        assert not bindings.press("n")
     finally:
         robot.reload_controllers()
 
 
 def test_joints_are_selected_in_a_ring_and_moved(r1: SceneSetup) -> None:
-    teleop, parts = KeyBindings(r1.robot), r1.robot.controller_action_idx
-    names = [name for name, _, _ in teleop.joints]
+    bindings, parts = KeyBindings(r1.robot), r1.robot.controller_action_idx
+    names = [name for name, _, _ in bindings.joints]
     assert names[:3] == [f"base_footprint_{a}_joint" for a in ("x", "y", "rz")]
     assert names[3:] == list(r1.robot.groups["trunk"].joints)
-    assert _changed(teleop, "]") == {parts["base"].start: 0.1}
-    teleop.press("2")
-    assert _changed(teleop, "[") == {parts["base"].start + 1: -0.1}
-    teleop.press("1")
-    teleop.press("1")
-    assert teleop.status().startswith("joint torso_joint4")
-    assert _changed(teleop, "]") == {parts["trunk"].start + 3: 0.1}
+    assert _changed(bindings, "]") == {parts["base"].start: 0.1}
+    bindings.press("2")
+    assert _changed(bindings, "[") == {parts["base"].start + 1: -0.1}
+    bindings.press("1")
+    bindings.press("1")
+    assert bindings.status().startswith("joint torso_joint4")
+    assert _changed(bindings, "]") == {parts["trunk"].start + 3: 0.1}
 
 
-def test_prismatic_joints_take_careful_steps(r1: SceneSetup) -> None:
-    """Only delta position controllers of sliding joints are slowed to a fifth."""
+def test_prismatic_joints_have_smaller_steps(r1: SceneSetup) -> None:
+    """Only delta position controllers of prismatic joints have a fifth of the step."""
     robot = r1.robot
     fingers = {"name": "JointController", "motor_type": "position", "command_output_limits": None}
     assert {robot.body.joint(name).type for name in robot.groups["gripper_left"].joints} == {"prismatic"}
@@ -115,47 +115,47 @@ def test_prismatic_joints_take_careful_steps(r1: SceneSetup) -> None:
 
 def test_grippers_start_open_keep_their_command_and_ignore_repeats(r1: SceneSetup) -> None:
     clock = Clock()
-    teleop, parts = KeyBindings(r1.robot, clock), r1.robot.controller_action_idx
+    bindings, parts = KeyBindings(r1.robot, clock), r1.robot.controller_action_idx
     left, right = parts["gripper_left"].start, parts["gripper_right"].start
-    assert teleop.action()[[left, right]].tolist() == [1.0, 1.0]
+    assert bindings.action()[[left, right]].tolist() == [1.0, 1.0]
     clock.now = 10.0
-    teleop.press("t")
+    bindings.press("t")
     for _ in range(5):
         clock.now += 0.05
-        teleop.press("t")
-    assert teleop.action()[[left, right]].tolist() == [-1.0, 1.0]
-    assert teleop.action()[left] == -1.0
+        bindings.press("t")
+    assert bindings.action()[[left, right]].tolist() == [-1.0, 1.0]
+    assert bindings.action()[left] == -1.0
     clock.now += 1.0
-    teleop.press("6")
-    teleop.press("t")
-    assert teleop.action()[[left, right]].tolist() == [-1.0, -1.0]
-    assert "gripper_right closed" in teleop.status()
-    teleop.reset()
-    assert teleop.action()[[left, right]].tolist() == [1.0, 1.0]
+    bindings.press("6")
+    bindings.press("t")
+    assert bindings.action()[[left, right]].tolist() == [-1.0, -1.0]
+    assert "gripper_right closed" in bindings.status()
+    bindings.reset()
+    assert bindings.action()[[left, right]].tolist() == [1.0, 1.0]
 
 
-def test_keys_that_mean_nothing_do_nothing(r1: SceneSetup) -> None:
-    teleop = KeyBindings(r1.robot)
+def test_unbound_keys_do_nothing(r1: SceneSetup) -> None:
+    bindings = KeyBindings(r1.robot)
     for key in ("x", "q", "\n", "i", "j"):
-        assert not teleop.press(key)
-    assert np.count_nonzero(teleop.action()) == 2
+        assert not bindings.press(key)
+    assert np.count_nonzero(bindings.action()) == 2
 
 
 @pytest.mark.parametrize(
     ("key", "axis", "sign"),
     [("up", 0, 1), ("down", 0, -1), ("left", 1, 1), ("right", 1, -1), ("p", 2, 1), (";", 2, -1)],
 )
-def test_a_held_key_moves_the_hand_that_way(r1: SceneSetup, key: str, axis: int, sign: int) -> None:
+def test_a_held_key_moves_the_end_effector(r1: SceneSetup, key: str, axis: int, sign: int) -> None:
     robot, world = r1.robot, r1.scene.world
     robot.reset()
-    teleop = KeyBindings(robot)
+    bindings = KeyBindings(robot)
     for _ in range(20):
-        robot.apply_action(teleop.action())
+        robot.apply_action(bindings.action())
         world.step(robot.steps_per_control)
     before = np.array(robot.arms["left"].pose_in_base[0])
     for _ in range(30):
-        teleop.press(key)
-        robot.apply_action(teleop.action())
+        bindings.press(key)
+        robot.apply_action(bindings.action())
         world.step(robot.steps_per_control)
     moved = np.array(robot.arms["left"].pose_in_base[0]) - before
     assert sign * moved[axis] > 0.02, moved
@@ -164,17 +164,17 @@ def test_a_held_key_moves_the_hand_that_way(r1: SceneSetup, key: str, axis: int,
 @pytest.mark.parametrize(
     ("key", "axis", "sign"), [("n", 0, 1), ("b", 0, -1), ("o", 1, 1), ("u", 1, -1), ("v", 2, 1), ("c", 2, -1)]
 )
-def test_a_held_key_turns_the_hand_that_way(r1: SceneSetup, key: str, axis: int, sign: int) -> None:
+def test_a_held_key_rotates_the_end_effector(r1: SceneSetup, key: str, axis: int, sign: int) -> None:
     robot, world = r1.robot, r1.scene.world
     robot.reset()
-    teleop = KeyBindings(robot)
+    bindings = KeyBindings(robot)
     for _ in range(20):
-        robot.apply_action(teleop.action())
+        robot.apply_action(bindings.action())
         world.step(robot.steps_per_control)
     before = matrix_from_quaternion(robot.arms["left"].pose_in_base[1])
     for _ in range(20):
-        teleop.press(key)
-        robot.apply_action(teleop.action())
+        bindings.press(key)
+        robot.apply_action(bindings.action())
         world.step(robot.steps_per_control)
     turned = matrix_from_quaternion(robot.arms["left"].pose_in_base[1]) @ before.T
     about = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
@@ -185,27 +185,27 @@ def test_a_held_key_turns_the_hand_that_way(r1: SceneSetup, key: str, axis: int,
 def test_selected_joints_and_grippers_move(r1: SceneSetup) -> None:
     robot, world = r1.robot, r1.scene.world
     robot.reset()
-    teleop = KeyBindings(robot, Clock())
+    bindings = KeyBindings(robot, Clock())
 
     def hold(*keys: str, steps: int = 20) -> np.ndarray:
         was = robot.joint_positions
         for _ in range(steps):
             for key in keys:
-                teleop.press(key)
-            robot.apply_action(teleop.action())
+                bindings.press(key)
+            robot.apply_action(bindings.action())
             world.step(robot.steps_per_control)
         return robot.joint_positions - was
 
     hold()
-    teleop.press("2")
+    bindings.press("2")
     place = robot.joint_names.index("base_footprint_y_joint")
-    assert "base_footprint_y_joint" in teleop.status()
+    assert "base_footprint_y_joint" in bindings.status()
     assert hold("]")[place] > 0.03
     hold()
     assert hold("[")[place] < -0.03
     fingers = robot.control_idx["gripper_right"]
-    teleop.press("5")
-    teleop.press("t")
+    bindings.press("5")
+    bindings.press("t")
     assert (hold()[fingers] < -0.04).all()
 
 
@@ -215,20 +215,20 @@ def test_selected_joints_and_grippers_move(r1: SceneSetup) -> None:
 )
 def test_a_held_key_moves_its_joint_and_no_other(r1: SceneSetup, name: str) -> None:
     robot, world = r1.robot, r1.scene.world
-    hands = {"arm_left": "JointController"} if name.startswith("left") else {}
+    arms = {"arm_left": "JointController"} if name.startswith("left") else {}
     try:
-        robot.reload_controllers(hands)
+        robot.reload_controllers(arms)
         for key, sign in (("]", 1.0), ("[", -1.0)):
             robot.reset()
-            teleop = KeyBindings(robot, Clock())
-            while f"joint {name}," not in teleop.status():
-                teleop.press("2")
+            bindings = KeyBindings(robot, Clock())
+            while f"joint {name}," not in bindings.status():
+                bindings.press("2")
             was = robot.joint_positions
             place = robot.joint_names.index(name)
             for k in range(45):
                 if k < 30:
-                    teleop.press(key)
-                robot.apply_action(teleop.action())
+                    bindings.press(key)
+                robot.apply_action(bindings.action())
                 world.step(robot.steps_per_control)
                 moved = robot.joint_positions - was
                 others = np.delete(moved, [0, 1, 5, place])
@@ -238,26 +238,26 @@ def test_a_held_key_moves_its_joint_and_no_other(r1: SceneSetup, name: str) -> N
         robot.reload_controllers()
 
 
-def test_wheels_drive_on_and_turn(rover: SceneSetup) -> None:
+def test_a_differential_drive_moves_and_turns(rover: SceneSetup) -> None:
     robot, world = rover.robot, rover.scene.world
-    teleop = KeyBindings(robot)
-    if not teleop.wheels:
+    bindings = KeyBindings(robot)
+    if not bindings.wheels:
         robot.reload_controllers({"base": "DifferentialDriveController"})
-        teleop = KeyBindings(robot)
+        bindings = KeyBindings(robot)
     start = robot.controller_action_idx["base"].start
     for key, place, value in (("i", 0, 0.4), ("k", 0, -0.4), ("j", 1, 0.2), ("l", 1, -0.2)):
-        assert _changed(teleop, key) == {start + place: value}
+        assert _changed(bindings, key) == {start + place: value}
 
     def go(key: str) -> tuple[float, float]:
         for _ in range(20):  # to a halt first
-            robot.apply_action(teleop.action())
+            robot.apply_action(bindings.action())
             world.step(robot.steps_per_control)
         was = np.array(robot.position)
         x, y, z, w = robot.orientation
         yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
         for _ in range(30):
-            teleop.press(key)
-            robot.apply_action(teleop.action())
+            bindings.press(key)
+            robot.apply_action(bindings.action())
             world.step(robot.steps_per_control)
         step = np.array(robot.position) - was
         x, y, z, w = robot.orientation
@@ -280,5 +280,5 @@ def test_terminal_bytes_become_keys() -> None:
     assert decode(b"\x1b", final=True) == (["escape"], b"")
     assert decode(b"\x1b[", final=False) == ([], b"\x1b[")
     assert decode(b"\x1b[1;5", final=False) == ([], b"\x1b[1;5")
-    assert decode(b"\x1b[3~x", final=False) == (["x"], b""), "keys without a meaning are swallowed whole"
+    assert decode(b"\x1b[3~x", final=False) == (["x"], b""), "sequences of other keys are skipped completely"
     assert decode(b"\x1b[1;5Ax", final=False) == (["up", "x"], b"")
