@@ -141,7 +141,7 @@ def test_a_closed_pipe_is_not_an_error() -> None:
 
 def test_an_invalid_port_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["serve", "--port", "70000"]) == 1
-    assert capsys.readouterr().err == "roboyard: error: port 70000: give a number from 0 to 65535\n"
+    assert capsys.readouterr().err == "roboyard: error: port must be 0 to 65535, got 70000\n"
 
 
 def test_an_interruption_during_imports_is_quiet(
