@@ -233,7 +233,7 @@ def test_an_uploaded_file_loads_only_offered_scenes(page, tmp_path: Path) -> Non
     log.setup["scene"] = "empty"
     with pytest.raises(ConfigError, match="no scene named"):
         page.panel._load_upload(file.read_bytes())
-    with pytest.raises(ConfigError, match="is no state log"):
+    with pytest.raises(ConfigError, match="is not a state log"):
         page.panel._load_upload(b"rubbish")
     page.panel.scene_choice.value = "../../etc/passwd"
     with pytest.raises(ConfigError, match="no scene named"):
