@@ -1,4 +1,4 @@
-"""A scene as flat arrays: gathered once for each revision, so that a frame sends only transforms."""
+"""A scene as flat arrays, collected once per revision, so that a frame sends only transforms."""
 
 from __future__ import annotations
 
@@ -23,136 +23,180 @@ class SceneArrays:
     """Instances are the scene's shapes, in order; faces and vertices are those of the distinct meshes."""
 
     revision: int
+    """Revision of the scene."""
     vertices: NDArray[np.float32]
+    """(k, 3) in the mesh frame."""
     faces: Ints
-    """Vertex numbers inside the face's own mesh."""
+    """(m, 3) vertex indices inside the face's own mesh."""
     normals: NDArray[np.float32]
+    """(m, 3, 3) unit normal at each corner of a face, in the mesh frame."""
     uv: NDArray[np.float32]
+    """(t, 3, 2) texture coordinates of the corners of textured meshes' faces."""
     colors: NDArray[np.uint8]
+    """(c, 4) RGBA of the faces of coloured meshes."""
     texels: NDArray[np.uint32]
+    """Packed colours of all textures, see `roboyard.rendering.textures.pack`."""
     texture_table: Ints
+    """Place of each texture's levels in `texels`, see `roboyard.rendering.textures.pack`."""
 
     frame: Ints
     """(instances,) row of the frame arrays."""
     position: Array
-    """(instances, 3) of the mesh in its frame; m"""
+    """(instances, 3) position of the mesh in its frame (m)."""
     shape: Array
-    """(instances, 3, 3) of the mesh in its frame: rotation times scale."""
+    """(instances, 3, 3) rotation times scale of the mesh in its frame."""
     shape_inverse: Array
+    """(instances, 3, 3) inverse of `shape`."""
     boxes: Array
-    """(instances, 2, 3) bounds of the mesh in its own coordinates."""
+    """(instances, 2, 3) bounds of the mesh in the mesh frame."""
     opaque: Ints
-    """(draws, 6): instance, vertices from, to, faces from, to, side to cull."""
+    """(draws, 6): instance, vertices from, to, faces from, to, side to cull; these also cast shadows."""
     clear: Ints
-    """Draws that let light through."""
-    casters: Ints
-    """Draws that throw shadows."""
+    """(draws, 6) like `opaque`, see-through."""
     planes: Ints
     """Instances that are endless planes and opaque."""
     clear_planes: Ints
-    looks: Array
-    """(instances, 11): rgba, specular, second rgb and size of the checker (0: none), scale along x and y."""
+    """Instances that are endless planes and see-through."""
+    materials: Array
+    """(instances, 11): RGBA, specular, second RGB and square size of the checkerboard (0: none), scale along
+    x and y."""
     links: Ints
-    """(instances, 7): body id, link index, texture or -1, first mesh color or -1, first uv or -1, first face
-    of the mesh, first vertex of the mesh."""
+    """(instances, 7): body id, link index, texture, first mesh colour, first texture coordinate (-1: none
+    each), first face and first vertex of the mesh."""
     most_vertices: int
+    """Vertices of the largest mesh."""
 
 
 def scene_arrays(scene: RenderScene) -> SceneArrays:
-    """The arrays of `scene`, remembered in it until its revision changes."""
-    kept = scene.extra.get(CACHE_KEY)
-    if isinstance(kept, SceneArrays) and kept.revision == scene.revision:
-        return kept
+    """Return the arrays of `scene`, cached in it until its revision changes."""
+    cached = scene.extra.get(CACHE_KEY)
+    if isinstance(cached, SceneArrays) and cached.revision == scene.revision:
+        return cached
     arrays = _gather(scene.shapes, scene.revision)
     scene.extra[CACHE_KEY] = arrays
     return arrays
 
 
-def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
-    meshes: dict[int, tuple[MeshArrays, int, int, int, int]] = {}
-    order: list[MeshArrays] = []
-    counts = np.zeros(4, dtype=int)  # vertices, faces, uv, colors so far
-    images: dict[int, int] = {}
-    pictures: list[NDArray[np.uint8]] = []
-    looks = np.zeros((len(shapes), 11))
-    links = np.full((len(shapes), 7), -1, dtype=np.int32)
-    boxes = np.zeros((len(shapes), 2, 3))
-    local = np.tile(np.eye(3), (len(shapes), 1, 1))
-    draws: dict[str, list[tuple[int, ...]]] = {"opaque": [], "clear": [], "casters": []}
-    planes: dict[bool, list[int]] = {False: [], True: []}
-    for i, shape in enumerate(shapes):
-        arrays = mesh_arrays(shape.mesh)
-        if id(arrays) not in meshes:
-            meshes[id(arrays)] = (arrays, *counts)
-            order.append(arrays)
-            counts += (
-                len(arrays.vertices),
-                len(arrays.faces),
-                0 if arrays.uv is None else len(arrays.faces),
-                0 if arrays.colors is None else len(arrays.faces),
-            )
-        _, vertex, face, uv, color = meshes[id(arrays)]
-        image = (
-            shape.texture if shape.texture is not None or not shape.use_mesh_colors else shape.mesh.texture
-        )
-        see_through = shape.rgba[3] < 1.0
-        texture = -1
-        if image is not None and arrays.uv is not None:
-            if id(image) not in images:
-                images[id(image)] = len(pictures)
-                pictures.append(textures.as_rgba(image))
-            texture = images[id(image)]
-            see_through |= textures.lets_light_through(pictures[texture], arrays.uv)
-        colored = shape.use_mesh_colors and arrays.colors is not None
-        looks[i, :4] = shape.rgba
-        looks[i, 4] = shape.specular
-        if shape.checker is not None:
-            looks[i, 5:8], looks[i, 8] = shape.checker
-        looks[i, 9:] = np.abs(shape.scale[:2])
-        links[i] = (*shape.owner, texture, color if colored else -1, uv if texture >= 0 else -1, face, vertex)
-        boxes[i] = arrays.bounds
-        if shape.rgba[3] <= 0.0 or 0.0 in shape.scale:
-            continue
-        local[i] = np.asarray(shape.rotation, dtype=float) * np.asarray(shape.scale, dtype=float)
+class _MeshTable:
+    """The distinct meshes and textures of a scene, with the offset of each in the joined arrays."""
+
+    def __init__(self) -> None:
+        self.meshes: list[MeshArrays] = []
+        self.images: list[NDArray[np.uint8]] = []
+        self._offsets: dict[int, tuple[int, ...]] = {}
+        self._counts = np.zeros(4, dtype=int)
+        self._images: dict[int, int] = {}
+
+    def offsets(self, arrays: MeshArrays) -> tuple[int, ...]:
+        """Return the first vertex, face, texture coordinate and mesh colour of a mesh."""
+        if id(arrays) not in self._offsets:
+            self._offsets[id(arrays)] = tuple(self._counts.tolist())
+            self.meshes.append(arrays)
+            faces = len(arrays.faces)
+            uvs, colors = (0 if part is None else faces for part in (arrays.uv, arrays.colors))
+            self._counts += (len(arrays.vertices), faces, uvs, colors)
+        return self._offsets[id(arrays)]
+
+    def image(self, image: NDArray[np.uint8]) -> int:
+        """Return the index of a texture."""
+        if id(image) not in self._images:
+            self._images[id(image)] = len(self.images)
+            self.images.append(textures.as_rgba(image))
+        return self._images[id(image)]
+
+
+class _DrawLists:
+    """Instances and ranges of faces to draw."""
+
+    def __init__(self) -> None:
+        self.opaque: list[tuple[int, ...]] = []
+        self.clear: list[tuple[int, ...]] = []
+        self.planes: list[int] = []
+        self.clear_planes: list[int] = []
+
+    def add(
+        self, i: int, shape: RenderShape, arrays: MeshArrays, offsets: tuple[int, ...], *, see_through: bool
+    ) -> None:
+        """Add instance i; `offsets` as of `_MeshTable.offsets`."""
         if shape.infinite:
-            planes[see_through].append(i)
-            continue
+            (self.clear_planes if see_through else self.planes).append(i)
+            return
+        vertex, face = offsets[:2]
+        colored = shape.use_mesh_colors and arrays.colors is not None
         front = -1 if np.prod(shape.scale) < 0 else 1
         for run in range(4):
             a, b = arrays.runs[run], arrays.runs[run + 1]
             if a == b:
                 continue
-            kind = "clear" if see_through or (colored and run >= 2) else "opaque"
-            draw = (i, vertex, vertex + len(arrays.vertices), face + a, face + b, 0 if run % 2 else front)
-            draws[kind].append(draw)
-            if kind == "opaque":
-                draws["casters"].append(draw)
+            draws = self.clear if see_through or (colored and run >= 2) else self.opaque
+            cull = 0 if run % 2 else front
+            draws.append((i, vertex, vertex + len(arrays.vertices), face + a, face + b, cull))
+
+
+def _gather(shapes: Sequence[RenderShape], revision: int) -> SceneArrays:
+    """Collect the arrays of a scene's shapes."""
+    table, draws = _MeshTable(), _DrawLists()
+    materials = np.zeros((len(shapes), 11))
+    links = np.full((len(shapes), 7), -1, dtype=np.int32)
+    boxes = np.zeros((len(shapes), 2, 3))
+    local = np.tile(np.eye(3), (len(shapes), 1, 1))
+    for i, shape in enumerate(shapes):
+        arrays = mesh_arrays(shape.mesh)
+        offsets = table.offsets(arrays)
+        vertex, face, uv, color = offsets
+        own = shape.texture is not None or not shape.use_mesh_colors
+        image = shape.texture if own else shape.mesh.texture
+        texture, see_through = -1, shape.rgba[3] < 1.0
+        if image is not None and arrays.uv is not None:
+            texture = table.image(image)
+            see_through |= textures.lets_light_through(table.images[texture], arrays.uv)
+        if not shape.use_mesh_colors or arrays.colors is None:
+            color = -1
+        materials[i] = _material(shape)
+        links[i] = (*shape.owner, texture, color, uv if texture >= 0 else -1, face, vertex)
+        boxes[i] = arrays.bounds
+        if shape.rgba[3] > 0.0 and 0.0 not in shape.scale:
+            local[i] = np.asarray(shape.rotation, dtype=float) * np.asarray(shape.scale, dtype=float)
+            draws.add(i, shape, arrays, offsets, see_through=see_through)
+    texels, texture_table = textures.pack(table.images)
+    meshes = table.meshes
+    opaque = np.array(draws.opaque, dtype=np.int32).reshape(-1, 6)
     return SceneArrays(
         revision=revision,
-        vertices=_join([m.vertices for m in order], (0, 3), np.float32),
-        faces=_join([m.faces for m in order], (0, 3), np.int32),
-        normals=_join([m.normals for m in order], (0, 3, 3), np.float32),
-        uv=_join([m.uv for m in order if m.uv is not None], (0, 3, 2), np.float32),
-        colors=_join([m.colors for m in order if m.colors is not None], (0, 4), np.uint8),
-        texels=(packed := textures.pack(pictures))[0],
-        texture_table=packed[1],
+        vertices=_join([m.vertices for m in meshes], (0, 3), np.float32),
+        faces=_join([m.faces for m in meshes], (0, 3), np.int32),
+        normals=_join([m.normals for m in meshes], (0, 3, 3), np.float32),
+        uv=_join([m.uv for m in meshes if m.uv is not None], (0, 3, 2), np.float32),
+        colors=_join([m.colors for m in meshes if m.colors is not None], (0, 4), np.uint8),
+        texels=texels,
+        texture_table=texture_table,
         frame=np.array([shape.frame for shape in shapes], dtype=np.int32),
         position=np.array([shape.position for shape in shapes], dtype=float).reshape(-1, 3),
         shape=local,
         shape_inverse=np.asarray(np.linalg.inv(local), dtype=float),
         boxes=boxes,
-        opaque=np.array(draws["opaque"], dtype=np.int32).reshape(-1, 6),
-        clear=np.array(draws["clear"], dtype=np.int32).reshape(-1, 6),
-        casters=np.array(draws["casters"], dtype=np.int32).reshape(-1, 6),
-        planes=np.array(planes[False], dtype=np.int32),
-        clear_planes=np.array(planes[True], dtype=np.int32),
-        looks=looks,
+        opaque=opaque,
+        clear=np.array(draws.clear, dtype=np.int32).reshape(-1, 6),
+        planes=np.array(draws.planes, dtype=np.int32),
+        clear_planes=np.array(draws.clear_planes, dtype=np.int32),
+        materials=materials,
         links=links,
-        most_vertices=max((len(m.vertices) for m in order), default=0),
+        most_vertices=max((len(m.vertices) for m in meshes), default=0),
     )
 
 
+def _material(shape: RenderShape) -> Array:
+    """Return the (11,) row of `SceneArrays.materials` of a shape."""
+    row = np.zeros(11)
+    row[:4], row[4] = shape.rgba, shape.specular
+    if shape.checker is not None:
+        row[5:8], row[8] = shape.checker
+    row[9:] = np.abs(shape.scale[:2])
+    return row
+
+
 def _join(arrays: Sequence[NDArray], empty: tuple[int, ...], dtype: type) -> NDArray:
+    """Concatenate arrays; an empty list gives zeros of shape `empty`."""
     if not arrays:
         return np.zeros(empty, dtype=dtype)
     return np.ascontiguousarray(np.concatenate(arrays), dtype=dtype)

@@ -57,11 +57,11 @@ def cast(
     width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: tuple[NDArray, NDArray],
 ) -> ShadowMap:  # fmt: skip
     """Shadow map for what `seen` and `nearness` show; `sun` is the unit vector towards the sun."""
-    if not len(arrays.casters):
+    if not len(arrays.opaque):
         return NO_SHADOW
     matrix = np.zeros((3, 4))
     matrix[:, :3] = _axes(*sun.tolist())
-    draws = arrays.casters
+    draws = arrays.opaque
     casters = np.unique(draws[:, 0])
     grounds = _grounds(arrays, casters, to_world, sun)
     if grounds:

@@ -14,6 +14,7 @@ from roboyard.rendering.compile_notice import announce
 from roboyard.rendering.image import Image
 from roboyard.rendering.kernels import lines as line_kernels
 from roboyard.rendering.kernels import raster, shade
+from roboyard.rendering.kernels.arrays import Background, Instances, Meshes, Sunlight, View
 from roboyard.rendering.kernels.textures import sample_textures
 from roboyard.rendering.light import Light
 from roboyard.rendering.scene import DebugLines, RenderScene, lines_as_arrays
@@ -190,15 +191,22 @@ def _color(
     """(pixels, 4) colours, and the nearest surfaces."""
     arrays, width, height = frame.arrays, frame.width, frame.height
     surface = _front(frame, seen, nearness)
-    sun = np.asarray(light.direction, dtype=float)
-    sun = sun / np.linalg.norm(sun)
+    to_sun = np.asarray(light.direction, dtype=float)
+    to_sun = to_sun / np.linalg.norm(to_sun)
     cast = shadows.NO_SHADOW
     if shadow and light.diffuse > 0.0:
         cast = shadows.cast(
-            arrays, frame.to_world, sun, *surface, width, height, frame.perspective,
+            arrays, frame.to_world, to_sun, *surface, width, height, frame.perspective,
             (frame.origins, frame.directions), frame.scratch,
         )  # fmt: skip
-    lamp = np.array([*sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak])
+    lamp = np.array(
+        [*to_sun, *light.color, light.ambient, light.diffuse, light.specular, light.sky, light.leak]
+    )
+    sun = Sunlight(lamp, cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel, cast.shaded)
+    view = View(width, height, frame.perspective, frame.origins, frame.directions)
+    instances = Instances(frame.to_world, to_local, arrays.materials, arrays.links)
+    meshes = Meshes(arrays.faces, arrays.vertices, arrays.normals, arrays.colors)
+    behind = Background(backdrop, np.array(fade or (np.inf, np.inf)))
     rgba = np.empty((width * height, 4), dtype=np.uint8)
     layered = surface[0] is not seen
     front = np.zeros((width * height if layered else 1, 4), dtype=np.float32)
@@ -213,13 +221,7 @@ def _color(
                 frame.to_world, to_local, arrays.links, arrays.faces, arrays.vertices, arrays.uv,
                 arrays.texels, arrays.texture_table, words,
             )  # fmt: skip
-        shade.shade(
-            codes, near, width, height, frame.perspective, frame.origins, frame.directions,
-            frame.to_world, to_local, arrays.looks, arrays.links, arrays.faces, arrays.vertices,
-            arrays.normals, arrays.colors, words, lamp,
-            cast.nearness, cast.tiles, cast.size, cast.matrix, cast.texel, cast.shaded,
-            backdrop, np.array(fade or (np.inf, np.inf)), front, layered, final, rgba,
-        )  # fmt: skip
+        shade.shade(codes, near, view, instances, meshes, words, sun, behind, front, layered, final, rgba)
 
     if layered:
         limit = np.full(nearness.shape, np.inf, dtype=np.float32)

@@ -1,19 +1,19 @@
-"""What lies on a surface or behind it: checkerboards, the backdrop."""
+"""Checkerboards and the background gradient."""
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from roboyard.rendering.kernels.options import FAST
+from roboyard.rendering.kernels.options import compiled, without_refcounts
+from roboyard.rendering.kernels.vectors import along, dot, product, row_of
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@compiled
 def checker_share(x, y, wide_x, wide_y):
-    """Share of the second colour in a footprint of the given width around (x, y), in squares.
+    """Return the fraction of the second colour in a footprint around (x, y), in squares.
 
-    The footprint's exact mean over the board, one axis at a time, so that the board turns to an even mix
-    towards the horizon.
+    It is the exact mean over a footprint of size (wide_x, wide_y), one axis at a time, so that the board
+    becomes an even mix towards the horizon.
     """
     wide_x, wide_y = max(wide_x, 1e-4), max(wide_y, 1e-4)
     # integral of the square wave that is +1 on even squares and -1 on odd ones is a triangle wave
@@ -24,8 +24,42 @@ def checker_share(x, y, wide_x, wide_y):
     return 0.5 - 2.0 * wave_x * wave_y / (wide_x * wide_y)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def backdrop_color(backdrop, row, height, out):
+@without_refcounts
+def checker_at(point, normal, to_mesh, direction, depth, origins, directions, per_x, per_y):
+    """Return the fraction of the second colour in the pixel that shows a point of a face.
+
+    Args:
+        point: point in the mesh frame.
+        normal: normal of the face in the mesh frame, of any length.
+        to_mesh: world to mesh, a tuple of three rows.
+        direction: direction of the pixel's ray in the world frame.
+        depth: depth of the point (m).
+        origins: (3, 3) ray origins, see `View`.
+        directions: (3, 3) ray directions, see `View`.
+        per_x: squares per unit along x of the mesh frame.
+        per_y: squares per unit along y of the mesh frame.
+    """
+    ray = product(to_mesh, direction)
+    slant = dot(normal, ray)
+    slant = 1.0 / slant if abs(slant) > 1e-300 else 0.0
+    wide_x, wide_y = 0.0, 0.0
+    for k in range(1, 3):
+        # movement on the plane of the face from one pixel to the next column (row)
+        step = product(to_mesh, along(row_of(origins, k), depth, row_of(directions, k)))
+        step = along(step, -dot(normal, step) * slant, ray)
+        wide_x += abs(step[0])
+        wide_y += abs(step[1])
+    return checker_share(point[0] * per_x, point[1] * per_y, wide_x * per_x, wide_y * per_y)
+
+
+@without_refcounts
+def background_color(gradient, row, height):
+    """Return the RGBA of a row of a vertical gradient (2, 4)."""
     share = (row + 0.5) / height
-    for k in range(4):
-        out[k] = backdrop[0, k] * (1.0 - share) + backdrop[1, k] * share
+    rest = 1.0 - share
+    return (
+        gradient[0, 0] * rest + gradient[1, 0] * share,
+        gradient[0, 1] * rest + gradient[1, 1] * share,
+        gradient[0, 2] * rest + gradient[1, 2] * share,
+        gradient[0, 3] * rest + gradient[1, 3] * share,
+    )

@@ -22,6 +22,16 @@ DEPTH_ONLY, RECORD, PEEL = 0, 1, 2
 
 
 @njit(cache=True, error_model="numpy")
+def narrowed(slope, start, low, high):
+    """Return the part of the columns `low` to `high` where the edge function `start + slope * k` is >= 0."""
+    if slope > 0.0:
+        return max(low, np.ceil(-start / slope)), high
+    if slope < 0.0:
+        return low, min(high, np.floor(-start / slope))
+    return low, (high if start >= 0.0 else -1.0)
+
+
+@njit(cache=True, error_model="numpy")
 def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, height):
     """Draw one snapped screen triangle; returns the number of pixels it won."""
     first_x = max(np.ceil(min(x0, x1, x2) - 0.5), 0.0)
@@ -77,25 +87,9 @@ def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearnes
         else:
             # where the row enters and leaves the triangle; the quotients are exact enough because no edge
             # function comes nearer to zero than half a step without being zero
-            lo, hi = 0.0, float(wide)
-            if a0 > 0.0:
-                lo = max(lo, np.ceil(-e0 / a0))
-            elif a0 < 0.0:
-                hi = min(hi, np.floor(-e0 / a0))
-            elif e0 < 0.0:
-                hi = -1.0
-            if a1 > 0.0:
-                lo = max(lo, np.ceil(-e1 / a1))
-            elif a1 < 0.0:
-                hi = min(hi, np.floor(-e1 / a1))
-            elif e1 < 0.0:
-                hi = -1.0
-            if a2 > 0.0:
-                lo = max(lo, np.ceil(-e2 / a2))
-            elif a2 < 0.0:
-                hi = min(hi, np.floor(-e2 / a2))
-            elif e2 < 0.0:
-                hi = -1.0
+            lo, hi = narrowed(a0, e0, 0.0, float(wide))
+            lo, hi = narrowed(a1, e1, lo, hi)
+            lo, hi = narrowed(a2, e2, lo, hi)
             for k in range(np.int64(lo), np.int64(hi) + 1):
                 q = np.float32(q_row + q_dx * k)
                 p = np.uint64(start + k)

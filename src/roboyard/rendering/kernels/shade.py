@@ -1,282 +1,285 @@
-"""Colour of each pixel, once what it sees is known: shaded once, however much lies behind."""
+"""Colour of each pixel from the surface that it shows, once visibility is known."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numba import njit
 
-from roboyard.rendering.kernels.options import FAST
-from roboyard.rendering.kernels.patterns import backdrop_color, checker_share
+from roboyard.rendering.kernels.options import compiled, inlined, without_refcounts
+from roboyard.rendering.kernels.patterns import background_color, checker_at
 from roboyard.rendering.kernels.raster import PLANE
 from roboyard.rendering.kernels.shadow import sunlight
+from roboyard.rendering.kernels.vectors import (
+    along,
+    at_pixel,
+    cross,
+    dot,
+    product,
+    row3_of,
+    row_of,
+    scaled,
+    subtract,
+    transposed_product,
+    unit,
+)
 
 BYTE = np.uint32(255)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def shade(
-    seen, nearness, width, height, perspective, origins, directions, to_world, to_local, looks, links,
-    faces, vertices, normals, colors, paint, light, shadow, tiles, shadow_size,
-    shadow_matrix, shadow_texel, shaded, backdrop, fade, front, layered, final, out,
-):  # fmt: skip
-    """Shade what `seen` says. final: write uint8 (pixels, 4) `out`, over the backdrop and under `front`;
-    else lay the colours under what `front` (pixels, 4; premultiplied) already holds.
+@compiled
+def shade(seen, nearness, view, instances, meshes, paint, sun, background, front, layered, final, out):
+    """Shade the surfaces of one layer.
 
-    origins, directions (3, 3): rows constant, per column, per row of the pixels' lines of sight.
-    to_world (n, 3, 4), to_local (n, 3, 3). paint (pixels,): textures' colours.
-    light (11,): direction, colour, ambient, diffuse, specular, sky, leak.
-    shaded (4,): first and last column and row where a shadow may fall. backdrop (2, 4): top and bottom.
-    fade (2,): depths between which endless planes dissolve.
+    Args:
+        seen: (pixels,) instance << 32 | face of each pixel; -1: none.
+        nearness: (pixels,) nearness of the surface, see `raster`.
+        view: `View`.
+        instances: `Instances`.
+        meshes: `Meshes`.
+        paint: (pixels,) colours of textures, from `sample_textures`.
+        sun: `Sunlight`.
+        background: `Background`.
+        front: (pixels, 4) premultiplied RGBA of the layers in front; one row unless `layered`.
+        layered: whether there are layers in front.
+        final: True writes the picture, over the background and under `front`, to `out`; False adds the
+            layer under `front`.
+        out: (pixels, 4) uint8 RGBA, written if `final`.
     """
-    behind = np.empty(4)
-    plain = np.empty(4, dtype=np.uint8)
-    foot = np.empty((2, 3))
-    step = np.empty((4, 3))  # of the line of sight per column and row, in mesh coordinates
-    lx, ly, lz = light[0], light[1], light[2]
-    ambient, diffuse, gloss, sky, leak = light[6], light[7], light[8], light[9], light[10]
-    shade_left, shade_right, shade_top, shade_bottom = shaded[0], shaded[1], shaded[2], shaded[3]
-    lit = diffuse > 0.0 or gloss > 0.0
-    ox, oy, oz = origins[0, 0], origins[0, 1], origins[0, 2]
-    last, last_instance = np.int64(-1), np.int64(-1)
-    instance, face, endless = np.int64(0), np.int64(0), False
-    h00 = h01 = h02 = h10 = h11 = h12 = h20 = h21 = h22 = 0.0
-    wx = wy = wz = 0.0
-    ax = ay = az = ux = uy = uz = vx = vy = vz = 0.0
-    gx = gy = gz = uu = uv = vv = spread = 0.0
-    ex = ey = ez = face_lift = 0.0
-    fx = fy = fz = 0.0
-    t1x = t1y = t1z = t2x = t2y = t2z = 0.0
-    flat = False
-    texture, first_color, first_face, first_vertex = -1, -1, 0, 0
-    base_r = base_g = base_b = base_a = shininess = 0.0
-    square, per_x, per_y = 0.0, 0.0, 0.0
-    for row in range(height):
-        backdrop_color(backdrop, row, height, behind)
-        for k in range(4):
-            plain[k] = np.uint8(behind[k] * 255.0 + 0.5)
-        py = row + 0.5
-        for column in range(width):
-            p = np.uint64(row * width + column)  # unsigned: no look for negative numbers at each access
-            code = seen[p]
-            red, green, blue, alpha = 0.0, 0.0, 0.0, 0.0
-            if code < 0:
-                if not final:
-                    continue
-                if not layered:
-                    for k in range(4):
-                        out[p, k] = plain[k]
-                    continue
-            else:
-                if code != last:
-                    # neighbours often share the face: what depends on it alone is worked out once
-                    last = code
-                    instance = np.int64(code >> 32)
-                    if instance != last_instance:
-                        last_instance = instance
-                        h = to_local[instance]
-                        h00, h01, h02 = h[0, 0], h[0, 1], h[0, 2]
-                        h10, h11, h12 = h[1, 0], h[1, 1], h[1, 2]
-                        h20, h21, h22 = h[2, 0], h[2, 1], h[2, 2]
-                        place = to_world[instance]
-                        wx, wy, wz = place[0, 3], place[1, 3], place[2, 3]
-                        base_r, base_g = looks[instance, 0], looks[instance, 1]
-                        base_b, base_a = looks[instance, 2], looks[instance, 3]
-                        shininess = gloss * looks[instance, 4]
-                        square = looks[instance, 8]
-                        if square > 0.0:
-                            per_x, per_y = looks[instance, 9] / square, looks[instance, 10] / square
-                        for k in range(2):
-                            for j in range(3):
-                                step[k, j], step[k + 2, j] = 0.0, 0.0
-                                for i in range(3):
-                                    step[k, j] += to_local[instance, j, i] * origins[k + 1, i]
-                                    step[k + 2, j] += to_local[instance, j, i] * directions[k + 1, i]
-                        texture, first_color = links[instance, 2], links[instance, 3]
-                        first_face, first_vertex = links[instance, 5], links[instance, 6]
-                    face = np.int64(code & 0x7FFFFFFF)
-                    endless = face == PLANE
-                    if endless:
-                        face = np.int64(first_face)
-                    i0 = first_vertex + faces[face, 0]
-                    i1 = first_vertex + faces[face, 1]
-                    i2 = first_vertex + faces[face, 2]
-                    ax, ay = np.float64(vertices[i0, 0]), np.float64(vertices[i0, 1])
-                    az = np.float64(vertices[i0, 2])
-                    ux, uy, uz = vertices[i1, 0] - ax, vertices[i1, 1] - ay, vertices[i1, 2] - az
-                    vx, vy, vz = vertices[i2, 0] - ax, vertices[i2, 1] - ay, vertices[i2, 2] - az
-                    gx, gy, gz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-                    uu = ux * ux + uy * uy + uz * uz
-                    uv = ux * vx + uy * vy + uz * vz
-                    vv = vx * vx + vy * vy + vz * vz
-                    spread = uu * vv - uv * uv
-                    spread = 1.0 / spread if spread > 0.0 else 0.0
-                    # a point's share of corners 1 and 2: products with these
-                    t1x, t1y, t1z = vv * ux - uv * vx, vv * uy - uv * vy, vv * uz - uv * vz
-                    t2x, t2y, t2z = uu * vx - uv * ux, uu * vy - uv * uy, uu * vz - uv * uz
-                    t1x, t1y, t1z = t1x * spread, t1y * spread, t1z * spread
-                    t2x, t2y, t2z = t2x * spread, t2y * spread, t2z * spread
-                    flat = endless
-                    if not endless:
-                        flat = True
-                        for j in range(3):
-                            flat &= normals[face, 0, j] == normals[face, 1, j]
-                            flat &= normals[face, 0, j] == normals[face, 2, j]
-                    # normals turn with the transposed inverse
-                    ex = h00 * gx + h10 * gy + h20 * gz
-                    ey = h01 * gx + h11 * gy + h21 * gz
-                    ez = h02 * gx + h12 * gy + h22 * gz
-                    scale = 1.0 / math.sqrt(ex * ex + ey * ey + ez * ez + 1e-300)
-                    ex, ey, ez = ex * scale, ey * scale, ez * scale
-                    fx, fy, fz = ex, ey, ez
-                    if flat and not endless:
-                        mx, my, mz = normals[face, 0, 0], normals[face, 0, 1], normals[face, 0, 2]
-                        fx = h00 * mx + h10 * my + h20 * mz
-                        fy = h01 * mx + h11 * my + h21 * mz
-                        fz = h02 * mx + h12 * my + h22 * mz
-                        scale = 1.0 / math.sqrt(fx * fx + fy * fy + fz * fz + 1e-300)
-                        fx, fy, fz = fx * scale, fy * scale, fz * scale
-                    cosine = ex * lx + ey * ly + ez * lz
-                    # lift a point by the slope of its face across the shadow filter's reach
-                    face_lift = shadow_texel * (0.3 + 2.2 * math.sqrt(max(1.0 - cosine * cosine, 0.0)))
-                px = column + 0.5
-                depth = 1.0 / np.float64(nearness[p]) if perspective else -np.float64(nearness[p])
-                dx = directions[0, 0] + directions[1, 0] * px + directions[2, 0] * py
-                dy = directions[0, 1] + directions[1, 1] * px + directions[2, 1] * py
-                dz = directions[0, 2] + directions[1, 2] * px + directions[2, 2] * py
-                if not perspective:
-                    ox = origins[0, 0] + origins[1, 0] * px + origins[2, 0] * py
-                    oy = origins[0, 1] + origins[1, 1] * px + origins[2, 1] * py
-                    oz = origins[0, 2] + origins[1, 2] * px + origins[2, 2] * py
-                x, y, z = ox + depth * dx, oy + depth * dy, oz + depth * dz
-                # the point in mesh coordinates
-                tx, ty, tz = x - wx, y - wy, z - wz
-                hx = h00 * tx + h01 * ty + h02 * tz
-                hy = h10 * tx + h11 * ty + h12 * tz
-                hz = h20 * tx + h21 * ty + h22 * tz
-                # colour
-                red, green, blue, alpha = base_r, base_g, base_b, base_a
-                if first_color >= 0:
-                    k = first_color + face - first_face
-                    red *= colors[k, 0] / 255.0
-                    green *= colors[k, 1] / 255.0
-                    blue *= colors[k, 2] / 255.0
-                    alpha *= colors[k, 3] / 255.0
-                if texture >= 0:
-                    word = paint[p]
-                    red *= (word & BYTE) * (1.0 / 255.0)
-                    green *= ((word >> np.uint32(8)) & BYTE) * (1.0 / 255.0)
-                    blue *= ((word >> np.uint32(16)) & BYTE) * (1.0 / 255.0)
-                    alpha *= ((word >> np.uint32(24)) & BYTE) * (1.0 / 255.0)
-                if square > 0.0:
-                    # how far the point moves on the face's plane from one pixel to the next
-                    sx = h00 * dx + h01 * dy + h02 * dz
-                    sy = h10 * dx + h11 * dy + h12 * dz
-                    sz = h20 * dx + h21 * dy + h22 * dz
-                    slant = gx * sx + gy * sy + gz * sz
-                    slant = 1.0 / slant if abs(slant) > 1e-300 else 0.0
-                    for k in range(2):
-                        qx = step[k, 0] + depth * step[k + 2, 0]
-                        qy = step[k, 1] + depth * step[k + 2, 1]
-                        qz = step[k, 2] + depth * step[k + 2, 2]
-                        along = (gx * qx + gy * qy + gz * qz) * slant
-                        foot[k, 0] = qx - along * sx
-                        foot[k, 1] = qy - along * sy
-                        foot[k, 2] = qz - along * sz
-                    share = checker_share(
-                        hx * per_x,
-                        hy * per_y,
-                        (abs(foot[0, 0]) + abs(foot[1, 0])) * per_x,
-                        (abs(foot[0, 1]) + abs(foot[1, 1])) * per_y,
-                    )
-                    red += share * (looks[instance, 5] - red)
-                    green += share * (looks[instance, 6] - green)
-                    blue += share * (looks[instance, 7] - blue)
-                # light
-                level_r = level_g = level_b = ambient
-                shine = 0.0
-                if lit:
-                    side = -1.0 if ex * dx + ey * dy + ez * dz > 0.0 else 1.0
-                    if flat:
-                        nx, ny, nz = side * fx, side * fy, side * fz
-                    else:
-                        rx, ry, rz = hx - ax, hy - ay, hz - az
-                        b1 = min(max(t1x * rx + t1y * ry + t1z * rz, 0.0), 1.0)
-                        b2 = min(max(t2x * rx + t2y * ry + t2z * rz, 0.0), 1.0 - b1)
-                        b0 = 1.0 - b1 - b2
-                        mx = b0 * normals[face, 0, 0] + b1 * normals[face, 1, 0] + b2 * normals[face, 2, 0]
-                        my = b0 * normals[face, 0, 1] + b1 * normals[face, 1, 1] + b2 * normals[face, 2, 1]
-                        mz = b0 * normals[face, 0, 2] + b1 * normals[face, 1, 2] + b2 * normals[face, 2, 2]
-                        nx = h00 * mx + h10 * my + h20 * mz
-                        ny = h01 * mx + h11 * my + h21 * mz
-                        nz = h02 * mx + h12 * my + h22 * mz
-                        scale = side / math.sqrt(nx * nx + ny * ny + nz * nz + 1e-300)
-                        nx, ny, nz = nx * scale, ny * scale, nz * scale
-                    facing = nx * lx + ny * ly + nz * lz
-                    sun = 0.0
-                    if facing > 0.0:
-                        sun = 1.0
-                        if (
-                            column >= shade_left
-                            and column <= shade_right
-                            and row >= shade_top
-                            and row <= shade_bottom
-                        ):
-                            lift = side * face_lift
-                            cx, cy, cz = x + lift * ex, y + lift * ey, z + lift * ez
-                            sun = sunlight(shadow, tiles, shadow_size, shadow_matrix, cx, cy, cz)
-                            sun += leak * (1.0 - sun)
-                    amount = diffuse * ((1.0 - sky) * sun * max(facing, 0.0) + sky * (0.5 + 0.5 * nz))
-                    level_r += amount * light[3]
-                    level_g += amount * light[4]
-                    level_b += amount * light[5]
-                    if sun > 0.0 and shininess > 0.0:
-                        far = 1.0 / math.sqrt(dx * dx + dy * dy + dz * dz)
-                        cx, cy, cz = lx - dx * far, ly - dy * far, lz - dz * far
-                        half = nx * cx + ny * cy + nz * cz
-                        if half > 0.0:
-                            half = half * half / (cx * cx + cy * cy + cz * cz)
-                            half *= half
-                            half *= half
-                            half *= half
-                            shine = half * half * shininess * sun
-                red = red * level_r + shine * light[3]
-                green = green * level_g + shine * light[4]
-                blue = blue * level_b + shine * light[5]
-                if endless and depth > fade[0]:
-                    share = min((depth - fade[0]) / (fade[1] - fade[0]), 1.0)
-                    share = share * share * (3.0 - 2.0 * share)
-                    red += share * (behind[0] - red)
-                    green += share * (behind[1] - green)
-                    blue += share * (behind[2] - blue)
-                red, green, blue = min(red, 1.0), min(green, 1.0), min(blue, 1.0)
-            if final:
-                if code < 0:
-                    red, green, blue, alpha = behind[0], behind[1], behind[2], behind[3]
-                else:
-                    alpha = 1.0
-                if layered:
-                    rest = 1.0 - front[p, 3]
-                    alpha = front[p, 3] + rest * alpha
-                    red = front[p, 0] + rest * red
-                    green = front[p, 1] + rest * green
-                    blue = front[p, 2] + rest * blue
-                out[p, 0] = np.uint8(red * 255.0 + 0.5)
-                out[p, 1] = np.uint8(green * 255.0 + 0.5)
-                out[p, 2] = np.uint8(blue * 255.0 + 0.5)
-                out[p, 3] = np.uint8(min(alpha, 1.0) * 255.0 + 0.5)
-            else:
-                weight = (1.0 - front[p, 3]) * alpha
-                front[p, 0] += weight * red
-                front[p, 1] += weight * green
-                front[p, 2] += weight * blue
-                front[p, 3] += weight
+    for row in range(view.height):
+        behind = background_color(background.gradient, row, view.height)
+        line = row * view.width
+        column = 0
+        while column < view.width:
+            # one stretch of a row that shows one face
+            first, code = column, seen[line + column]
+            column += 1
+            while column < view.width and seen[line + column] == code:
+                column += 1
+            if code >= 0:
+                shade_face(
+                    code, row, first, column, nearness, view, instances, meshes, paint, sun, behind,
+                    background.fade, front, layered, final, out,
+                )  # fmt: skip
+            elif final and layered:
+                for k in range(first, column):
+                    write_pixel(out, front, True, np.uint64(line + k), behind[:3], behind[3])
+            elif final:
+                fill(out, line + first, line + column, behind)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@inlined
+def shade_face(
+    code, row, first, end, nearness, view, instances, meshes, paint, sun,
+    behind, fade, front, layered, final, out,
+):  # fmt: skip
+    """Shade columns `first` to `end` of a row, which all show the same face; arguments as of `shade`."""
+    instance, face = np.int64(code >> 32), np.int64(code & 0x7FFFFFFF)
+    endless = face == PLANE
+    if endless:
+        face = np.int64(instances.links[instance, 5])
+    to_local, to_world, materials = instances.to_local, instances.to_world, instances.materials
+    to_mesh = row3_of(to_local, instance, 0), row3_of(to_local, instance, 1), row3_of(to_local, instance, 2)
+    place = to_world[instance, 0, 3], to_world[instance, 1, 3], to_world[instance, 2, 3]
+    corner, edge_1, edge_2 = triangle(meshes.vertices, meshes.faces, face, instances.links[instance, 6])
+    across = cross(edge_1, edge_2)
+    # normals transform with the transposed inverse
+    face_normal = unit(transposed_product(to_mesh, across))
+    share_1, share_2 = barycentric_vectors(edge_1, edge_2)
+    flat, flat_normal = endless or is_flat(meshes.normals, face), face_normal
+    if flat and not endless:
+        flat_normal = unit(transposed_product(to_mesh, row3_of(meshes.normals, face, 0)))
+    light = sun.light
+    to_sun = light[0], light[1], light[2]
+    cosine = dot(face_normal, to_sun)
+    # lift a point by the slope of its face across the reach of the shadow filter
+    lift = sun.texel * (0.3 + 2.2 * math.sqrt(max(1.0 - cosine * cosine, 0.0)))
+    shadowed_row = sun.shaded[2] <= row <= sun.shaded[3]
+    lit = light[7] > 0.0 or light[8] > 0.0
+    shininess, square = light[8] * materials[instance, 4], materials[instance, 8]
+    for column in range(first, end):
+        p = np.uint64(row * view.width + column)  # unsigned: no check for negative indices at each access
+        x, y = column + 0.5, row + 0.5
+        depth = 1.0 / np.float64(nearness[p]) if view.perspective else -np.float64(nearness[p])
+        direction = at_pixel(view.directions, x, y)
+        point = along(at_pixel(view.origins, x, y), depth, direction)
+        local = product(to_mesh, subtract(point, place))
+        color, alpha = base_color(materials, instances.links, instance, face, meshes.colors, paint, p)
+        if square > 0.0:
+            per_x, per_y = materials[instance, 9] / square, materials[instance, 10] / square
+            share = checker_at(
+                local, across, to_mesh, direction, depth, view.origins, view.directions, per_x, per_y
+            )
+            second = materials[instance, 5], materials[instance, 6], materials[instance, 7]
+            color = mixed(color, second, share)
+        if lit:
+            side = -1.0 if dot(face_normal, direction) > 0.0 else 1.0
+            if flat:
+                normal = scaled(flat_normal, side)
+            else:
+                offset = subtract(local, corner)
+                normal = smooth_normal(meshes.normals, face, dot(share_1, offset), dot(share_2, offset))
+                normal = scaled(unit(transposed_product(to_mesh, normal)), side)
+            sun_share = 1.0 if dot(normal, to_sun) > 0.0 else 0.0
+            if sun_share > 0.0 and shadowed_row and sun.shaded[0] <= column <= sun.shaded[1]:
+                px, py, pz = along(point, side * lift, face_normal)
+                sun_share = sunlight(sun.nearness, sun.tiles, sun.size, sun.matrix, px, py, pz)
+                sun_share += light[10] * (1.0 - sun_share)
+            color = lit_color(color, normal, direction, sun_share, shininess, light)
+        else:
+            color = scaled(color, light[6])
+        if endless and depth > fade[0]:
+            share = min((depth - fade[0]) / (fade[1] - fade[0]), 1.0)
+            color = mixed(color, behind[:3], share * share * (3.0 - 2.0 * share))
+        color = min(color[0], 1.0), min(color[1], 1.0), min(color[2], 1.0)
+        if final:
+            write_pixel(out, front, layered, p, color, 1.0)
+        else:
+            add_behind(front, p, color, alpha)
+
+
+@without_refcounts
+def triangle(vertices, faces, face, first_vertex):
+    """Return the first corner of a face and the edges from it to the other two, in the mesh frame."""
+    i = first_vertex + faces[face, 0]
+    a = np.float64(vertices[i, 0]), np.float64(vertices[i, 1]), np.float64(vertices[i, 2])
+    b = subtract(row_of(vertices, first_vertex + faces[face, 1]), a)
+    c = subtract(row_of(vertices, first_vertex + faces[face, 2]), a)
+    return a, b, c
+
+
+@compiled
+def barycentric_vectors(u, v):
+    """Return two vectors whose dot products with a point's offset from corner 0 are its barycentric
+    coordinates at corners 1 and 2; u and v are the edges from corner 0 to them.
+    """
+    uu, uv, vv = dot(u, u), dot(u, v), dot(v, v)
+    spread = uu * vv - uv * uv
+    spread = 1.0 / spread if spread > 0.0 else 0.0
+    first = scaled(subtract(scaled(u, vv), scaled(v, uv)), spread)
+    return first, scaled(subtract(scaled(v, uu), scaled(u, uv)), spread)
+
+
+@without_refcounts
+def is_flat(normals, face):
+    """Return whether all corners of a face have the same normal."""
+    a, b, c = row3_of(normals, face, 0), row3_of(normals, face, 1), row3_of(normals, face, 2)
+    return a[0] == b[0] and a[1] == b[1] and a[2] == b[2] and a[0] == c[0] and a[1] == c[1] and a[2] == c[2]
+
+
+@without_refcounts
+def smooth_normal(normals, face, share_1, share_2):
+    """Return the corners' normals interpolated at barycentric coordinates, of any length."""
+    share_1 = min(max(share_1, 0.0), 1.0)
+    share_2 = min(max(share_2, 0.0), 1.0 - share_1)
+    normal = scaled(row3_of(normals, face, 0), 1.0 - share_1 - share_2)
+    normal = along(normal, share_1, row3_of(normals, face, 1))
+    return along(normal, share_2, row3_of(normals, face, 2))
+
+
+@without_refcounts
+def base_color(materials, links, instance, face, colors, paint, p):
+    """Return RGB and alpha of a pixel's surface before light: material times mesh colour times texture."""
+    red, green, blue = materials[instance, 0], materials[instance, 1], materials[instance, 2]
+    alpha = materials[instance, 3]
+    if links[instance, 3] >= 0:
+        k = links[instance, 3] + face - links[instance, 5]
+        red *= colors[k, 0] / 255.0
+        green *= colors[k, 1] / 255.0
+        blue *= colors[k, 2] / 255.0
+        alpha *= colors[k, 3] / 255.0
+    if links[instance, 2] >= 0:
+        texel = paint[p]
+        red *= (texel & BYTE) * (1.0 / 255.0)
+        green *= ((texel >> np.uint32(8)) & BYTE) * (1.0 / 255.0)
+        blue *= ((texel >> np.uint32(16)) & BYTE) * (1.0 / 255.0)
+        alpha *= ((texel >> np.uint32(24)) & BYTE) * (1.0 / 255.0)
+    return (red, green, blue), alpha
+
+
+@without_refcounts
+def lit_color(color, normal, direction, sun_share, shininess, light):
+    """Return a colour under the light: ambient, sun, sky and Blinn's highlight with exponent 16.
+
+    Args:
+        color: RGB of the surface.
+        normal: unit normal towards the camera, world frame.
+        direction: direction of the pixel's ray, world frame.
+        sun_share: fraction of the sun that reaches the point.
+        shininess: strength of the highlight.
+        light: (11,) as of `Sunlight`.
+    """
+    to_sun = light[0], light[1], light[2]
+    sky = light[9]
+    facing = max(dot(normal, to_sun), 0.0)
+    amount = light[7] * ((1.0 - sky) * sun_share * facing + sky * (0.5 + 0.5 * normal[2]))
+    shine = 0.0
+    if sun_share > 0.0 and shininess > 0.0:
+        middle = subtract(to_sun, unit(direction))
+        half = dot(normal, middle)
+        if half > 0.0:
+            half = half * half / dot(middle, middle)
+            half *= half
+            half *= half
+            half *= half
+            shine = half * half * shininess * sun_share
+    return (
+        color[0] * (light[6] + amount * light[3]) + shine * light[3],
+        color[1] * (light[6] + amount * light[4]) + shine * light[4],
+        color[2] * (light[6] + amount * light[5]) + shine * light[5],
+    )
+
+
+@compiled
+def mixed(a, b, share):
+    """Return `a + share * (b - a)` of two RGB colours."""
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])
+
+
+@without_refcounts
+def write_pixel(out, front, layered, p, color, alpha):
+    """Write the colour of pixel p, under the layers in front of it, as uint8."""
+    if layered:
+        rest = 1.0 - front[p, 3]
+        alpha = front[p, 3] + rest * alpha
+        color = front[p, 0] + rest * color[0], front[p, 1] + rest * color[1], front[p, 2] + rest * color[2]
+    out[p, 0] = np.uint8(color[0] * 255.0 + 0.5)
+    out[p, 1] = np.uint8(color[1] * 255.0 + 0.5)
+    out[p, 2] = np.uint8(color[2] * 255.0 + 0.5)
+    out[p, 3] = np.uint8(min(alpha, 1.0) * 255.0 + 0.5)
+
+
+@without_refcounts
+def fill(out, first, end, rgba):
+    """Write one colour to pixels `first` to `end`, as uint8."""
+    red, green = np.uint8(rgba[0] * 255.0 + 0.5), np.uint8(rgba[1] * 255.0 + 0.5)
+    blue, alpha = np.uint8(rgba[2] * 255.0 + 0.5), np.uint8(rgba[3] * 255.0 + 0.5)
+    for p in range(first, end):
+        out[p, 0], out[p, 1], out[p, 2], out[p, 3] = red, green, blue, alpha
+
+
+@without_refcounts
+def add_behind(front, p, color, alpha):
+    """Add a see-through surface behind the layers in front of pixel p (premultiplied RGBA)."""
+    weight = (1.0 - front[p, 3]) * alpha
+    front[p, 0] += weight * color[0]
+    front[p, 1] += weight * color[1]
+    front[p, 2] += weight * color[2]
+    front[p, 3] += weight
+
+
+@compiled
 def describe(seen, nearness, links, perspective, depth, segmentation):
-    """Depth in metres (inf for none) and owner ids (-1 for none) of what each pixel sees."""
+    """Write the depth (m; inf: none) and the owner ids (-1: none) of each pixel.
+
+    Args:
+        seen: (pixels,) instance << 32 | face; -1: none.
+        nearness: (pixels,) nearness, see `raster`.
+        links: (n, 7), see `Instances`.
+        perspective: whether nearness is 1 / depth; otherwise it is -depth.
+        depth: (pixels,) float32, written.
+        segmentation: (pixels, 2) int32, written: body id and link index.
+    """
     for p in range(len(seen)):
         if seen[p] < 0:
             depth[p] = np.inf

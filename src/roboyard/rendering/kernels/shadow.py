@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from roboyard.rendering.kernels.options import FAST
+from roboyard.rendering.kernels.options import FAST, compiled
 
 TILE_BITS = 3
 TILE = 1 << TILE_BITS
@@ -39,7 +39,7 @@ def sunlight(shadow, tiles, size, m, x, y, z):
     return total / 9.0
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@compiled
 def nearest_of_tiles(shadow, size, tiles):
     """Nearest caster of each tile of TILE by TILE texels and what the filter reaches around it."""
     count = size // TILE
@@ -52,7 +52,7 @@ def nearest_of_tiles(shadow, size, tiles):
             tiles[j * count + i] = best
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@compiled
 def lit_bounds(seen, nearness, width, height, stride, perspective, origins, directions, m, low, high):
     """What is seen where shadows may fall: in the axes `m` (3, 4), between `low` and `high` (2,).
 
