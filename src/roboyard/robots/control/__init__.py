@@ -1,7 +1,4 @@
-"""Controllers: small, pure, one a file; each file begins with its formula.
-
-They see arrays and return drive targets; they know neither MuJoCo nor files.
-"""
+"""Controllers: arrays in, drive targets out, one controller a file that begins with its formula."""
 
 from __future__ import annotations
 

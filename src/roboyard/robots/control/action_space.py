@@ -1,4 +1,4 @@
-"""The box of actions that a robot takes, and which numbers go to which group."""
+"""The bounds of a robot's actions, and the slice of each group."""
 
 from __future__ import annotations
 
@@ -16,24 +16,25 @@ class ActionSpace:
     """Like a Gymnasium Box: `low`, `high`, `shape`, `sample`, `contains`."""
 
     low: Array
-    """(n,) -inf where commands are not limited"""
+    """(n,) lower bounds, -inf where commands are not limited."""
     high: Array
-    """(n,)"""
+    """(n,) upper bounds, inf where commands are not limited."""
     slices: Mapping[str, slice]
-    """Group to its numbers in an action."""
+    """Group to the slice of its command in an action."""
 
     @property
     def shape(self) -> tuple[int]:
+        """Shape of an action, (n,)."""
         return (len(self.low),)
 
     def sample(self, rng: np.random.Generator | None = None) -> Array:
-        """(n,) an action drawn evenly; numbers without limits from -1 to 1."""
+        """Return an (n,) action with uniformly random numbers; those without bounds are between -1 and 1."""
         rng = np.random.default_rng() if rng is None else rng
         low = np.where(np.isfinite(self.low), self.low, -1.0)
         high = np.where(np.isfinite(self.high), self.high, 1.0)
         return rng.uniform(low, high)
 
     def contains(self, action: ArrayLike) -> bool:
-        """Whether an action has the right length and lies in the box."""
+        """Return whether an (n,) action has the right length and is within the bounds."""
         values = np.asarray(action, dtype=float)
         return values.shape == self.shape and bool(((values >= self.low) & (values <= self.high)).all())

@@ -1,10 +1,8 @@
-"""Runs the controllers of one robot: goals to drive targets at the control rate, efforts at every time
-step.
+"""Run the controllers of one robot: drive targets at the control rate, efforts at every time step.
 
-Called by the world before each time step. Positions and velocities go to the drives once per control step
-and are held between; efforts are worked out anew at every time step. Joints that no group claims are held
-at the reset posture if they have a range; those that turn for ever (casters) and the virtual base joints
-stay free.
+The world calls the loop before each time step. Positions and velocities are sent to the drives once per
+control step and held between; efforts are computed at every time step. Joints without a group are held at the
+reset posture if they have position limits; continuous ones (casters) and the virtual base joints stay free.
 """
 
 from __future__ import annotations
@@ -33,14 +31,14 @@ from roboyard.transforms import Array
 
 POSITION, VELOCITY, EFFORT, FREE = range(4)
 OFFSET_TIME = 0.5
-"""s"""
-CREEP = 0.01
-"""rad/s or m/s: below this speed drives leave dry friction alone, so that it holds joints at rest."""
+"""Time constant of the mean position error (s)."""
+CREEP_SPEED = 0.01
+"""Below this speed drives do not compensate dry friction, so that it holds joints at rest (rad/s or m/s)."""
 KINDS = {"position": POSITION, "velocity": VELOCITY, "effort": EFFORT}
 
 
 class ControlLoop:
-    """The groups of one robot at work."""
+    """Applies the controllers of one robot."""
 
     def __init__(
         self,
@@ -52,21 +50,21 @@ class ControlLoop:
         steps_per_control: int,
         support_polygon: SupportPolygon | None = None,
     ) -> None:
-        """Start with no goals.
+        """Create a loop without goals.
 
         Args:
             joints: of the whole robot.
-            limits: of the same.
+            limits: of all joints.
             groups: with their controllers.
-            rest: (n,) where unclaimed joints are held.
-            steps_per_control: time steps for each control step.
-            footing: of a robot that may tip over.
+            rest: (n,) positions of joints without a group (rad or m).
+            steps_per_control: time steps in each control step.
+            support_polygon: of a robot that may tip over.
         """
         self.joints = joints
         self.limits = limits
         self.groups = dict(groups)
         self.steps_per_control = steps_per_control
-        self._footing = support_polygon
+        self._support_polygon = support_polygon
         count = len(joints.names)
         self._countdown = 0
         self._stale = True
@@ -86,10 +84,10 @@ class ControlLoop:
         self._position = rest.copy()
         self._velocity, self._effort = np.zeros(count), np.zeros(count)
         self._led = np.zeros(count)
-        """Speeds at which drives make up for friction and damping."""
+        """(n,) velocities at which drives compensate friction and damping (rad/s or m/s)."""
         self._compensated = np.ones(count)
         self._offset = np.zeros(count)
-        """Slow part of how far joints are from where they are led."""
+        """(n,) mean position errors of the joints (rad or m)."""
         self._claim()
         self._effort_groups = [g for g in self.groups.values() if g.controller.control_type == "effort"]
         self._other_groups = [g for g in self.groups.values() if g.controller.control_type != "effort"]
@@ -99,11 +97,11 @@ class ControlLoop:
         for group in self.groups.values():
             claimed |= {int(i) for i in group.indices}
             self._kinds[group.indices] = KINDS[group.controller.control_type]
-            asked = group.controller.settings.use_gravity_compensation
-            wanted = True if asked is None else asked
+            setting = group.controller.settings.use_gravity_compensation
+            compensates = True if setting is None else setting
             if group.controller.control_type == "effort":
-                wanted = False  # the controller adds it itself
-            self._compensated[group.indices] = float(wanted)
+                compensates = False  # the controller adds it itself
+            self._compensated[group.indices] = float(compensates)
         for i, joint in enumerate(self.joints.joints):
             if i not in claimed:
                 held = joint.limits is not None and joint.name not in VIRTUAL_JOINTS
@@ -112,12 +110,12 @@ class ControlLoop:
 
     @property
     def dt(self) -> float:
-        """S between control steps."""
+        """Time between control steps (s)."""
         return self.steps_per_control * self.joints.world.timestep
 
     def before_step(self) -> None:
-        """What the world calls before each time step."""
-        self._wake()
+        """Apply the controllers; the world calls this before each time step."""
+        self._refresh()
         due = self._countdown <= 0
         if due:
             self._countdown = self.steps_per_control
@@ -127,17 +125,17 @@ class ControlLoop:
         self._countdown -= 1
 
     def make_due(self) -> None:
-        """Work at the next time step, and count control steps from there."""
+        """Start a control step at the next time step."""
         self._countdown = 0
 
     def invalidate(self) -> None:
-        """Joints jumped: forget goals, look at everything anew."""
+        """Reset goals and cached state, after joints were moved at once."""
         for group in self.groups.values():
             group.controller.reset()
         self._countdown = 0
         self._stale = True
 
-    def _wake(self) -> None:
+    def _refresh(self) -> None:
         if self.joints.bind() or self._stale:
             self._countdown = 0
             self.joints.refresh()
@@ -147,16 +145,22 @@ class ControlLoop:
             self._stale = False
 
     def state_of(self, group: Group, q: Array | None = None, v: Array | None = None) -> GroupState:
-        """What a group's controller sees now."""
+        """Return the present state of a group.
+
+        Args:
+            group: of this robot.
+            q: (n,) joint positions of the robot, if already read (rad or m).
+            v: (n,) joint velocities of the robot, if already read (rad/s or m/s).
+        """
         if q is None or v is None:
-            self._wake()
+            self._refresh()
             q, v = self.joints.q, self.joints.v
         controller = group.controller
         dt = self.joints.world.timestep if controller.control_type == "effort" else self.dt
         state = GroupState(q=q[group.indices], v=v[group.indices], dt=dt, mount=self._mount(group, q))
         state.inertia = self.joints.inertia[group.indices]
-        if self._footing is not None and controller.keeps_balance:
-            state.balance = partial(self._footing.balance, group.indices)
+        if self._support_polygon is not None and controller.keeps_balance:
+            state.balance = partial(self._support_polygon.balance, group.indices)
         if controller.control_type == "effort":
             if controller.needs_mass_matrix:
                 state.mass_matrix = self.joints.mass_matrix(group.indices)
@@ -165,8 +169,10 @@ class ControlLoop:
         return state
 
     def _mount(self, group: Group, q: Array) -> Array:
-        """Pose of what a group hangs from. Joints below it count as they are led, not as they tremble: an
-        arm that answers every deflection of the torso rocks it.
+        """Return the (4, 4) pose of a group's parent frame.
+
+        Reference positions are used for the joints below it, not measured ones: an arm that reacts to every
+        deflection of the torso would excite it.
         """
         if group.mount is None or group.mount_indices is None:
             return EYE4
@@ -181,8 +187,8 @@ class ControlLoop:
         q, v = self.joints.q, self.joints.v
         kinds = self._kinds
         self._offset += min(1.0, self.dt / OFFSET_TIME) * (q - self._position - self._offset)
-        if self._footing is not None:
-            self._footing.forget()
+        if self._support_polygon is not None:
+            self._support_polygon.forget()
         for group in self._other_groups:
             control = group.controller.step(self.state_of(group, q, v))
             kind = KINDS[control.kind]
@@ -194,7 +200,9 @@ class ControlLoop:
                 self._velocity[group.indices] = control.value
                 self._led[group.indices] = control.value if control.led is None else control.led
         self._effort = self.joints.bias * self._compensated
-        self._effort += self.joints.damping * self._led + self.joints.friction * np.tanh(self._led / CREEP)
+        self._effort += self.joints.damping * self._led + self.joints.friction * np.tanh(
+            self._led / CREEP_SPEED
+        )
         for group in self._effort_groups:
             self._effort[group.indices] = group.controller.step(self.state_of(group, q, v)).value
         self._write_gains()
@@ -207,8 +215,8 @@ class ControlLoop:
         self.joints.drives.write_effort(self._effort[self.joints.driven], np.arange(len(self.joints.driven)))
 
     def _resistance(self) -> Array:
-        """(n,) N m s/rad or N s/m: the joints' damping, and their friction as if it grew up to a tenth of the
-        full speed.
+        """Return the (n,) damping of the joints with their friction at a tenth of full speed (N m s/rad or N
+        s/m).
         """
         return self.joints.damping + self.joints.friction / (SATURATED_SPEED * self.limits.velocity)
 

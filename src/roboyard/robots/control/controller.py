@@ -1,8 +1,7 @@
-"""What every controller is: commands in, goals kept, drive targets out. Arrays only.
+"""The base class of controllers: commands in, drive targets out, arrays only.
 
-A controller drives one group of n joints. `update_goal` takes a command, scales it and keeps what it means as
-the goal; `step` turns the goal into drive targets and is called again and again while the goal stands. What a
-controller knows of the robot comes in a `GroupState`.
+A controller drives one group of n joints. `update_goal` scales a command and keeps the result as the goal;
+`step` computes drive targets from the goal and the state of the group, and is called once per control step.
 """
 
 from __future__ import annotations
@@ -29,23 +28,24 @@ EYE4.flags.writeable = False
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class GroupLimits:
-    """Limits of a group's joints; (n,) each."""
+    """Limits of a group's n joints."""
 
     lower: Array
-    """rad or m, -inf for none"""
+    """(n,) lower position limits (rad or m), -inf for none."""
     upper: Array
-    """rad or m, inf for none"""
+    """(n,) upper position limits (rad or m), inf for none."""
     velocity: Array
-    """Largest speed; rad/s or m/s"""
+    """(n,) largest speeds (rad/s or m/s)."""
     effort: Array
-    """Largest effort; N m or N"""
+    """(n,) largest efforts (N m or N)."""
 
     @property
     def size(self) -> int:
+        """Number of joints."""
         return len(self.lower)
 
     def of(self, motor_type: MotorType) -> tuple[Array, Array]:
-        """(n,) lowest and highest value of this kind."""
+        """Return the (n,) lowest and (n,) highest positions, velocities or efforts."""
         if motor_type == "position":
             return self.lower, self.upper
         bound = self.velocity if motor_type == "velocity" else self.effort
@@ -54,87 +54,98 @@ class GroupLimits:
 
 @dataclass(kw_only=True, slots=True)
 class GroupState:
-    """The present of a group's joints."""
+    """The present state of a group's n joints."""
 
     q: Array
-    """(n,) rad or m"""
+    """(n,) positions (rad or m)."""
     v: Array
-    """(n,) rad/s or m/s"""
+    """(n,) velocities (rad/s or m/s)."""
     dt: float
-    """s until the next call of `step`"""
+    """Time until the next call of `step` (s)."""
     inertia: Array | None = None
-    """(n,) kg m² or kg that each joint moves, all others held; bounds how fast references speed up"""
+    """(n,) inertia of each joint with all others fixed (kg m² or kg); limits the acceleration of references.
+    """
     mass_matrix: Array | None = None
-    """(n, n) of the group's joints, all others held; for controllers with `needs_mass_matrix`"""
+    """(n, n) inertia of the joints with all others fixed; for controllers with `needs_mass_matrix`."""
     bias: Array | None = None
-    """(n,) effort that gravity, Coriolis and centrifugal forces take; N m or N"""
+    """(n,) effort of gravity, Coriolis and centrifugal forces (N m or N)."""
     balance: Callable[[], BalanceMargins | None] | None = None
-    """How these joints tip a robot that stands; for controllers with `keeps_balance`, worked out if asked"""
+    """Returns the stability margins of the robot; for controllers with `keeps_balance`."""
     mount: Array = field(default_factory=lambda: EYE4)
-    """(4, 4) pose, in the robot's base frame, of the frame that the group hangs from. For a base: pose of the
-    base in the frame of its virtual joints."""
+    """(4, 4) pose of the group's parent frame in the robot's base frame. For a base: its pose in the frame of
+    the virtual joints."""
 
 
 RISE_TIME = 0.2
-"""s: shortest time to full speed"""
-EFFORT_SHARE = 0.4
-"""Of the effort limit that speeding up may take; the rest is for gravity and for what comes."""
+"""Shortest time to full speed (s)."""
+EFFORT_FRACTION = 0.4
+"""Fraction of the effort limit for acceleration; the rest is for gravity and disturbances."""
 
 
 def acceleration(limits: GroupLimits, inertia: Array | None) -> Array:
-    """(n,) min(v_max / 0.2 s, 0.4 E / M): how fast the drives can follow a reference; rad/s² or m/s²."""
+    """Return the largest accelerations of a reference that drives can follow: min(v_max / 0.2 s, 0.4 E / M).
+
+    Args:
+        limits: v_max and E of the n joints.
+        inertia: M, (n,) kg m² or kg; None: unknown.
+
+    Returns:
+        (n,) rad/s² or m/s².
+    """
     usual = limits.velocity / RISE_TIME
     if inertia is None:
         return usual
-    return np.minimum(usual, EFFORT_SHARE * limits.effort / np.maximum(inertia, 1e-9))
+    return np.minimum(usual, EFFORT_FRACTION * limits.effort / np.maximum(inertia, 1e-9))
 
 
 @dataclass(kw_only=True, slots=True)
 class Control:
-    """What the drives of a group are to do."""
+    """The drive targets of a group."""
 
     kind: MotorType
     value: Array
-    """(n,) rad, m; rad/s, m/s; N m, N"""
+    """(n,) positions (rad or m), velocities (rad/s or m/s) or efforts (N m or N)."""
     led: Array | None = None
-    """(n,) of a velocity: the speed that joints are to have, where `value` asks for more or less to reach it.
-    Drives make up for the joints' own friction and damping at this speed."""
+    """(n,) intended velocities (rad/s or m/s), where `value` includes a correction. Drives compensate
+    friction and damping at this velocity."""
 
 
 class ControllerSettings(BaseModel):
-    """Keys that every controller takes."""
+    """Keys of every controller."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, hide_input_in_errors=True)
 
     name: str = ""
     command_input_limits: LimitSetting = "default"
-    """Commands are clipped to these; "default": -1 and 1; None: taken as they are."""
+    """Commands are clipped to these; "default": -1 and 1; None: not clipped."""
     command_output_limits: LimitSetting = "default"
-    """What the input limits are scaled to; "default": the limits of the joints; None: not scaled."""
+    """Input limits are scaled to these; "default": the limits of the joints; None: not scaled."""
     isaac_kp: float | None = Field(default=None, ge=0)
-    """N m/rad or N/m of the drives; by default from the joints' inertia (`roboyard.sim.actuation.gains`)."""
+    """Stiffness of the drives (N m/rad or N/m); by default from the joints' inertia
+    (`roboyard.sim.actuation.gains`).
+    """
     isaac_kd: float | None = Field(default=None, ge=0)
-    """N m s/rad or N s/m of the drives."""
+    """Damping of the drives (N m s/rad or N s/m)."""
     use_gravity_compensation: bool | None = None
-    """Add the effort that gravity takes, so that joints do not sag; the base still carries the weight. None:
-    yes, unless commands are raw efforts."""
+    """Add the effort of gravity, so that joints do not sag; the base still supports the weight. None: yes,
+    unless commands are raw efforts."""
     subsume_controllers: tuple[str, ...] = ()
-    """Groups whose joints this controller drives too, before its own; they leave the action."""
+    """Groups whose joints this controller also drives, before its own; they have no part in the action."""
 
 
-def meaningless(settings: BaseModel, keys: Iterable[str], why: str) -> None:
-    """Refuse keys that were given but would change nothing.
+def refuse_keys(settings: BaseModel, keys: Iterable[str], why: str) -> None:
+    """Refuse keys that have no effect.
 
     Raises:
-        ValueError: one of them was given; `why` completes "... has no meaning".
+        ValueError: one of them was given; `why` completes "... has no effect".
     """
     for key in keys:
         if key in settings.model_fields_set and getattr(settings, key) is not None:
-            raise ValueError(f"{key} has no meaning {why}; leave it out")
+            raise ValueError(f"{key}={getattr(settings, key)!r} has no effect {why}; remove it")
 
 
-def idle(settings: BaseModel, keys: Iterable[str], why: str) -> None:
-    """Warn of keys that change nothing but stand in many an OmniGibson configuration all the same."""
+def warn_of_keys(settings: BaseModel, keys: Iterable[str], why: str) -> None:
+    """Warn of keys without effect that are common in OmniGibson configurations."""
     for key in keys:
         if key in settings.model_fields_set and getattr(settings, key) is not None:
             warnings.warn(f"{type(settings).__name__}: {key} has no effect {why}", stacklevel=2)
@@ -144,19 +155,27 @@ class Controller(ABC):
     """One controller of one group."""
 
     Settings: ClassVar[type[ControllerSettings]] = ControllerSettings
+    """Model of its keys."""
     needs_mass_matrix: ClassVar[bool] = False
+    """Whether states need `mass_matrix`."""
     keeps_balance: ClassVar[bool] = False
+    """Whether states need `balance`."""
 
     def __init__(self, limits: GroupLimits, settings: ControllerSettings) -> None:
+        """Create the controller of a group from its limits and keys.
+
+        Raises:
+            ConfigError: a key does not fit the group.
+        """
         self.limits = limits
         self.settings = settings
         if self.control_type == "effort":
             try:
-                meaningless(settings, ("isaac_kp", "isaac_kd"), "for joints driven by effort")
+                refuse_keys(settings, ("isaac_kp", "isaac_kd"), "for joints driven by effort")
             except ValueError as error:
                 raise ConfigError(str(error)) from None
         self.goal: Any = None
-        """What the last command meant; None before the first and after `reset`."""
+        """Result of the last command; None before the first and after `reset`."""
         self.scaling = Scaling.from_settings(
             settings.command_input_limits,
             settings.command_output_limits,
@@ -172,47 +191,48 @@ class Controller(ABC):
     @property
     @abstractmethod
     def control_type(self) -> MotorType:
-        """Which gains the drives get. Controllers of type "effort" are called at every physics step."""
+        """Kind of drive; controllers of type "effort" are called at every time step."""
 
     @abstractmethod
     def _default_output_limits(self) -> tuple[ArrayLike, ArrayLike] | None: ...
 
     @abstractmethod
     def _goal(self, command: Array, state: GroupState) -> Any:
-        """What a scaled command means."""
+        """Return the goal of a scaled command."""
 
     @abstractmethod
     def _noop_goal(self, state: GroupState) -> Any:
-        """The goal of a controller that nobody has told anything: stay."""
+        """Return the goal before the first command: stay."""
 
     @abstractmethod
     def _control(self, state: GroupState) -> Control: ...
 
     @abstractmethod
     def _noop(self, state: GroupState) -> ArrayLike:
-        """The scaled command that changes nothing."""
+        """Return the scaled command that keeps the goal."""
 
     def update_goal(self, command: ArrayLike, state: GroupState) -> None:
-        """Take a command.
+        """Set the goal from a command.
 
         Args:
-            command: (command_dim,)
-            state: where the joints are now.
+            command: (command_dim,) as in an action.
+            state: of the joints.
 
         Raises:
-            RoboyardError: it has another length, or is not finite.
+            RoboyardError: the command has another length, or is not finite.
         """
         values = np.asarray(command, dtype=float)
         if values.shape != (self.command_dim,):
             raise RoboyardError(
-                f"{type(self).__name__}: a command has {self.command_dim} numbers; got shape {values.shape}"
+                f"{type(self).__name__}: a command must have {self.command_dim} numbers, got shape "
+                f"{values.shape}"
             )
         if not np.isfinite(values).all():
             raise RoboyardError(f"{type(self).__name__}: the command {values} is not finite")
         self.goal = self._goal(self.scaling.apply(values), state)
 
     def step(self, state: GroupState) -> Control:
-        """Drive targets for now, within the joints' limits."""
+        """Return the drive targets, within the joints' limits."""
         if self.goal is None:
             self.goal = self._noop_goal(state)
         control = self._control(state)
@@ -221,9 +241,9 @@ class Controller(ABC):
         return control
 
     def noop_command(self, state: GroupState) -> Array:
-        """(command_dim,) the command that leaves everything as it is, in the units of commands."""
+        """Return the (command_dim,) command that keeps the goal, as in an action."""
         return self.scaling.invert(np.asarray(self._noop(state), dtype=float))
 
     def reset(self) -> None:
-        """Forget the goal, as after a jump of the joints."""
+        """Discard the goal, as after joints were moved at once."""
         self.goal = None

@@ -1,12 +1,12 @@
-"""DifferentialDriveController: forward speed and turning rate by two wheels.
+"""DifferentialDriveController: forward speed and yaw rate of a robot on two wheels.
 
 ω_left = (v - ω L/2) / r, ω_right = (v + ω L/2) / r with wheel radius r and axle length L. A command of one
-means v_max = w_max r, or ω_max = 2 v_max / L. Where both together ask more of a wheel than it can, both
-wheels slow down alike, so that the robot keeps to its curve (OmniGibson clips each wheel alone, which bends
-it). Both speeds change together along the straight line from what they are to what they are to be, by
-`max_acceleration` at most, so that a robot that starts keeps to its curve. A robot that would tip over speeds
-up and brakes more gently, and drives curves slower (see `roboyard.robots.stability.zmp`).
-Wheels reach their speeds under load and hold their place at rest, see `velocity_tracking`.
+means v_max = w_max r, or ω_max = 2 v_max / L. Where both together exceed the limit of a wheel, both wheels
+slow down alike, so that the robot stays on its curve (OmniGibson clips each wheel alone, which bends it).
+Both speeds change in proportion, by at most `max_acceleration`, so that a robot that starts stays on its
+curve. A robot that would tip over accelerates and brakes more gently, and drives curves slower (see
+`roboyard.robots.stability.zmp`). Wheels reach their speeds under load and hold their position at rest, see
+`velocity_tracking`.
 """
 
 from __future__ import annotations
@@ -34,27 +34,39 @@ Positive = Annotated[float, Field(gt=0)]
 
 
 class DifferentialDriveSettings(ControllerSettings):
+    """Keys of a DifferentialDriveController."""
+
     wheel_radius: float = Field(default=0.0, ge=0)
-    """m; from the definition by default."""
+    """Radius of both wheels (m); the definition's by default."""
     wheel_axle_length: float = Field(default=0.0, ge=0)
-    """m, between the wheels; from the definition by default."""
+    """Distance between the wheels (m); the definition's by default."""
     max_acceleration: tuple[Positive, Positive] | None = (1.5, 6.0)
-    """m/s² and rad/s²: how fast commanded speeds are approached; None: at once."""
+    """Largest acceleration (m/s², rad/s²); None: unlimited."""
     hold_position: bool = True
-    """Stay in place, against any push, once at rest with all commands zero."""
+    """Hold the wheel positions once at rest with zero commands."""
 
 
 class DifferentialDriveController(Controller):
+    """Drives the left and the right wheel of a robot."""
+
     Settings: ClassVar[type[ControllerSettings]] = DifferentialDriveSettings
     settings: DifferentialDriveSettings
 
     def __init__(self, limits: GroupLimits, settings: DifferentialDriveSettings) -> None:
+        """Create the controller of two wheels from their limits and keys.
+
+        Raises:
+            ConfigError: there are not two wheels of one velocity limit, or a wheel size is missing.
+        """
         if limits.size != 2:
             raise ConfigError(
                 f"a differential drive has 2 joints (left wheel, right wheel); got {limits.size}"
             )
         if not (settings.wheel_radius > 0 and settings.wheel_axle_length > 0):
-            raise ConfigError("a differential drive needs wheel_radius and wheel_axle_length; give both in m")
+            raise ConfigError(
+                "wheel_radius and wheel_axle_length must be positive (m), got "
+                f"{settings.wheel_radius} and {settings.wheel_axle_length}"
+            )
         if limits.velocity[0] != limits.velocity[1]:
             raise ConfigError(
                 f"both wheels need the same velocity limit; they have {limits.velocity[0]} and "
@@ -67,10 +79,12 @@ class DifferentialDriveController(Controller):
 
     @property
     def command_dim(self) -> int:
+        """Numbers in a command: forward speed and yaw rate."""
         return 2
 
     @property
     def control_type(self) -> MotorType:
+        """Wheels are driven by velocity."""
         return "velocity"
 
     def _default_output_limits(self) -> tuple[Array, Array]:
@@ -79,7 +93,7 @@ class DifferentialDriveController(Controller):
         return -bound, bound
 
     def _goal(self, command: Array, state: GroupState) -> Array:
-        """(2,) forward speed and turning rate that both wheels can keep up with."""
+        """Return (2,) forward speed (m/s) and yaw rate (rad/s) within the limits of both wheels."""
         excess = np.abs(self.wheel_speeds(command)).max() / self.limits.velocity[0]
         return command / excess if excess > 1.0 else command
 
@@ -91,26 +105,27 @@ class DifferentialDriveController(Controller):
         return self._tracking.control(self.wheel_speeds(self._twist_now), state)
 
     def _approach(self, twist: Array, state: GroupState) -> None:
-        """As near to a twist as the acceleration and the robot's balance allow."""
+        """Move the present twist towards a (2,) target within the limits of acceleration and stability."""
         led = next_twist(
             _planar(self._twist_now), _planar(twist), state, partial(self._reachable, dt=state.dt)
         )
         self._twist_now = led[[0, 2]]
 
     def _reachable(self, change: Array, dt: float) -> Array:
-        """As much of a change as the acceleration allows, along the straight line to it."""
+        """Return a (3,) change of twist, scaled down to the acceleration limits."""
         if self.settings.max_acceleration is None:
             return change
-        share = (np.abs(change[[0, 2]]) / self.settings.max_acceleration).max() / dt
-        return change / share if share > 1.0 else change
+        excess = (np.abs(change[[0, 2]]) / self.settings.max_acceleration).max() / dt
+        return change / excess if excess > 1.0 else change
 
     def reset(self) -> None:
+        """Discard goal and velocity."""
         super().reset()
         self._tracking.reset()
         self._twist_now = np.zeros(2)
 
     def wheel_speeds(self, twist: Array) -> Array:
-        """(2,) rad/s of the left and the right wheel at a forward speed (m/s) and a turning rate (rad/s)."""
+        """Return the (2,) speeds of the left and the right wheel (rad/s) for a (2,) twist (m/s, rad/s)."""
         v, turn = twist
         half = turn * self.settings.wheel_axle_length / 2
         return np.array([v - half, v + half]) / self.settings.wheel_radius
@@ -139,5 +154,5 @@ def wheel_odometry(wheel_velocities: Array, radius: float, axle_length: float) -
 
 
 def _planar(twist: Array) -> Array:
-    """(3,) forwards, sideways, turn."""
+    """Return the (3,) twist (x, y, yaw) of a (2,) forward speed and yaw rate."""
     return np.array([twist[0], 0.0, twist[1]])

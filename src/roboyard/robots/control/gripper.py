@@ -1,11 +1,11 @@
-"""MultiFingerGripperController: open and close fingers.
+"""MultiFingerGripperController: open and close the fingers of a gripper.
 
     binary        c >= 0 opens (inverted: c <= 0), anything else closes; one number
-    smooth        every finger goes to the same value; one number
-    independent   one number a finger
+    smooth        the same value for every finger; one number
+    independent   one number for each finger
 
 Open means `open_qpos` or the upper limits, closed `closed_qpos` or the lower limits; with a velocity motor,
-the largest speed up or down, which stops within `limit_tolerance` of a limit. `inverted` mirrors commands
+the largest velocity, which is set to zero within `limit_tolerance` of a limit. `inverted` mirrors commands
 about the middle of the input limits.
 """
 
@@ -26,41 +26,54 @@ from roboyard.robots.control.controller import (
     GroupLimits,
     GroupState,
     MotorType,
-    idle,
+    warn_of_keys,
 )
 from roboyard.transforms import Array
 
 STILL = 0.02
-"""rad/s or m/s: fingers slower than this stand."""
+"""Fingers slower than this are at rest (rad/s or m/s)."""
 REACHED = 0.002
-"""rad or m: fingers this near a target or limit are there."""
+"""Distance at which fingers are at a target or limit (rad or m)."""
 AVERAGED = 5
-"""Velocities that `is_grasping` averages."""
+"""Number of velocities that `is_grasping` averages."""
 
 
 class GripperSettings(ControllerSettings):
+    """Keys of a MultiFingerGripperController."""
+
     motor_type: MotorType = "position"
     mode: Literal["binary", "smooth", "independent"] = "binary"
+    """Meaning of a command."""
     inverted: bool = False
+    """Mirror commands, so that positive ones close."""
     limit_tolerance: float = Field(default=0.001, ge=0)
-    """rad or m"""
+    """Distance from a limit at which velocities are zeroed (rad or m)."""
     open_qpos: tuple[float, ...] | None = None
+    """(n,) open positions (rad or m); the upper limits by default."""
     closed_qpos: tuple[float, ...] | None = None
+    """(n,) closed positions (rad or m); the lower limits by default."""
 
     @model_validator(mode="after")
     def _fit(self) -> GripperSettings:
         if self.motor_type == "velocity" and self.isaac_kp:
-            raise ValueError("isaac_kp has no meaning with motor_type 'velocity'; leave it out")
+            raise ValueError(f"isaac_kp={self.isaac_kp} has no effect with motor_type 'velocity'; remove it")
         if self.mode != "binary":
-            idle(self, ("open_qpos", "closed_qpos"), f"with mode {self.mode!r}")
+            warn_of_keys(self, ("open_qpos", "closed_qpos"), f"with mode {self.mode!r}")
         return self
 
 
 class MultiFingerGripperController(Controller):
+    """Drives the fingers of a gripper together."""
+
     Settings: ClassVar[type[ControllerSettings]] = GripperSettings
     settings: GripperSettings
 
     def __init__(self, limits: GroupLimits, settings: GripperSettings) -> None:
+        """Create the controller of a gripper from its limits and keys.
+
+        Raises:
+            ConfigError: a key does not fit the fingers.
+        """
         super().__init__(limits, settings)
         low, high = limits.of(settings.motor_type)
         self._open = self._posture(settings.open_qpos, "open_qpos", high)
@@ -71,25 +84,30 @@ class MultiFingerGripperController(Controller):
     def _posture(self, given: tuple[float, ...] | None, key: str, default: Array) -> Array:
         if given is None:
             if not np.isfinite(default).all():
-                raise ConfigError(f"{key}: the fingers have no limit to go to; give {len(default)} values")
+                raise ConfigError(
+                    f"{key}: the fingers have no limits {default.tolist()}; give {len(default)} values"
+                )
             return default
         if len(given) != self.limits.size:
-            raise ConfigError(f"{key}: has {len(given)} values for {self.limits.size} fingers")
-        if self.settings.motor_type != "position":
             raise ConfigError(
-                f"{key}: has no meaning with motor_type {self.settings.motor_type!r}; leave it out"
+                f"{key}: must have {self.limits.size} values, one for each finger, got {len(given)}"
             )
+        if self.settings.motor_type != "position":
+            raise ConfigError(f"{key}: has no effect with motor_type {self.settings.motor_type!r}; remove it")
         return np.array(given)
 
     @property
     def command_dim(self) -> int:
+        """Numbers in a command, by mode."""
         return self.limits.size if self.settings.mode == "independent" else 1
 
     @property
     def control_type(self) -> MotorType:
+        """Kind of drive."""
         return self.settings.motor_type
 
     def reset(self) -> None:
+        """Discard goal and measured velocities."""
         super().reset()
         self._speeds.clear()
         self._last = None
@@ -105,6 +123,7 @@ class MultiFingerGripperController(Controller):
                 return low, high
 
     def update_goal(self, command: ArrayLike, state: GroupState) -> None:
+        """Set the goal from a (command_dim,) command or one number; errors as `Controller.update_goal`."""
         values = np.atleast_1d(np.asarray(command, dtype=float))
         if self.settings.inverted:
             scaling = self.scaling
@@ -133,9 +152,9 @@ class MultiFingerGripperController(Controller):
         return Control(kind=self.settings.motor_type, value=value)
 
     def is_grasping(self) -> bool | None:
-        """Whether the fingers hold something: they were sent further, stand still, and are at no limit.
+        """Return whether the fingers hold an object: at rest before their target, and not at a limit.
 
-        None where it cannot be told: fingers driven one by one or not alike, or sent where they already are.
+        None where this cannot be detected: fingers with different targets, or already at their target.
         """
         if self.settings.mode == "independent":
             return None
@@ -153,7 +172,7 @@ class MultiFingerGripperController(Controller):
         return bool(away and still)
 
     def _noop(self, state: GroupState) -> Array:
-        """Keep the goal; before the first one, binary grippers open."""
+        """Return the scaled command that keeps the goal; before the first one, binary grippers open."""
         if self.settings.mode == "binary":
             closed = self.goal is self._closed
             return np.array([1.0 if closed == self.settings.inverted else -1.0])
@@ -162,6 +181,7 @@ class MultiFingerGripperController(Controller):
         return value
 
     def noop_command(self, state: GroupState) -> Array:
+        """Return the (command_dim,) command that keeps the goal, as in an action."""
         command = super().noop_command(state)
         if self.settings.inverted and self.settings.mode != "binary":
             scaling = self.scaling

@@ -5,14 +5,14 @@ With R, p the pose of the base in the frame its virtual joints start from, and a
     velocity   (v_x, v_y) = R_xy(ω dt / 2) R (c_x, c_y),  ω = c_ω
     position   (x, y) = p + R (c_x, c_y),  rz = rz + c_ω
 
-Velocities change by `max_acceleration` at most, in the base's frame, and by less where a robot would tip
-over; curves that would tip it are driven slower, all three velocities alike so that the curve stays the same
+Velocities change by at most `max_acceleration` in the base's frame, and by less where a robot would tip over;
+curves that would tip it are driven slower, all three velocities alike so that the curve stays the same
 (see `roboyard.robots.stability.zmp`).
 
 The goal is the command itself, turned into the base's present frame at every step, and by half the turn
 that the base makes before the next one; so a held command drives an arc (OmniGibson freezes the direction
-at the time of the command). A base told to stand holds its place. Joint angles keep growing over a full
-turn.
+at the time of the command). A base with zero command holds its position. Joint angles are
+not wrapped.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from roboyard.robots.control.controller import (
     GroupLimits,
     GroupState,
     MotorType,
-    meaningless,
+    refuse_keys,
 )
 from roboyard.robots.control.joint import JointController, JointSettings
 from roboyard.robots.control.twist_ramp import next_twist
@@ -37,26 +37,37 @@ from roboyard.transforms import Array
 
 
 class HolonomicBaseSettings(JointSettings):
+    """Keys of a HolonomicBaseJointController."""
+
     motor_type: MotorType = "velocity"
     max_acceleration: tuple[float, float, float] | None = (1.5, 1.5, 3.0)
-    """m/s², m/s², rad/s²: how fast commanded velocities are approached; None: at once."""
+    """Largest acceleration along x, y and about z (m/s², m/s², rad/s²); None: unlimited."""
 
     @model_validator(mode="after")
     def _is_absolute(self) -> HolonomicBaseSettings:
         if self.use_delta_commands:
             raise ValueError("use_delta_commands: commands to a holonomic base are relative to it already")
         if self.motor_type != "velocity":
-            meaningless(self, ("max_acceleration",), f"with motor_type {self.motor_type!r}")
+            refuse_keys(self, ("max_acceleration",), f"with motor_type {self.motor_type!r}")
         if self.max_acceleration is not None and not min(self.max_acceleration) > 0:
-            raise ValueError("max_acceleration: must be three positive numbers, or null")
+            raise ValueError(
+                f"max_acceleration: must be three positive numbers, or null, got {self.max_acceleration}"
+            )
         return self
 
 
 class HolonomicBaseJointController(JointController):
+    """Drives the x, y and rz joints of a holonomic base."""
+
     Settings: ClassVar[type[ControllerSettings]] = HolonomicBaseSettings
     settings: HolonomicBaseSettings  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(self, limits: GroupLimits, settings: HolonomicBaseSettings) -> None:
+        """Create the controller of a base from its limits and keys.
+
+        Raises:
+            ConfigError: the group does not have three joints.
+        """
         if limits.size != 3:
             raise ConfigError(f"a holonomic base has 3 joints (x, y, rz); got {limits.size}")
         super().__init__(limits, settings)
@@ -64,11 +75,12 @@ class HolonomicBaseJointController(JointController):
         self.keeps_balance = settings.max_acceleration is not None  # type: ignore[misc]
 
     def reset(self) -> None:
+        """Discard goal and velocity."""
         super().reset()
         self._velocity_now = np.zeros(3)
 
-    def _approached(self, command: Array, state: GroupState) -> Array:
-        """The command, as near as the acceleration and the robot's balance allow."""
+    def _limited_twist(self, command: Array, state: GroupState) -> Array:
+        """Return the (3,) twist of this step, limited by acceleration and stability (m/s, m/s, rad/s)."""
         if self.settings.max_acceleration is None or self.settings.motor_type != "velocity":
             return command
         reach = np.asarray(self.settings.max_acceleration) * state.dt
@@ -88,7 +100,7 @@ class HolonomicBaseJointController(JointController):
     def _control(self, state: GroupState) -> Control:
         if self.settings.motor_type == "position":
             return super()._control(state)
-        command = self._approached(self.goal, state)
+        command = self._limited_twist(self.goal, state)
         half = command[2] * state.dt / 2 if self.settings.motor_type == "velocity" else 0.0
         turned = state.mount[:2, :2] @ command[:2]
         c, s = np.cos(half), np.sin(half)

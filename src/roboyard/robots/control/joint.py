@@ -1,21 +1,20 @@
-"""JointController: positions, velocities or efforts of joints, as they are or as changes.
+"""JointController: positions, velocities or efforts of joints, absolute or as changes.
 
-    position   u = r, which runs from the joint's position to q* with speeds up to v_max and accelerations
-    up to
-               min(v_max / 0.2 s, 0.4 E / M), so that the drive can follow; and with keep_balance so that a
-               robot on wheels does not fall, see `roboyard.robots.stability.zmp`: a joint speeds up and
-               brakes as
-               its footing bears, and stops where it would lead the centre of mass off the wheels
+    position   u = r, a reference that moves from the joint's position to q* with speeds up to v_max and
+               accelerations up to min(v_max / 0.2 s, 0.4 E / M), so that the drive can follow. With
+               keep_balance a robot on wheels does not tip over: accelerations are limited, and a joint stops
+               where it would shift the centre of mass out of the support polygon, see
+               `roboyard.robots.stability.zmp`
     velocity   u = q̇* + i, with i the integral of `velocity_tracking`; once all are zero and the joints rest,
-               u = the positions they rest at
+               u = the present positions
     effort     u = τ*
     with use_impedances
     position   τ = M (kp (r - q) - kd q̇) + b,  kd = 2 ζ √kp
     velocity   τ = M vel_kp (q̇* - q̇) + b
 
-A change d of joint i means q*_i = q_i + d_i; joints whose change is zero keep the goal they have, so that
-an arm under load does not creep (OmniGibson re-targets the measured position of every joint, which sags
-step by step). b is gravity, Coriolis and centrifugal effort, as far as compensation is on.
+A change d of joint i means q*_i = q_i + d_i; joints whose change is zero keep their goal, so that an
+arm under load does not creep (OmniGibson re-targets the measured position of every joint, which sags step by
+step). b is the effort of gravity, Coriolis and centrifugal forces, where compensation is on.
 """
 
 from __future__ import annotations
@@ -33,8 +32,8 @@ from roboyard.robots.control.controller import (
     GroupLimits,
     GroupState,
     MotorType,
-    idle,
-    meaningless,
+    refuse_keys,
+    warn_of_keys,
 )
 from roboyard.robots.control.rate_limiter import RateLimiter
 from roboyard.robots.control.velocity_tracking import VelocityTracking
@@ -42,52 +41,67 @@ from roboyard.transforms import Array, multiply, normalized, quaternion_from_rpy
 
 
 class JointSettings(ControllerSettings):
+    """Keys of a JointController."""
+
     motor_type: MotorType = "position"
     use_delta_commands: bool = False
     compute_delta_in_quat_space: tuple[tuple[int, int, int], ...] | None = None
-    """Triples of places of joints (rx, ry, rz) whose changes are composed as rotations."""
+    """Triples of joint indices (rx, ry, rz) whose changes are composed as rotations."""
     use_impedances: bool = False
     pos_kp: float | None = Field(default=None, ge=0)
-    """1/s²; 50 by default, for position with use_impedances."""
+    """Stiffness of position with use_impedances (1/s²); 50 by default."""
     pos_damping_ratio: float | None = Field(default=None, ge=0)
-    """1 by default."""
+    """Damping ratio of position with use_impedances; 1 by default."""
     vel_kp: float | None = Field(default=None, ge=0)
-    """1/s; 2 by default, for velocity with use_impedances."""
+    """Gain of velocity with use_impedances (1/s); 2 by default."""
     use_cc_compensation: bool = True
-    """Add Coriolis and centrifugal effort too (with use_impedances)."""
+    """Also add Coriolis and centrifugal effort (with use_impedances)."""
     smoothing_filter_size: int | None = Field(default=None, ge=1)
-    """Targets are averaged over this many steps."""
+    """Number of steps over which targets are averaged."""
     keep_balance: bool = True
-    """Position: stop short of tipping over, for robots that stand on the floor by their wheels."""
+    """Position: keep a robot on wheels from tipping over."""
     hold_position: bool = True
-    """Velocity: stay in place, against any push, once at rest with all commands zero."""
+    """Velocity: hold the positions once at rest with zero commands."""
 
     @model_validator(mode="after")
     def _fit(self) -> JointSettings:
         kind = f"with motor_type {self.motor_type!r}"
         if self.motor_type != "position":
-            meaningless(self, ("pos_kp", "pos_damping_ratio", "keep_balance"), kind)
+            refuse_keys(self, ("pos_kp", "pos_damping_ratio", "keep_balance"), kind)
         if self.motor_type != "velocity":
-            meaningless(self, ("vel_kp", "hold_position"), kind)
+            refuse_keys(self, ("vel_kp", "hold_position"), kind)
         if not self.use_impedances:
             gains = ("pos_kp", "pos_damping_ratio", "vel_kp", "use_cc_compensation")
-            idle(self, gains, "without use_impedances")
+            warn_of_keys(self, gains, "without use_impedances")
         if self.motor_type == "velocity" and self.isaac_kp:
-            raise ValueError("isaac_kp has no meaning with motor_type 'velocity'; leave it out")
+            raise ValueError(f"isaac_kp={self.isaac_kp} has no effect with motor_type 'velocity'; remove it")
         if self.use_delta_commands and isinstance(self.command_output_limits, str):
-            raise ValueError("command_output_limits must be null or numbers with use_delta_commands")
+            raise ValueError(
+                "command_output_limits must be null or numbers with use_delta_commands, got "
+                f"{self.command_output_limits!r}"
+            )
         if self.compute_delta_in_quat_space and not (
             self.use_delta_commands and self.motor_type == "position"
         ):
-            raise ValueError("compute_delta_in_quat_space needs motor_type 'position' and use_delta_commands")
+            raise ValueError(
+                "compute_delta_in_quat_space needs motor_type 'position' and use_delta_commands, got "
+                f"{self.motor_type!r} and {self.use_delta_commands}"
+            )
         return self
 
 
 class JointController(Controller):
+    """Drives each joint of a group by its own number."""
+
     Settings: ClassVar[type[ControllerSettings]] = JointSettings
     settings: JointSettings
 
     def __init__(self, limits: GroupLimits, settings: JointSettings) -> None:
+        """Create the controller of a group from its limits and keys.
+
+        Raises:
+            ConfigError: a key does not fit the group.
+        """
         super().__init__(limits, settings)
         self.needs_mass_matrix = settings.use_impedances and settings.motor_type != "effort"  # type: ignore[misc]
         self.keeps_balance = settings.keep_balance and settings.motor_type == "position"  # type: ignore[misc]
@@ -95,34 +109,37 @@ class JointController(Controller):
         damping = 1.0 if settings.pos_damping_ratio is None else settings.pos_damping_ratio
         self._kd = 2.0 * np.sqrt(self._kp) * damping
         self._vel_kp = 2.0 if settings.vel_kp is None else settings.vel_kp
-        self._approach = RateLimiter(limits)
+        self._rate_limiter = RateLimiter(limits)
         self._history: list[Array] = []
         self._tracking = VelocityTracking(limits.velocity, hold_position=settings.hold_position)
         for triple in settings.compute_delta_in_quat_space or ():
-            if not all(0 <= place < limits.size for place in triple):
+            if not all(0 <= index < limits.size for index in triple):
                 from roboyard.errors import ConfigError
 
                 raise ConfigError(
-                    f"compute_delta_in_quat_space: {triple} goes beyond the {limits.size} joints of the group"
+                    f"compute_delta_in_quat_space: {triple} exceeds the {limits.size} joints of the group"
                 )
 
     @property
     def command_dim(self) -> int:
+        """Numbers in a command: one for each joint."""
         return self.limits.size
 
     @property
     def control_type(self) -> MotorType:
+        """Kind of drive."""
         settings = self.settings
         return "effort" if settings.use_impedances else settings.motor_type
 
     @property
     def reference(self) -> Array | None:
-        """(n,) where a position controller has led its joints so far; None before the first step."""
-        return self._approach.reference
+        """(n,) present reference of a position controller (rad or m); None before the first step."""
+        return self._rate_limiter.reference
 
     def reset(self) -> None:
+        """Discard goal, reference and history."""
         super().reset()
-        self._approach.reset()
+        self._rate_limiter.reset()
         self._history.clear()
         self._tracking.reset()
 
@@ -145,10 +162,12 @@ class JointController(Controller):
         held = self.goal if self.goal is not None else state.q
         goal = np.where(change == 0.0, held, state.q + change)
         for triple in self.settings.compute_delta_in_quat_space or ():
-            places = list(triple)
-            if change[places].any():
-                turned = multiply(quaternion_from_rpy(change[places]), quaternion_from_rpy(state.q[places]))
-                goal[places] = _rpy(normalized(turned))
+            indices = list(triple)
+            if change[indices].any():
+                rotation = multiply(
+                    quaternion_from_rpy(change[indices]), quaternion_from_rpy(state.q[indices])
+                )
+                goal[indices] = _rpy(normalized(rotation))
         return goal
 
     def _noop_goal(self, state: GroupState) -> Array:
@@ -157,11 +176,11 @@ class JointController(Controller):
     def _control(self, state: GroupState) -> Control:
         settings = self.settings
         if settings.motor_type == "position":
-            return self._position(self._approach.follow(self._smoothed(self.goal), state), state)
+            return self._position(self._rate_limiter.follow(self._smoothed(self.goal), state), state)
         goal = self._smoothed(self.goal)
         if settings.motor_type == "effort":
-            wanted = settings.use_gravity_compensation and state.bias is not None
-            return Control(kind="effort", value=goal + state.bias if wanted else goal)  # type: ignore[operator]
+            compensated = settings.use_gravity_compensation and state.bias is not None
+            return Control(kind="effort", value=goal + state.bias if compensated else goal)  # type: ignore[operator]
         if settings.use_impedances:
             return self._effort(self._vel_kp * (goal - state.v), state)
         return self._tracking.control(goal, state)
@@ -171,9 +190,9 @@ class JointController(Controller):
             return Control(kind="position", value=target)
         return self._effort(self._kp * (target - state.q) - self._kd * state.v, state)
 
-    def _effort(self, wanted: Array, state: GroupState) -> Control:
+    def _effort(self, acceleration: Array, state: GroupState) -> Control:
         assert state.mass_matrix is not None
-        effort = state.mass_matrix @ wanted
+        effort = state.mass_matrix @ acceleration
         if state.bias is not None and self.settings.use_cc_compensation:
             effort = effort + state.bias
         return Control(kind="effort", value=effort)

@@ -1,4 +1,4 @@
-"""NullJointController: takes no command and keeps its joints at a default goal."""
+"""NullJointController: no command; its joints stay at a default goal."""
 
 from __future__ import annotations
 
@@ -14,15 +14,20 @@ from roboyard.transforms import Array
 
 
 class NullJointSettings(JointSettings):
+    """Keys of a NullJointController."""
+
     default_goal: tuple[float, ...] | None = None
-    """(n,) positions, velocities or efforts; zeros where not given."""
+    """(n,) positions, velocities or efforts; zeros by default."""
 
 
 class NullJointController(JointController):
+    """Keeps its joints at a default goal."""
+
     Settings: ClassVar[type[ControllerSettings]] = NullJointSettings
     settings: NullJointSettings  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(self, limits: GroupLimits, settings: NullJointSettings) -> None:
+        """Create the controller of a group from its limits and keys."""
         super().__init__(limits, settings)
         self._default = np.zeros(limits.size)
         if settings.default_goal is not None:
@@ -30,18 +35,22 @@ class NullJointController(JointController):
 
     @property
     def command_dim(self) -> int:
+        """Numbers in a command: none."""
         return 0
 
     @property
     def default_goal(self) -> Array:
-        """(n,)"""
+        """(n,) positions, velocities or efforts that the joints stay at."""
         return self._default.copy()
 
     def set_default_goal(self, goal: ArrayLike) -> None:
-        """Keep the joints somewhere else from now on.
+        """Change the default goal.
+
+        Args:
+            goal: (n,) positions, velocities or efforts.
 
         Raises:
-            ConfigError: it does not have one number a joint.
+            ConfigError: it does not have one number for each joint.
         """
         values = np.array(goal, dtype=float)
         if values.shape != (self.limits.size,):

@@ -1,16 +1,15 @@
-"""OperationalSpaceController: the tip behaves like a damped spring about a goal pose, by joint efforts.
+"""OperationalSpaceController: the tip moves like a damped spring about a goal pose, by joint efforts.
 
     e = [p* - p; e_R],  ẋ = J q̇,  a = kp e - kd ẋ,  kd = 2 ζ √kp
     Λ = (J M⁻¹ Jᵀ)⁻¹,  τ = Jᵀ Λ a + (1 - Jᵀ Λ J M⁻¹) M (kp₀ wrap(q_reset - q) - 2 √kp₀ q̇) + b
 
-e_R is the rotation vector from the present to the wanted orientation (OmniGibson: half the sum of cross
+e_R is the rotation vector from the present to the goal orientation (OmniGibson: half the sum of cross
 products of the axes, which vanishes at half a turn). All in the base frame's axes. Λ is taken of J M⁻¹ Jᵀ +
 ε 1, so that arms of fewer than six joints and singular postures stay finite. `decouple_pos_ori` uses one Λ
-for positions and one for orientations. b, gravity with Coriolis and centrifugal effort, is on by default
-(OmniGibson switches the arm's gravity off instead). Where a robot may tip over, e pulls only as its footing
-bears (`keep_balance`, see `roboyard.robots.stability.zmp`). Source: Khatib, A unified approach for motion
-and force
-control, IEEE RA 3(1), 1987.
+for positions and one for orientations. b, the effort of gravity, Coriolis and centrifugal forces, is on by
+default (OmniGibson disables gravity of the arm instead). Where a robot may tip over, e is limited
+(`keep_balance`, see `roboyard.robots.stability.zmp`).
+Source: Khatib, A unified approach for motion and force control, IEEE RA 3(1), 1987.
 """
 
 from __future__ import annotations
@@ -29,33 +28,39 @@ from roboyard.transforms import Array
 
 SOFTNESS = 1e-4
 """ε, relative to the trace of J M⁻¹ Jᵀ."""
-
 SLOWEST_DAMPING = 1.0
-"""1/s: how fast tips come to rest that hardly anything damps"""
+"""Smallest assumed damping of tips (1/s)."""
 
 Gain = float | tuple[float, ...]
 
 
 class OperationalSpaceSettings(TaskSettings):
+    """Keys of an OperationalSpaceController."""
+
     kp: Gain = 150.0
-    """1/s²; one number or six."""
+    """Stiffness (1/s²): one number or six."""
     damping_ratio: Gain = 1.0
+    """Damping ratio: one number or six."""
     kp_null: Gain = 10.0
-    """1/s²; one number or one a joint."""
+    """Stiffness of the null space (1/s²): one number, or one for each joint."""
     decouple_pos_ori: bool = False
+    """Use separate inertias for position and orientation."""
     use_cc_compensation: bool = True
+    """Add the effort of gravity, Coriolis and centrifugal forces."""
     keep_balance: bool = True
-    """Stop short of tipping over, for robots that stand on the floor by their wheels."""
+    """Keep a robot on wheels from tipping over."""
 
     @field_validator("kp", "damping_ratio", "kp_null")
     @classmethod
     def _not_negative(cls, value: Gain) -> Gain:
         if np.min(value) < 0:
-            raise ValueError("must not be negative")
+            raise ValueError(f"must not be negative, got {value}")
         return value
 
 
 class OperationalSpaceController(TaskController):
+    """Drives an arm's end effector by joint efforts."""
+
     Settings: ClassVar[type[ControllerSettings]] = OperationalSpaceSettings
     settings: OperationalSpaceSettings  # pyright: ignore[reportIncompatibleVariableOverride]
     needs_mass_matrix: ClassVar[bool] = True
@@ -63,6 +68,7 @@ class OperationalSpaceController(TaskController):
     def __init__(
         self, limits: GroupLimits, settings: OperationalSpaceSettings, *, chain: ChainArrays, rest: Array
     ) -> None:
+        """Create the controller of a chain; arguments and errors as `TaskController`."""
         super().__init__(limits, settings, chain=chain, rest=rest)
         self.keeps_balance = settings.keep_balance  # type: ignore[misc]
         self._kp = _spread(settings.kp, 6, "kp")
@@ -73,6 +79,7 @@ class OperationalSpaceController(TaskController):
 
     @property
     def control_type(self) -> MotorType:
+        """Joints are driven by effort."""
         return "effort"
 
     def _control(self, state: GroupState) -> Control:
@@ -90,8 +97,8 @@ class OperationalSpaceController(TaskController):
         task_mass = _softened_inverse(J @ inverse_mass_Jt)
         balance = None if state.balance is None else state.balance()
         if balance is not None:
-            pulled = inverse_mass_Jt @ (task_mass @ spring)
-            spring = spring * balance.pull(pulled, state.v / max(float(self._kd.min()), SLOWEST_DAMPING))
+            pull = inverse_mass_Jt @ (task_mass @ spring)
+            spring = spring * balance.pull(pull, state.v / max(float(self._kd.min()), SLOWEST_DAMPING))
         acceleration = spring - damper
         if self.settings.decouple_pos_ori and len(J) == 6:
             force = np.concatenate(
@@ -119,5 +126,5 @@ def _softened_inverse(matrix: Array) -> Array:
 def _spread(value: Gain, size: int, key: str) -> Array:
     array = np.asarray(value, dtype=float)
     if array.shape not in ((), (size,)):
-        raise ConfigError(f"{key}: give one number or {size}; got {array.size}")
+        raise ConfigError(f"{key}: must be one number or {size}, got {array.size}")
     return np.array(np.broadcast_to(array, (size,)))

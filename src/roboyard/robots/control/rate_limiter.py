@@ -1,9 +1,10 @@
-"""A reference that comes to its goal with limited speeds and accelerations, and keeps a robot upright.
+"""A reference that moves to its goal with limited velocity and acceleration, and keeps a robot from tipping
+over.
 
     q̈ ≤ min(v_max / 0.2 s, 0.4 E / M)   so that the drives can follow
-    q̈ ≤ what the footing bears          joints that move at once share it
+    q̈ ≤ limit of the support polygon    shared by joints that move at once
 
-A joint stops where going on would lead the centre of mass off the wheels, see
+A joint stops where further motion would shift the centre of mass out of the support polygon, see
 `roboyard.robots.stability.zmp`.
 """
 
@@ -19,21 +20,29 @@ _kernels = lazy_module("roboyard.robots.stability.kernels")
 
 
 class RateLimiter:
-    """n joints' reference on its way."""
+    """The reference of n joints, limited in velocity and acceleration."""
 
     def __init__(self, limits: GroupLimits) -> None:
-        """Start nowhere."""
+        """Create a limiter without reference."""
         self._limits = limits
         self.reset()
 
     def reset(self) -> None:
-        """Forget the reference."""
+        """Discard the reference."""
         self.reference: Array | None = None
-        """(n,) rad or m; None before the first step."""
+        """(n,) reference (rad or m); None before the first step."""
         self._speed = np.zeros(self._limits.size)
 
     def follow(self, goal: Array, state: GroupState) -> Array:
-        """(n,) the reference, one step of `state.dt` nearer to a goal; starts where the joints are."""
+        """Return the reference, moved one step towards a goal; it starts at the joints' positions.
+
+        Args:
+            goal: (n,) rad or m.
+            state: of the joints; the step is `state.dt`.
+
+        Returns:
+            (n,) reference (rad or m).
+        """
         if self.reference is None:
             self.reference, self._speed = state.q.copy(), np.zeros(self._limits.size)
         way = goal - self.reference

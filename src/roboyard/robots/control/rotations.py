@@ -1,4 +1,4 @@
-"""Rotation vectors and matrices of single rotations, quick enough for every control step."""
+"""Rotation vectors and matrices of single rotations, fast enough for every control step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from roboyard.transforms import Array
 
 
 def matrix_of_vector(vector: Array) -> Array:
-    """(3, 3) rotation about the (3,) vector's direction by its length; rad. Rodrigues' formula."""
+    """Return the (3, 3) rotation matrix of a (3,) rotation vector (rad), by Rodrigues' formula."""
     x, y, z = (float(v) for v in vector)
     angle = math.sqrt(x * x + y * y + z * z)
     if angle < 1e-12:
@@ -28,7 +28,7 @@ def matrix_of_vector(vector: Array) -> Array:
 
 
 def vector_of_matrix(rotation: Array) -> Array:
-    """(3,) rotation vector, 0 to π long, of a (3, 3) rotation; rad."""
+    """Return the (3,) rotation vector (rad, length 0 to π) of a (3, 3) rotation matrix."""
     (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
     x, y, z = h - f, c - g, d - b
     sine = math.sqrt(x * x + y * y + z * z)
@@ -45,7 +45,7 @@ def vector_of_matrix(rotation: Array) -> Array:
 
 
 def inverse(pose: Array) -> Array:
-    """(4, 4) inverse of a rigid transform."""
+    """Return the (4, 4) inverse of a (4, 4) rigid transform."""
     out = np.zeros((4, 4))
     turned = pose[:3, :3].T
     out[:3, :3] = turned

@@ -1,4 +1,4 @@
-"""Commands are clipped to input limits and scaled to output limits.
+"""Scaling of commands: clipped to input limits, then scaled to output limits.
 
 c ← clip(c, in_lo, in_hi), then (c - (in_hi + in_lo)/2) · (out_hi - out_lo)/(in_hi - in_lo) + (out_hi +
 out_lo)/2.
@@ -18,10 +18,12 @@ from roboyard.transforms import Array
 
 
 def _limit_setting(value: Any) -> Any:
-    """None, "default", or (low, high) with numbers or lists of numbers."""
+    """Return a validated setting: None, "default", or (low, high) with numbers or (n,) arrays."""
     if value is None or (isinstance(value, str) and value == "default"):
         return value
-    wrong = ValueError('must be "default", null, or [low, high] of numbers or lists of numbers')
+    wrong = ValueError(
+        f'must be "default", null, or [low, high] of numbers or lists of numbers, got {value!r}'
+    )
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 2:
         raise wrong
     try:
@@ -38,14 +40,18 @@ LimitSetting = Annotated[Any, BeforeValidator(_limit_setting)]
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Scaling:
-    """From commands to what they mean."""
+    """Affine map from commands to goals."""
 
     low: Array | None
-    """(n,) smallest command; None: commands are not clipped"""
+    """(n,) smallest command; None: commands are not clipped."""
     high: Array | None
+    """(n,) largest command; None: commands are not clipped."""
     middle: Array | float
+    """(n,) middle of the input limits."""
     factor: Array | float
+    """(n,) width of the output limits, per width of the input limits."""
     offset: Array | float
+    """(n,) middle of the output limits."""
 
     @classmethod
     def from_settings(
@@ -55,7 +61,17 @@ class Scaling:
         size: int,
         default_output: tuple[ArrayLike, ArrayLike] | None,
     ) -> Scaling:
-        """Of a controller's settings; `default_output` is what "default" stands for."""
+        """Return the scaling of a controller's settings.
+
+        Args:
+            input_limits: setting `command_input_limits`.
+            output_limits: setting `command_output_limits`.
+            size: n, the length of a command.
+            default_output: (n,) or scalar limits for the setting "default".
+
+        Raises:
+            ConfigError: the limits do not fit a command, or are not in order.
+        """
         if isinstance(output_limits, str):
             output_limits = default_output
         if isinstance(input_limits, str):
@@ -66,10 +82,13 @@ class Scaling:
         if output_limits is None:
             return cls(low=low, high=high, middle=0.0, factor=1.0, offset=0.0)
         if not (high > low).all():
-            raise ConfigError("command_input_limits: each low must lie below its high")
+            raise ConfigError(
+                f"command_input_limits: each low must be less than its high, got {low.tolist()}, "
+                f"{high.tolist()}"
+            )
         out_low, out_high = _spread(output_limits, size, "command_output_limits")
         bounded = np.isfinite(out_low) & np.isfinite(out_high)
-        # joints that turn without end have nothing to scale to: their commands count as they are
+        # continuous joints have no limits to scale to: their commands are not scaled
         out_low, out_high = np.where(bounded, out_low, low), np.where(bounded, out_high, high)
         return cls(
             low=low,
@@ -80,7 +99,7 @@ class Scaling:
         )
 
     def apply(self, command: Array) -> Array:
-        """(n,) what a command means."""
+        """Return the (n,) goal of an (n,) command."""
         if self.low is None or self.high is None:
             return command
         return (
@@ -88,7 +107,7 @@ class Scaling:
         ) * self.factor + self.offset
 
     def invert(self, value: Array) -> Array:
-        """(n,) the command that means this; not clipped."""
+        """Return the (n,) command of an (n,) goal, not clipped."""
         if self.low is None:
             return value
         factor = np.where(np.asarray(self.factor) == 0.0, 1.0, self.factor)

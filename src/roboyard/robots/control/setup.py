@@ -1,4 +1,4 @@
-"""From configurations to controllers: defaults by group, the user's keys over them, every mistake named."""
+"""Create controllers from configurations: defaults by group, overridden by the user's keys."""
 
 from __future__ import annotations
 
@@ -21,28 +21,30 @@ from roboyard.robots.limits import select_limits
 from roboyard.transforms import Array
 
 ControllerConfig = Mapping[str, str | Mapping[str, Any]]
-"""Group to a controller's name, or to its keys (with `name` for another controller than the usual one)."""
+"""Group to a controller's name, or to its keys (with `name` for another controller than the default)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Group:
-    """Some joints with their controller."""
+    """A group of joints with its controller."""
 
     name: str
     kind: str
+    """base, trunk, camera, arm or gripper."""
     joints: tuple[str, ...]
     indices: Indices
-    """(n,) of the joints in the robot's vectors."""
+    """(n,) indices of the joints in the robot's joint vectors."""
     controller: Controller
     mount: ChainArrays | None = None
-    """From the robot's base frame to the frame that the group hangs from (for a holonomic base: from the
-    frame of the virtual joints to the base); None where the controller does not ask."""
+    """Chain from the robot's base frame to the parent frame of the group (for a holonomic base: from the
+    frame of the virtual joints to the base); None where the controller does not need it."""
     mount_indices: Indices | None = None
+    """(m,) indices of that chain's joints in the robot's joint vectors."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Setup:
-    """What controllers are made from."""
+    """The robot that controllers are created for."""
 
     definition: RobotDefinition
     description: RobotDescription
@@ -53,14 +55,14 @@ class Setup:
     reset_posture: Array | None
     action_normalize: bool
     scale: float = 1.0
-    """Of all lengths of the description."""
+    """Factor on all lengths of the description."""
 
 
 def make_groups(setup: Setup, plans: Mapping[str, GroupPlan], config: ControllerConfig) -> dict[str, Group]:
-    """Controllers of all groups that stay in the action, in action order.
+    """Return the groups with their controllers, in action order; subsumed groups are omitted.
 
     Raises:
-        ConfigError: a group, controller or key does not exist or does not fit; the message names it.
+        ConfigError: a group, controller or key does not exist or does not fit; the message states it.
     """
     for name in config:
         if name not in plans:
@@ -72,22 +74,22 @@ def make_groups(setup: Setup, plans: Mapping[str, GroupPlan], config: Controller
     for name, plan in plans.items():
         if name in subsumed:
             continue
-        taken = tuple(
+        subsumed_joints = tuple(
             joint for other in keys[name].get("subsume_controllers", ()) for joint in plans[other].joints
         )
-        groups[name] = _group(setup, replace(plan, joints=(*taken, *plan.joints)), keys[name])
+        groups[name] = _group(setup, replace(plan, joints=(*subsumed_joints, *plan.joints)), keys[name])
     return groups
 
 
 def allowed_keys(name: str) -> list[str]:
-    """Keys that a controller takes."""
+    """Return the keys of a controller."""
     return list(REGISTERED_CONTROLLERS[name].Settings.model_fields)
 
 
-def _keys_of(group: str, given: str | Mapping[str, Any], usual: str, setup: Setup) -> dict[str, Any]:
-    """All keys of a group's controller."""
+def _keys_of(group: str, given: str | Mapping[str, Any], default: str, setup: Setup) -> dict[str, Any]:
+    """Return all keys of a group's controller."""
     given = {"name": given} if isinstance(given, str) else dict(given)
-    name = given.get("name", usual)
+    name = given.get("name", default)
     allowed = setup.definition.allowed_controllers()[group]
     if name not in allowed:
         raise ConfigError(
@@ -102,7 +104,7 @@ def _keys_of(group: str, given: str | Mapping[str, Any], usual: str, setup: Setu
 
 
 def _defaults(group: str, name: str, setup: Setup) -> dict[str, Any]:
-    """Usual keys by group (OmniGibson's)."""
+    """Return the default keys of a group (OmniGibson's)."""
     kind = group.split("_", 1)[0]
     if name == "JointController":
         if kind in ("arm", "trunk", "camera"):
@@ -137,7 +139,7 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
     try:
         settings = cls.Settings.model_validate(dict(keys))
     except ValidationError as error:
-        raise ConfigError("\n".join(_told(where, detail, cls) for detail in error.errors())) from None
+        raise ConfigError("\n".join(_message(where, detail, cls) for detail in error.errors())) from None
     extra: dict[str, Any] = {}
     mount: ChainArrays | None = None
     joints = plan.joints
@@ -148,11 +150,11 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
         elif keys["name"] == "HolonomicBaseJointController":
             mount = scaled(from_description(setup.description, setup.base_link), setup.scale)
         index = {name: i for i, name in enumerate(setup.joint_names)}
-        places = np.array([index[name] for name in joints], dtype=np.intp)
+        indices = np.array([index[name] for name in joints], dtype=np.intp)
         if keys["name"] == "NullJointController" and "default_goal" not in keys:
-            settings = settings.model_copy(update={"default_goal": _null_goal(setup, plan, places, where)})
+            settings = settings.model_copy(update={"default_goal": _null_goal(setup, plan, indices, where)})
         make: Any = cls
-        controller = make(select_limits(setup.limits, places), settings, **extra)
+        controller = make(select_limits(setup.limits, indices), settings, **extra)
     except ConfigError as error:
         text = str(error)
         raise ConfigError(
@@ -162,7 +164,7 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
         name=plan.name,
         kind=plan.kind,
         joints=tuple(joints),
-        indices=places,
+        indices=indices,
         controller=controller,
         mount=mount,
         mount_indices=None
@@ -171,23 +173,23 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
     )
 
 
-def _null_goal(setup: Setup, plan: GroupPlan, places: Indices, where: str) -> tuple[float, ...]:
+def _null_goal(setup: Setup, plan: GroupPlan, indices: Indices, where: str) -> tuple[float, ...]:
     if plan.kind in ("base", "gripper"):
-        return (0.0,) * len(places)
-    return tuple(_reset(setup, where)[places])
+        return (0.0,) * len(indices)
+    return tuple(_reset(setup, where)[indices])
 
 
 def _reset(setup: Setup, where: str) -> Array:
     if setup.reset_posture is None:
         raise ConfigError(
-            f"default_joint_pos: is required because of {where}, whose joints rest there;"
-            f" give {len(setup.joint_names)} values (zeros will do at first)"
+            f"default_joint_pos: is required because of {where}, which needs a rest posture;"
+            f" give {len(setup.joint_names)} values (zeros are a start)"
         )
     return setup.reset_posture
 
 
 def _chains(setup: Setup, plan: GroupPlan, where: str) -> tuple[ChainArrays, ChainArrays, dict[str, Any]]:
-    """The group's own chain, the chain it hangs from, and what the controller takes beside."""
+    """Return the group's chain, the chain to its parent frame, and further arguments of the controller."""
     assert plan.tip is not None
     description = setup.description
     above = _joints_above(description, plan.tip)
@@ -196,23 +198,23 @@ def _chains(setup: Setup, plan: GroupPlan, where: str) -> tuple[ChainArrays, Cha
     if missing:
         raise ConfigError(f"{where}: joint {missing[0]!r} does not lead to the link {plan.tip!r}")
     posture = dict(zip(setup.joint_names, _reset(setup, where), strict=True))
-    hanger = description.joint_by_name[own[0]].parent
+    parent = description.joint_by_name[own[0]].parent
     between = [name for name in above[above.index(own[0]) :] if name not in own]
     locked = {name: posture[name] for name in between if name in posture}
-    chain = scaled(from_description(description, plan.tip, hanger, locked), setup.scale)
+    chain = scaled(from_description(description, plan.tip, parent, locked), setup.scale)
     try:
-        mount = scaled(from_description(description, hanger, setup.base_link), setup.scale)
+        mount = scaled(from_description(description, parent, setup.base_link), setup.scale)
     except ValueError:
         raise ConfigError(
-            f"{where}: link {hanger!r} does not hang from the base link {setup.base_link!r};"
-            " mend base_footprint_link_name"
+            f"{where}: link {parent!r} is not below the base link {setup.base_link!r};"
+            " correct base_footprint_link_name"
         ) from None
     rest = np.array([posture[name] for name in chain.joint_names])
     return chain, mount, {"chain": chain, "rest": rest}
 
 
 def scaled(chain: ChainArrays, factor: float) -> ChainArrays:
-    """The chain of a robot of another size."""
+    """Return the chain of a robot scaled by a factor."""
     if factor == 1.0:
         return chain
     slides = np.zeros(chain.size, dtype=bool)
@@ -229,7 +231,7 @@ def scaled(chain: ChainArrays, factor: float) -> ChainArrays:
 
 
 def _joints_above(description: RobotDescription, link: str) -> list[str]:
-    """Moving joints from the root to a link."""
+    """Return the names of the moving joints from the root to a link."""
     found: list[str] = []
     while link in description.parent_joint:
         joint = description.parent_joint[link]
@@ -239,7 +241,7 @@ def _joints_above(description: RobotDescription, link: str) -> list[str]:
     return found[::-1]
 
 
-def _told(where: str, detail: Any, cls: type[Controller]) -> str:
+def _message(where: str, detail: Any, cls: type[Controller]) -> str:
     place = ".".join(str(part) for part in detail["loc"])
     key = f"{where}.{place}" if place else where
     match detail["type"]:

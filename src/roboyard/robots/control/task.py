@@ -1,19 +1,19 @@
-"""What inverse kinematics and operational space control share: commands to a tip become a goal pose.
+"""Goal poses of an end effector: the base class of inverse kinematics and operational space control.
 
-Commands are in the robot's base frame. Absolute poses are kept there; goals of the other modes are kept in
-the frame that the joints hang from, so that an arm rides along when the torso moves. Commands by mode
+Commands are in the robot's base frame. Absolute poses are kept in it; goals of the other modes are kept in
+the parent frame of the chain, so that an arm moves with the torso. Commands by mode
 (positions m, rotations as rotation vectors, rad):
 
     absolute_pose            6   the pose itself; needs both command limits null
     pose_absolute_ori        6   change of position, orientation itself
     pose_delta_ori           6   change of position, change of orientation about base axes: R* = R(Δ) R
-    position_fixed_ori       3   change of position; the orientation stays what it was at the first command
+    position_fixed_ori       3   change of position; the orientation is that of the first command
     position_compliant_ori   3   change of position; the orientation is free
 
-A change counts from where the tip is measured, axis by axis: along an axis whose change is zero, and for
-the orientation when its change is zero, the goal stays. So a tip under load keeps its height while it is
-led sideways, and does not drift at all under zero commands (OmniGibson re-targets the whole measured pose
-at each command). With `goal_update_mode: target` changes count from the goal instead, and add up exactly.
+A change is relative to the measured pose, axis by axis: along an axis whose change is zero, and for the
+orientation when its change is zero, the goal stays. So a tip under load keeps its height while it moves
+sideways, and does not drift under zero commands (OmniGibson re-targets the whole measured pose at each
+command). With `goal_update_mode: target` changes are relative to the goal instead, and add up exactly.
 """
 
 from __future__ import annotations
@@ -41,23 +41,24 @@ Mode = Literal[
     "absolute_pose", "pose_absolute_ori", "pose_delta_ori", "position_fixed_ori", "position_compliant_ori"
 ]
 PoseLimiter = Callable[[Array, Array], tuple[ArrayLike, ArrayLike]]
+"""(3,) position (m) and (4,) quaternion of a goal in the base frame to allowed ones."""
 
 POSITION_STEP = 0.2
-"""m that a command of one means, where no output limits are given."""
+"""Default output limit of positions (m)."""
 ROTATION_STEP = 0.5
-"""rad"""
+"""Default output limit of rotations (rad)."""
 
 
 class TaskSettings(ControllerSettings):
+    """Keys of a task-space controller."""
+
     mode: Mode = "pose_delta_ori"
     goal_update_mode: Literal["measured", "target"] = "measured"
-    """What changes count from."""
+    """Pose that changes are relative to."""
     workspace_pose_limiter: PoseLimiter | None = None
-    """(position, quaternion) to the ones that are allowed, in the base frame."""
+    """Limits goal poses, in the base frame."""
     reset_joint_pos: tuple[float, ...] | None = None
-    """(n,) posture that the joints go to where the task leaves them free; the robot's reset pose by
-    default.
-    """
+    """(n,) posture of the null space (rad or m); the robot's reset posture by default."""
 
     @model_validator(mode="after")
     def _limits_fit(self) -> TaskSettings:
@@ -65,29 +66,32 @@ class TaskSettings(ControllerSettings):
             self.command_input_limits is None and self.command_output_limits is None
         ):
             raise ValueError(
-                "mode 'absolute_pose' needs command_input_limits and command_output_limits null"
-                " (and action_normalize false)"
+                "mode 'absolute_pose' needs command_input_limits and command_output_limits null (and"
+                f" action_normalize false), got {self.command_input_limits} and {self.command_output_limits}"
             )
         return self
 
 
 class TaskController(Controller):
-    """Keeps a goal pose for the tip of a chain of joints."""
+    """A controller with a goal pose for the tip of a chain of joints."""
 
     settings: TaskSettings
     needs_mount: ClassVar[bool] = True
+    """Whether states need `mount`."""
 
     def __init__(
         self, limits: GroupLimits, settings: TaskSettings, *, chain: ChainArrays, rest: Array
     ) -> None:
-        """Take the joints' chain.
+        """Create the controller of a chain.
 
         Args:
             limits: of the group's joints.
-            settings: of this controller.
-            chain: n joints from the frame that the group hangs from to the tip; in the group's order, or with
-                the same names in another one.
-            rest: (n,) posture for the null space, in the chain's order.
+            settings: keys of this controller.
+            chain: n joints from the parent frame of the group to the tip, with the names of the group.
+            rest: (n,) posture of the null space, in the chain's order (rad or m).
+
+        Raises:
+            ConfigError: chain or posture do not fit the group.
         """
         if chain.size != limits.size:
             raise ConfigError(f"the chain has {chain.size} joints, the group {limits.size}")
@@ -95,29 +99,32 @@ class TaskController(Controller):
         self.chain = chain
         self.rest = rest if settings.reset_joint_pos is None else np.array(settings.reset_joint_pos)
         if self.rest.shape != (chain.size,):
-            raise ConfigError(f"reset_joint_pos: has {len(self.rest)} values for {chain.size} joints")
+            raise ConfigError(f"reset_joint_pos: must have {chain.size} values, got {len(self.rest)}")
         self._fixed: Array | None = None
         self._goal_mount: Array = EYE4
 
     @property
     def command_dim(self) -> int:
+        """Numbers in a command, by mode."""
         return 3 if self.settings.mode.startswith("position") else 6
 
     @property
     def is_orientation_free(self) -> bool:
+        """Whether only the position has a goal."""
         return self.settings.mode == "position_compliant_ori"
 
     def reset(self) -> None:
+        """Discard the goal."""
         super().reset()
         self._fixed = None
 
     def target(self, state: GroupState) -> Array:
-        """(4, 4) goal in the frame that the joints hang from."""
+        """Return the (4, 4) goal pose in the parent frame of the chain."""
         mount = state.mount if self.settings.mode == "absolute_pose" else self._goal_mount
         return inverse(mount) @ self.goal
 
     def tip(self, state: GroupState) -> Array:
-        """(4, 4) measured pose of the tip in the base frame."""
+        """Return the (4, 4) measured pose of the tip in the base frame."""
         return state.mount @ forward_kinematics(self.chain, state.q)
 
     def _default_output_limits(self) -> tuple[ArrayLike, ArrayLike]:
@@ -165,7 +172,7 @@ class TaskController(Controller):
         goal[:3, 3] = position
         goal[:3, :3] = matrix_from_quaternion(quaternion)
         if not np.isfinite(goal).all():
-            raise RoboyardError("workspace_pose_limiter gave a pose that is not finite")
+            raise RoboyardError(f"workspace_pose_limiter returned a pose that is not finite: {goal.tolist()}")
         return goal
 
     def _noop_goal(self, state: GroupState) -> Array:

@@ -1,4 +1,4 @@
-"""What a definition asks of the robot's description before it goes into a world."""
+"""Changes that a definition makes to the robot's description before it is added to a world."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from roboyard.description.model import Collision, Link, Mesh, Pose, RobotDescrip
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.stability.ground_clearance import links_below_floor, trim
-from roboyard.robots.stability.wheels import Wheel, driven_wheels, mesh_points, rolling
+from roboyard.robots.stability.wheels import Wheel, as_sphere, driven_wheels, mesh_points
 
 
 def edit_description(definition: RobotDefinition, description: RobotDescription) -> RobotDescription:
-    """The description with collisions removed, wheels that roll and markers hidden."""
-    silent = set(definition.disabled_collision_link_names or ())
+    """Return the description with disabled collision shapes removed, round wheels, and hidden markers."""
+    disabled = set(definition.disabled_collision_link_names or ())
     hidden: set[str] = set()
     if definition.visual_only_eef_links and definition.manipulation is not None:
         hidden = set(definition.manipulation.eef_link_names.values())
@@ -24,25 +24,25 @@ def edit_description(definition: RobotDefinition, description: RobotDescription)
     block = definition.holonomic_base
     if block is not None and block.force_sphere_wheel_approximation and definition.locomotion is not None:
         wheels = definition.locomotion.floor_touching_base_link_names
-    links = tuple(_edit_link(link, silent, hidden, wheels) for link in description.links)
+    links = tuple(_edit_link(link, disabled, hidden, wheels) for link in description.links)
     driven = driven_wheels(definition, description)
     if driven:
-        links = _rolling(links, definition, description, driven)
+        links = _with_round_wheels(links, definition, description, driven)
     return replace(description, links=links)
 
 
-def _rolling(
+def _with_round_wheels(
     links: tuple[Link, ...],
     definition: RobotDefinition,
     description: RobotDescription,
     driven: Mapping[str, Wheel],
 ) -> tuple[Link, ...]:
-    """Driven wheels that roll, and nothing beside them that scrapes."""
+    """Return the links with driven wheels as spheres, and other shapes trimmed above the floor."""
     radius = definition.two_wheel.wheel_radius if definition.two_wheel is not None else 0.0
     heights = links_below_floor(definition, description, driven.values())
     poses = forward_kinematics(description)
     return tuple(
-        rolling(link, driven[link.name], radius)
+        as_sphere(link, driven[link.name], radius)
         if link.name in driven
         else trim(link, poses[link.name], heights[link.name])
         if link.name in heights
@@ -51,10 +51,12 @@ def _rolling(
     )
 
 
-def _edit_link(link: Link, silent: Collection[str], hidden: Collection[str], wheels: Collection[str]) -> Link:
+def _edit_link(
+    link: Link, disabled: Collection[str], hidden: Collection[str], wheels: Collection[str]
+) -> Link:
     if link.name in hidden:
         return replace(link, visuals=(), collisions=())
-    if link.name in silent:
+    if link.name in disabled:
         return replace(link, collisions=())
     if link.name in wheels:
         return replace(link, collisions=tuple(bounding_sphere(shape) for shape in link.collisions))
@@ -62,7 +64,7 @@ def _edit_link(link: Link, silent: Collection[str], hidden: Collection[str], whe
 
 
 def bounding_sphere(collision: Collision) -> Collision:
-    """A mesh as the ball around the middle of its box; other shapes as they are."""
+    """Return a mesh's bounding sphere around the centre of its box; other shapes unchanged."""
     geometry = collision.geometry
     if not isinstance(geometry, Mesh):
         return collision

@@ -1,1 +1,1 @@
-"""Support, tipping and ground clearance of robots that stand on a floor."""
+"""Stability of robots on a floor: support polygon, zero-moment point, wheels and ground clearance."""

@@ -1,9 +1,9 @@
-"""A base that rolls does not scrape: collision shapes that reach the floor beside the wheels are cut.
+"""Trim collision shapes that touch the floor beside the wheels.
 
-Vendors wrap a base in a box with a margin that ends on the floor, and the box carries the robot instead of
-its wheels. A definition says which links touch the floor. Where the robot stands on those (its centre of mass
-lies above the polygon of their points), collision shapes of other links that stand rigidly on the root end at
-what is seen of the link, or `CLEARANCE` above the floor where that reaches down too.
+Vendors often wrap a base in a box whose margin reaches the floor, so that the box supports the robot instead
+of its wheels. A definition lists the links that touch the floor. Where these support the robot (its centre of
+mass is above their polygon), collision shapes of other links that are fixed to the root are trimmed at the
+bottom of the link's visual shapes, or `CLEARANCE` above the floor where these reach down too.
 """
 
 from __future__ import annotations
@@ -34,51 +34,51 @@ from roboyard.shapes.convex.hulls import convex_hull
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.transforms import Array
 
-REACH = 2e-3
-"""m: shapes that end lower above the floor scrape."""
+MIN_CLEARANCE = 2e-3
+"""Shapes with less ground clearance are trimmed (m)."""
 CLEARANCE = 5e-3
-"""m: height above the floor where they are cut at least."""
-CORNERS = 60
-"""Most corners of a hull that is cut."""
+"""Smallest ground clearance of trimmed shapes (m)."""
+MAX_CORNERS = 60
+"""Largest number of corners of a hull that is trimmed."""
 
 
 def links_below_floor(
     definition: RobotDefinition, description: RobotDescription, wheels: Collection[Wheel]
 ) -> dict[str, float]:
-    """Links whose collision shapes are to be cut, with the height for each; m, in the root link's frame."""
+    """Return the links to trim, each with the height of its bottom in the root link's frame (m)."""
     if definition.two_wheel is None or definition.locomotion is None or not wheels:
         return {}
     poses = forward_kinematics(description)
-    feet = [(poses[w.link] @ np.append(np.asarray(w.joint.axis) * w.centre, 1.0))[:3] for w in wheels]
-    floor = min(foot[2] for foot in feet) - definition.two_wheel.wheel_radius
+    contacts = [(poses[w.link] @ np.append(np.asarray(w.joint.axis) * w.centre, 1.0))[:3] for w in wheels]
+    floor = min(contact[2] for contact in contacts) - definition.two_wheel.wheel_radius
     driven = {wheel.link for wheel in wheels}
     others = [name for name in definition.locomotion.floor_touching_base_link_names if name not in driven]
     for name in others:
         shapes = description.link_by_name[name].collisions
-        feet += [points[points[:, 2].argmin()] for points in _placed(shapes, poses[name])]
-    if not _stands(np.array(feet)[:, :2], _centre_of_mass(description, poses)[:2]):
+        contacts += [points[points[:, 2].argmin()] for points in _placed(shapes, poses[name])]
+    if not _is_inside(np.array(contacts)[:, :2], _centre_of_mass(description, poses)[:2]):
         return {}
     found = {}
     for name in _rigid(description):
         link = description.link_by_name[name]
-        if name in driven or name in others or _lowest(link.collisions, poses[name]) >= floor + REACH:
+        if name in driven or name in others or _lowest(link.collisions, poses[name]) >= floor + MIN_CLEARANCE:
             continue
-        seen = _lowest(link.visuals, poses[name])
-        found[name] = seen if floor + CLEARANCE <= seen < np.inf else floor + CLEARANCE
+        bottom = _lowest(link.visuals, poses[name])
+        found[name] = bottom if floor + CLEARANCE <= bottom < np.inf else floor + CLEARANCE
     return found
 
 
-def _stands(feet: Array, centre: Array) -> bool:
-    """Whether a point lies inside the polygon around (n, 2) others."""
+def _is_inside(contacts: Array, centre: Array) -> bool:
+    """Return whether a (2,) point is inside the convex hull of (n, 2) others (m)."""
     try:
-        sides = ConvexHull(feet).equations
+        sides = ConvexHull(contacts).equations
     except (QhullError, ValueError):
         return False
     return bool((sides @ np.append(centre, 1.0) <= 0.0).all())
 
 
 def _centre_of_mass(description: RobotDescription, poses: Mapping[str, Array]) -> Array:
-    """(3,) m in the root link's frame; links without inertial count for nothing."""
+    """Return the (3,) centre of mass in the root link's frame (m); links without inertial are ignored."""
     total, weighted = 0.0, np.zeros(3)
     for link in description.links:
         if link.inertial is not None:
@@ -88,7 +88,13 @@ def _centre_of_mass(description: RobotDescription, poses: Mapping[str, Array]) -
 
 
 def trim(link: Link, T_root_link: Array, height: float) -> Link:
-    """The link with the hulls of its collision shapes ending at a height (m) of the root link's frame."""
+    """Return a link whose collision shapes are trimmed below a height (m) in the root link's frame.
+
+    Args:
+        link: to trim.
+        T_root_link: (4, 4) pose of the link in the root link's frame.
+        height: of the new bottom (m).
+    """
     kept = []
     for shape in link.collisions:
         pose = T_root_link @ shape.origin.matrix()
@@ -105,19 +111,19 @@ def trim(link: Link, T_root_link: Array, height: float) -> Link:
 
 
 def _part_above(points: Array, up: Array, level: float) -> Array:
-    """(m, 3) corners of the part of a hull where `up` · x is at least `level`."""
-    corners = convex_hull(points, CORNERS).mesh.vertices
+    """Return the (m, 3) corners of the part of the points' hull where `up` · x is at least `level` (m)."""
+    corners = convex_hull(points, MAX_CORNERS).mesh.vertices
     height = corners @ up - level
     high, low = corners[height > 0], corners[height <= 0]
     if not len(high):
         return high
-    share = height[height > 0][:, None] / (height[height > 0][:, None] - height[height <= 0][None, :])
-    crossings = high[:, None] + share[:, :, None] * (low[None, :] - high[:, None])
+    fraction = height[height > 0][:, None] / (height[height > 0][:, None] - height[height <= 0][None, :])
+    crossings = high[:, None] + fraction[:, :, None] * (low[None, :] - high[:, None])
     return np.concatenate([high, crossings.reshape(-1, 3)])
 
 
 def _rigid(description: RobotDescription) -> list[str]:
-    """Links that stand rigidly on the root link, itself first."""
+    """Return the links that are fixed to the root link, itself first."""
     found = [description.root.name]
     for name in found:
         found += [joint.child for joint in description.child_joints[name] if joint.type == "fixed"]
@@ -125,12 +131,12 @@ def _rigid(description: RobotDescription) -> list[str]:
 
 
 def _lowest(shapes: Sequence[Collision | Visual], T_root_link: Array) -> float:
-    """m; inf where there is no shape."""
+    """Return the lowest height of shapes in the root link's frame (m); inf without shapes."""
     return min((float(points[:, 2].min()) for points in _placed(shapes, T_root_link)), default=np.inf)
 
 
 def _placed(shapes: Sequence[Collision | Visual], T_root_link: Array) -> list[Array]:
-    """(n, 3) points of each shape in the root link's frame; m."""
+    """Return the (n, 3) points of each shape in the root link's frame (m)."""
     placed = []
     for shape in shapes:
         points, pose = _points(shape.geometry), T_root_link @ shape.origin.matrix()
@@ -140,7 +146,7 @@ def _placed(shapes: Sequence[Collision | Visual], T_root_link: Array) -> list[Ar
 
 
 def _points(geometry: Geometry) -> Array | None:
-    """(n, 3) m that span a shape; None for one without end."""
+    """Return the (n, 3) points that span a shape, in its frame (m); None for an infinite plane."""
     match geometry:
         case Box(size=size):
             return primitives.box(size[0] / 2, size[1] / 2, size[2] / 2).vertices

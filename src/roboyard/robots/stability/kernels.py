@@ -1,4 +1,4 @@
-"""Compiled sums of balance: where a robot stands and how it may move. Imported with the first control step.
+"""Compiled kernels of the support polygon and the zero-moment point, imported with the first control step.
 
 The formulas are in `roboyard.robots.stability.zmp` and `roboyard.robots.control.rate_limiter`.
 """
@@ -17,18 +17,29 @@ TINY = 1e-9
 
 
 @kernel
-def lowest_points(geoms, is_ball, contype, conaffinity, aabb, xpos, xmat, out):
-    """The lowest points of shapes, world frame, into `out` (8 per shape, 3); returns how many.
+def lowest_points(geoms, is_sphere, contype, conaffinity, aabb, xpos, xmat, out):
+    """Write the lowest points of shapes to `out` (8 per shape, 3) in the world frame (m); return their
+    number.
 
-    geoms (g,), is_ball (g,): those that roll or are round touch below their middle; else corners of the box
-    around a shape count that lie in its lower quarter or so. aabb (ngeom, 6): centre and half sizes.
+    Shapes that roll or are round touch the floor below their centre; of others the corners of the bounding
+    box in about its lower quarter count.
+
+    Args:
+        geoms: (g,) indices of the shapes in MuJoCo's geoms.
+        is_sphere: (g,) whether a shape rolls or is round.
+        contype: (ngeom,) MuJoCo's contact types.
+        conaffinity: (ngeom,) MuJoCo's contact affinities.
+        aabb: (ngeom, 6) centre and half sizes of the bounding boxes in the shapes' frames (m).
+        xpos: (ngeom, 3) positions in the world frame (m).
+        xmat: (ngeom, 9) rotation matrices, row by row.
+        out: (8 g, 3) result.
     """
     count = 0
     for k in range(len(geoms)):
         i = geoms[k]
         if not contype[i] and not conaffinity[i]:
             continue
-        if is_ball[k]:
+        if is_sphere[k]:
             out[count, 0], out[count, 1] = xpos[i, 0], xpos[i, 1]
             out[count, 2] = xpos[i, 2] - max(aabb[i, 3], aabb[i, 4], aabb[i, 5])
             count += 1
@@ -55,10 +66,17 @@ def lowest_points(geoms, is_ball, contype, conaffinity, aabb, xpos, xmat, out):
 
 @kernel
 def hull_edges(points, count, normals, bounds, middle):
-    """Convex hull of the first `count` points in the plane (Andrew's monotone chain).
+    """Compute the convex hull of points in the xy plane; return its number of edges e, 0 for a hull without
+    area.
 
-    Writes (e, 2) outward normals, (e,) m of each edge along its normal and (2,) the mean of the corners;
-    returns e, or 0 where the hull has no area. Points are put in order.
+    Source: Andrew, Another efficient algorithm for convex hulls in two dimensions, IPL 9(5), 1979.
+
+    Args:
+        points: (n, 3) m; the first `count` are used, and sorted in place.
+        count: of points.
+        normals: result, (e, 2) outward unit normals of the edges.
+        bounds: result, (e,) distance of each edge from the origin along its normal (m).
+        middle: result, (2,) mean of the corners (m).
     """
     for i in range(1, count):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -88,7 +106,7 @@ def hull_edges(points, count, normals, bounds, middle):
             ):
                 chain[size] = i
                 size += 1
-        size -= 1  # the last of one side is the first of the other
+        size -= 1  # the last corner of one side is the first of the other
     if size < 3:
         return 0
     area, longest = 0.0, 0.0
@@ -108,9 +126,19 @@ def hull_edges(points, count, normals, bounds, middle):
 
 @kernel
 def tipping(shift, spin, dofs, com, mass, height, weight, normals, com_shift, zmp_shift):
-    """(e, k) how far joints move the centre of mass outwards, and their accelerations the floor's answer.
+    """Compute how joints shift the centre of mass and the zero-moment point across each edge of the support.
 
-    shift, spin (3, nv): Jacobian of the centre of mass and of the angular momentum about it.
+    Args:
+        shift: (3, nv) Jacobian of the centre of mass (m/rad or m/m).
+        spin: (3, nv) matrix of the angular momentum about the centre of mass (kg m²/s per rad/s or m/s).
+        dofs: (k,) indices of the joints in the velocities.
+        com: (3,) centre of mass (m); unused.
+        mass: of the robot (kg).
+        height: of the centre of mass above the floor (m).
+        weight: of the robot (N).
+        normals: (e, 2) outward normals of the edges.
+        com_shift: result, (e, k) m/rad or m/m.
+        zmp_shift: result, (e, k) m s²/rad or s².
     """
     for k in range(len(dofs)):
         dof = dofs[k]
@@ -123,7 +151,20 @@ def tipping(shift, spin, dofs, com, mass, height, weight, normals, com_shift, zm
 
 @kernel
 def first_moment(bodies, body_mass, inertia, place, turn, floor, x, y, out):
-    """(2,) kg m², world axes: sum of mass times height above the floor times way from (x, y), into `out`."""
+    """Write the sum of mass times height times horizontal distance from (x, y) to `out`, (2,) in world axes
+    (kg m²).
+
+    Args:
+        bodies: (b,) indices of the links in MuJoCo's bodies.
+        body_mass: (nbody,) kg.
+        inertia: (nbody, 3) principal inertias (kg m²).
+        place: (nbody, 3) centres of mass in the world frame (m).
+        turn: (nbody, 9) rotation matrices of the principal axes, row by row.
+        floor: height of the floor (m).
+        x: of the base (m).
+        y: of the base (m).
+        out: (2,) result.
+    """
     out[0] = out[1] = 0.0
     for k in range(len(bodies)):
         b = bodies[k]
@@ -138,7 +179,7 @@ def first_moment(bodies, body_mass, inertia, place, turn, floor, x, y, out):
 
 @kernel
 def share(com_margin, push):
-    """The largest share of pushes (e,) that stays within the room on every side; 0 to 1."""
+    """Return the largest fraction (0 to 1) of (e,) shifts (m) within the (e,) margins (m) of every edge."""
     found = 1.0
     for e in range(len(com_margin)):
         if push[e] > TINY:
@@ -148,7 +189,7 @@ def share(com_margin, push):
 
 @kernel
 def together(zmp_shift, zmp_margin, acceleration):
-    """Share of (k,) accelerations that joints may take at once, 1 for any alone; see `Balance.together`."""
+    """Return the fraction of (k,) accelerations that joints may have at once: `BalanceMargins.together`."""
     found = 1.0
     for e in range(len(zmp_margin)):
         total = parts = 0.0
@@ -164,9 +205,22 @@ def together(zmp_shift, zmp_margin, acceleration):
 def limit_acceleration(
     rise, fastest, speed, way, q, reference, com_shift, zmp_shift, com_margin, zmp_margin, swing, allowed
 ):
-    """What of (k,) accelerations `rise` and speeds `fastest` the footing bears, in place.
+    """Limit (k,) accelerations and speeds so that the zero-moment point stays in the support polygon, in
+    place.
 
-    way (k,): from the reference to its goal. allowed (k,): whether a joint may go on that way.
+    Args:
+        rise: (k,) accelerations, limited in place (rad/s² or m/s²).
+        fastest: (k,) speeds, limited in place (rad/s or m/s).
+        speed: (k,) speeds of the references (rad/s or m/s).
+        way: (k,) from the references to their goals (rad or m).
+        q: (k,) joint positions (rad or m).
+        reference: (k,) references (rad or m).
+        com_shift: (e, k) as in `BalanceMargins`.
+        zmp_shift: (e, k) as in `BalanceMargins`.
+        com_margin: (e,) as in `BalanceMargins` (m).
+        zmp_margin: (e,) as in `BalanceMargins` (m).
+        swing: (e,) as in `BalanceMargins` (m).
+        allowed: result, (k,) whether a joint may move on towards its goal.
     """
     calm = math.sqrt(share(zmp_margin, swing))
     count, edges = len(rise), len(zmp_margin)
@@ -195,7 +249,18 @@ def limit_acceleration(
 
 @kernel
 def advance(reference, speed, goal, way, allowed, rise, fastest, dt):
-    """Lead a reference one step of `dt` towards its goal, and its speed with it; both in place."""
+    """Move (k,) references one step of `dt` (s) towards their goals, with their speeds; both in place.
+
+    Args:
+        reference: (k,) rad or m.
+        speed: (k,) rad/s or m/s.
+        goal: (k,) rad or m.
+        way: (k,) from the references to their goals (rad or m).
+        allowed: (k,) whether a joint may move on; others brake.
+        rise: (k,) largest accelerations (rad/s² or m/s²).
+        fastest: (k,) largest speeds (rad/s or m/s).
+        dt: time step (s).
+    """
     for k in range(len(reference)):
         gap = way[k] if allowed[k] else 0.0
         braking = math.sqrt(2.0 * rise[k] * abs(gap))

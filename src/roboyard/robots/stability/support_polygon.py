@@ -1,4 +1,6 @@
-"""The support of a robot that stands upright: its wheels, see `roboyard.robots.stability.zmp`."""
+"""The support polygon of a robot on wheels, and its stability margins; see
+`roboyard.robots.stability.zmp`.
+"""
 
 from __future__ import annotations
 
@@ -22,27 +24,33 @@ if TYPE_CHECKING:
 
 _kernels = lazy_module("roboyard.robots.stability.kernels")
 
-LEAN = 0.75
-"""Of the way from the middle of the support to each edge, how far the centre of mass may be led."""
-SWAY = 0.25
-"""Of the same way, how far accelerations of one joint may push the floor's answer."""
+MAX_COM_SHIFT = 0.75
+"""Largest shift of the centre of mass, as a fraction of the distance from the middle of the support to an
+edge.
+"""
+MAX_ZMP_SHIFT = 0.25
+"""Largest shift of the zero-moment point by joint accelerations, as a fraction of the same distance."""
 RESERVE = 0.08
-"""Of the same way, how near to the edge driving may not push it."""
+"""Distance from the edge that driving keeps, as a fraction of the same distance."""
 CAUTION = 2.0
-"""How many times over a tilt counts."""
-SETTLING = 1.0
-"""s"""
+"""Factor on the shift of the margins by a tilt."""
+UPRIGHT_TIME = 1.0
+"""Time constant of the upright direction (s), as floors slope."""
 
 
 class SupportPolygon:
-    """The support of one robot: the parts that touch the floor."""
+    """The support of one robot: convex hull of the points where it touches the floor."""
 
     def __init__(
         self, joints: JointArrays, base: Link, links: Sequence[Link], rolling: Sequence[bool]
     ) -> None:
-        """Look at a robot that stands on these links; those that roll touch the floor below their middle.
+        """Create the support of a robot.
 
-        Twists of driving count in the base's frame.
+        Args:
+            joints: of the robot.
+            base: link in whose frame driving velocities are given.
+            links: that touch the floor.
+            rolling: whether each link rolls, and so touches the floor below its centre.
         """
         self._joints = joints
         self._base = base
@@ -55,19 +63,20 @@ class SupportPolygon:
         self._geoms = self._round = self._points = self._edges = np.zeros(0)
 
     def forget(self) -> None:
-        """The robot has moved since."""
+        """Discard the cached margins after a motion of the robot."""
         self._fresh = False
 
-    def balance(self, places: Indices) -> BalanceMargins | None:
-        """Of some joints, at the last step before `forget` was called last; None while the support is no
-        area, as with everything on one line.
+    def balance(self, indices: Indices) -> BalanceMargins | None:
+        """Return the margins for the joints at (k,) `indices`; None while the support has no area.
+
+        They are computed once after each call of `forget`.
         """
         if not self._fresh:
             self._last, self._fresh = self._balance(), True
         last = self._last
         if last is None:
             return None
-        com_shift, zmp_shift = last.com_shift.take(places, axis=1), last.zmp_shift.take(places, axis=1)
+        com_shift, zmp_shift = last.com_shift.take(indices, axis=1), last.zmp_shift.take(indices, axis=1)
         return replace(last, com_shift=com_shift, zmp_shift=zmp_shift)
 
     def _balance(self) -> BalanceMargins | None:
@@ -103,8 +112,8 @@ class SupportPolygon:
         return BalanceMargins(
             com_shift=com_shift,
             zmp_shift=zmp_shift,
-            com_margin=edge - (1.0 - LEAN) * way - lost,
-            zmp_margin=SWAY * way,
+            com_margin=edge - (1.0 - MAX_COM_SHIFT) * way - lost,
+            zmp_margin=MAX_ZMP_SHIFT * way,
             edge=edge,
             lost=lost,
             reserve=RESERVE * way,
@@ -115,9 +124,9 @@ class SupportPolygon:
         )
 
     def _support(self, model: mujoco.MjModel, data: mujoco.MjData, weight: float) -> Array:
-        """(2,) m, world frame: where the floor would push if nothing accelerated.
+        """Return the (2,) zero-moment point without accelerations, in the world frame (m).
 
-        From the moment about the base's origin that MuJoCo's bias asks of the joints that carry it.
+        From the moment about the base's origin in MuJoCo's bias forces of the base's joints.
         """
         body = self._joints.body
         if body.free_dof >= 0:
@@ -132,10 +141,10 @@ class SupportPolygon:
         return origin[:2] + np.array([-moment[1], moment[0]]) / weight
 
     def _lost(self, normals: Array, base: int, height: float, gravity: float) -> Array:
-        """(e,) m that edges count as nearer, for a base that is tilted or tilting."""
+        """Return the (e,) distances (m) by which margins shrink for a base that is tilted or tilting."""
         data = self._joints.world.live_data
         height, axis = max(height, 0.0), data.xmat[base].reshape(3, 3)[:2, 2]
-        kept = np.exp(min(self._seen - data.time, 0.0) / SETTLING)
+        kept = np.exp(min(self._seen - data.time, 0.0) / UPRIGHT_TIME)
         self._upright, self._seen = axis + kept * (self._upright - axis), float(data.time)
         shift = normals @ (height * (axis - self._upright))
         speed = normals @ (height * data.cvel[base, [1, 0]] * [1.0, -1.0])
@@ -143,7 +152,7 @@ class SupportPolygon:
         return ahead + (CAUTION + 1.0) * np.abs(shift) - shift
 
     def _ground(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, Array, float] | None:
-        """Edges of what the robot stands on as `hull_edges` gives them, and the floor's height (m)."""
+        """Return normals, bounds and middle of the support as `hull_edges`, and the floor's height (m)."""
         if self._revision != self._joints.world.revision:
             self._find_shapes(model)
         points, edges = self._points, self._edges
@@ -158,10 +167,10 @@ class SupportPolygon:
         return edges[:found, :2].copy(), edges[:found, 2].copy(), middle, float(points[:count, 2].min())
 
     def _find_shapes(self, model: mujoco.MjModel) -> None:
-        """The shapes below the robot in a freshly compiled model."""
-        ball = mujoco.mjtGeom.mjGEOM_SPHERE
+        """Find the shapes of the floor links in a newly compiled model."""
+        sphere = mujoco.mjtGeom.mjGEOM_SPHERE
         geoms = [
-            (i, rolls or model.geom_type[i] == ball) for link, rolls in self._links for i in link.geom_ids
+            (i, rolls or model.geom_type[i] == sphere) for link, rolls in self._links for i in link.geom_ids
         ]
         self._geoms = np.array([i for i, _ in geoms], dtype=np.int64)
         self._round = np.array([is_round for _, is_round in geoms], dtype=bool)
@@ -171,8 +180,10 @@ class SupportPolygon:
 
 
 def support_polygon_of(robot: RobotBody) -> SupportPolygon | None:
-    """What a robot on wheels stands on; None for one that is fixed, walks, or does not say what else than two
-    driven wheels touches the floor.
+    """Return the support of a robot on wheels.
+
+    None for a robot that is fixed or walks, and for one on two driven wheels whose definition lists no other
+    link that touches the floor.
     """
     if robot.locomotion is None:
         return None

@@ -1,8 +1,8 @@
-"""The two driven wheels of a robot: where they touch the floor, by their shapes and by the definition.
+"""The two driven wheels of a robot: radius and contact by its definition, width by their shapes.
 
-A definition says how large the wheels are and how far apart they roll; shapes say so only roughly (a hull
-with a margin, a hub that reaches inwards). So each wheel rolls as a flat ellipsoid of the definition's
-radius, whose middle lies where the definition's axle length puts it, but never outside the wheel.
+A definition gives wheel radius and axle length; the shapes give them only roughly (a hull with a margin, a
+hub that reaches inwards). So each wheel collides as a flat ellipsoid of the definition's radius, whose centre
+is at the definition's axle length, but never outside the wheel.
 """
 
 from __future__ import annotations
@@ -31,35 +31,37 @@ from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.shapes.load import load_mesh
 from roboyard.transforms import Array
 
-NARROWEST = 0.1
-"""Half width of a rolling wheel, at least; of its radius."""
+MIN_HALF_WIDTH = 0.1
+"""Smallest half width of a wheel, as a fraction of its radius."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Wheel:
-    """One driven wheel; lengths in m, places along its axle from the link's origin."""
+    """One driven wheel; positions along its axle are relative to the link's origin (m)."""
 
     link: str
     joint: Joint
     low: float
-    """Where its shapes begin along the axle."""
+    """Lower end of its shapes along the axle (m)."""
     high: float
-    """Where they end."""
+    """Upper end of its shapes along the axle (m)."""
     centre: float
-    """Middle of the part that rolls."""
+    """Centre of the rolling ellipsoid along the axle (m)."""
     side: float
-    """Where `centre` lies along the common axle, in the root link's frame at zero."""
+    """Position of `centre` along the common axle in the root link's frame, joints at zero (m)."""
     radius: float
-    """Of its shapes: the largest distance from the axle."""
+    """Largest distance of its shapes from the axle (m)."""
 
     @property
     def half_width(self) -> float:
-        """Of the ellipsoid that rolls; m."""
-        return max(min(self.high - self.centre, self.centre - self.low), NARROWEST * self.radius)
+        """Half width of the rolling ellipsoid (m)."""
+        return max(min(self.high - self.centre, self.centre - self.low), MIN_HALF_WIDTH * self.radius)
 
 
 def driven_wheels(definition: RobotDefinition, description: RobotDescription) -> dict[str, Wheel]:
-    """Link to wheel, left and right; none where the robot does not drive on two, or they have no shape."""
+    """Return the left and the right wheel by link; empty without two driven wheels, or where they have no
+    shape.
+    """
     if definition.two_wheel is None or definition.locomotion is None:
         return {}
     joints = [description.joint_by_name[name] for name in definition.locomotion.base_joint_names]
@@ -76,8 +78,8 @@ def driven_wheels(definition: RobotDefinition, description: RobotDescription) ->
     middle, apart = sum(sides) / 2, float(np.sign(sides[0] - sides[1]))
     if apart:
         half = apart * definition.two_wheel.wheel_axle_length / 2
-        wanted = [(middle + half - starts[0]) * signs[0], (middle - half - starts[1]) * signs[1]]
-        centres = [float(np.clip(c, *span)) for c, span in zip(wanted, spans, strict=True)]
+        targets = [(middle + half - starts[0]) * signs[0], (middle - half - starts[1]) * signs[1]]
+        centres = [float(np.clip(c, *span)) for c, span in zip(targets, spans, strict=True)]
         sides = [start + sign * c for start, sign, c in zip(starts, signs, centres, strict=True)]
     return {
         joint.child: Wheel(
@@ -93,10 +95,10 @@ def driven_wheels(definition: RobotDefinition, description: RobotDescription) ->
     }
 
 
-def rolling(link: Link, wheel: Wheel, radius: float) -> Link:
-    """A driven wheel as one ball of this radius (m), z along the axle.
+def as_sphere(link: Link, wheel: Wheel, radius: float) -> Link:
+    """Return a driven wheel's link with one collision sphere of this radius (m), its z axis along the axle.
 
-    `Link.flatten_spheres` then makes it as narrow as the wheel.
+    `Link.flatten_spheres` then makes the sphere as narrow as the wheel.
     """
     x, y, z = wheel.joint.axis
     middle = np.asarray(wheel.joint.axis) * wheel.centre
@@ -109,12 +111,13 @@ def rolling(link: Link, wheel: Wheel, radius: float) -> Link:
 
 
 def extent_along(link: Link, axis: Vector3) -> tuple[float, float]:
-    """Where the shapes of a link begin and end along a unit axis of its frame; m."""
+    """Return the lower and upper end of a link's shapes along a unit axis of its frame (m)."""
     sides = [_extent(shape, np.asarray(axis)) for shape in (*link.collisions, *link.visuals)]
     return min(low for low, _ in sides), max(high for _, high in sides)
 
 
 def _extent(shape: Collision | Visual, axis: Array) -> tuple[float, float]:
+    """Return the lower and upper end of a shape along a (3,) unit axis of its link's frame (m)."""
     pose, geometry = shape.origin.matrix(), shape.geometry
     local = pose[:3, :3].T @ axis
     centre = float(pose[:3, 3] @ axis)
@@ -136,7 +139,7 @@ def _extent(shape: Collision | Visual, axis: Array) -> tuple[float, float]:
 
 
 def _radius(shapes: Iterable[Collision], axis: Vector3) -> float:
-    """How far shapes reach square to an axis through the link's origin, along two diameters; m."""
+    """Return the largest distance of shapes from an axis through the link's origin (m), on two diameters."""
     x, y, z = axis
     first = np.cross(axis, (1.0, 0.0, 0.0) if abs(x) < 0.9 else (0.0, 1.0, 0.0))
     first = first / np.linalg.norm(first)
@@ -145,9 +148,7 @@ def _radius(shapes: Iterable[Collision], axis: Vector3) -> float:
 
 
 def mesh_points(geometry: Mesh) -> Array:
-    """(n, 3) scaled vertices of a mesh, in the shape's frame; m. One point at the origin where there is no
-    file.
-    """
+    """Return the (n, 3) scaled vertices of a mesh in the shape's frame (m); without a file the origin."""
     mesh = geometry.data
     if mesh is None:
         if geometry.path is None:
