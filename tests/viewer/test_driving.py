@@ -322,7 +322,7 @@ def test_the_command_drives_in_the_browser(monkeypatch, capsys, tmp_path: Path) 
     assert f"wrote {log}" in output
     assert len(load_log(log)) == 12
     assert main([*words, "--seed", "3"]) == 1
-    assert "leave --control-mode random and --seed out" in capsys.readouterr().err
+    assert "--browser cannot be combined with --control-mode random or --seed" in capsys.readouterr().err
 
 
 def test_lidar_scans_are_shown_when_switched_on(page: DrivingPage) -> None:
