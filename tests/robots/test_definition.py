@@ -114,7 +114,7 @@ WRONG = [
     (put("disabled_collision_pairs", 0, value=["a"]), r"disabled_collision_pairs\[0\]: must have 2 entries"),
     (drop("base_footprint_link_name"), "base_footprint_link_name: is required with holonomic_base"),
     (put("self_collisions", value="maybe"), "self_collisions: must be true or false"),
-    (put("usd_path", value=3), "usd_path: must be a word"),
+    (put("usd_path", value=3), "usd_path: must be text"),
     (put("default_joint_pos", value=[1, "x"]), r"default_joint_pos\[1\]: 'x' is no number"),
     (
         put("linear_velocity_gain_for_primitives", value=[1]),
@@ -161,7 +161,7 @@ WRONG = [
     (put("manipulation", "arm_joint_names", "left", value=[]), r"arm_joint_names\.left: is empty"),
     (
         put("manipulation", "arm_joint_names", "left", value=[3]),
-        r"arm_joint_names\.left\[0\]: must be a word",
+        r"arm_joint_names\.left\[0\]: must be text",
     ),
     (
         put("manipulation", "arm_workspace_range", "left", value=[45, -45]),
@@ -257,7 +257,7 @@ def test_files_give_lines(tmp_path: Path) -> None:
     file.write_text(R1_FILE.read_text().replace("n_arms: 2", "n_arms: two"))
     line = next(i for i, text in enumerate(file.read_text().splitlines(), 1) if "n_arms" in text)
     with pytest.raises(
-        ConfigError, match=rf"^r1\.yaml:{line}: manipulation\.n_arms: must be a whole number$"
+        ConfigError, match=rf"^r1\.yaml:{line}: manipulation\.n_arms: must be a whole number; got 'two'$"
     ):
         load_definition(file)
 
@@ -268,7 +268,7 @@ def test_files_give_lines(tmp_path: Path) -> None:
         ("", "the file is empty"),
         ("- 1", "is no mapping"),
         ("a: [", "not valid YAML"),
-        ("a: 1\na: 2", "given twice"),
+        ("a: 1\na: 2", "is a duplicate key"),
         ("a: !!python/object:os.system x", "not allowed"),
     ],
 )

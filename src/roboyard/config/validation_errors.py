@@ -32,3 +32,23 @@ def format_validation_error(detail: Mapping[str, Any]) -> str | None:
             return "must be a mapping of keys to values"
         case _:
             return None
+
+
+_QUOTED = ("_type", "_parsing", "_error", "_equal", "_than", "_float", "finite_number")
+"""Ends of the kinds of error that a single value causes."""
+_LONGEST = 60
+
+
+def quoted_input(detail: Mapping[str, Any]) -> str:
+    """Return "; got 'many'" with the rejected value; empty for sections, lists and messages that quote it.
+
+    Args:
+        detail: one of pydantic's `ValidationError.errors()`.
+    """
+    value = detail.get("input")
+    if not isinstance(value, str | int | float) or not detail["type"].endswith(_QUOTED):
+        return ""
+    shown = repr(value)
+    if detail["type"] == "value_error" and str(value) in str(detail["msg"]):
+        return ""
+    return f"; got {shown if len(shown) <= _LONGEST else shown[:_LONGEST] + '...'}"

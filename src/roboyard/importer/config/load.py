@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from roboyard.config.validation_errors import format_validation_error
+from roboyard.config.validation_errors import format_validation_error, quoted_input
 from roboyard.config.yaml_lines import Where, YamlFile, read_yaml
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, DescriptionError
@@ -174,7 +174,8 @@ def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[ConfigPr
                 else:
                     removed |= _remove(remaining, where[:-1])
                 continue
-            problem = ConfigProblem(where=where, text=_either([_text(each, where) for each in same]))
+            text = _either([_text(each, where) for each in same]) + quoted_input(detail)
+            problem = ConfigProblem(where=where, text=text)
             if problem not in problems:
                 problems.append(problem)
             removed |= _remove(remaining, where)

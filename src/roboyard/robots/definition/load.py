@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from roboyard.config.validation_errors import format_validation_error
+from roboyard.config.validation_errors import format_validation_error, quoted_input
 from roboyard.config.yaml_lines import YamlFile, parse_yaml, read_yaml
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError
@@ -131,7 +131,7 @@ def _typed_problems(error: ValidationError, data: Any) -> list[ConfigProblem]:
     for detail in error.errors(include_url=False):
         where = _place(detail["loc"], data)
         if where not in found:
-            found[where] = ConfigProblem(where=where, text=_text(detail, where))
+            found[where] = ConfigProblem(where=where, text=_text(detail, where) + quoted_input(detail))
     return [problem for where, problem in found.items() if not _is_misspelled(where, found)]
 
 
