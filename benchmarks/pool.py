@@ -1,4 +1,4 @@
-"""What the body pool saves: seconds to add bodies one by one, with the pool and without.
+"""The body pool: seconds to add bodies one by one, with the pool and without.
 
     python benchmarks/pool.py
 

@@ -20,4 +20,4 @@ def test_a_robot_with_a_mesh_of_nothing_loads(tmp_path: Path) -> None:
     body = world.add_urdf(file, (0, 0, 1))
     world.step(10)
     assert np.isfinite(world.data.qpos).all()
-    assert any("left out" in note for note in body.notes)
+    assert any("skipped" in note for note in body.notes)

@@ -55,7 +55,7 @@ def test_links_of_two_bodies_stay_together(profile):
     assert np.linalg.norm(a.position - b.position) == pytest.approx(0.3, abs=5e-3)
 
 
-def test_bounds_let_a_heavy_body_slip():
+def test_force_bounds_let_a_heavy_body_slip():
     world = World(profile=BULLET)
     box = world.add_box((0.2, 0.2, 0.2), (0, 0, 5), mass=2.0)
     held = world.constraints.add_point(box.links[0], None, position_b=(0, 0, 5), max_force=10.0)
@@ -80,7 +80,7 @@ def test_gears_couple_velocities(profile, ratio):
     assert one.velocity != pytest.approx(0.0, abs=0.05)
 
 
-def test_constraints_go_with_their_body():
+def test_constraints_are_removed_with_their_body():
     world = World()
     box = world.add_box((0.2, 0.2, 0.2), (0, 0, 1))
     world.constraints.add_weld(box.links[0], None, position_b=(0, 0, 1))
@@ -89,7 +89,7 @@ def test_constraints_go_with_their_body():
     assert len(world.constraints) == 0 and world.model.neq == 0 and world.model.nsite == 0
 
 
-def test_nearest_points_of_boxes_and_balls():
+def test_nearest_points_of_boxes_and_spheres():
     world = World()
     box = world.add_box((0.2, 0.2, 0.2), (0, 0, 1))
     ball = world.add_sphere(0.1, (0.5, 0.03, 1.02))

@@ -44,7 +44,7 @@ def test_every_joint_is_critically_damped_at_eight_hertz(effort: float | None) -
         assert 1 - hinge.position / 0.1 == pytest.approx(critically_damped(world.time), abs=4e-3)
 
 
-def test_the_motor_goes_with_the_drive() -> None:
+def test_motor_inertia_is_removed_with_the_drive() -> None:
     """It is not in `armature`, outlives a new compilation, and leaves with the next kind of drive."""
     world, swing = weightless(Limit(lower=-9, upper=9, effort=2000.0, velocity=9))
     hinge = swing.joint("hinge")
@@ -118,8 +118,8 @@ def test_a_legged_robot_comes_to_rest() -> None:
     assert fastest < 0.01
 
 
-def test_armature_set_while_the_world_runs_counts_like_one_set_before() -> None:
-    """What MuJoCo derives from inertia, of the joint itself and of all that hang together with it."""
+def test_armature_set_at_run_time_equals_one_set_before() -> None:
+    """Values that MuJoCo derives from the inertia of a joint and of all joints coupled with it."""
     derived = []
     for live in (True, False):
         world = World()

@@ -54,7 +54,7 @@ def test_velocity_gains_overcome_resistance_and_do_not_saturate_below_a_tenth_of
     np.testing.assert_allclose(kd, [0.1 * 80 * np.pi, 60.0, 100.0])
 
 
-def test_scalars_give_what_arrays_give() -> None:
+def test_scalars_and_arrays_agree() -> None:
     per_error = gains.effort_per_error(JOINT, EFFORT, SLIDE)
     together = gains.position_stiffness(JOINT, INERTIA, per_error, SLIDE)
     for k in range(len(INERTIA)):

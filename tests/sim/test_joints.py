@@ -83,7 +83,7 @@ def test_velocity_and_effort_drives():
     assert hinge.velocity == pytest.approx(0.15, rel=1e-3)
 
 
-def test_fixed_and_mimic_joints_refuse_drives():
+def test_fixed_and_mimic_joints_reject_drives():
     body = World().add_urdf(arm(), fixed_base=True)
     with pytest.raises(RoboyardError, match="mimics"):
         body.joint("right_finger").drive_position(0.0)
@@ -149,7 +149,7 @@ def test_wrenches_act_for_one_step():
     np.testing.assert_allclose(angular, [0, 0, 0.1 * 2 * 0.01 / (0.4 * 2 * 0.01)], atol=1e-6)
 
 
-def test_motors_close_a_tenth_of_the_error_in_a_step():
+def test_motors_correct_a_tenth_of_the_error_in_a_step():
     world = World(profile=BULLET, gravity=(0, 0, 0))
     hinge = world.add_urdf(pendulum(), fixed_base=True).joint("hinge")
     world.motors.set(hinge, position=1.0, kp=0.1, kd=1.0, max_force=1e6)
@@ -158,7 +158,7 @@ def test_motors_close_a_tenth_of_the_error_in_a_step():
         assert hinge.position == pytest.approx(1 - 0.9**k, abs=1e-3)
 
 
-def test_motors_reach_a_velocity_and_keep_to_their_force():
+def test_motors_reach_a_velocity_within_their_force_bound():
     world = World(profile=BULLET, gravity=(0, 0, 0))
     hinge = world.add_urdf(pendulum(), fixed_base=True).joint("hinge")
     world.motors.set(hinge, velocity=2.0, kd=0.1, max_force=1e6)

@@ -75,7 +75,7 @@ def test_an_image_file_stands_upright(quarters, geom):
     assert [at(-0.5, 0.3), at(0.5, 0.3), at(-0.5, -0.3), at(0.5, -0.3)] == [RED, GREEN, BLUE, YELLOW]
 
 
-def test_a_meshs_own_texture_coordinates_count(quarters):
+def test_texture_coordinates_of_a_mesh_are_used(quarters):
     """MuJoCo's v runs down the picture; texrepeat multiplies it."""
     mesh = """<mesh name="s" vertex="-1 -.6 0  1 -.6 0  1 .6 0  -1 .6 0  0 0 -.9"
     texcoord="0 0 1 0 1 1 0 1 .5 .5" face="0 1 2 0 2 3 1 0 4 2 1 4 3 2 4 0 3 4"/>"""
@@ -113,7 +113,7 @@ def test_a_cube_texture_has_a_side_for_each_direction(cube, geom, view, up, colo
     assert at(0, 0) == color
 
 
-def test_a_uniform_cube_texture_looks_from_the_middle_of_the_real_shape(cube):
+def test_a_uniform_cube_texture_is_projected_from_the_centre_of_the_real_shape(cube):
     """Not uniform: the cube is stretched to the box; uniform: its edges cut the large sides of a flat box."""
     box = 'type="box" size=".9 .6 .3" material="m"'
     stretched = picture(f'{cube}<material name="m" texture="t"/>', box)
@@ -124,7 +124,7 @@ def test_a_uniform_cube_texture_looks_from_the_middle_of_the_real_shape(cube):
     assert real(0.0, 0.5) == BLUE and real(0.0, -0.5) == YELLOW
 
 
-def test_a_geoms_own_colour_goes_before_its_materials(quarters):
+def test_a_geoms_own_colour_overrides_its_materials(quarters):
     asset = f'{quarters}<material name="m" texture="t" rgba=".2 1 1 1"/><material name="n" rgba="1 0 0 1"/>'
     ball = 'type="box" size="1 .6 .1"'
     assert picture(asset, f'{ball} material="m"')(-0.5, 0.3) == (51, 0, 0)

@@ -126,7 +126,7 @@ def test_meshes_are_shared_and_released():
     assert world.assets._meshes == {}
 
 
-def test_shapes_without_a_spare_body_are_compiled():
+def test_shapes_without_a_pooled_body_are_compiled():
     world = World()
     _grow(world, 9)
     assert world.pool.free
@@ -142,7 +142,7 @@ def test_inactive_bodies_do_not_collide_and_rays_miss_them():
     world.add_plane()
     _grow(world, 10)
     assert world.pool.free
-    # all spare bodies are at the pose of the body before them
+    # all pooled bodies are at the pose of the body before them
     body = world.bodies[-1]
     body.set_pose((50.0, 0, 5))
     hit = world.ray((2.0, 0.5, 3.0), (2.0, 0.5, -3.0))
@@ -285,7 +285,7 @@ def test_inactive_bodies_are_deleted_after_idle_steps():
     assert world.live_model.nbody == 9
 
 
-def test_reading_the_model_delays_the_next_spare_bodies():
+def test_reading_the_model_delays_the_next_pooled_bodies():
     world = World()
     for k in range(STREAK + 1):
         world.add_box((0.1, 0.1, 0.1), (k, 0, 1))
@@ -298,7 +298,7 @@ def test_reading_the_model_delays_the_next_spare_bodies():
     assert world.pool.free
 
 
-def test_robots_between_boxes_get_no_spare_bodies():
+def test_robots_between_boxes_get_no_pooled_bodies():
     world = World()
     for k in range(6):
         world.add_box((0.1, 0.1, 0.1), (k, 0, 1))

@@ -1,4 +1,4 @@
-"""Spare bodies with joints: bodies that use them equal compiled ones."""
+"""Pooled bodies with joints: bodies that use them equal compiled ones."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _add_arms(world: World, count: int, *, fixed: bool = False, self_collision: 
 
 @pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
 @pytest.mark.parametrize("self_collision", [False, True], ids=["codes", "plain"])
-def test_bodies_with_joints_use_spare_bodies(fixed, self_collision):
+def test_bodies_with_joints_use_pooled_bodies(fixed, self_collision):
     worlds = [World(profile=BULLET), World(profile=BULLET)]
     worlds[1].pool._threshold = 10**9  # compiles for every one
     both = []
@@ -87,7 +87,7 @@ def test_bodies_with_joints_use_spare_bodies(fixed, self_collision):
         np.testing.assert_array_equal(getattr(models[0], name), getattr(models[1], name))
 
 
-def test_spare_bodies_with_joints_exist_only_while_additions_are_frequent():
+def test_pooled_bodies_with_joints_exist_only_while_additions_are_frequent():
     world = World(profile=BULLET)
     for k in range(8):
         world.add_description(_arm(), (k, 0, 0), drives=False, self_collision=False)

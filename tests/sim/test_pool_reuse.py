@@ -58,7 +58,7 @@ def test_fixed_bodies_are_added_without_compiling(visual):
     assert_same_model(model, world.model)
 
 
-def test_alternating_layouts_share_spare_bodies_in_the_order_of_ids():
+def test_alternating_layouts_share_pooled_bodies_in_the_order_of_ids():
     world = World()
     world.add_plane()
     rng = np.random.default_rng(7)

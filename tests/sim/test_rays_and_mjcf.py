@@ -7,7 +7,7 @@ from roboyard.errors import DescriptionError
 from roboyard.sim import World
 
 
-def test_a_ray_tells_what_it_met():
+def test_a_ray_returns_the_link_it_hits():
     world = World()
     world.add_plane()
     ball = world.add_sphere(0.5, (0, 0, 2), mass=0)
@@ -55,7 +55,7 @@ MJCF = """<mujoco model="cart"><option timestep=".01" integrator="RK4" gravity="
 <actuator><motor name="push" joint="rail" gear="3"/></actuator></mujoco>"""
 
 
-def test_mjcf_files_bring_their_bodies_and_actuators(tmp_path):
+def test_mjcf_files_add_their_bodies_and_actuators(tmp_path):
     path = tmp_path / "cart.xml"
     path.write_text(MJCF)
     world = World()

@@ -24,7 +24,7 @@ def test_a_sliding_box_slows_at_mu_g_in_every_direction(profile, direction):
     assert box.position[2] == pytest.approx(0.05, abs=1e-4 if profile is BULLET else 0.02)
 
 
-def test_hard_contacts_do_not_lift_what_slides():
+def test_hard_contacts_do_not_lift_sliding_bodies():
     world = World(profile=BULLET)
     world.add_plane(friction=1.0)
     box = world.add_box((1, 1, 1), (0, 0, 0.5), friction=0.5)
@@ -49,7 +49,7 @@ def test_friction_in_the_bullet_profile_is_the_product():
 
 @pytest.mark.parametrize("profile", [PLAIN, BULLET], ids=["plain", "bullet"])
 @pytest.mark.parametrize("e", [0.5, 0.9])
-def test_a_ball_bounces_by_its_restitution(profile, e):
+def test_a_sphere_bounces_by_its_restitution(profile, e):
     world = World(profile=profile, timestep=1e-3)
     floor = world.add_plane()
     ball = world.add_sphere(0.1, (0, 0, 1.1))

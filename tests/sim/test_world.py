@@ -20,20 +20,20 @@ def test_free_fall_follows_semi_implicit_euler():
 
 
 @pytest.mark.parametrize("solver", ["newton", "cg"])
-def test_things_rest_where_they_touch_the_floor(solver):
+def test_objects_rest_on_the_floor(solver):
     world = World(solver=solver)
     floor = world.add_plane()
-    things = {
+    objects = {
         0.1: world.add_box((0.2, 0.2, 0.2), (0, 0, 0.15)),
         0.12: world.add_sphere(0.12, (1, 0, 0.2)),
         0.15: world.add_cylinder(0.1, 0.3, (2, 0, 0.2)),
         0.25: world.add_capsule(0.1, 0.3, (3, 0, 0.3)),
     }
     world.step(480)
-    for height, thing in things.items():
-        assert thing.position[2] == pytest.approx(height, abs=1e-4 if solver == "newton" else 1e-3)
-        assert np.linalg.norm(thing.velocity[0]) < 1e-3
-        weight = sum(contact.normal_force for contact in world.contacts(thing, floor))
+    for height, item in objects.items():
+        assert item.position[2] == pytest.approx(height, abs=1e-4 if solver == "newton" else 1e-3)
+        assert np.linalg.norm(item.velocity[0]) < 1e-3
+        weight = sum(contact.normal_force for contact in world.contacts(item, floor))
         assert weight == pytest.approx(9.81, rel=1e-3)
 
 
@@ -50,7 +50,7 @@ def test_contacts_name_both_sides_and_point_from_a_to_b():
     np.testing.assert_allclose(world.contacts(floor)[0].normal, [0, 0, 1], atol=1e-6)
 
 
-def test_adding_and_removing_keeps_the_state_of_all_that_stays():
+def test_adding_and_removing_keeps_the_state_of_other_bodies():
     world = World()
     first = world.add_sphere(0.1, (0, 0, 10))
     second = world.add_sphere(0.1, (1, 0, 10))
@@ -90,7 +90,7 @@ def test_saved_states_come_back_bit_for_bit():
     np.testing.assert_array_equal(run(), first)
 
 
-def test_restoring_into_another_set_of_bodies_is_refused():
+def test_restoring_into_another_set_of_bodies_is_rejected():
     world = World()
     ball = world.add_sphere(0.1, (0, 0, 1))
     saved = world.save_state()
@@ -122,7 +122,7 @@ def test_worlds_are_independent():
     assert a.position[2] < 4.5 and b.position[2] == 5.0
 
 
-def test_static_bodies_move_when_told_and_stay_after_a_recompile():
+def test_moved_static_bodies_stay_after_a_recompile():
     world = World()
     table = world.add_box((1, 1, 0.1), (0, 0, 0.5), mass=0)
     world.step()
@@ -154,12 +154,12 @@ def test_unknown_names_list_the_known():
         (lambda w: w.add_urdf(arm(), scale=0), "scale"),
     ],
 )
-def test_impossible_arguments_say_what_is_expected(call, message):
+def test_impossible_arguments_are_rejected_with_the_expected_values(call, message):
     with pytest.raises(RoboyardError, match=message):
         call(World())
 
 
-def test_an_explosion_names_the_body():
+def test_a_diverged_simulation_names_the_body():
     world = World()
     ball = world.add_sphere(0.1, (0, 0, 1), name="runaway")
     ball.set_velocity((float("nan"), 0, 0))

@@ -1,4 +1,4 @@
-"""A body in a world: one robot or thing, its links and joints, and its state as NumPy vectors."""
+"""A body in a world: a robot or an object, its links and joints, and its state as NumPy vectors."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Body:
     ) -> None:
         self._world: Engine[Any] | None = world
         self.id = body_id
-        """Number of this body in its world; what segmentation images hold."""
+        """Number of this body in its world; the value in segmentation images."""
         self.name = name
         self.description = description
-        """None for a body that came from an MJCF file."""
+        """None for a body of an MJCF file."""
         self.is_fixed = fixed_base
         self.scale = scale
         self.notes: tuple[str, ...] = tuple(built.notes)
-        """What had to be changed for MuJoCo to take this body."""
+        """Changes to the description that MuJoCo made necessary."""
         self.built = built
         self.links: tuple[Link, ...] = tuple(Link(self, i, record) for i, record in enumerate(built.links))
         self.joints: tuple[Joint, ...] = tuple(
@@ -59,9 +59,9 @@ class Body:
         self.first_dof = -1
         """First dof of the joints (after the base's own); -1 without joints."""
         self.joint_dofs = sum(VELOCITY_SIZE[joint.type] for joint in self.joints)
-        """How many dofs the joints have together."""
+        """Number of degrees of freedom of all joints."""
         self.dof_offsets: tuple[int, ...] = _dof_offsets(self.joints, built)
-        """Place of each joint's first dof among the dofs of all joints."""
+        """Index of each joint's first degree of freedom among those of all joints."""
         self._scalar = np.array([joint.is_scalar for joint in self.joints], dtype=bool)
         self._positions: slice | np.ndarray = slice(0, 0)
         self._velocities: slice | np.ndarray = slice(0, 0)
@@ -72,7 +72,7 @@ class Body:
 
     @property
     def world(self) -> Engine[Any]:
-        """The world this body is in.
+        """The world of this body; `World.of(body)` has the type `World`.
 
         Raises:
             StaleHandleError: the body was removed.
@@ -83,10 +83,11 @@ class Body:
 
     @property
     def is_removed(self) -> bool:
+        """Whether this body was removed from its world."""
         return self._world is None
 
     def detach(self) -> None:
-        """Mark as removed (the world calls this)."""
+        """Mark this body as removed; the world calls this."""
         self._world = None
 
     # ----------------------------------------------------------------------------------------------- names
@@ -100,20 +101,20 @@ class Body:
         return {joint.name: joint.index for joint in self.joints}
 
     def link(self, name: str) -> Link:
-        """The link of this name.
+        """Return the link of a name.
 
         Raises:
-            RoboyardError: there is none; the message lists the nearest.
+            RoboyardError: there is none; the message lists the nearest names.
         """
         if name not in self._link_index:
             raise RoboyardError(f"body {self.name!r}: {unknown_name('link', name, self._link_index)}")
         return self.links[self._link_index[name]]
 
     def joint(self, name: str) -> Joint:
-        """The joint of this name.
+        """Return the joint of a name.
 
         Raises:
-            RoboyardError: there is none; the message lists the nearest.
+            RoboyardError: there is none; the message lists the nearest names.
         """
         if name not in self._joint_index:
             raise RoboyardError(f"body {self.name!r}: {unknown_name('joint', name, self._joint_index)}")
@@ -125,14 +126,14 @@ class Body:
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints of one degree of freedom: the order of every joint vector."""
+        """Names of the joints with one degree of freedom: the order of all joint vectors."""
         return tuple(joint.name for joint in self.joints if joint.is_scalar)
 
     # ------------------------------------------------------------------------------------------ joint vectors
 
     @property
     def joint_positions(self) -> Array:
-        """(n,) rad or m, in `joint_names` order."""
+        """Joint positions (n,) in `joint_names` order (rad or m)."""
         world = self.world
         world.ensure_compiled()
         return world.live_data.qpos[self._positions].copy()
@@ -148,14 +149,14 @@ class Body:
         given = np.asarray(values, dtype=float)
         if given.shape not in ((), (len(self.joint_names),)):
             raise RoboyardError(
-                f"body {self.name!r} has {len(self.joint_names)} joint positions; got shape {given.shape}"
+                f"body {self.name!r} has {len(self.joint_names)} joint positions, got shape {given.shape}"
             )
         world.live_data.qpos[self._positions] = given
         world.mark_moved()
 
     @property
     def joint_velocities(self) -> Array:
-        """(n,) rad/s or m/s, in `joint_names` order."""
+        """Joint velocities (n,) in `joint_names` order (rad/s or m/s)."""
         world = self.world
         world.ensure_compiled()
         return world.live_data.qvel[self._velocities].copy()
@@ -169,7 +170,7 @@ class Body:
 
     @cached_property
     def joint_limits(self) -> Array:
-        """(n, 2) lower and upper, ±inf where there is none; rad or m, in `joint_names` order."""
+        """(n, 2) lower and upper limits in `joint_names` order, ±inf where there is none (rad or m)."""
         rows = [joint.limits or (-np.inf, np.inf) for joint in self.joints if joint.is_scalar]
         return np.array(rows, dtype=float).reshape(-1, 2)
 
@@ -177,7 +178,7 @@ class Body:
 
     @property
     def pose(self) -> tuple[Array, Array]:
-        """Position (3,) m and quaternion (4,) x, y, z, w of the root link's frame in the world."""
+        """Position (3,) (m) and quaternion (4,) x, y, z, w of the root link's frame in the world frame."""
         world = self.world
         world.ensure_compiled()
         if self.free_qpos >= 0:
@@ -188,12 +189,12 @@ class Body:
 
     @property
     def position(self) -> Array:
-        """(3,) m: the root link's frame in the world."""
+        """Position (3,) of the root link's frame in the world frame (m)."""
         return self.pose[0]
 
     @property
     def orientation(self) -> Array:
-        """(4,) x, y, z, w: the root link's frame in the world."""
+        """Quaternion (4,) x, y, z, w of the root link's frame in the world frame."""
         return self.pose[1]
 
     def set_pose(
@@ -203,7 +204,16 @@ class Body:
         *,
         keep_velocity: bool = False,
     ) -> None:
-        """Put the root link's frame somewhere; joints stay. A floating base stops unless told otherwise."""
+        """Move the root link's frame; joint positions stay the same.
+
+        Args:
+            position: (3,) in the world frame (m); None keeps it.
+            orientation: (4,) quaternion x, y, z, w in the world frame; None keeps it.
+            keep_velocity: keep the velocity of a floating base, which is set to zero otherwise.
+
+        Raises:
+            RoboyardError: the position is not finite, or the body is the fixed part of an MJCF file.
+        """
         world = self.world
         element = self.built.links[0].element
         xyz = None if position is None else np.asarray(position, dtype=float)
@@ -237,17 +247,17 @@ class Body:
             world.mark_moved()
 
     def free_base(self) -> None:
-        """Let a base that was fixed move from now on: from where it is, at rest, with its link's mass.
+        """Free a fixed base, which then moves from its present pose, at rest, with its link's mass.
 
         Raises:
-            RoboyardError: the base has an endless plane, or is the fixed part of an MJCF file.
+            RoboyardError: the base has an infinite plane, or is the fixed part of an MJCF file.
         """
         if not self.is_fixed:
             return
         root = self.built.links[0]
         planes = any(geom.type == mujoco.mjtGeom.mjGEOM_PLANE for geom in (*root.geoms, *root.visuals))
         if self.built.is_ground or planes:
-            raise RoboyardError(f"body {self.name!r} has no end and cannot move")
+            raise RoboyardError(f"body {self.name!r} is infinite or part of the world and cannot move")
         self.built.free_joint = root.element.add_freejoint(name=f"{root.element.name}/free", align=0)
         self.built.dofs += 6
         self.is_fixed = False
@@ -255,7 +265,7 @@ class Body:
 
     @property
     def velocity(self) -> tuple[Array, Array]:
-        """Linear (3,) m/s of the root frame's origin and angular (3,) rad/s, in world axes."""
+        """Linear (3,) (m/s) and angular (3,) (rad/s) velocity of the root link's frame in the world frame."""
         world = self.world
         world.ensure_compiled()
         if self.free_dof < 0:
@@ -264,7 +274,12 @@ class Body:
         return qvel[:3].copy(), rotate(self.pose[1], qvel[3:])
 
     def set_velocity(self, linear: ArrayLike | None = None, angular: ArrayLike | None = None) -> None:
-        """Set the velocity of a floating base, in world axes; nothing happens to a fixed one."""
+        """Set the velocity of a floating base; a fixed base does not change.
+
+        Args:
+            linear: (3,) of the root link's origin in the world frame (m/s); None keeps it.
+            angular: (3,) in the world frame (rad/s); None keeps it.
+        """
         world = self.world
         world.ensure_compiled()
         if self.free_dof < 0:
@@ -281,12 +296,12 @@ class Body:
 
     @property
     def mass(self) -> float:
-        """Kg of all links."""
+        """Mass of all links (kg)."""
         return float(sum(link.mass for link in self.links))
 
     @property
     def center_of_mass(self) -> Array:
-        """(3,) m, in the world."""
+        """Centre of mass (3,) in the world frame (m)."""
         data = self.world.kinematics()
         masses = self.world.live_model.body_mass[self.mujoco_ids]
         total = masses.sum()
@@ -296,7 +311,7 @@ class Body:
 
     @property
     def bounds(self) -> Array:
-        """(2, 3) lower and upper corner of the box around every shape, visual ones included; m.
+        """(2, 3) bounding box of all shapes, visual ones included, in the world frame (m).
 
         Infinite planes count as their origin.
         """
@@ -305,7 +320,7 @@ class Body:
     # --------------------------------------------------------------------------------------------- life cycle
 
     def refresh(self, model: Any) -> None:
-        """Look up where this body lies in freshly compiled arrays (the world calls this)."""
+        """Look up this body's rows in the arrays of a compiled model; the world calls this."""
         for i, record in enumerate(self.built.links):
             self.mujoco_ids[i] = record.element.id
             if i and record.joint_elements:
@@ -322,7 +337,7 @@ class Body:
 
 
 def _dof_offsets(joints: Sequence[Joint], built: Built) -> tuple[int, ...]:
-    """Sums of the dofs of all joints that come before each in MuJoCo's order."""
+    """Return the number of degrees of freedom before each joint in MuJoCo's order."""
     offsets, sum_so_far = [0] * len(joints), 0
     for k in sorted(range(len(joints)), key=lambda k: built.links[k + 1].place):
         offsets[k] = sum_so_far
@@ -337,7 +352,7 @@ def _joint_type(record: Any) -> JointType:
 
 
 def record_type_of_elements(elements: Sequence[Any]) -> JointType:
-    """Joint type of a body that came from an MJCF file."""
+    """Return the joint type of a body of an MJCF file, from its MuJoCo joints."""
     import mujoco
 
     kinds = mujoco.mjtJoint
@@ -351,11 +366,11 @@ def record_type_of_elements(elements: Sequence[Any]) -> JointType:
     if types == [kinds.mjJNT_HINGE]:
         lower, upper = elements[0].range
         return "revolute" if upper > lower else "continuous"
-    raise RoboyardError("a link with several joints has no single joint type")
+    raise RoboyardError(f"a link must have one joint, got {len(elements)}")
 
 
 def _as_slice(indices: np.ndarray) -> slice | np.ndarray:
-    """The same places as a slice where they are consecutive: reading it copies nothing extra."""
+    """Return indices as a slice where they are consecutive, which avoids copies."""
     if len(indices) and (np.diff(indices) == 1).all():
         return slice(int(indices[0]), int(indices[-1]) + 1)
     return indices.astype(np.intp)

@@ -1,4 +1,4 @@
-"""The engine of a world: one MuJoCo spec, compiled when someone looks, and the numbers that rule it."""
+"""The engine of a world: one MuJoCo spec, compiled lazily at the next step or query, and its settings."""
 
 from __future__ import annotations
 
@@ -27,28 +27,28 @@ from roboyard.transforms import Array
 BodyT = TypeVar("BodyT", bound=EngineBody)
 
 MEMORY_PER_GEOM = 256 * 1024
-"""Bytes of MuJoCo's arena (contacts, constraints) a collision shape; untouched memory costs nothing."""
+"""Bytes of MuJoCo's arena (contacts, constraints) for each collision shape; unused memory costs nothing."""
 MEMORY_LEAST, MEMORY_MOST = 64 * 2**20, 2 * 2**30
 
 
 class Engine(Generic[BodyT]):
-    """Spec, model and data of a world: what is stale, what has moved, where bodies lie in the arrays."""
+    """Spec, model and data of a world, and which of them are out of date."""
 
     def __init__(
         self, *, gravity: Sequence[float], timestep: float, solver: Solver, profile: PhysicsProfile
     ) -> None:
         if not timestep > 0:
-            raise RoboyardError(f"a time step is positive; got {timestep}")
+            raise RoboyardError(f"timestep must be positive, got {timestep}")
         self.raw_spec = new_spec()
-        """The spec as it is, spares included; whoever edits it marks the world stale."""
+        """The spec, inactive bodies included; call `mark_stale` after an edit."""
         self.assets = MeshAssets(self.raw_spec)
         self.pool = BodyPool(self)
         self.body_by_id: dict[int, BodyT] = {}
         self.profile = profile
         self.revision = 0
-        """Grows whenever a compile moves things around in MuJoCo's arrays."""
+        """Grows whenever rows of MuJoCo's arrays change."""
         self.hard_contacts = profile.hard_contacts
-        """Whether contacts are solved on the velocity level now (a pile's never are)."""
+        """Whether contacts are solved on the velocity level now (those of a pile never are)."""
         self._gravity = _vector3(gravity)
         self._timestep = float(timestep)
         self._solver: Solver = solver
@@ -60,7 +60,7 @@ class Engine(Generic[BodyT]):
         self._inertia_changed = False
         self._geom_owners: np.ndarray | None = None
         self._dofs = 0
-        """Degrees of freedom of all bodies in MuJoCo's arrays; spares have none."""
+        """Degrees of freedom of all active bodies in MuJoCo's arrays."""
 
     # ------------------------------------------------------------------------------ defined by subclasses
 
@@ -92,12 +92,12 @@ class Engine(Generic[BodyT]):
 
     @property
     def is_stale(self) -> bool:
-        """Whether an edit waits for the next compile."""
+        """Whether the spec was edited since the last compile."""
         return self._stale
 
     @property
     def spec(self) -> Any:
-        """The `mujoco.MjSpec`: the world's bodies and nothing else; after an edit call `mark_stale`."""
+        """The `mujoco.MjSpec` with the world's bodies only; after an edit call `mark_stale`."""
         self.pool.clear()
         return self.raw_spec
 
@@ -115,7 +115,7 @@ class Engine(Generic[BodyT]):
 
     @property
     def live_model(self) -> Any:
-        """The MjModel that is stepped: as `model`, but spares may lie behind the rows of the bodies."""
+        """The MjModel that is stepped; unlike `model` it may have rows of inactive bodies."""
         if self._stale:
             self.ensure_compiled()
         return self._model
@@ -128,22 +128,22 @@ class Engine(Generic[BodyT]):
         return self._data
 
     def mark_stale(self) -> None:
-        """An edit of the spec: compile before the next use."""
+        """Note an edit of the spec: compile before the next use."""
         self._stale = True
 
     def mark_inertia_changed(self) -> None:
-        """Inertia was written: what MuJoCo weighs contacts by (`invweight0`) is renewed in time."""
+        """Note that inertias were written: MuJoCo's contact weights are recomputed at the next step."""
         self._inertia_changed = self._moved = self._velocity_moved = True
 
     def mark_moved(self) -> None:
-        """Positions or velocities were written: derived quantities are computed anew when asked for."""
+        """Note that positions or velocities were written: recompute derived quantities when they are read."""
         self._moved = self._velocity_moved = True
 
     def ensure_compiled(self) -> None:
-        """Compile now if an edit waits; state of all that stays is kept.
+        """Compile if the spec was edited; all remaining bodies keep their state.
 
         Raises:
-            ModelError: MuJoCo refuses the model.
+            ModelError: MuJoCo rejects the model.
         """
         if not self._stale:
             return
@@ -161,7 +161,7 @@ class Engine(Generic[BodyT]):
             else:
                 self._model, self._data = spec.recompile(self._model, self._data)
         except ValueError as error:
-            raise ModelError(f"MuJoCo refuses the world: {' '.join(str(error).split())}") from error
+            raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())}") from error
         self._stale = self._inertia_changed = False
         self.revision += 1
         self._set_contact_law(self.body_by_id.values())
@@ -173,7 +173,7 @@ class Engine(Generic[BodyT]):
         self.mark_moved()
 
     def adopt(self, body: EngineBody) -> None:
-        """Rows of MjModel that were there before are a new body's now."""
+        """Make rows of the compiled model a new body's."""
         body.refresh(self._model)
         was_pile = self._is_pile
         self._dofs += body.built.dofs
@@ -185,7 +185,10 @@ class Engine(Generic[BodyT]):
         self._rows_changed(body, owner=body.id)
 
     def disown(self, body: EngineBody) -> None:
-        """A body is gone, but its rows stay. It must not have been what made the world a pile."""
+        """Note that a body was removed while its rows remain.
+
+        It must not have been the body that made the world a pile.
+        """
         self._dofs -= body.built.dofs
         self._rows_changed(body, owner=-1)
 
@@ -202,11 +205,11 @@ class Engine(Generic[BodyT]):
         return self.would_be_pile(more_dofs=0)
 
     def would_be_pile(self, *, more_dofs: int) -> bool:
-        """Whether the world is solved as a pile with so many degrees of freedom more than now."""
+        """Return whether the world is solved as a pile with so many degrees of freedom more."""
         return chosen_solver(self._solver, self._dofs + more_dofs) == "cg"
 
     def _apply_options(self, option: Any) -> None:
-        """Time step, gravity and solver into the options of a spec or an MjModel."""
+        """Write time step, gravity and solver into the options of a spec or an MjModel."""
         apply_options(
             option,
             timestep=self._timestep,
@@ -217,7 +220,10 @@ class Engine(Generic[BodyT]):
         )
 
     def _set_contact_law(self, bodies: Iterable[EngineBody]) -> None:
-        """How rigid contacts are: by the profile, but soft in a pile. Shapes of MJCF files keep their own."""
+        """Set how rigid contacts are: by the profile, but soft in a pile.
+
+        Shapes of MJCF files keep their own settings.
+        """
         model, profile = self._model, self.profile
         is_pile = self._is_pile
         self.hard_contacts = profile.hard_contacts and not is_pile
@@ -231,7 +237,7 @@ class Engine(Generic[BodyT]):
             model.geom_solref[ours] = PILE_SOLREF
 
     def kinematics(self) -> Any:
-        """MjData whose positions (xpos, xipos, geom_xpos, ...) fit the present qpos."""
+        """Return the MjData with positions (xpos, xipos, geom_xpos, ...) that agree with qpos."""
         if self._stale:
             self.ensure_compiled()
         if self._moved:
@@ -241,7 +247,7 @@ class Engine(Generic[BodyT]):
         return self._data
 
     def velocities(self) -> Any:
-        """MjData whose positions and body velocities (cvel) fit the present qpos and qvel."""
+        """Return the MjData with positions and body velocities (cvel) that agree with qpos and qvel."""
         data = self.kinematics()
         if self._velocity_moved:
             mujoco.mj_fwdVelocity(self._model, data)
@@ -249,7 +255,12 @@ class Engine(Generic[BodyT]):
         return data
 
     def object_velocity(self, row: int, *, at_inertial: bool) -> tuple[Array, Array]:
-        """Linear and angular velocity in world axes, at a MuJoCo body's frame or centre of mass."""
+        """Return linear (3,) (m/s) and angular (3,) (rad/s) velocity of a MuJoCo body in the world frame.
+
+        Args:
+            row: of the body.
+            at_inertial: take the linear velocity at the centre of mass instead of at the body frame's origin.
+        """
         data = self.velocities()
         kind = mujoco.mjtObj.mjOBJ_BODY if at_inertial else mujoco.mjtObj.mjOBJ_XBODY
         out = np.empty(6)
@@ -285,7 +296,7 @@ class Engine(Generic[BodyT]):
 
     @property
     def geom_owners(self) -> np.ndarray:
-        """(ngeom, 2) int32: body id and link index of each MuJoCo geom."""
+        """(ngeom, 2) int32: body id and link index of each MuJoCo geom; -1 for geoms of inactive bodies."""
         self.ensure_compiled()
         if self._geom_owners is None:
             by_row = np.full((self._model.nbody, 2), -1, dtype=np.int32)
@@ -302,7 +313,7 @@ class Engine(Generic[BodyT]):
 
     @property
     def gravity(self) -> Array:
-        """(3,) m/s²"""
+        """Gravity (3,) in the world frame (m/s²)."""
         return np.array(self._gravity)
 
     @gravity.setter
@@ -313,20 +324,20 @@ class Engine(Generic[BodyT]):
 
     @property
     def timestep(self) -> float:
-        """S"""
+        """Time step (s)."""
         return self._timestep
 
     @timestep.setter
     def timestep(self, value: float) -> None:
         if not value > 0:
-            raise RoboyardError(f"a time step is positive; got {value}")
+            raise RoboyardError(f"timestep must be positive, got {value}")
         self._timestep = float(value)
         if not self._stale:
             self._model.opt.timestep = self._timestep
 
     @property
     def solver(self) -> str:
-        """What solves the contacts now: "newton" or "cg"."""
+        """The solver of contacts now: "newton" or "cg"."""
         return chosen_solver(self._solver, sum(b.built.dofs for b in self.body_by_id.values()))
 
     @solver.setter
@@ -336,12 +347,12 @@ class Engine(Generic[BodyT]):
 
     @property
     def time(self) -> float:
-        """S since the world began."""
+        """Simulated time (s)."""
         return 0.0 if self._data is None else float(self._data.time)
 
 
 def _vector3(value: Sequence[float]) -> tuple[float, float, float]:
     numbers = [float(v) for v in value]
     if len(numbers) != 3 or not np.isfinite(numbers).all():
-        raise RoboyardError(f"gravity has three finite numbers; got {tuple(value)}")
+        raise RoboyardError(f"gravity must be three finite numbers, got {tuple(value)}")
     return numbers[0], numbers[1], numbers[2]

@@ -1,4 +1,4 @@
-"""Handle to one joint of a body in a world: `position`, `velocity`, `limits`, and the drive that moves it."""
+"""A joint of a body in a world: its state, limits and drive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from roboyard.transforms import Array, from_wxyz, to_wxyz
 
 
 class Joint:
-    """One joint: `position`, `velocity`, `limits`, and the drive that moves it."""
+    """One joint: `position`, `velocity`, `limits`, and its drive."""
 
     __slots__ = ("_built", "body", "index", "is_scalar", "limit", "name", "type")
 
@@ -25,14 +25,14 @@ class Joint:
     ) -> None:
         self.body = body
         self.index = index
-        """Place in `body.joints`: depth first; the child link's index is one more."""
+        """Index in `body.joints`: depth first; the child link's index is one more."""
         assert built.joint is not None or built.joint_elements or kind == "fixed"
         self.name = built.joint.name if built.joint is not None else built.joint_name or built.name
         self.type = kind
         self.is_scalar = kind in ("revolute", "continuous", "prismatic")
-        """True for joints of one degree of freedom."""
+        """Whether the joint has one degree of freedom."""
         self.limit = limit
-        """As in the file."""
+        """Limits of the description."""
         self._built = built
 
     def __repr__(self) -> str:
@@ -40,23 +40,23 @@ class Joint:
 
     @property
     def child(self) -> Link:
-        """The link this joint moves."""
+        """The child link."""
         return self.body.links[self.index + 1]
 
     @property
     def parent(self) -> Link:
-        """The link this joint hangs from."""
+        """The parent link."""
         return self.body.links[self._built.parent]
 
     @property
     def axis(self) -> Array:
-        """(3,) unit, in the child link's frame."""
+        """Unit axis (3,) in the child link's frame."""
         joint = self._built.joint
         return np.array(joint.axis if joint is not None else self._built.joint_elements[0].axis, dtype=float)
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """(lower, upper) in rad or m; None for a joint without limits."""
+        """Lower and upper position limit (rad or m); None for a joint without limits."""
         joint = self._built.joint
         if joint is not None:
             found = joint.position_limits()
@@ -72,9 +72,12 @@ class Joint:
         return lower, upper
 
     def set_limits(self, lower: float, upper: float) -> None:
-        """Bound a joint of one degree of freedom; rad or m. `lower > upper` takes bounds away.
+        """Set position limits (rad or m) of a joint with one degree of freedom; `lower > upper` removes them.
 
-        `limits` goes on saying what the description says.
+        `limits` still returns those of the description.
+
+        Raises:
+            RoboyardError: the joint has no single position.
         """
         import mujoco
 
@@ -93,14 +96,14 @@ class Joint:
 
     @property
     def damping(self) -> float:
-        """N m s/rad or N s/m, the same for each degree of freedom."""
+        """Joint damping of each degree of freedom (N m s/rad or N s/m)."""
         elements = self._built.joint_elements
         return float(elements[0].damping[0]) if elements else 0.0
 
     @damping.setter
     def damping(self, value: float) -> None:
         if not value >= 0:
-            raise RoboyardError(f"joint {self.name!r}: damping is at least 0; got {value}")
+            raise RoboyardError(f"joint {self.name!r}: damping must be at least 0, got {value}")
         for element in self._built.joint_elements:
             element.damping = [value, 0.0, 0.0]
         world = self.body.world
@@ -109,9 +112,9 @@ class Joint:
 
     @property
     def armature(self) -> float:
-        """Motor inertia as the joint feels it through its gears, beside the links' own; kg m² or kg.
+        """Inertia of the motor at the joint, in addition to the links' own (kg m² or kg).
 
-        A drive without gains of its own may add to it; see `roboyard.sim.actuation.drives`.
+        A drive without given gains may add to it; see `roboyard.sim.actuation.gains`.
         """
         elements = self._built.joint_elements
         return float(elements[0].armature) - self._built.motor_inertia if elements else 0.0
@@ -119,7 +122,7 @@ class Joint:
     @armature.setter
     def armature(self, value: float) -> None:
         if not value >= 0:
-            raise RoboyardError(f"joint {self.name!r}: armature is at least 0; got {value}")
+            raise RoboyardError(f"joint {self.name!r}: armature must be at least 0, got {value}")
         total = value + self._built.motor_inertia
         for element in self._built.joint_elements:
             element.armature = total
@@ -132,14 +135,14 @@ class Joint:
 
     @property
     def qpos_slice(self) -> slice:
-        """Where this joint's position lies in MuJoCo's qpos."""
+        """Slice of this joint's position in MuJoCo's qpos."""
         self.body.world.ensure_compiled()
         start = int(self.body.qpos_addresses[self.index])
         return slice(start, start + POSITION_SIZE[self.type])
 
     @property
     def dof_slice(self) -> slice:
-        """Where this joint's velocity lies in MuJoCo's qvel."""
+        """Slice of this joint's velocity in MuJoCo's qvel."""
         self.body.world.ensure_compiled()
         start = int(self.body.dof_addresses[self.index])
         return slice(start, start + VELOCITY_SIZE[self.type])
@@ -148,7 +151,10 @@ class Joint:
 
     @property
     def position(self) -> Any:
-        """Rad or m; for a spherical joint (4,) x, y, z, w; planar (3,) m, m, rad; floating (7,); fixed ()."""
+        """Joint position (rad or m).
+
+        Spherical joints: (4,) x, y, z, w; planar: (3,) m, m, rad; floating: (7,); fixed: ().
+        """
         world = self.body.world
         world.ensure_compiled()
         if self.is_scalar:
@@ -164,7 +170,7 @@ class Joint:
 
     @property
     def velocity(self) -> Any:
-        """rad/s or m/s; for joints of several degrees of freedom an array."""
+        """Joint velocity (rad/s or m/s); an array for joints of several degrees of freedom."""
         world = self.body.world
         world.ensure_compiled()
         if self.is_scalar:
@@ -189,17 +195,34 @@ class Joint:
         damping: float | None = None,
         max_effort: float | None = None,
     ) -> None:
-        """Pull towards a position until told otherwise; see `roboyard.sim.actuation.drives`."""
+        """Drive the joint towards a position until another command; see `roboyard.sim.actuation.drives`.
+
+        Args:
+            target: position (rad or m).
+            velocity: target velocity (rad/s or m/s).
+            stiffness: gain kp (N m/rad or N/m); by default from the joint's inertia and effort limit.
+            damping: gain kd (N m s/rad or N s/m); by default critical.
+            max_effort: effort limit from now on (N m or N).
+
+        Raises:
+            RoboyardError: the joint has no drive, or a value is not finite or negative.
+        """
         self.body.world.drives.position(self, target, velocity, stiffness, damping, max_effort)
 
     def drive_velocity(
         self, target: float, *, damping: float | None = None, max_effort: float | None = None
     ) -> None:
-        """Pull towards a velocity until told otherwise."""
+        """Drive the joint towards a velocity until another command.
+
+        Args:
+            target: velocity (rad/s or m/s).
+            damping: gain kd (N m s/rad or N s/m); by default from the joint's inertia.
+            max_effort: effort limit from now on (N m or N).
+        """
         self.body.world.drives.velocity(self, target, damping, max_effort)
 
     def drive_effort(self, effort: float) -> None:
-        """Apply a torque (N m) or force (N) until told otherwise."""
+        """Apply an effort (N m or N) until another command."""
         self.body.world.drives.effort(self, effort)
 
     def disable_drive(self) -> None:
@@ -208,7 +231,7 @@ class Joint:
 
     @property
     def applied_effort(self) -> float:
-        """What the drive applied in the last step; N m or N."""
+        """Effort of the drive in the last step (N m or N)."""
         return self.body.world.drives.applied(self)
 
 
@@ -227,7 +250,7 @@ def _from_public(joint: Joint, value: ArrayLike) -> Any:
     given = np.asarray(value, dtype=float)
     if given.shape != (size,):
         raise RoboyardError(
-            f"joint {joint.name!r} ({joint.type}): a position has {size} numbers; got shape {given.shape}"
+            f"joint {joint.name!r} ({joint.type}): a position has {size} numbers, got shape {given.shape}"
         )
     if joint.type == "spherical":
         return to_wxyz(given / np.linalg.norm(given))

@@ -1,4 +1,4 @@
-"""Handle to one link of a body in a world: its name on the outside, array indices within."""
+"""A link of a body in a world: its state, mass and contact properties."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ class LinkBody(Protocol):
 
 
 class Link:
-    """One link: `pose`, `velocity`, mass and contact properties, wrenches from outside."""
+    """One link: `pose`, `velocity`, mass and contact properties, external forces."""
 
     __slots__ = ("_built", "body", "index", "name")
 
     def __init__(self, body: LinkBody, index: int, built: BuiltLink) -> None:
         self.body = body
         self.index = index
-        """0 for the root link, then depth first."""
+        """Index in `body.links`: 0 for the root, then depth first."""
         self.name = built.name
         self._built = built
 
@@ -57,12 +57,12 @@ class Link:
 
     @property
     def parent(self) -> Link | None:
-        """The link this one hangs from; None for the root."""
+        """The parent link; None for the root."""
         return None if self._built.parent < 0 else self.body.links[self._built.parent]
 
     @property
     def mujoco_id(self) -> int:
-        """Row of this link's body in MuJoCo's arrays; changes when bodies come and go."""
+        """Row of this link in MuJoCo's body arrays; changes when bodies are added or removed."""
         self.body.world.ensure_compiled()
         return int(self.body.mujoco_ids[self.index])
 
@@ -70,33 +70,33 @@ class Link:
 
     @property
     def pose(self) -> tuple[Array, Array]:
-        """Position (3,) m and quaternion (4,) x, y, z, w of the link frame in the world."""
+        """Position (3,) (m) and quaternion (4,) x, y, z, w of the link frame in the world frame."""
         data = self.body.world.kinematics()
         row = self.body.mujoco_ids[self.index]
         return data.xpos[row].copy(), from_wxyz(data.xquat[row])
 
     @property
     def inertial_pose(self) -> tuple[Array, Array]:
-        """Pose of the centre-of-mass frame (principal axes) in the world."""
+        """Position (3,) (m) and quaternion (4,) x, y, z, w of the principal axes in the world frame."""
         data = self.body.world.kinematics()
         row = self.body.mujoco_ids[self.index]
         return data.xipos[row].copy(), from_wxyz(data.xiquat[row])
 
     @property
     def velocity(self) -> tuple[Array, Array]:
-        """Linear (3,) m/s of the link frame's origin and angular (3,) rad/s, in world axes."""
+        """Linear (3,) (m/s) and angular (3,) (rad/s) velocity of the link frame in the world frame."""
         return self.body.world.object_velocity(int(self.mujoco_id), at_inertial=False)
 
     @property
     def com_velocity(self) -> tuple[Array, Array]:
-        """Linear (3,) m/s of the centre of mass and angular (3,) rad/s, in world axes."""
+        """Linear (3,) (m/s) velocity of the centre of mass and angular (3,) (rad/s), in the world frame."""
         return self.body.world.object_velocity(int(self.mujoco_id), at_inertial=True)
 
     # --------------------------------------------------------------------------------------------- inertia
 
     @property
     def mass(self) -> float:
-        """kg, as described (0 where the description gives none)."""
+        """Mass (kg) as described; 0 where the description gives none."""
         found = self._built.mass
         return 0.0 if found is None or found.note == TRACE_NOTE else found.mass
 
@@ -110,7 +110,7 @@ class Link:
 
     @property
     def friction(self) -> float:
-        """Sliding friction coefficient; of two touching links the larger one acts."""
+        """Sliding friction coefficient; between two links the larger one acts."""
         geoms = self._built.geoms
         return float(geoms[0].friction[0]) if geoms else 0.0
 
@@ -121,11 +121,20 @@ class Link:
     def set_friction(
         self, *, sliding: float | None = None, spinning: float | None = None, rolling: float | None = None
     ) -> None:
-        """Set friction coefficients: sliding (no unit), spinning and rolling (m)."""
+        """Set friction coefficients; None keeps a coefficient.
+
+        Args:
+            sliding: without unit.
+            spinning: about the contact normal (m).
+            rolling: about the tangents (m).
+
+        Raises:
+            ValueError: a coefficient is negative.
+        """
         given = [(0, sliding), (1, spinning), (2, rolling)]
         for _, value in given:
             if value is not None and not value >= 0:
-                raise ValueError(f"link {self.name!r}: a friction coefficient is at least 0; got {value}")
+                raise ValueError(f"link {self.name!r}: friction must be at least 0, got {value}")
         condim = 6 if rolling else 4 if spinning else 3
         world = self.body.world
         for geom in self._built.geoms:
@@ -141,9 +150,9 @@ class Link:
                 world.live_model.geom_condim[geom.id] = wider
 
     def set_frictionless(self, friction: float = 0.0) -> None:
-        """Slide with this friction whatever it touches, as omnidirectional wheels and casters do.
+        """Let this link slide with a friction coefficient, on all surfaces, as omnidirectional wheels do.
 
-        Elsewhere the larger friction of two touching links acts.
+        Without this the larger friction of two touching links acts.
         """
         world = self.body.world
         for geom in self._built.geoms:
@@ -155,9 +164,9 @@ class Link:
                 model.geom_friction[row, 0] = friction
 
     def flatten_spheres(self, half_width: float) -> None:
-        """Make this link's collision balls ellipsoids of this half width (m) along their z axes.
+        """Turn this link's collision spheres into ellipsoids of a half width (m) along their z axes.
 
-        A wheel of that form touches the floor in one point below its axle, where a cylinder touches it with
+        A wheel of that shape touches the floor in one point below its axle, where a cylinder touches it with
         two edges that scrub in turns.
         """
         import mujoco
@@ -179,12 +188,12 @@ class Link:
         self.body.world.surfaces.set_restitution(self, value)
 
     def set_damping(self, *, linear: float = 0.0, angular: float = 0.0) -> None:
-        """Drag on this link: force -m k v, torque -I k w, with k the coefficients in 1/s."""
+        """Set the drag: force -m k v and torque -I k w, with coefficients k (1/s)."""
         self.body.world.surfaces.set_damping(self, linear, angular)
 
     @property
     def geom_ids(self) -> list[int]:
-        """MuJoCo ids of this link's collision geoms."""
+        """Rows of this link's collision geoms in MuJoCo's arrays."""
         self.body.world.ensure_compiled()
         return [int(geom.id) for geom in self._built.geoms]
 
@@ -198,12 +207,12 @@ class Link:
         point: ArrayLike | None = None,
         local: bool = False,
     ) -> None:
-        """Push during the next step; calls before the same step add up.
+        """Apply a force and a torque during the next time step; several calls add up.
 
         Args:
-            force: (3,) N.
-            torque: (3,) N m.
-            point: (3,) where the force acts; m. None: at the centre of mass.
-            local: force, torque and point are in the link frame instead of world axes.
+            force: (3,) (N).
+            torque: (3,) (N m).
+            point: (3,) where the force acts (m). None: at the centre of mass.
+            local: force, torque and point are in the link frame instead of the world frame.
         """
         self.body.world.wrenches.add(self, force, torque, point, local)

@@ -1,4 +1,4 @@
-"""Worlds take MJCF files as they are: attached to the spec, actuators, tendons and sensors included."""
+"""MJCF files in a world: attached to the spec, actuators, tendons and sensors included."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from roboyard.sim.simulation import Simulation
 
 
 def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
-    """Attach an MJCF file to a world. The world's own options (time step, gravity, solver) hold.
+    """Add an MJCF file to a world, whose own options (time step, gravity, solver) are kept.
 
     Args:
+        world: the world.
         source: path of the file, or the XML itself.
-        position: (3,) shift of everything in it; m.
+        position: (3,) offset of everything in it (m).
 
     Returns:
-        One body for the file's fixed shapes (where it has any), then one for each body at its top.
+        One body for the file's fixed shapes (if it has any), then one for each top-level body.
 
     Raises:
-        DescriptionError: MuJoCo refuses the file.
+        DescriptionError: MuJoCo rejects the file.
     """
     text = str(source)
     path = None if "<mujoco" in text else Path(text)
@@ -67,7 +68,7 @@ def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0,
 
 
 def _take_over_options(child: Any, world: Simulation) -> None:
-    """A world has one set of options: the file's own make way before it is attached."""
+    """Overwrite the file's options with the world's before it is attached."""
     for name in dir(child.option):
         if name.startswith("_"):
             continue
@@ -79,7 +80,7 @@ def _take_over_options(child: Any, world: Simulation) -> None:
 
 
 def _name_everything(spec: Any) -> None:
-    """Give nameless bodies and joints names, so that handles can."""
+    """Name all unnamed bodies and joints, so that handles have names."""
     for kind in ("bodies", "joints"):
         for k, element in enumerate(getattr(spec, kind)):
             if not element.name:
@@ -87,10 +88,10 @@ def _name_everything(spec: Any) -> None:
 
 
 def _collect(top: Any, prefix: str) -> Built:
-    """Walk an attached tree depth first into link records.
+    """Collect an attached tree depth first as link records.
 
-    A body with several joints becomes a chain of links in one place, a joint each; a jointed body at the top
-    gets a base that stays.
+    A body with several joints becomes a chain of links with a joint each; a top-level body with a joint gets
+    a fixed base.
     """
     built = Built(links=[])
     stack = [(top, -1)]

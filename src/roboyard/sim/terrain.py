@@ -1,4 +1,4 @@
-"""Terrain that changes while the world runs."""
+"""Changing the heights of terrain at run time."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from roboyard.transforms import from_wxyz, rotate
 
 
 def set_heights(world: Simulation, terrain: Heightfield, heights: ArrayLike) -> None:
-    """Give terrain other heights, in every body of a world that has it.
+    """Replace the heights of terrain, in every body of a world that has it.
 
     Args:
         world: the world.
         terrain: a shape of a body's description; its `heights` are overwritten.
-        heights: (nx, ny) like its present ones, above the shape's origin; m.
+        heights: (nx, ny) like its present ones, above the shape's origin (m).
 
     Raises:
-        RoboyardError: another number of points, or heights that are not finite.
+        RoboyardError: the shape differs, or heights are not finite.
     """
     grid = np.asarray(heights, dtype=float)
     if grid.shape != terrain.heights.shape or not np.isfinite(grid).all():
         raise RoboyardError(
-            f"terrain keeps its {terrain.heights.shape} finite heights; got shape {grid.shape}"
+            f"heights must be finite with shape {terrain.heights.shape}, got shape {grid.shape}"
         )
     sunk = float(grid.min()) - float(terrain.heights.min())
     terrain.heights.setflags(write=True)
@@ -39,7 +39,7 @@ def set_heights(world: Simulation, terrain: Heightfield, heights: ArrayLike) -> 
 
 
 def _follow(world: Simulation, body: Body, terrain: Heightfield, sunk: float) -> None:
-    """Bring a terrain's new heights into the spec and into pictures; `sunk`: of its lowest point, m."""
+    """Write new heights into the spec and the render shapes; `sunk` is the change of the lowest point (m)."""
     for record in body.built.links:
         for name, held in record.terrains.items():
             if held is not terrain:

@@ -83,10 +83,10 @@ class World(Simulation):
     # --------------------------------------------------------------------------------------------- bodies
 
     def body(self, name: str) -> Body:
-        """The body of this name.
+        """Return the body of a name.
 
         Raises:
-            RoboyardError: there is none.
+            RoboyardError: there is none; the message lists the nearest names.
         """
         for body in self.body_by_id.values():
             if body.name == name:
@@ -110,15 +110,15 @@ class World(Simulation):
 
         Args:
             source: URDF file or a description.
-            position: (3,) of the root link's frame; m.
-            orientation: (4,) x, y, z, w.
-            fixed_base: bolt the root link to the world. None: only where the description says so, by a root
-                link named "world" or one whose mass is given as 0.
+            position: (3,) of the root link's frame in the world frame (m).
+            orientation: (4,) quaternion x, y, z, w of the root link's frame.
+            fixed_base: fix the root link to the world. None: only where the description does so, by a root
+                link named "world" or of mass 0.
             scale: uniform factor on all lengths; masses grow with its cube.
             self_collision: let links of this robot touch one another (parents and children never do).
-            name: how the world calls it; the robot's own name (made unique) by default.
+            name: its name in the world; by default the robot's own, made unique.
             packages: folders of `package://` names.
-            missing_meshes: "note" leaves shapes out whose mesh file is not there.
+            missing_meshes: "note" skips shapes whose mesh file is missing.
 
         Raises:
             DescriptionError: the file cannot be used; the message names the element and the remedy.
@@ -130,7 +130,7 @@ class World(Simulation):
 
             description = load_description(source, packages=packages, missing_meshes=missing_meshes)
         if not scale > 0:
-            raise RoboyardError(f"a scale is positive; got {scale}")
+            raise RoboyardError(f"scale must be positive, got {scale}")
         return self.add_description(
             description,
             position,
@@ -179,7 +179,7 @@ class World(Simulation):
         friction: float | None = None,
         name: str = "sphere",
     ) -> Body:
-        """Add a solid sphere of a radius (m); mass 0 fixes it to the world."""
+        """Add a solid sphere of a radius (m) at a position (3,) (m); mass 0 fixes it to the world."""
         description = objects.sphere(radius, mass=mass, rgba=rgba, friction=friction, name=name)
         return self._add_object(description, position)
 
@@ -195,7 +195,10 @@ class World(Simulation):
         friction: float | None = None,
         name: str = "cylinder",
     ) -> Body:
-        """Add a solid cylinder along its z axis, radius and length in m; mass 0 fixes it to the world."""
+        """Add a solid cylinder along its z axis; mass 0 fixes it to the world.
+
+        `radius` and `length` are in m, `position` (3,) in m, `orientation` (4,) x, y, z, w.
+        """
         description = objects.cylinder(radius, length, mass=mass, rgba=rgba, friction=friction, name=name)
         return self._add_object(description, position, orientation)
 
@@ -213,7 +216,8 @@ class World(Simulation):
     ) -> Body:
         """Add a solid capsule along its z axis; mass 0 fixes it to the world.
 
-        `radius` and `length` (without the caps) are in m.
+        `radius` and `length` (without the caps) are in m, `position` (3,) in m, `orientation` (4,) x, y, z,
+        w.
         """
         description = objects.capsule(radius, length, mass=mass, rgba=rgba, friction=friction, name=name)
         return self._add_object(description, position, orientation)
@@ -230,7 +234,10 @@ class World(Simulation):
         friction: float | None = None,
         name: str = "mesh",
     ) -> Body:
-        """Add a mesh, solid as its convex hull; mass 0 fixes it to the world."""
+        """Add a mesh, solid as its convex hull; mass 0 fixes it to the world.
+
+        `position` (3,) is in m, `orientation` (4,) x, y, z, w, `scale` one factor or (3,).
+        """
         description = objects.mesh(mesh, scale=scale, mass=mass, rgba=rgba, friction=friction, name=name)
         return self._add_object(description, position, orientation)
 
@@ -270,55 +277,68 @@ class World(Simulation):
         return self.add_description(description, position, orientation, fixed_base=fixed)
 
     def add_mjcf(self, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
-        """Add everything in an MJCF file: each body at its top, and its fixed shapes as one more body."""
+        """Add an MJCF file at an offset (3,) (m).
+
+        Returns:
+            One body for the file's fixed shapes (if it has any), then one for each top-level body.
+
+        Raises:
+            DescriptionError: MuJoCo rejects the file.
+        """
         from roboyard.sim.mjcf import add_mjcf
 
         return add_mjcf(self, source, position)
 
-    # ------------------------------------------------------------------------------------------- what happens
+    # ------------------------------------------------------------------------------------------------ queries
 
     def contacts(self, body: Body | None = None, other: Body | None = None) -> list[contacts.Contact]:
-        """Contacts of the last step; with `body` given only its own, with it as a."""
+        """Return the contacts of the last step; with `body` only its own, with `body` as a."""
         return contacts.contacts(self, body, other)
 
     def contact_arrays(self) -> contacts.ContactArrays:
-        """All contacts of the last step as arrays."""
+        """Return all contacts of the last step as arrays."""
         return contacts.contact_arrays(self)
 
     def detect_contacts(self) -> None:
-        """Find the contacts of the present positions without stepping; they carry no force."""
+        """Detect the contacts of the present positions without a step; they have no force."""
         self.kinematics()
         mujoco.mj_collision(self._model, self._data)
 
     def ray(self, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> rays.RayHit | None:
-        """The first surface between two points, or None."""
+        """Return the first surface between two points (3,) in the world frame (m), or None."""
         return rays.cast_one(self, start, end, visual=visual)
 
     def rays(self, starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> rays.RayHits:
-        """The first surface along each of k rays; see `roboyard.sim.queries.rays.cast`."""
+        """Return the first surface along each of k rays, (k, 3) (m); see `roboyard.sim.queries.rays.cast`."""
         return rays.cast(self, starts, ends, visual=visual)
 
     def save_state(self) -> world_state.WorldState:
-        """Remember this moment."""
+        """Return the state of the world."""
         return world_state.save(self)
 
     def restore_state(self, saved: world_state.WorldState) -> None:
-        """Go back to a remembered moment, bit for bit."""
+        """Restore a saved state, bit for bit."""
         world_state.restore(self, saved)
 
     # ---------------------------------------------------------------------------------------------- pictures
 
     def render_scene(self) -> RenderScene:
-        """Everything there is to draw, for `roboyard.rendering.render`."""
+        """Return everything to draw, for `roboyard.rendering.render`."""
         return self.render_shapes.scene()
 
     def frames(self) -> tuple[Array, Array]:
-        """(nbody, 3) positions and (nbody, 3, 3) rotations of all MuJoCo bodies, as cameras want them."""
+        """Return (nbody, 3) positions (m) and (nbody, 3, 3) rotations of all MuJoCo bodies, for cameras."""
         data = self.kinematics()
         return data.xpos, data.xmat.reshape(-1, 3, 3)
 
     def render(self, camera: Camera, *, lines: DebugLines | None = None, **options: Any) -> Image:
-        """A picture: colours, depth and who is seen where; options as in `roboyard.rendering.render`."""
+        """Render a picture with colours, depth and segmentation.
+
+        Args:
+            camera: the camera.
+            lines: debug lines to draw.
+            options: those of `roboyard.rendering.render`.
+        """
         from roboyard.rendering import render
 
         positions, rotations = self.frames()

@@ -1,4 +1,4 @@
-"""Saving and restoring everything that moves, bit for bit."""
+"""Saving and restoring the state of a world, bit for bit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from roboyard.transforms import Array
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class WorldState:
-    """A moment of one world. It fits that world as long as no body was added or removed since."""
+    """The state of one world; valid as long as no body is added or removed."""
 
     values: Array
     """Positions, velocities, activations, controls, pending forces, warm start."""
@@ -25,7 +25,7 @@ class WorldState:
 
 
 def save(world: Engine[Body]) -> WorldState:
-    """The present moment."""
+    """Return the present state. Inactive bodies are deleted first, so that the state fits later compiles."""
     import mujoco
 
     world.ensure_compiled()
@@ -41,7 +41,7 @@ def save(world: Engine[Body]) -> WorldState:
 
 
 def restore(world: Engine[Body], state: WorldState) -> None:
-    """Go back to a saved moment.
+    """Restore a saved state.
 
     Raises:
         ModelError: bodies were added or removed since the state was saved.
@@ -57,7 +57,8 @@ def restore(world: Engine[Body], state: WorldState) -> None:
     )
     if not fits:
         raise ModelError(
-            "the state was saved with other bodies in the world; save again after adding or removing"
+            f"the state was saved with other bodies, ids {state.signature} instead of "
+            f"{tuple(world.body_by_id)}; save again after adding or removing bodies"
         )
     mujoco.mj_setState(world.model, world.data, state.values, kind)
     world.model.body_pos[:] = state.static_positions

@@ -1,1 +1,1 @@
-"""Joint drives: PID actuators and motors as velocity constraints."""
+"""Joint drives: PID actuators, and motors as velocity constraints."""

@@ -14,7 +14,7 @@ from roboyard.transforms import Array
 
 
 class DriveArrays:
-    """Drives of n joints; each applies kp (position - q) + kd (velocity - v) + effort within its limit.
+    """The drives of n joints; each applies kp (position - q) + kd (velocity - v) + effort within its limit.
 
     Arrays are (n,) in the order of the joints given. Joints without a drive (mimics) are an error.
     """
@@ -45,7 +45,13 @@ class DriveArrays:
         self._revision = world.revision
 
     def write(self, position: Array, velocity: Array, effort: Array) -> None:
-        """Set all inputs; those whose gain is zero have no effect."""
+        """Write all inputs; those whose gain is zero have no effect.
+
+        Args:
+            position: (n,) targets (rad or m).
+            velocity: (n,) targets (rad/s or m/s).
+            effort: (n,) feedforward (N m or N).
+        """
         if self._revision != self._world.revision or self._world.is_stale:
             self._bind()
         ctrl = self._world.live_data.ctrl
@@ -54,15 +60,19 @@ class DriveArrays:
         ctrl[self._effort] = effort
 
     def write_effort(self, effort: Array, where: np.ndarray) -> None:
-        """Set the effort inputs of some of the joints, `where` (k,) in this vector's order."""
+        """Write the effort inputs (k,) (N m or N) of the joints at the indices `where` (k,)."""
         if self._revision != self._world.revision or self._world.is_stale:
             self._bind()
         self._world.live_data.ctrl[self._effort[where]] = effort
 
     def write_gains(self, stiffness: Array, damping: Array) -> None:
-        """Set kp (N m/rad or N/m) and kd (N m s/rad or N s/m) of all joints.
+        """Write the gains of all joints, which last until bodies are added or removed.
 
-        They last until bodies come or go: who drives a robot writes them at every control step.
+        Robots write them at every control step.
+
+        Args:
+            stiffness: (n,) kp (N m/rad or N/m).
+            damping: (n,) kd (N m s/rad or N s/m).
         """
         if self._revision != self._world.revision or self._world.is_stale:
             self._bind()
@@ -72,13 +82,13 @@ class DriveArrays:
 
     @property
     def inputs(self) -> tuple[Array, Array, Array]:
-        """Position, velocity and effort inputs as they are; (n,) each."""
+        """Position, velocity and effort inputs, each (n,)."""
         self._bind()
         ctrl = self._world.live_data.ctrl
         return ctrl[self._position].copy(), ctrl[self._velocity].copy(), ctrl[self._effort].copy()
 
     @property
     def applied(self) -> Array:
-        """(n,) N m or N that the drives applied in the last step."""
+        """Efforts (n,) of the drives in the last step (N m or N)."""
         self._bind()
         return self._world.live_data.actuator_force[self._rows].copy()

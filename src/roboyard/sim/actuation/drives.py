@@ -37,6 +37,7 @@ class Drives:
         damping: float | None,
         max_effort: float | None,
     ) -> None:
+        """Drive a joint towards a position; see `Joint.drive_position`."""
         inertia, motor = self._inertia(joint), 0.0
         if stiffness is None:
             effort, is_slide = self.effort_limit(joint), joint.type == "prismatic"
@@ -51,35 +52,38 @@ class Drives:
         self._write(joint, kp, kd, (target, velocity, 0.0), max_effort, motor)
 
     def velocity(self, joint: Joint, target: float, damping: float | None, max_effort: float | None) -> None:
+        """Drive a joint towards a velocity; see `Joint.drive_velocity`."""
         kd = float(gains.velocity_damping(gains.JOINT, self._inertia(joint))) if damping is None else damping
         self._write(joint, 0.0, kd, (0.0, target, 0.0), max_effort)
 
     def effort(self, joint: Joint, effort: float) -> None:
+        """Apply an effort (N m or N); see `Joint.drive_effort`."""
         self._write(joint, 0.0, 0.0, (0.0, 0.0, effort), None)
 
     def disable(self, joint: Joint) -> None:
+        """Switch a joint's drive off; see `Joint.disable_drive`."""
         self._write(joint, 0.0, 0.0, (0.0, 0.0, 0.0), None)
 
     def applied(self, joint: Joint) -> float:
-        """N m or N that the drive applied in the last step."""
+        """Return the effort of the drive in the last step (N m or N)."""
         actuator = self._actuator(joint)
         self._world.ensure_compiled()
         return float(self._world.live_data.actuator_force[actuator.id])
 
     def set_effort_limit(self, joint: Joint, effort: float) -> None:
-        """Replace the effort limit that came from the file; N m or N."""
+        """Replace the effort limit of the file (N m or N)."""
         actuator = self._actuator(joint)
         actuator.forcerange = [-effort, effort]
         if not self._world.is_stale:
             self._world.live_model.actuator_forcerange[actuator.id] = (-effort, effort)
 
     def effort_limit(self, joint: Joint) -> float:
-        """N m or N; infinite where the file gives none."""
+        """Return the effort limit (N m or N); infinite where the file gives none."""
         bound = float(self._actuator(joint).forcerange[1])
         return np.inf if bound >= NO_EFFORT_LIMIT else bound
 
     def vector(self, joints: Sequence[Joint]) -> DriveArrays:
-        """The drives of several joints, written to as arrays."""
+        """Return the drives of several joints as arrays."""
         from roboyard.sim.actuation.drive_arrays import DriveArrays
 
         return DriveArrays(self._world, joints)
@@ -111,7 +115,7 @@ class Drives:
         actuator = self._actuator(joint)
         for name, value in (("stiffness", kp), ("damping", kd)):
             if not (np.isfinite(value) and value >= 0):
-                raise RoboyardError(f"joint {joint.name!r}: {name} must be at least 0; got {value}")
+                raise RoboyardError(f"joint {joint.name!r}: {name} must be at least 0, got {value}")
         if not np.isfinite(inputs).all():
             raise RoboyardError(f"joint {joint.name!r}: drive target {inputs} is not finite")
         world = self._world
@@ -130,7 +134,7 @@ class Drives:
         data.ctrl[start : start + 3] = inputs
 
     def _set_motor_inertia(self, joint: Joint, value: float) -> None:
-        """Replace what the drive gives the joint, in the spec and in what MuJoCo derived from it."""
+        """Replace the motor inertia of a drive (kg m² or kg), in the spec and in MuJoCo's derived values."""
         built, world = joint._built, self._world
         change, total = value - built.motor_inertia, joint.armature + value
         built.joint_elements[0].armature = total

@@ -1,4 +1,4 @@
-"""The drive law: stiffness, damping and motor inertia of a joint's drive where nobody gives any.
+"""The drive law: stiffness, damping and motor inertia of drives without given gains.
 
 A drive applies kp (target - q) + kd (target velocity - v). The law sizes kp and kd by the inertia M that the
 joint moves and by its effort limit E:
@@ -15,8 +15,8 @@ joint moves and by its effort limit E:
 - The damping is critical at least.
 - A velocity drive is at least as stiff as the joint's own resistance c (N m s/rad), or its integral would
   need seconds to overcome it.
-- J is the inertia of a geared motor, which robot files rarely give. Without it joints chatter on whatever
-  they touch: contacts are solved for the bare M, while the implicit step moves M + kd Δt, up to three times
+- J is the inertia of a geared motor, which robot files rarely give. Without it joints chatter in
+  contact: contacts are solved for the bare M, while the implicit step moves M + kd Δt, up to three times
   as much.
 
 MuJoCo integrates kd implicitly, so the same gains mean the same at every time step. Gains that are constant

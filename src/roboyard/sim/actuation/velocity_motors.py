@@ -1,8 +1,8 @@
 """Motors as constraints on the velocity after a step, with a bound on their force.
 
-A motor asks for v' = kp (q* - q) / dt + v + kd (v* - v) and gets it, together with all contacts and limits,
-as long as the force it takes stays within its bound. In MuJoCo such a row is a joint's dry friction with a
-reference velocity; the reference is written between the two halves of a step.
+A motor requests the velocity v' = kp (q* - q) / dt + v + kd (v* - v) and reaches it, together with all
+contacts and limits, as long as the necessary force is within its bound. In MuJoCo such a row is a joint's dry
+friction with a reference velocity; the reference is written between the two halves of a step.
 """
 
 from __future__ import annotations
@@ -37,12 +37,13 @@ class VelocityMotors:
         self._targets = np.zeros((0, 4))
         self._bounds = np.zeros((0, 2))
         self._joints: Any = ()
-        """What the kernel of a step reads of joints."""
+        """Arguments of the kernel that describe the joints."""
         self._bound_timestep = 0.0
         self._gathered = False
 
     @property
     def is_active(self) -> bool:
+        """Whether any body has motors."""
         return bool(self._by_body)
 
     def set(
@@ -58,18 +59,22 @@ class VelocityMotors:
         max_velocity: float = 0.0,
         by_angles: bool = False,
     ) -> None:
-        """Give a joint a motor, or another target.
+        """Give a joint a motor, or change its target.
 
         Args:
-            position: target; rad or m, (4,) x, y, z, w for a spherical joint; None for a velocity motor.
-            velocity: target; rad/s or m/s, (3,) for a spherical joint.
-            kp: share of the position error closed in a step.
-            kd: share of the velocity error closed in a step.
-            max_force: N m or N.
-            max_impulse: N m s or N s in a step, in addition.
-            max_velocity: rad/s or m/s; 0 for none.
-            by_angles: of a spherical joint: close the error's roll, pitch and yaw each for itself, not along
-                the shortest turn.
+            joint: of one degree of freedom, or spherical.
+            position: target (rad or m), (4,) x, y, z, w for a spherical joint; None for a velocity motor.
+            velocity: target (rad/s or m/s), (3,) for a spherical joint.
+            kp: share of the position error corrected in a step.
+            kd: share of the velocity error corrected in a step.
+            max_force: bound (N m or N).
+            max_impulse: bound in a step (N m s or N s), in addition.
+            max_velocity: bound (rad/s or m/s); 0 for none.
+            by_angles: of a spherical joint: correct roll, pitch and yaw separately, not along the shortest
+                rotation.
+
+        Raises:
+            RoboyardError: a target or gain is not finite, or the joint cannot have a motor.
         """
         own = self.of(joint.body)
         start = joint.body.dof_offsets[joint.index]
@@ -87,11 +92,13 @@ class VelocityMotors:
         if position is not None:
             targets[start] = to_wxyz(position)
         if not np.isfinite(motors[rows]).all() or not np.isfinite(targets[rows]).all():
-            raise RoboyardError(f"joint {joint.name!r}: a motor's target and gains are finite")
+            raise RoboyardError(
+                f"joint {joint.name!r}: a motor's target and gains must be finite, got {motors[rows]}"
+            )
         self.bounds_changed(joint.body, rows)
 
     def clear(self, joint: Joint) -> None:
-        """Take a joint's motor away."""
+        """Remove a joint's motor."""
         own = self.of(joint.body)
         start = joint.body.dof_offsets[joint.index]
         rows = slice(start, start + self._size(joint))
@@ -100,7 +107,7 @@ class VelocityMotors:
         self.bounds_changed(joint.body, rows)
 
     def applied(self, joint: Joint) -> Array:
-        """(n,) N m or N the motor applied in the last step, one number for each degree of freedom."""
+        """Return the efforts (n,) of a joint's motor in the last step (N m or N), n degrees of freedom."""
         world = self._world
         data = world.live_data
         dofs = joint.dof_slice
@@ -112,7 +119,7 @@ class VelocityMotors:
         return out
 
     def forces(self) -> Array:
-        """(nv,) N m or N of all motors in the last step."""
+        """Return the efforts (nv,) of all motors in the last step (N m or N)."""
         data = self._world.live_data
         out = np.zeros(self._world.live_model.nv)
         if data.nf:
@@ -122,7 +129,7 @@ class VelocityMotors:
     # -------------------------------------------------------------------------------------------- in a step
 
     def prepare(self, model: Any, timestep: float) -> None:
-        """Before the first half: force bounds into MuJoCo's dry friction."""
+        """Write force bounds into MuJoCo's dry friction, before the first half of a step."""
         if not self._gathered:
             self._gather(model)
         if timestep != self._bound_timestep:
@@ -131,7 +138,7 @@ class VelocityMotors:
             self._bound_timestep = timestep
 
     def apply(self, data: Any, timestep: float) -> None:
-        """Between the halves: wanted accelerations into the motors' rows."""
+        """Write requested accelerations into the motors' rows, between the halves of a step."""
         count = data.nf
         if count == 0:
             return
@@ -156,12 +163,13 @@ class VelocityMotors:
     # ----------------------------------------------------------------------------------------- book-keeping
 
     def invalidate(self) -> None:
-        """MuJoCo's arrays are new."""
+        """Note that MuJoCo's arrays are new."""
         self._gathered = False
 
     def forget(self, body_id: int) -> None:
+        """Remove the motors of a body that is removed."""
         own = self._by_body.pop(body_id, None)
-        if own is not None:  # its rows may be there for a while yet
+        if own is not None:  # its rows may remain inactive
             own.motors[:] = own.bounds[:] = 0.0
 
     def _size(self, joint: Joint) -> int:
@@ -170,7 +178,7 @@ class VelocityMotors:
         return VELOCITY_SIZE[joint.type]
 
     def of(self, body: LinkBody) -> BodyMotors:
-        """The motors of one body."""
+        """Return the motors of one body."""
         found = self._by_body.get(body.id)
         if found is None:
             found = self._by_body[body.id] = BodyMotors(self, body)
@@ -182,7 +190,7 @@ class VelocityMotors:
         return found
 
     def bounds_changed(self, body: LinkBody, rows: slice) -> None:
-        """Force bounds of some of a body's rows were written: tell MuJoCo."""
+        """Copy force bounds that were written to some of a body's rows to MuJoCo."""
         world = self._world
         if self._gathered and not world.is_stale:
             first = body.first_dof
@@ -191,7 +199,7 @@ class VelocityMotors:
             model.dof_frictionloss[here] = self._bounds[here] @ (1.0, 1.0 / model.opt.timestep)
 
     def _gather(self, model: Any) -> None:
-        """Lay all bodies' rows out as MuJoCo's dofs are; bodies keep views, so that they write in place."""
+        """Arrange all bodies' rows like MuJoCo's dofs; bodies keep views, so that they write in place."""
         nv = model.nv
         self._motors, self._targets = np.zeros((nv, 5)), np.zeros((nv, 4))
         self._bounds = np.zeros((nv, 2))
@@ -212,7 +220,7 @@ class VelocityMotors:
 
 
 class BodyMotors:
-    """The motors of one body, by dof among its joints' dofs; scripts set every one in every step."""
+    """The motors of one body, by dof among its joints' dofs; scripts set all of them in every step."""
 
     __slots__ = ("_all", "_body", "_buffer", "_goals", "bounds", "motors", "targets")
 
@@ -222,7 +230,13 @@ class BodyMotors:
         self.move_to(np.zeros((count, 5)), np.zeros((count, 4)), np.zeros((count, 2)))
 
     def move_to(self, motors: Array, targets: Array, bounds: Array) -> None:
-        """Keep the rows in these arrays from now on (views of the world's)."""
+        """Move the rows into given arrays, views of the world's.
+
+        Args:
+            motors: (n, 5) mode, kp, velocity, kd, largest velocity of n dofs.
+            targets: (n, 4) positions; quaternions w, x, y, z of spherical joints.
+            bounds: (n, 2) force and impulse.
+        """
         if hasattr(self, "motors"):
             motors[:], targets[:], bounds[:] = self.motors, self.targets, self.bounds
         self.motors, self.targets, self.bounds = motors, targets, bounds
@@ -243,7 +257,7 @@ class BodyMotors:
         max_impulse: float,
         max_velocity: float,
     ) -> None:
-        """Give the joint of one dof at `row` a motor: mode 1 velocity, 2 position; see `set`."""
+        """Set the motor of a joint of one dof: mode 1 velocity, 2 position; see `VelocityMotors.set`."""
         self.aim(row, mode, target, velocity, kp, kd, max_velocity)
         self.bound(row, max_impulse, max_force)
 
@@ -257,23 +271,30 @@ class BodyMotors:
         kd: float,
         max_velocity: float,
     ) -> None:
-        """`set` without a word on how much force the motor may use."""
+        """Set the target and gains of a motor without its force bound; see `set`."""
         total = target + velocity + kp + kd + max_velocity
         if total - total != 0.0:  # inf and nan alike
-            raise RoboyardError(f"body {self._body.name!r}: a motor's target and gains are finite")
+            raise RoboyardError(
+                f"body {self._body.name!r}: a motor's target and gains must be finite, got {total}"
+            )
         _PACK(self._buffer, row * 40, mode, kp, velocity, kd, max_velocity)
         if mode == 2.0:
             self._goals[4 * row] = target
 
     def bound(self, row: int, max_impulse: float, max_force: float = 0.0) -> None:
-        """How much the motor at `row` may use: N m s or N s in a step, and N m or N in addition."""
+        """Bound a motor by its impulse in a step (N m s or N s) and its force (N m or N) in addition."""
         bounds = self.bounds
         if bounds[row, 0] != max_force or bounds[row, 1] != max_impulse:
             bounds[row] = max_force, max_impulse
             self._all.bounds_changed(self._body, slice(row, row + 1))
 
     def set_bounds(self, rows: np.ndarray, max_impulse: Array) -> None:
-        """Bound several motors by what they may do in a step; N m s or N s."""
+        """Bound several motors by their impulse in a step.
+
+        Args:
+            rows: (k,) dofs.
+            max_impulse: (k,) bounds (N m s or N s).
+        """
         self.bounds[rows, 0] = 0.0
         self.bounds[rows, 1] = max_impulse
         self._all.bounds_changed(self._body, slice(int(rows.min()), int(rows.max()) + 1))

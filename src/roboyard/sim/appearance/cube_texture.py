@@ -110,7 +110,7 @@ def _split(packed: Array, normal: Array) -> Array:
     whole, cut, at = packed[~crossing], packed[crossing], side[crossing]
     if not len(cut):
         return packed
-    # turn each so that its first corner is alone on its side, or lies on the plane
+    # turn each so that its first corner is alone on its side, or is on the plane
     on_plane = (at == 0.0).any(axis=1)
     alone = np.where(on_plane, np.argmax(at == 0.0, axis=1), _odd_one(at))
     order = (alone[:, None] + np.arange(3)) % 3

@@ -27,7 +27,7 @@ from roboyard.sim.body import Body
 
 
 def shapes_of_model(body: Body) -> dict[int, list[ShapeAppearance]]:
-    """Render shapes of a body that has no description, read from the compiled model."""
+    """Return the shapes of a body without description, by link index."""
     coats = texture_maps_of(body.world)
     model = coats.model
     found: dict[int, list[ShapeAppearance]] = {}

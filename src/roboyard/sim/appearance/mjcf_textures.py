@@ -1,7 +1,7 @@
-"""Textures of a compiled MuJoCo model: the image of a geom, and where on the geom each part of it goes.
+"""Textures of a compiled MuJoCo model: the image of a geom, and its texture coordinates.
 
-MuJoCo's reference says what `texrepeat` and `texuniform` mean; where a picture starts and which way it runs
-was measured on pictures of MuJoCo's own renderer.
+MuJoCo's reference defines `texrepeat` and `texuniform`; the origin and direction of images were measured on
+pictures of MuJoCo's own renderer.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _DEFAULT_RGBA = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 
 
 def color_of(model: Any, geom: int) -> tuple[float, float, float, float]:
-    """RGBA of a geom: its own where it says one (anything but MuJoCo's default), else its material's."""
+    """Return the RGBA of a geom: its own if it differs from MuJoCo's default, else its material's."""
     own = model.geom_rgba[geom]
     material = int(model.geom_matid[geom])
     rgba = model.mat_rgba[material] if material >= 0 and np.array_equal(own, _DEFAULT_RGBA) else own
@@ -37,7 +37,7 @@ def color_of(model: Any, geom: int) -> tuple[float, float, float, float]:
 
 @dataclass(eq=False)
 class TextureMaps:
-    """Textures of one compiled model; equal geoms share images and meshes."""
+    """The textures of one compiled model; equal geoms share images and meshes."""
 
     model: Any
     _files: dict[int, TriangleMesh] = field(default_factory=dict)
@@ -45,7 +45,7 @@ class TextureMaps:
     _meshes: dict[tuple[Any, ...], tuple[TriangleMesh, TriangleMesh]] = field(default_factory=dict)
 
     def mesh(self, row: int) -> TriangleMesh:
-        """A compiled mesh."""
+        """Return a compiled mesh."""
         if row not in self._files:
             self._files[row] = mesh_of(self.model, row)
         return self._files[row]
@@ -53,11 +53,12 @@ class TextureMaps:
     def put_on(
         self, geom: int, mesh: TriangleMesh, scale: tuple[float, float, float]
     ) -> tuple[TriangleMesh, NDArray[np.uint8]] | None:
-        """`mesh` with texture coordinates and the (h, w, 4) image of a geom's texture; None: plain.
+        """Return `mesh` with texture coordinates and the (h, w, 4) image of a geom's texture; None without
+        one.
 
         `mesh` times `scale` is the geom in its own coordinates. A cube texture on a plane or a height field,
         which MuJoCo draws as four triangles about the origin, becomes its mean colour. A flat image on a
-        capsule goes round it once; MuJoCo puts it on each of its three parts.
+        capsule goes round it once; MuJoCo repeats it on each of its three parts.
         """
         texture = texture_of(self.model, geom)
         if texture < 0:
@@ -81,7 +82,7 @@ class TextureMaps:
         if key not in self._meshes:
             factors = np.asarray(scale, dtype=float)
             make = self._wrapped if is_cube else self._printed
-            self._meshes[key] = (mesh, make(geom, mesh, factors, image))  # the first stays, so its id does
+            self._meshes[key] = (mesh, make(geom, mesh, factors, image))  # kept, so that its id stays valid
         return self._meshes[key][1], image
 
     def _printed(self, geom: int, mesh: TriangleMesh, scale: Array, image: NDArray[np.uint8]) -> TriangleMesh:
@@ -91,7 +92,7 @@ class TextureMaps:
         uniform = bool(self.model.mat_texuniform[int(self.model.geom_matid[geom])])
         if int(self.model.geom_type[geom]) == int(_KINDS.mjGEOM_MESH):
             scale = scale * np.array(self.model.geom_size[geom], dtype=float) if uniform else scale
-            # the mesh's own places are what MuJoCo would stretch
+            # MuJoCo would stretch the mesh's own points
             return wrap_in_cube(mesh, scale, None, image.shape[1], max(image.shape[0] // image.shape[1], 1))
         unit = None if uniform else lambda places: _on_unit_shape(self.model, geom, places)
         return wrap_in_cube(mesh, scale, unit, image.shape[1], max(image.shape[0] // image.shape[1], 1))
@@ -101,7 +102,7 @@ _of_worlds: WeakKeyDictionary[Engine[Body], TextureMaps] = WeakKeyDictionary()
 
 
 def texture_maps_of(world: Engine[Body]) -> TextureMaps:
-    """Textures of a world's compiled model, remembered until it is compiled again."""
+    """Return the textures of a world's compiled model, cached until it is compiled again."""
     model = world.live_model
     kept = _of_worlds.get(world)
     if kept is None or kept.model is not model:
@@ -110,7 +111,7 @@ def texture_maps_of(world: Engine[Body]) -> TextureMaps:
 
 
 def texture_of(model: Any, geom: int) -> int:
-    """Row of the texture that colours a geom; -1: none."""
+    """Return the row of the texture of a geom; -1 for none."""
     material = int(model.geom_matid[geom])
     if material < 0:
         return -1
@@ -118,7 +119,7 @@ def texture_of(model: Any, geom: int) -> int:
 
 
 def image_of(model: Any, texture: int) -> NDArray[np.uint8]:
-    """(h, w, 4) RGBA; a cube texture's six sides (+x, -x, +y, -y, +z, -z) lie below one another."""
+    """Return an (h, w, 4) RGBA image; the six sides of a cube (+x, -x, +y, -y, +z, -z) below one another."""
     shape = tuple(int(a[texture]) for a in (model.tex_height, model.tex_width, model.tex_nchannel))
     start = int(model.tex_adr[texture])
     image = np.array(model.tex_data[start : start + int(np.prod(shape))]).reshape(shape)
@@ -126,7 +127,7 @@ def image_of(model: Any, texture: int) -> NDArray[np.uint8]:
 
 
 def mesh_of(model: Any, mesh: int) -> TriangleMesh:
-    """A compiled mesh; where it has texture coordinates, with a vertex for each corner of each face."""
+    """Return a compiled mesh; with texture coordinates, it has a vertex for each corner of each face."""
     v0, nv = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     f0, nf = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
     vertices, faces = model.mesh_vert[v0 : v0 + nv], model.mesh_face[f0 : f0 + nf]
@@ -143,7 +144,7 @@ def mesh_of(model: Any, mesh: int) -> TriangleMesh:
 
 
 def _flat_uv(model: Any, geom: int, mesh: TriangleMesh, scale: Array) -> Array:
-    """(n, 2) of each vertex for an image that lies flat; v up."""
+    """Return (n, 2) texture coordinates of each vertex for a flat image; v up."""
     material = int(model.geom_matid[geom])
     repeat = np.array(model.mat_texrepeat[material], dtype=float)
     uniform = bool(model.mat_texuniform[material])
@@ -180,19 +181,19 @@ def _flat_uv(model: Any, geom: int, mesh: TriangleMesh, scale: Array) -> Array:
 
 
 def _from_the_middle(places: Array, half: Array, repeat: Array, uniform: bool) -> Array:
-    """Uv of (n, 3) places when the image is projected down z and its middle is at the origin."""
+    """Return (n, 2) texture coordinates of (n, 3) points for an image projected along z, centred."""
     unit = np.ones(2) if uniform else np.maximum(half[:2], 1e-9)
     return _from_upper_left(places[:, :2], unit / repeat, 0.5 * repeat / unit)
 
 
 def _from_upper_left(places: Array, corner: Array, per_metre: Array) -> Array:
-    """Uv of (n, 2) places when the image's upper left corner is at (-corner x, +corner y)."""
+    """Return (n, 2) coordinates of (n, 2) points; the upper left corner is (-corner x, +corner y)."""
     along = (places * (1.0, -1.0) + corner) * per_metre
     return along * (1.0, -1.0) + (0.0, 1.0)
 
 
 def _on_unit_shape(model: Any, geom: int, places: Array) -> Array:
-    """Places (..., 3) on a primitive as they lie on the one of half size 1 that MuJoCo stretches to it."""
+    """Return points (..., 3) of a primitive on the one of half size 1 that MuJoCo scales to it."""
     size = np.array(model.geom_size[geom], dtype=float)
     match int(model.geom_type[geom]):
         case int(_KINDS.mjGEOM_CYLINDER):

@@ -14,7 +14,7 @@ from roboyard.sim.engine import Engine
 
 
 class RenderShapes:
-    """Visual shapes by body and link. Nothing is loaded before the first picture."""
+    """Visual shapes by body and link; nothing is loaded before the first picture."""
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
@@ -23,20 +23,21 @@ class RenderShapes:
         self._dirty = True
 
     def add(self, body: Body) -> None:
-        """A body came; its shapes are gathered when a picture is taken."""
+        """Note a new body; its shapes are collected for the next picture."""
         self._by_body.pop(body.id, None)
         self._dirty = True
 
     def forget(self, body_id: int) -> None:
+        """Remove the shapes of a body that is removed."""
         self._by_body.pop(body_id, None)
         self._dirty = True
 
     def invalidate(self) -> None:
-        """MuJoCo's rows moved."""
+        """Note that rows of MuJoCo's arrays changed."""
         self._dirty = True
 
     def of(self, body: Body) -> dict[int, list[ShapeAppearance]]:
-        """Shapes of a body by link index."""
+        """Return the shapes of a body by link index."""
         if body.id not in self._by_body:
             looks = _gather(body)
             if self._world.profile.keeps_textures:
@@ -51,7 +52,7 @@ class RenderShapes:
         self._dirty = True
 
     def reshape(self, body: Body, geometry: Geometry) -> None:
-        """Draw a body's shapes of this geometry anew; its numbers have changed."""
+        """Update a body's shapes of a geometry whose numbers have changed."""
         for looks in self._by_body.get(body.id, {}).values():
             for look in looks:
                 if look.geometry is geometry:
@@ -61,7 +62,7 @@ class RenderShapes:
                     self._dirty = True
 
     def scene(self) -> RenderScene:
-        """The scene with every shape on its present MuJoCo row."""
+        """Return the scene with every shape on its present MuJoCo row."""
         self._world.ensure_compiled()
         if self._dirty:
             shapes = []

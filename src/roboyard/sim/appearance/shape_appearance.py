@@ -27,9 +27,9 @@ from roboyard.transforms import matrix_from_quaternion
 
 DEFAULT_RGBA: RGBA = (0.7, 0.7, 0.7, 1.0)
 PLANE_HALF_SIZE = 50.0
-"""m: the piece of an endless plane that is a mesh; cameras draw the rest to the horizon."""
+"""Half size (m) of the mesh of an infinite plane; cameras draw the rest up to the horizon."""
 CHECKER_SQUARE = 1.0
-"""m"""
+"""Side of a square of a plane's checker pattern (m)."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -43,7 +43,7 @@ class ShapeAppearance:
 def render_shape(
     geometry: Geometry, origin: Pose, material: Material | None, scale: float, owner: tuple[int, int]
 ) -> RenderShape | None:
-    """A geometry with its material as a render shape, frame 0 until placed; None: nothing to draw."""
+    """Return a geometry with its material as a render shape on frame 0; None for a missing mesh."""
     triangles = triangles_of(geometry, scale)
     if triangles is None:
         return None
@@ -74,12 +74,12 @@ def render_shape(
 
 
 def has_own_colors(mesh: TriangleMesh) -> bool:
-    """Whether the mesh file says what colour it has."""
+    """Return whether the mesh file has colours."""
     return mesh.colors is not None or mesh.texture is not None
 
 
 def triangles_of(geometry: Geometry, scale: float) -> tuple[TriangleMesh, tuple[float, float, float]] | None:
-    """A mesh and the factors that stretch it to this geometry; None for a mesh that was not found."""
+    """Return a mesh and its scale factors for a geometry; None for a missing mesh."""
     from roboyard.shapes import primitives
     from roboyard.sim.build.geoms import load_scaled
 
@@ -111,7 +111,7 @@ def triangles_of(geometry: Geometry, scale: float) -> tuple[TriangleMesh, tuple[
 
 
 def load_texture(path: Path) -> np.ndarray | None:
-    """(h, w, 4) RGBA of an image file, the same array for the same file; None where it cannot be read."""
+    """Return the (h, w, 4) RGBA of an image file, the same array for the same file; None if unreadable."""
     from roboyard.shapes.readers.external_files import load_image_file
 
     try:

@@ -1,1 +1,1 @@
-"""A robot description becomes MuJoCo bodies, joints, geoms and meshes."""
+"""Building MuJoCo bodies, joints, geoms and meshes from a robot description."""

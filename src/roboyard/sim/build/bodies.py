@@ -1,4 +1,4 @@
-"""A robot description becomes MuJoCo bodies: every link a body of its own, frames and tensors exact.
+"""Build MuJoCo bodies from a robot description: each link is a body of its own, frames and tensors exact.
 
 | description | MuJoCo |
 | --- | --- |
@@ -12,7 +12,7 @@
 | mimic | joint equality |
 | visual | geom in group 2, no contact |
 | collision | geom in group 3; a mesh becomes its convex hull |
-| limit.effort | force range of the joint's pid actuator |
+| limit.effort | force range of the joint's PID actuator |
 """
 
 from __future__ import annotations
@@ -49,9 +49,16 @@ def build(
     """Add a description to a spec, link by link, depth first, children in file order.
 
     Args:
-        prefix: goes before every name ("arm/" makes "arm/elbow").
-        position: (3,) of the root link's frame in the world; m.
-        quaternion: (4,) x, y, z, w.
+        spec: the spec.
+        assets: its meshes.
+        description: the robot.
+        prefix: of all names ("arm/" makes "arm/elbow").
+        position: (3,) of the root link's frame in the world frame (m).
+        quaternion: (4,) x, y, z, w of the root link's frame.
+        options: how to build it.
+
+    Raises:
+        MeshError: a mesh cannot be read.
     """
     built = Built(links=[])
     try:
@@ -63,13 +70,13 @@ def build(
 
 
 def is_anchored(description: RobotDescription) -> bool:
-    """Whether a description itself says that its root stays where it is: named "world", or of mass 0."""
+    """Return whether a description fixes its root: a root named "world", or of mass 0."""
     root = description.root
     return root.name == "world" or (root.inertial is not None and root.inertial.mass == 0.0)
 
 
 def discard(built: Built, spec: mujoco.MjSpec, assets: MeshAssets) -> None:
-    """Take everything a description added (or began to add) out of a spec."""
+    """Remove all elements that a description added (or began to add) from a spec."""
     for equality in built.equalities:
         spec.delete(equality)
     terrains = []
@@ -140,7 +147,7 @@ def _build_into(
 
 
 def _reorder(built: Built, description: RobotDescription) -> None:
-    """Links in the description's order, the root first."""
+    """Sort links in the description's order, the root first."""
     names = [record.name for record in built.links]
     order = [names[0], *(link.name for link in description.links if link.name != names[0])]
     new = {name: i for i, name in enumerate(order)}
@@ -172,7 +179,7 @@ def _fill_link(
 
 @contextmanager
 def _blaming(source: Source, link: str) -> Iterator[None]:
-    """A mesh that cannot be read is reported where the description names it."""
+    """Raise errors of meshes with the place in the description."""
     try:
         yield
     except MeshError as error:

@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 VISUAL_GROUP = 2
 COLLISION_GROUP = 3
 SMALLEST = 1e-6
-"""m: a size below this is no shape."""
+"""Smallest size of a shape (m)."""
 SMALLEST_MESH = 1e-4
-"""m: MuJoCo refuses hulls whose volume is next to nothing."""
+"""Smallest size of a collision mesh (m); MuJoCo rejects hulls of almost no volume."""
 HALF_SPACE = 100.0
-"""m: half size of the box that stands in for a plane on a moving body."""
+"""Half size of the box that replaces a plane on a moving body (m)."""
 UNPAINTED: RGBA = (0.7, 0.7, 0.7, 1.0)
 TERRAIN_BASE = 1.0
-"""m of solid ground under the lowest point of a heightfield."""
+"""Thickness of the ground under the lowest point of a heightfield (m)."""
 
 
 def add_collision(
@@ -52,13 +52,13 @@ def add_collision(
     options: BuildOptions,
     notes: list[str],
 ) -> None:
-    """Add one collision shape to a link's body; a shape without size is left out with a note."""
+    """Add one collision shape to a link's body; a shape without size is skipped with a note."""
     static = options.fixed_base and record.parent == -1
     arguments = geom_arguments(
         record, spec, assets, collision.geometry, collision.origin, options.scale, static=static, hull=True
     )
     if arguments is None:
-        notes.append(f'link "{record.name}": collision shape has no size or no mesh; left out')
+        notes.append(f'link "{record.name}": collision shape has no size or no mesh; skipped')
         return
     contact = record.link.contact if record.link is not None else None
     record.geoms.append(
@@ -84,7 +84,7 @@ def add_visual(
     options: BuildOptions,
     notes: list[str],
 ) -> None:
-    """Add one visual shape to a link's body; it touches nothing and weighs nothing."""
+    """Add one visual shape to a link's body; it does not collide and has no mass."""
     static = options.fixed_base and record.parent == -1
     arguments = geom_arguments(
         record, spec, assets, visual.geometry, visual.origin, options.scale, static=static, hull=False
@@ -99,7 +99,7 @@ def add_visual(
 
 
 def paint(visual: Visual) -> RGBA:
-    """Colour of a visual shape's geom."""
+    """Return the colour of a visual shape's geom."""
     return visual.material.rgba if visual.material and visual.material.rgba else UNPAINTED
 
 
@@ -114,7 +114,7 @@ def geom_arguments(
     static: bool,
     hull: bool,
 ) -> dict[str, Any] | None:
-    """Type, size and pose of a geom; None for a shape of no size."""
+    """Return the type, size and pose of a geom; None for a shape without size."""
     import mujoco
 
     kinds = mujoco.mjtGeom
@@ -154,7 +154,7 @@ def geom_arguments(
 def plain_size(
     geometry: Box | Sphere | Cylinder | Capsule, scale: float
 ) -> tuple[Any, np.ndarray, np.ndarray]:
-    """MuJoCo's type of a shape that its sizes say all of, its three sizes, and those that must not vanish."""
+    """Return MuJoCo's type of a primitive, its sizes (3,) (m), and those that must be positive."""
     import mujoco
 
     kinds = mujoco.mjtGeom
@@ -175,7 +175,7 @@ def plain_size(
 
 
 def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
-    """The triangles of a mesh geometry with its own and the body's scale applied; None without a mesh."""
+    """Return the triangles of a mesh with its own and the body's scale applied; None without a mesh."""
     from roboyard.shapes.load import load_mesh, scaled
 
     mesh = geometry.data
@@ -190,7 +190,7 @@ def load_scaled(geometry: Mesh, scale: float) -> TriangleMesh | None:
 def add_heightfield_asset(
     record: BuiltLink, spec: mujoco.MjSpec, terrain: Heightfield, scale: float
 ) -> tuple[str, float]:
-    """The spec's heightfield for a terrain, and the height of its lowest point."""
+    """Add a heightfield to the spec; return its name and the height of its lowest point (m)."""
     nx, ny = terrain.heights.shape
     name = f"{record.element.name}/terrain{len(record.geoms) + len(record.visuals)}"
     record.terrains[name] = terrain
@@ -198,7 +198,7 @@ def add_heightfield_asset(
 
 
 def fill_heightfield(field: Any, terrain: Heightfield, scale: float) -> float:
-    """Write a terrain's heights into its heightfield in the spec; gives the height of its lowest point."""
+    """Write heights into the spec's heightfield; return the height of the lowest point (m)."""
     heights = np.asarray(terrain.heights, dtype=float) * scale
     nx, ny = heights.shape
     lowest, highest = float(heights.min()), float(heights.max())
@@ -210,7 +210,7 @@ def fill_heightfield(field: Any, terrain: Heightfield, scale: float) -> float:
 
 
 def turn_z_to(normal: np.ndarray) -> np.ndarray:
-    """Shortest rotation from +z to a direction."""
+    """Return the quaternion (4,) x, y, z, w of the shortest rotation from +z to a direction (3,)."""
     x, y, z = normal / np.linalg.norm(normal)
     if z < -1 + 1e-9:
         return np.array([1.0, 0.0, 0.0, 0.0])
@@ -232,7 +232,7 @@ def _friction(contact: Contact | None) -> tuple[float, float, float]:
 
 
 def _contact_dimension(contact: Contact | None) -> int:
-    """3: sliding friction; 4: also spinning; 6: also rolling (only where the file asks for them)."""
+    """Return 3 for sliding friction, 4 with spinning, 6 with rolling (only where the file has them)."""
     if contact is None:
         return 3
     if contact.rolling_friction:

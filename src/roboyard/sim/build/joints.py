@@ -15,18 +15,19 @@ if TYPE_CHECKING:
     import mujoco
 
 LIMIT_INFINITE = 1e6
-"""rad or m: a range beyond this is no limit."""
+"""Range (rad or m) from which a joint has no limit."""
 LOCKED_HALF_RANGE = 1e-9
-"""rad or m: a joint whose lower limit equals its upper one."""
+"""Half range (rad or m) of a joint whose lower limit equals its upper one."""
 PID_ALL_INPUTS = 7
 RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 NO_EFFORT_LIMIT = 1e9
-"""N m or N: force range where the file gives no effort, or zero effort (a common export error)."""
+"""Force range (N m or N) where the file gives no effort, or zero effort (a common export error)."""
 
 
 def add_joint(
     record: BuiltLink, spec: mujoco.MjSpec, prefix: str, options: BuildOptions, built: Built
 ) -> None:
+    """Add a link's joint to its body: the MuJoCo joints, limits and the drive."""
     import mujoco
 
     joint, body = record.joint, record.element
@@ -91,7 +92,7 @@ def _set_limits(element: Any, joint: Joint, scale: float) -> None:
 
 
 def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:
-    """A pid actuator with position, velocity and feedforward inputs, gains zero until someone drives."""
+    """Add a PID actuator with position, velocity and feedforward inputs and zero gains."""
     import mujoco
 
     actuator = spec.add_actuator(name=joint_name, target=joint_name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -104,6 +105,7 @@ def _add_drive(spec: mujoco.MjSpec, joint_name: str, joint: Joint) -> Any:
 
 
 def add_mimics(built: Built, spec: mujoco.MjSpec, description: RobotDescription, prefix: str) -> None:
+    """Add an equality for each joint that mimics another; a mimic without a moving source stays free."""
     import mujoco
 
     scalar = {record.joint.name for record in built.links if record.joint and len(record.joint_elements) == 1}

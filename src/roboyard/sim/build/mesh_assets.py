@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _HULLS: dict[bytes, tuple[Array, np.ndarray]] = {}
 _HULLS_LIMIT = 4096
 THICKNESS = 1e-3
-"""m: what a flat collision mesh is given for MuJoCo, which collides solids only."""
+"""Thickness (m) added to flat collision meshes, since MuJoCo collides solids only."""
 
 
 class MeshAssets:
@@ -27,16 +27,16 @@ class MeshAssets:
         self._meshes: dict[str, tuple[Any, int]] = {}
 
     def has(self, name: str) -> bool:
-        """Whether a mesh is there."""
+        """Return whether the spec has a mesh of this name."""
         return name in self._meshes
 
     @property
     def count(self) -> int:
-        """How many distinct meshes there are."""
+        """Number of distinct meshes."""
         return len(self._meshes)
 
     def add(self, mesh: TriangleMesh, *, hull: bool) -> str:
-        """Name of the spec's mesh for these triangles (or for their convex hull); one more user of it."""
+        """Return the name of the spec's mesh for these triangles, or their hull; count one more user."""
         import mujoco
 
         vertices, faces = convex_hull(mesh) if hull else (mesh.vertices, mesh.faces)
@@ -54,12 +54,12 @@ class MeshAssets:
         return name
 
     def retain(self, name: str) -> None:
-        """One more user of a mesh that is there."""
+        """Count one more user of an existing mesh."""
         element, users = self._meshes[name]
         self._meshes[name] = (element, users + 1)
 
     def release(self, name: str) -> None:
-        """One user fewer."""
+        """Count one user less, and delete the mesh of the last user."""
         element, users = self._meshes[name]
         if users > 1:
             self._meshes[name] = (element, users - 1)
@@ -69,7 +69,10 @@ class MeshAssets:
 
 
 def convex_hull(mesh: TriangleMesh) -> tuple[Array, np.ndarray]:
-    """Vertices and outward faces of the convex hull, memoised; flat meshes get a thickness of 1 mm."""
+    """Return vertices (n, 3) (m) and outward faces (m, 3) of the convex hull, cached.
+
+    Flat meshes get a thickness of 1 mm.
+    """
     key = _digest(mesh.vertices, mesh.faces)
     found = _HULLS.get(key)
     if found is None:
@@ -96,7 +99,7 @@ def _hull(points: Array) -> tuple[Array, np.ndarray]:
 
 
 def _thickened(points: Array) -> Array:
-    """The points, with a copy shifted along every direction in which they have no extent."""
+    """Return the points with copies shifted along directions in which they have no extent."""
     centre = points.mean(axis=0)
     _, axes = np.linalg.eigh((points - centre).T @ (points - centre))
     directions = axes.T

@@ -1,4 +1,4 @@
-"""What building a description leaves behind: the spec's elements of every link, and how it was built."""
+"""The result of building a description: the elements of all links in the spec, and the options."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Heightfield, Joint, Link
 
 ALL_MASKS = 0x7FFFFFFF
-"""A conaffinity that meets every contype."""
+"""A conaffinity that matches every contype. Bit 0 is common; the others hold the codes of robots without
+self-collision (`roboyard.sim.stepping.collision_filters`)."""
 
 
 @dataclass(kw_only=True, slots=True)
 class BuiltLink:
-    """The spec's elements of one link and of the joint it hangs from."""
+    """The elements of one link and of its joint."""
 
     name: str
     parent: int
@@ -24,29 +25,29 @@ class BuiltLink:
     joint: Joint | None = None
     joint_elements: tuple[Any, ...] = ()
     joint_name: str = ""
-    """For links without a description (MJCF)."""
+    """Name of the joint of a link without description (MJCF)."""
     actuator: Any = None
     motor_inertia: float = 0.0
-    """That the drive gives the joint, in its element's armature beside what the user gives; kg m² or kg."""
+    """Inertia that the drive adds to the joint's armature (kg m² or kg)."""
     geoms: list[Any] = field(default_factory=list)
     """Collision geoms."""
     visuals: list[Any] = field(default_factory=list)
     meshes: list[str] = field(default_factory=list)
     terrains: dict[str, Heightfield] = field(default_factory=dict)
-    """By the name of the spec's heightfield."""
+    """Terrain by the name of the spec's heightfield."""
     mass: MassProperties | None = None
     place: int = 0
-    """Among the links as MuJoCo has them, depth first."""
+    """Index among the links in MuJoCo's order, depth first."""
 
 
 @dataclass(kw_only=True, slots=True)
 class Built:
-    """Everything a description added to a spec."""
+    """All elements that a description added to a spec."""
 
     links: list[BuiltLink]
     free_joint: Any = None
     is_ground: bool = False
-    """The shapes belong to MuJoCo's own world body (fixed shapes of an MJCF file)."""
+    """Whether the shapes belong to MuJoCo's world body (fixed shapes of an MJCF file)."""
     equalities: list[Any] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     dofs: int = 0
@@ -54,6 +55,8 @@ class Built:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BuildOptions:
+    """How to build a description."""
+
     fixed_base: bool
     keep_link_order: bool = False
     """Number links as the description lists them instead of depth first."""
@@ -63,6 +66,6 @@ class BuildOptions:
     joint_friction: bool = True
     joint_damping: bool = True
     hard: bool = False
-    """Joint limits as rigid as can be, for worlds that solve contacts on the velocity level."""
+    """Whether joint limits are rigid, for worlds that solve contacts on the velocity level."""
     contype: int = 1
     conaffinity: int = -1

@@ -1,4 +1,4 @@
-"""How a world is solved: the choices and their reasons, in one place."""
+"""Solver options of a world, with their reasons."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ if TYPE_CHECKING:
 Solver = Literal["auto", "newton", "cg"]
 
 PILE_DOFS = 250
-"""Degrees of freedom from which "auto" takes a world for a pile.
+"""Degrees of freedom from which "auto" solves a world as a pile.
 
-Newton factorises a matrix of all dofs that touch one another, at a cost that grows with its square, and
+Newton factorises a matrix of all dofs in contact with one another, at a cost that grows with its square, and
 needs two or three iterations; conjugate gradients cost a matrix product an iteration. A robot has tens of
-dofs; forty loose boxes in one heap have 240.
+dofs; forty boxes in one heap have 240.
 """
 PILE_ITERATIONS = 50
-"""Most of the steps of a heap that rests need fewer than ten, from the step before."""
+"""Iterations of a pile; most steps at rest need fewer than ten with a warm start."""
 PILE_SOLREF = (0.02, 1.0)
 PILE_SOLIMP = (0.8, 0.9, 0.001, 0.5, 2.0)
-"""Contacts of a pile are softer, or conjugate gradients do not get there in time and what they leave undone
+"""Contacts of a pile are softer, or conjugate gradients do not converge in time and the remaining error
 throws boxes about. A box at rest sinks in by under 1 mm, the lowest of a heap of 500 by 2 mm."""
 CONTACT_SOLREF = (0.008, 1.0)
-"""Time constant (s) and damping ratio with which penetration is undone: critically, in two steps."""
+"""Time constant (s) and damping ratio with which penetration is corrected: critically, in two steps."""
 CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 """Nearly rigid: at rest a body sinks in by well under 0.1 mm."""
 
 
 HARD_SOLIMP = (0.999, 0.999, 0.001, 0.5, 2.0)
-"""Of contacts on the velocity level."""
+"""Impedance of contacts on the velocity level."""
 
 
 def new_spec() -> mujoco.MjSpec:
-    """An empty spec that takes masses and inertias as they are given."""
+    """Return an empty spec that keeps given masses and inertias."""
     import mujoco
 
     spec = mujoco.MjSpec()
@@ -56,9 +56,9 @@ def apply_options(
 ) -> None:
     """Write a world's options into those of its spec before it compiles, or of its MjModel.
 
-    The plain integrator is `implicitfast`, so that stiff drives and joint damping stay stable at large
-    steps; friction cones are elliptic (the true ones), with ten times more friction impedance than normal
-    impedance, so that grasped things do not creep.
+    The plain integrator is `implicitfast`, so that stiff drives and joint damping are stable at large
+    steps; friction cones are elliptic (the exact ones), with ten times more friction impedance than normal
+    impedance, so that grasped objects do not creep.
     """
     import mujoco
 
@@ -86,7 +86,7 @@ def apply_options(
 
 
 def chosen_solver(solver: Solver, dofs: int) -> Literal["newton", "cg"]:
-    """What "auto" means for a world of this size."""
+    """Return the solver of a world with so many degrees of freedom."""
     if solver != "auto":
         return solver
     return "cg" if dofs >= PILE_DOFS else "newton"

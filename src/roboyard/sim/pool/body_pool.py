@@ -1,15 +1,15 @@
 """The body pool: a world to which bodies are added one by one compiles some more of them in advance.
 
 A compile takes MuJoCo time that grows with the square of the number of bodies. After several compiles in a
-row that only new bodies made necessary, the next one gets spare bodies of the same layouts at the end of
-the spec. Spare bodies are inactive: they do not collide, rays do not hit them and they are not rendered. A
-body that is added later takes the first spare body of its layout. Its numbers are written into MuJoCo's
+row that only new bodies made necessary, the next one gets pooled bodies of the same layouts at the end of
+the spec. Pooled bodies are inactive: they do not collide, rays do not hit them and they are not rendered. A
+body that is added later takes the first pooled body of its layout. Its numbers are written into MuJoCo's
 arrays, equal to those that a compile would have written: they come from a compile of that body alone (its
-template) or are computed from its sizes (an analytic template). Spare bodies before the one taken are never
-used, so that the bodies of a world are in the order of their ids. A body that fits no spare body is
+template) or are computed from its sizes (an analytic template). Pooled bodies before the one taken are never
+used, so that the bodies of a world are in the order of their ids. A body that fits no pooled body is
 compiled as without a pool.
 
-Spare bodies with joints have one exact description, and exist only while few steps pass between additions:
+Pooled bodies with joints have one exact description, and exist only while few steps pass between additions:
 each step costs as much for them as for an active body.
 
 A removed body becomes inactive, too, if it came from the pool or has one link. All inactive bodies are
@@ -41,18 +41,18 @@ MESH = 4
 """Compile cost of a mesh, in bodies of one link."""
 FEWEST, FEWEST_ARTICULATED = 8, 3
 MORE, MOST = 32, 600
-"""Number of spare bodies: as many as there are bodies, but at least `FEWEST`, at most `MORE` and half as
+"""Number of pooled bodies: as many as there are bodies, but at least `FEWEST`, at most `MORE` and half as
 many as bodies, and never more than `MOST` unless as many were added at once.
 
 So compiles become rarer as they become more expensive, while steps do not become much slower."""
 STREAK = 3
-"""Compiles in a row that only new bodies made necessary, the one with spare bodies included."""
+"""Compiles in a row that only new bodies made necessary, the one with pooled bodies included."""
 IDLE_STEPS, IDLE_STEPS_ARTICULATED = 200, 20
 """Steps without additions and removals after which inactive bodies are deleted."""
 LARGEST_PAUSE = 4
-"""Largest number of steps between additions at which spare bodies with joints are made."""
+"""Largest number of steps between additions at which pooled bodies with joints are made."""
 HISTORY_LENGTH = 12
-"""Number of recent additions from which the layouts of spare bodies are chosen: those seen twice."""
+"""Number of recent additions from which the layouts of pooled bodies are chosen: those seen twice."""
 _SLOT_NAME, _REMOVED_NAME = "pooled{}", "removed{}"
 
 Recent = tuple[RobotDescription, BuildOptions]
@@ -66,7 +66,7 @@ class BodyPool:
         self._rows = PoolRows(engine)
         self._slots: list[PooledBody] = []
         self._next = 0
-        """First spare body that may be taken; those before it have an owner or were skipped."""
+        """First pooled body that may be taken; those before it have an owner or were skipped."""
         self._slot_of: dict[int, PooledBody] = {}
         """By id of the body that uses the slot."""
         self._removed: list[Built] = []
@@ -84,15 +84,15 @@ class BodyPool:
         self._time = 0.0
         """Simulated time of the last addition (s)."""
         self._has_articulated = False
-        """Whether any spare body has joints."""
+        """Whether any pooled body has joints."""
         self._acquired = 0
         """Number of bodies taken from the pool so far."""
         self._expects_bodies = False
-        """Whether the next compile with new bodies gets spare bodies in any case."""
+        """Whether the next compile with new bodies gets pooled bodies in any case."""
 
     @property
     def free(self) -> int:
-        """Number of spare bodies that may be taken."""
+        """Number of pooled bodies that may be taken."""
         return len(self._slots) - self._next
 
     @property
@@ -148,7 +148,7 @@ class BodyPool:
             self._engine.mark_stale()
 
     def prepare(self, spec: Any) -> int:
-        """Add spare bodies to the spec before a compile; return the number of their shapes."""
+        """Add pooled bodies to the spec before a compile; return the number of their shapes."""
         fresh, mixed = len(self._added), self._mixed
         self._added.clear()
         self._mixed = False
@@ -164,7 +164,7 @@ class BodyPool:
         self._idle = 0
         if self._streak < self._threshold or spec.sensors or _may_sleep(spec):
             return 0
-        templates = self._spare_templates()
+        templates = self._pooled_templates()
         if not templates:
             return 0
         self._has_articulated = any(template.description.joints for template in templates)
@@ -178,7 +178,7 @@ class BodyPool:
         return sum(slot.template.counts["geom"] for slot in self._slots)
 
     def locate(self) -> None:
-        """Look up the rows of spare bodies after a compile, and make them inactive."""
+        """Look up the rows of pooled bodies after a compile, and make them inactive."""
         self._rows.locate(self._slots)
 
     def _compile_cost(self) -> int:
@@ -193,7 +193,7 @@ class BodyPool:
         if self.inactive:
             self._rows.update_inertia()
 
-    def _spare_templates(self) -> list[BodyTemplate]:
+    def _pooled_templates(self) -> list[BodyTemplate]:
         """Return the templates of the last additions whose layout was seen at least twice."""
         is_frequent = max(self._steps) < LARGEST_PAUSE + 0.5
         jointed = [description for description, _ in self._recent if description.joints]
@@ -224,7 +224,7 @@ class BodyPool:
             self._engine.assets.release(mesh)
 
     def _back_off(self) -> None:
-        """Spare bodies were not used: require more compiles before the next ones."""
+        """Pooled bodies were not used: require more compiles before the next ones."""
         self._streak = 0
         self._threshold *= 2
 
@@ -238,9 +238,16 @@ class BodyPool:
         quaternion: Array,
         options: BuildOptions,
     ) -> Built | None:
-        """Turn a spare body into the body of a description; return None where none fits.
+        """Turn a pooled body into the body of a description; return None where none fits.
 
-        The arguments are those of `roboyard.sim.build.bodies.build`. The caller has to call `activate` next.
+        Args:
+            description: of one link, or a description that was added before.
+            prefix: of its names in the spec.
+            position: (3,) of the root link's frame in the world frame (m).
+            quaternion: (4,) x, y, z, w of the root link's frame.
+            options: how it is built.
+
+        The caller has to call `activate` next.
         """
         if self._engine.is_stale or not self.free or not is_poolable(description, options):
             return None

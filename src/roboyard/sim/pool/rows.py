@@ -1,4 +1,4 @@
-"""Rows of MuJoCo's arrays whose owner changes: spare bodies become bodies, bodies inactive."""
+"""Rows of MuJoCo's arrays whose owner changes: pooled bodies become bodies, bodies inactive."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class PooledBody:
 
 
 def add_pooled_body(spec: Any, assets: MeshAssets, template: BodyTemplate, name: str) -> PooledBody:
-    """Add a spare body with the layout of a template to a spec."""
+    """Add a pooled body with the layout of a template to a spec."""
     built = None
     if template.description.joints:
         built = build(spec, assets, template.description, f"{name}/", _NOWHERE, _UNTURNED, template.options)
@@ -96,7 +96,7 @@ class PoolRows:
         """First rows and row counts of all inactive bodies, by the row of the root."""
 
     def locate(self, pool: list[PooledBody]) -> None:
-        """Look up the rows of spare bodies after a compile, and make them inactive."""
+        """Look up the rows of pooled bodies after a compile, and make them inactive."""
         model = self._engine.live_model
         self._arrays, self._inactive = {}, {}
         for slot in pool:
@@ -118,7 +118,7 @@ class PoolRows:
     def fill(
         self, slot: PooledBody, template: BodyTemplate, options: BuildOptions, position: Array, wxyz: Array
     ) -> None:
-        """Turn a spare body into the body of a template.
+        """Turn a pooled body into the body of a template.
 
         Args:
             slot: inactive, of the template's layout.

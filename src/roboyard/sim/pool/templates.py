@@ -34,7 +34,7 @@ GEOM_FIELDS = (
 """Fields of a spec's elements that define a body."""
 
 MOST_LINKS = 64
-"""Largest number of links of a spare body."""
+"""Largest number of links of a pooled body."""
 
 Layout = tuple[Any, ...]
 """Bodies of equal layout can use one another's rows: bodies of one link whose rows refer to one another in

@@ -1,4 +1,4 @@
-"""Who touches whom: contacts of the last step, as objects or as arrays."""
+"""Contacts of the last step, as objects or as arrays."""
 
 from __future__ import annotations
 
@@ -15,48 +15,50 @@ from roboyard.transforms import Array
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Contact:
-    """One point at which two links touch."""
+    """One contact point of two links."""
 
     link_a: Link
     link_b: Link
     position: Array
-    """(3,) midway between the surfaces, in the world; m"""
+    """(3,) point midway between the surfaces in the world frame (m)."""
     normal: Array
-    """(3,) unit, from link_a to link_b, in the world."""
+    """(3,) unit normal from link_a to link_b in the world frame."""
     distance: float
-    """m; negative: how far the surfaces overlap."""
+    """Distance of the surfaces (m); negative for a penetration."""
     normal_force: float
-    """N, at least 0: how hard the links push apart."""
+    """Normal force (N), at least 0."""
     friction_force: Array
-    """(3,) N that link_a feels along the surface, in the world; link_b feels the opposite."""
+    """(3,) friction force on link_a in the world frame (N); the opposite acts on link_b."""
 
     @property
     def body_a(self) -> Body:
+        """The body of link_a."""
         return typing.cast(Body, self.link_a.body)
 
     @property
     def body_b(self) -> Body:
+        """The body of link_b."""
         return typing.cast(Body, self.link_b.body)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ContactArrays:
-    """All contacts at once, k of them, in MuJoCo's order."""
+    """All k contacts, in MuJoCo's order."""
 
     owners: np.ndarray
-    """(k, 4) int32: body id and link index of a, then of b"""
+    """(k, 4) int32: body id and link index of a, then of b."""
     position: Array
-    """(k, 3) m"""
+    """(k, 3) points in the world frame (m)."""
     frame: Array
-    """(k, 3, 3) rows: normal from a to b, then two tangents"""
+    """(k, 3, 3) rows: normal from a to b, then two tangents, in the world frame."""
     distance: Array
-    """(k,) m"""
+    """(k,) distances of the surfaces (m)."""
     force: Array
-    """(k, 3) N that b feels from a, along the rows of `frame`"""
+    """(k, 3) force on b along the rows of `frame` (N)."""
 
 
 def contact_arrays(world: Engine[Body]) -> ContactArrays:
-    """Contacts of the last step (or of the last `World.detect_contacts`)."""
+    """Return the contacts of the last step (or of the last `World.detect_contacts`)."""
     import mujoco
 
     world.ensure_compiled()
@@ -81,7 +83,7 @@ def contact_arrays(world: Engine[Body]) -> ContactArrays:
 
 
 def contacts(world: Engine[Body], body: Body | None = None, other: Body | None = None) -> list[Contact]:
-    """Contacts as objects; `body` comes first (as a) where it takes part, `other` filters its partners."""
+    """Return contacts as objects; `body` is a where it takes part, `other` filters by the second body."""
     arrays = contact_arrays(world)
     found = []
     for i in range(len(arrays.distance)):

@@ -1,4 +1,4 @@
-"""Distances between links that need not touch, and boxes around them."""
+"""Distances between links that need not touch, and bounding boxes of geoms."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ class Proximity:
     link_a: Link
     link_b: Link
     point_a: Array
-    """(3,) on link_a, in the world; m"""
+    """(3,) point on link_a in the world frame (m)."""
     point_b: Array
-    """(3,) on link_b, in the world; m"""
+    """(3,) point on link_b in the world frame (m)."""
     distance: float
-    """m; negative where they overlap"""
+    """Distance (m); negative for an overlap."""
 
     @property
     def normal(self) -> Array:
-        """(3,) unit, from b to a."""
+        """(3,) unit vector from b to a in the world frame."""
         between = self.point_a - self.point_b if self.distance >= 0 else self.point_b - self.point_a
         length = np.linalg.norm(between)
         return between / length if length > 1e-12 else np.array([0.0, 0.0, 1.0])
 
 
 def nearest(world: Engine[Body], a: Link, b: Link, largest: float) -> Proximity | None:
-    """The nearest points of two links, if they are within `largest` m; collision shapes only."""
+    """Return the nearest points of two links within a distance (m); collision shapes only."""
     data = world.kinematics()
     model = world.live_model
     best, ends = largest, None
@@ -54,7 +54,7 @@ def nearest(world: Engine[Body], a: Link, b: Link, largest: float) -> Proximity 
 
 
 def between_bodies(world: Engine[Body], a: Body, b: Body, largest: float) -> list[Proximity]:
-    """The nearest points of every pair of links of two bodies within `largest` m."""
+    """Return the nearest points of every pair of links of two bodies within a distance (m)."""
     found = []
     for one in a.links:
         for two in b.links:
@@ -67,7 +67,7 @@ def between_bodies(world: Engine[Body], a: Body, b: Body, largest: float) -> lis
 
 
 def geom_bounds(world: Engine[Body], geoms: list[int]) -> Array:
-    """(n, 2, 3) corners of the box around each of some MuJoCo geoms; m. Endless planes are ±inf."""
+    """Return the (n, 2, 3) bounding boxes of some MuJoCo geoms (m). Infinite planes are ±inf."""
     data = world.kinematics()
     model = world.live_model
     rotation = data.geom_xmat[geoms].reshape(-1, 3, 3)
@@ -79,7 +79,7 @@ def geom_bounds(world: Engine[Body], geoms: list[int]) -> Array:
 
 
 def _boxes_within(model: Any, data: Any, one: int, two: int, distance: float) -> bool:
-    """Whether the bounding balls of two geoms come within a distance (planes always do)."""
+    """Return whether the bounding spheres of two geoms are within a distance (planes always are)."""
     radius = model.geom_rbound
     if radius[one] == 0 or radius[two] == 0:
         return True

@@ -1,4 +1,4 @@
-"""Rays against the collision shapes of a world, one or many."""
+"""Ray casts against the shapes of a world, one or many."""
 
 from __future__ import annotations
 
@@ -18,58 +18,65 @@ from roboyard.transforms import Array
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RayHit:
-    """Where one ray met a surface first."""
+    """The first surface along one ray."""
 
     link: Link
     position: Array
-    """(3,) m, in the world"""
+    """(3,) point in the world frame (m)."""
     normal: Array
-    """(3,) unit, out of the surface"""
+    """(3,) unit normal, outwards, in the world frame."""
     distance: float
-    """m from the ray's start"""
+    """Distance from the ray's start (m)."""
     fraction: float
     """0 at the ray's start, 1 at its end"""
 
     @property
     def body(self) -> Body:
+        """The body of the link."""
         return typing.cast(Body, self.link.body)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RayHits:
-    """Where k rays met a surface first; rows of rays that met nothing hold owner -1 and fraction 1."""
+    """The first surfaces along k rays; rays without a hit have owner -1 and fraction 1."""
 
     owners: np.ndarray
-    """(k, 2) int32 body id and link index; -1, -1 for a miss"""
+    """(k, 2) int32: body id and link index; -1, -1 for a miss."""
     fraction: Array
-    """(k,) 0 at the ray's start, 1 at its end"""
+    """(k,) 0 at the ray's start, 1 at its end."""
     position: Array
-    """(k, 3) m; the ray's end for a miss"""
+    """(k, 3) points in the world frame (m); the ray's end for a miss."""
     normal: Array
-    """(k, 3) unit; zeros for a miss"""
+    """(k, 3) unit normals in the world frame; zeros for a miss."""
     geoms: np.ndarray
-    """(k,) int32 MuJoCo's shapes; -1 for a miss"""
+    """(k,) int32: MuJoCo geoms; -1 for a miss."""
 
     @property
     def hit(self) -> np.ndarray:
-        """(k,) bool"""
+        """(k,) bool: whether a ray has a hit."""
         return self.owners[:, 0] >= 0
 
 
 def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: bool = False) -> RayHits:
-    """Cast rays from `starts` to `ends`, each (k, 3) or (3,) m in the world.
+    """Cast rays from `starts` to `ends`.
 
-    Rays from one common start share their broad phase and are several times faster. A ray that starts
-    within a shape meets that shape's surface from inside.
+    Rays from one common start share their broad phase and are several times faster. A ray that starts inside
+    a shape hits that shape's surface from inside.
 
     Args:
-        visual: meet the visual shapes instead of the collision shapes.
+        world: the world.
+        starts: (k, 3) or (3,) points in the world frame (m).
+        ends: (k, 3) or (3,) points in the world frame (m).
+        visual: cast against the visual shapes instead of the collision shapes.
+
+    Raises:
+        RoboyardError: points do not have three coordinates.
     """
     import mujoco
 
     origins, targets = np.atleast_2d(starts).astype(float), np.atleast_2d(ends).astype(float)
     if origins.shape[-1] != 3 or targets.shape[-1] != 3:
-        raise RoboyardError(f"rays have (k, 3) starts and ends; got {origins.shape} and {targets.shape}")
+        raise RoboyardError(f"rays need (k, 3) starts and ends, got {origins.shape} and {targets.shape}")
     k = max(len(origins), len(targets))
     world.kinematics()
     model, data = world.live_model, world.live_data
@@ -118,20 +125,21 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
 
 
 ShapeHit = tuple[int, float, tuple[float, ...]]
-"""MuJoCo's shape, fraction of the ray, unit normal out of the surface."""
+"""MuJoCo geom, fraction of the ray, unit normal out of the surface."""
 _COLLISIONS = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
-"""Groups of shapes that rays meet: all but the visual ones."""
+"""Groups of shapes that rays may hit: all but the visual ones."""
 
 
 def first_shape(
     world: Engine[Body], start: tuple[float, ...], way: tuple[float, ...], behind: float = 0.0
 ) -> ShapeHit | None:
-    """The first collision shape that one ray meets, in plain numbers: what `cast` finds, many times sooner.
+    """Return the first collision shape along one ray in plain numbers: `cast`, many times faster.
 
     Args:
-        start: (3,) m in the world.
-        way: (3,) m from there to the ray's end.
-        behind: fraction of the way that is passed over; fractions of hits count from `start` all the same.
+        world: the world.
+        start: (3,) point in the world frame (m).
+        way: (3,) vector from there to the ray's end (m).
+        behind: fraction of the ray that is skipped; fractions of hits still count from `start`.
     """
     import mujoco
 
@@ -151,7 +159,7 @@ def first_shape(
 
 
 def cast_one(world: Engine[Body], start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> RayHit | None:
-    """The first surface between two points, or None."""
+    """Return the first surface between two points (3,) in the world frame (m), or None."""
     hits = cast(world, start, end, visual=visual)
     if not hits.hit[0]:
         return None

@@ -1,4 +1,4 @@
-"""Which links may touch: self-collision by codes of bits, single pairs by exclusion."""
+"""Collision filters: self-collision by bit masks, single pairs by exclusion."""
 
 from __future__ import annotations
 
@@ -7,46 +7,44 @@ from typing import Any
 
 from roboyard.description.model import RobotDescription
 from roboyard.sim.body import Body
+from roboyard.sim.build.records import ALL_MASKS
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
-
-ALL = 0x7FFFFFFF
-"""Bit 0 is everybody's; the other thirty hold the codes of robots whose links must not touch one another."""
 
 Key = tuple[tuple[int, int], tuple[int, int]]
 
 
 class CollisionFilters:
-    """Keeps a world's exclusions in its spec.
+    """Keeps the exclusions of a world in its spec.
 
     MuJoCo lets two geoms touch if a bit of one's `contype` is in the other's `conaffinity`. A robot without
-    self-collision owns a code, a set of bits: its geoms have the code as contype and all but the code as
-    conaffinity. So they do not meet themselves, but everything else: of two sets that differ one is not
-    within the other.
+    self-collision owns a code, a set of bits: its geoms have the code as contype and all other bits as
+    conaffinity. So they do not collide with one another, but with all others: of two different sets, one is
+    not within the other.
     """
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._free_codes: list[int] = []
-        """A heap: codes of robots that have gone."""
+        """Codes of removed robots, as a heap."""
         self._codes = 0
-        """How many codes were handed out."""
+        """Number of codes in use or free."""
         self._disabled: set[Key] = set()
         self._elements: dict[Key, Any] = {}
         self._owned: dict[int, int] = {}
         self._next: int | None = None
 
     def masks(self, description: RobotDescription, self_collision: bool) -> tuple[int, int]:
-        """Contype and conaffinity for the geoms of the body that is added next."""
+        """Return contype and conaffinity for the geoms of the body that is added next."""
         self._next = None
         parts = sum(bool(link.collisions) for link in description.links)
         if self_collision or parts < 2:
-            return 1, ALL
+            return 1, ALL_MASKS
         self._next = self._free_codes[0] if self._free_codes else self._codes + 1
-        return self._next << 1, ALL & ~(self._next << 1)
+        return self._next << 1, ALL_MASKS & ~(self._next << 1)
 
     def set(self, a: Link, b: Link, *, collide: bool) -> None:
-        """Let two links touch, or not."""
+        """Let two links collide, or not."""
         key = _key(a, b)
         if collide:
             self._disabled.discard(key)
@@ -55,11 +53,11 @@ class CollisionFilters:
         self._world.mark_stale()
 
     def collides(self, a: Link, b: Link) -> bool:
-        """Whether this pair was not switched off."""
+        """Return whether a pair is not excluded."""
         return _key(a, b) not in self._disabled
 
     def assign_masks(self, body: Body) -> None:
-        """The body whose masks were handed out last now exists."""
+        """Assign the masks returned last to the body that was added."""
         if self._next is not None:
             self._owned[body.id] = self._next
             if self._free_codes:
@@ -69,7 +67,7 @@ class CollisionFilters:
         self._next = None
 
     def forget(self, body: Body) -> None:
-        """A body goes: its code is free again, its exclusions vanish."""
+        """Free the code of a body that is removed and delete its exclusions."""
         code = self._owned.pop(body.id, None)
         if code is not None:
             heappush(self._free_codes, code)
@@ -77,7 +75,7 @@ class CollisionFilters:
         self._sync()
 
     def write(self) -> None:
-        """Bring the spec's exclusions up to date (called before each compile)."""
+        """Update the spec's exclusions, before each compile."""
         self._sync()
 
     def _sync(self) -> None:

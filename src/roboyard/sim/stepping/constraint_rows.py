@@ -1,7 +1,7 @@
 """Rows of constraints in MuJoCo's arrays, changed between the halves of a step.
 
-A slide is a weld that lets go along one axis: its rows are turned into the axis and across it. A row that
-would need more force than it may take becomes a given force.
+A slide is a weld that is free along one axis: its rows are rotated into the axis and across it. A row that
+would need more force than its bound becomes a given force.
 """
 
 from __future__ import annotations
@@ -17,13 +17,15 @@ BOUND_ROUNDS = 3
 
 
 def free_axis(model: Any, data: Any, equality: int, site_a: int, site_b: int, axis: Array) -> None:
-    """Between the halves of a step: let a weld's second frame slide along an axis fixed in the first.
+    """Free a weld's second frame along an axis fixed in the first, between the halves of a step.
 
-    A weld holds three distances along world axes. They become distances along two directions across the
-    axis, measured at the second frame's origin (so that it is carried round when the first body turns), and
-    an empty row for the axis itself.
+    A weld constrains three distances along world axes. They become distances along two directions across the
+    axis, measured at the second frame's origin (so that it follows when the first body turns), and an empty
+    row for the axis itself.
 
     Args:
+        model: MjModel.
+        data: its MjData.
         equality: index of the weld.
         site_a: the frame in which the axis is fixed.
         site_b: the frame that slides.
@@ -47,11 +49,14 @@ def free_axis(model: Any, data: Any, equality: int, site_a: int, site_b: int, ax
 
 
 def bound_rows(model: Any, data: Any, bound: Array) -> None:
-    """After the solver: rows beyond their bound become forces of just that size, and the rest is solved
-    again; a few times, for what then goes beyond its own.
+    """Turn rows beyond their bound into forces of that size after the solver, and solve the rest again.
+
+    This is repeated a few times for rows that exceed their bound then.
 
     Args:
-        bound: (ne,) N or N m, for each row of an equality.
+        model: MjModel.
+        data: its MjData.
+        bound: (ne,) of each row of an equality (N or N m).
     """
     ne = data.ne
     bound = bound / row_scale(model, data)
@@ -73,7 +78,7 @@ def bound_rows(model: Any, data: Any, bound: Array) -> None:
 
 
 def row_scale(model: Any, data: Any) -> Array:
-    """(ne,) a unit of each row's force in N or N m: MuJoCo's turning rows of welds are half angles."""
+    """Return the unit (ne,) of each row's force in N or N m: rotational rows of welds are half angles."""
     rows = data.efc_id[: data.ne]
     is_weld = model.eq_type[rows] == int(mujoco.mjtEq.mjEQ_WELD)
     first = np.concatenate(([0], np.flatnonzero(np.diff(rows)) + 1))
@@ -82,7 +87,7 @@ def row_scale(model: Any, data: Any) -> Array:
 
 
 def _give_force(model: Any, data: Any, row: int, force: float) -> None:
-    """Empty a row and let a force (in its own unit) act instead; `qacc_smooth` is then due anew."""
+    """Clear a row and apply a force (in its own unit) instead; `qacc_smooth` must be recomputed then."""
     places, columns = _row(model, data, row)
     data.qfrc_smooth[columns] += data.efc_J[places] * force
     data.efc_J[places] = 0.0
@@ -90,7 +95,7 @@ def _give_force(model: Any, data: Any, row: int, force: float) -> None:
 
 
 def _row(model: Any, data: Any, row: int) -> tuple[slice, Any]:
-    """Where a row of the Jacobian is stored, and which dofs its numbers belong to."""
+    """Return the slice of a row of the Jacobian, and the dofs of its numbers."""
     if mujoco.mj_isSparse(model):
         start, count = int(data.efc_J_rowadr[row]), int(data.efc_J_rownnz[row])
         return slice(start, start + count), data.efc_J_colind[start : start + count]
@@ -98,7 +103,7 @@ def _row(model: Any, data: Any, row: int) -> tuple[slice, Any]:
 
 
 def across(axis: Array) -> Array:
-    """(3, 3) rows: two unit directions across an axis, and zero in the place of the axis itself."""
+    """Return (3, 3) rows: two unit directions across an axis (3,), and zeros for the axis itself."""
     helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
     first = np.cross(axis, helper)
     first /= np.linalg.norm(first)
@@ -106,7 +111,7 @@ def across(axis: Array) -> Array:
 
 
 def _velocity_of(model: Any, data: Any, site: int, point: Array) -> Array:
-    """(3, nv) Jacobian of a world point moving with the body of a site."""
+    """Return the (3, nv) Jacobian of a world point that moves with the body of a site."""
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jac(model, data, jacobian, None, point, int(model.site_bodyid[site]))
     return jacobian

@@ -1,4 +1,4 @@
-"""Constraints that no joint of a tree makes: welds, slides, points and gears, each with a force bound."""
+"""Constraints between links besides joints: welds, slides, points and gears, with force bounds."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Kind = Literal["weld", "slide", "point", "gear"]
 STIFF_SOLREF = (0.005, 1.0)
 STIFF_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 CORRECTION = 0.2
-"""Of a bounded constraint: share of its error closed in a step. It asks for a velocity, so that a bound that
-is too tight to brake in time cannot make it swing."""
+"""Share of a bounded constraint's error corrected in a step. It requests a velocity, so that a bound that is
+too low to brake in time cannot make it oscillate."""
 
 
 @dataclass(kw_only=True, slots=True, eq=False)
 class Constraint:
-    """One constraint of a world. Frames are relative to link frames; without a second link, to the world."""
+    """One constraint. Frames are relative to link frames; without a second link, to the world."""
 
     id: int
     kind: Kind
@@ -37,12 +37,12 @@ class Constraint:
     site_a: Any = None
     site_b: Any = None
     max_force: float = np.inf
-    """N or N m, on each row: three for a point, six for a weld or slide, one for a gear."""
+    """Force bound (N or N m) of each row: three for a point, six for a weld or slide, one for a gear."""
     gear_ratio: float = 0.0
     axis: Array | None = None
-    """(3,) unit: of a slide, in the frame of link_a."""
+    """Unit axis (3,) of a slide, in the frame of link_a."""
     tendon: Any = None
-    """Of a gear with a third joint."""
+    """The tendon of a gear with a third joint."""
 
 
 class Constraints:
@@ -60,7 +60,7 @@ class Constraints:
 
     @property
     def is_bounded(self) -> bool:
-        """Whether any constraint has a force bound, or an axis, that steps have to watch."""
+        """Whether any constraint has a force bound or an axis that steps must apply."""
         return any(
             constraint.kind == "slide" or np.isfinite(constraint.max_force)
             for constraint in self._by_id.values()
@@ -77,7 +77,17 @@ class Constraints:
         orientation_b: ArrayLike = (0, 0, 0, 1),
         max_force: float = np.inf,
     ) -> Constraint:
-        """Hold a frame of one link on a frame of another (or of the world)."""
+        """Weld a frame of one link to a frame of another (or of the world).
+
+        Args:
+            link_a: first link.
+            link_b: second link; None for the world.
+            position_a: (3,) origin in the frame of link_a (m).
+            orientation_a: (4,) quaternion x, y, z, w in the frame of link_a.
+            position_b: (3,) origin in the frame of link_b (m).
+            orientation_b: (4,) quaternion x, y, z, w in the frame of link_b.
+            max_force: bound of each row (N or N m).
+        """
         kind = mujoco.mjtEq.mjEQ_WELD
         return self._between(
             "weld", kind, link_a, link_b, position_a, orientation_a, position_b, orientation_b, max_force
@@ -92,7 +102,15 @@ class Constraints:
         position_b: ArrayLike = (0, 0, 0),
         max_force: float = np.inf,
     ) -> Constraint:
-        """Hold a point of one link on a point of another (or of the world); both turn freely."""
+        """Connect a point of one link to a point of another (or of the world); both turn freely.
+
+        Args:
+            link_a: first link.
+            link_b: second link; None for the world.
+            position_a: (3,) point in the frame of link_a (m).
+            position_b: (3,) point in the frame of link_b (m).
+            max_force: bound of each row (N).
+        """
         kind, none = mujoco.mjtEq.mjEQ_CONNECT, (0, 0, 0, 1)
         return self._between("point", kind, link_a, link_b, position_a, none, position_b, none, max_force)
 
@@ -108,15 +126,25 @@ class Constraints:
         orientation_b: ArrayLike = (0, 0, 0, 1),
         max_force: float = np.inf,
     ) -> Constraint:
-        """Hold a frame of one link on a line through a frame of another, both turned alike.
+        """Keep a frame of one link on a line through a frame of another, with equal orientations.
 
         Args:
+            link_a: first link.
+            link_b: second link; None for the world.
             axis: (3,) direction of the line, in the frame on link_a.
+            position_a: (3,) origin in the frame of link_a (m).
+            orientation_a: (4,) quaternion x, y, z, w in the frame of link_a.
+            position_b: (3,) origin in the frame of link_b (m).
+            orientation_b: (4,) quaternion x, y, z, w in the frame of link_b.
+            max_force: bound of each row (N or N m).
+
+        Raises:
+            RoboyardError: the axis is zero.
         """
         direction = np.array(axis, dtype=float)
         length = np.linalg.norm(direction)
         if direction.shape != (3,) or not length > 0:
-            raise RoboyardError(f"a slide needs an axis of three numbers that are not all zero; got {axis}")
+            raise RoboyardError(f"a slide needs a non-zero axis of three numbers, got {axis}")
         made = self._between(
             "slide",
             mujoco.mjtEq.mjEQ_WELD,
@@ -141,7 +169,11 @@ class Constraints:
         against: Joint | None = None,
         max_force: float = np.inf,
     ) -> Constraint:
-        """Couple joints of one degree of freedom from here on: v_a + ratio v_b = 0, or v_against."""
+        """Couple joints of one degree of freedom from now on: v_a + ratio v_b = 0, or v_against.
+
+        Raises:
+            RoboyardError: a joint is neither hinge nor slide.
+        """
         for joint in (joint_a, joint_b, *(() if against is None else (against,))):
             if not joint.is_scalar:
                 raise RoboyardError(f"joint {joint.name!r} is {joint.type}; gears couple hinges and slides")
@@ -219,10 +251,10 @@ class Constraints:
     # --------------------------------------------------------------------------------------------- changing
 
     def get(self, constraint_id: int) -> Constraint:
-        """The constraint of this id.
+        """Return the constraint of an id.
 
         Raises:
-            StaleHandleError: it was removed, or never was.
+            StaleHandleError: it was removed or never existed.
         """
         if constraint_id not in self._by_id:
             raise StaleHandleError(f"there is no constraint {constraint_id}; it may have been removed")
@@ -230,6 +262,7 @@ class Constraints:
 
     @property
     def all(self) -> tuple[Constraint, ...]:
+        """All constraints, in the order they were added."""
         return tuple(self._by_id.values())
 
     def set_frame(
@@ -239,10 +272,20 @@ class Constraints:
         position: ArrayLike | None = None,
         orientation: ArrayLike | None = None,
     ) -> None:
-        """Move one side's frame; takes effect at the next step without a recompile."""
+        """Move the frame of one side; takes effect at the next step without a compile.
+
+        Args:
+            constraint: a weld, slide or point.
+            side: of link_a or link_b.
+            position: (3,) in the link frame (m); None keeps it.
+            orientation: (4,) quaternion x, y, z, w in the link frame; None keeps it.
+
+        Raises:
+            RoboyardError: the constraint is a gear.
+        """
         site = constraint.site_a if side == "a" else constraint.site_b
         if site is None:
-            raise RoboyardError("a gear has no frames")
+            raise RoboyardError(f"constraint {constraint.id} is a gear and has no frames")
         world = self._world
         if position is not None:
             site.pos = np.asarray(position, dtype=float)
@@ -257,10 +300,13 @@ class Constraints:
         """Couple positions as q_a = offset - ratio q_b; with a third joint as q_a = offset - ratio q_b + q_c.
 
         Raises:
-            RoboyardError: another ratio for a gear of three joints; make a new one instead.
+            RoboyardError: the ratio of a gear of three joints changes; make a new one instead.
         """
         if constraint.tendon is not None and ratio != constraint.gear_ratio and constraint.gear_ratio:
-            raise RoboyardError("the ratio of a gear of three joints cannot change; make a new gear")
+            raise RoboyardError(
+                f"the ratio of a gear of three joints cannot change from {constraint.gear_ratio} to {ratio}; "
+                "make a new gear"
+            )
         constraint.gear_ratio = ratio
         data = np.zeros(len(constraint.element.data))
         data[:2] = offset, 0.0 if constraint.tendon is not None else -ratio
@@ -269,14 +315,14 @@ class Constraints:
             self._world.live_model.eq_data[constraint.element.id, :2] = data[:2]
 
     def set_max_force(self, constraint: Constraint, max_force: float) -> None:
-        """N or N m, on each row."""
+        """Set the force bound of each row (N or N m)."""
         constraint.max_force = max_force
         self._bounds = None
         self._tuned_timestep = 0.0
         self._world.refresh_stepping()
 
     def remove(self, constraint: Constraint) -> None:
-        """Let go."""
+        """Remove a constraint."""
         self.get(constraint.id)
         spec = self._world.spec
         spec.delete(constraint.element)
@@ -290,21 +336,25 @@ class Constraints:
         self._world.mark_stale()
 
     def forget(self, body_id: int) -> None:
-        """A body goes, and its constraints with it."""
+        """Remove the constraints of a body that is removed."""
         for constraint in self.all:
             ends = (constraint.link_a, constraint.link_b)
             if any(link is not None and link.body.id == body_id for link in ends):
                 self.remove(constraint)
 
     def invalidate(self) -> None:
-        """MuJoCo's arrays are new."""
+        """Note that MuJoCo's arrays are new."""
         self._bounds = None
         self._tuned_timestep = 0.0
 
     # --------------------------------------------------------------------------------------------- in a step
 
     def applied(self, constraint: Constraint) -> Array:
-        """(1,), (3,) or (6,) N and N m that the constraint applied in the last step, in world axes."""
+        """Return the efforts of a constraint in the last step, in the world frame.
+
+        Returns:
+            (1,), (3,) or (6,) forces (N) and torques (N m).
+        """
         data = self._world.live_data
         rows = np.arange(data.ne)
         mine = data.efc_id[: data.ne] == constraint.element.id
@@ -314,7 +364,7 @@ class Constraints:
         return (np.asarray(data.efc_force)[: data.ne] * scale)[rows[mine]]
 
     def prepare(self, model: Any) -> None:
-        """Before a step: how hard bounded constraints pull, which depends on the time step."""
+        """Set the stiffness of bounded constraints, which depends on the time step, before a step."""
         timestep = model.opt.timestep
         if timestep == self._tuned_timestep:
             return
@@ -326,7 +376,7 @@ class Constraints:
                 model.eq_solref[constraint.element.id] = pull
 
     def free_axes(self, model: Any, data: Any) -> None:
-        """Between the halves of a step: let slides slide."""
+        """Free slides along their axes, between the halves of a step."""
         for constraint in self._by_id.values():
             if constraint.axis is not None:
                 free_axis(
@@ -339,7 +389,7 @@ class Constraints:
                 )
 
     def bound_forces(self, model: Any, data: Any) -> None:
-        """After the solver: see that no row goes beyond its bound."""
+        """Apply the force bounds of rows, after the solver."""
         bounds = self._bounds
         if bounds is None:
             bounds = self._bounds = np.full(model.neq, np.inf)

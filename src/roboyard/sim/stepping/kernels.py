@@ -41,11 +41,11 @@ def add_damping(damping, mass, inertia, rootid, cvel, xipos, ximat, subtree_com,
 
 @njit(cache=True)
 def add_bounce(restitution, geom, address, velocity, impedance, timestep, slow, aref):  # pragma: no cover
-    """Raise the reference acceleration of closing contacts so that they part at e times their speed.
+    """Raise the reference acceleration of closing contacts so that they separate at e times their speed.
 
     restitution: (ngeom,); a pair's coefficient is the product. geom: (ncon, 2). address: (ncon,) row of the
     contact's normal in the constraint arrays, -1 for none. impedance: (nefc, 4), third column the share of a
-    reference acceleration that a soft contact reaches. slow: m/s below which nothing bounces.
+    reference acceleration that a soft contact reaches. slow: speed below which contacts do not bounce (m/s).
     """
     for i in range(geom.shape[0]):
         a, b, row = geom[i, 0], geom[i, 1], address[i]
@@ -86,11 +86,11 @@ def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # p
 def hard_contacts(  # pragma: no cover
     restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref
 ):
-    """Reference accelerations of rigid contacts, solved for the velocity after the step.
+    """Write reference accelerations of rigid contacts, solved for the velocity after the step.
 
-    The normal velocity after the step is at least -dist / dt for a gap, -erp dist / dt for an overlap and
-    -e v for a bounce; sliding stops altogether, as far as friction can. `base` receives the normal rows'
-    references before the correction for sliding (see `correct_sliding`), whose first guess is made here.
+    The normal velocity after the step is at least -dist / dt for a gap, -erp dist / dt for a penetration and
+    -e v for a bounce; sliding stops completely, as far as friction can. `base` receives the normal rows'
+    references before the correction for sliding (see `correct_sliding`), whose first estimate is made here.
     """
     for i in range(geom.shape[0]):
         a, b, row = geom[i, 0], geom[i, 1], address[i]
@@ -115,11 +115,11 @@ def hard_contacts(  # pragma: no cover
 def correct_sliding(  # pragma: no cover
     dim, address, friction, velocity, acceleration, force, timestep, base, aref
 ):
-    """Undo the lift that a convex friction cone gives to sliding contacts; returns the largest change (m/s).
+    """Remove the lift that a convex friction cone gives to sliding contacts; return the largest change (m/s).
 
-    The solver asks for a_n - aref_n >= mu |a_t - aref_t|, so that a contact that slides at speed s after the
-    step would part at mu s. Lowering aref_n by mu s / dt (de Saxce's correction) takes that back. Solve again
-    while the change is large.
+    The solver requires a_n - aref_n >= mu |a_t - aref_t|, so that a contact that slides at speed s after the
+    step would separate at mu s. Lowering aref_n by mu s / dt (de Saxce's correction) prevents that. Solve
+    again while the change is large.
     """
     largest = 0.0
     for i in range(address.shape[0]):
@@ -156,12 +156,12 @@ def drive_motors(  # pragma: no cover
     timestep,
     aref,
 ):
-    """Reference accelerations of the rows that stand for motors: v' = kp (q* - q) / dt + v + kd (v* - v).
+    """Write the reference accelerations of motor rows: v' = kp (q* - q) / dt + v + kd (v* - v).
 
     motors: (nv, 5) mode (0 none, 1 velocity, 2 position, 3 position of a ball joint by roll, pitch and yaw of
-    what is left to turn), kp, velocity target, kd, largest velocity.
+    the remaining rotation), kp, velocity target, kd, largest velocity.
     targets: (nv, 4) position target; of a ball joint (w, x, y, z) at its first dof.
-    kind, index: type and dof of each constraint row; rows first ... first + count stand for dof friction.
+    kind, index: type and dof of each constraint row; rows first ... first + count are dof friction.
     """
     for row in range(first, first + count):
         if kind[row] != 1:
@@ -207,7 +207,7 @@ def drive_motors(  # pragma: no cover
 
 @njit(cache=True)
 def bound_velocity(velocity, acceleration, timestep, largest):  # pragma: no cover
-    """Change accelerations so that no velocity component after the step exceeds its bound."""
+    """Bound accelerations so that no velocity component after the step exceeds its limit."""
     for i in range(velocity.shape[0]):
         after = velocity[i] + timestep * acceleration[i]
         if after > largest[i]:
@@ -218,17 +218,17 @@ def bound_velocity(velocity, acceleration, timestep, largest):  # pragma: no cov
 
 @njit(cache=True)
 def hard_equalities(position, velocity, count, timestep, erp, aref):  # pragma: no cover
-    """Reference accelerations of equalities on the velocity level: v' = -erp position / dt."""
+    """Write the reference accelerations of equalities on the velocity level: v' = -erp position / dt."""
     for row in range(count):
         aref[row] = (-erp * position[row] / timestep - velocity[row]) / timestep
 
 
 @njit(cache=True)
 def hard_limits(kind, position, velocity, first, count, timestep, erp, deep, aref):  # pragma: no cover
-    """Reference accelerations of overrun joint limits: v' >= -erp position / dt, or 0 beyond a depth `deep`.
+    """Write reference accelerations of exceeded joint limits: v' >= -erp position / dt, or 0 beyond `deep`.
 
-    kind: type of each constraint row; rows first ... first + count stand for limits, 3 for those of hinges
-    and sliders. position: rad or m, negative beyond the limit.
+    kind: type of each constraint row; rows first ... first + count are limits, 3 for those of hinges and
+    sliders. position: distance to the limit (rad or m), negative beyond it.
     """
     for row in range(first, first + count):
         if kind[row] == 3:
@@ -238,7 +238,7 @@ def hard_limits(kind, position, velocity, first, count, timestep, erp, deep, are
 
 @njit(cache=True)
 def motor_forces(efc_type, efc_id, efc_force, ne, nf, out):  # pragma: no cover
-    """Forces of the dry friction rows (which motors are) into `out`, (nv,) by dof; N m or N."""
+    """Write the forces of the dry friction rows (the motors) into `out` (nv,) by dof (N m or N)."""
     for row in range(ne, ne + nf):
         if efc_type[row] == 1:
             out[efc_id[row]] = efc_force[row]

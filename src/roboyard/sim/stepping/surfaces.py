@@ -1,4 +1,4 @@
-"""What MuJoCo does not have of its own: restitution of surfaces and drag on links."""
+"""Restitution of surfaces and drag on links, which MuJoCo does not have."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from roboyard.sim.stepping.kernels_lazy import kernels
 
 SLIDING_ITERATIONS = 4
 SLIDING_TOLERANCE = 1e-3
-"""m/s: normal velocity a sliding contact may be off by."""
+"""Tolerance of the normal velocity of a sliding contact (m/s)."""
 
 
 class Surfaces:
-    """Restitution by geom and damping by body, applied between the halves of a step."""
+    """Restitution by geom and drag by body, applied between the halves of a step."""
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
@@ -28,33 +28,38 @@ class Surfaces:
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
-        """What the kernel of drag reads and writes."""
+        """Arguments of the drag kernel."""
         self._friction = self._solution = np.zeros(0)
         self._base = np.zeros(0)
         self._acceleration = np.zeros(0)
         self._sliding: tuple[Any, ...] = ()
         self._references: tuple[Any, ...] = ()
-        """What the kernel of sliding contacts reads and writes in this step."""
+        """Arguments of the kernel of sliding contacts in this step."""
 
     @property
     def is_active(self) -> bool:
-        """Whether steps have to pass through here."""
+        """Whether steps must apply these rules."""
         return bool(self._restitution or self._damping) or self._world.profile.needs_halves
 
     def restitution(self, link: Link) -> float:
-        """Coefficient of a link; 0 where none was set."""
+        """Return the coefficient of restitution of a link; 0 where none was set."""
         return self._restitution.get((link.body.id, link.index), 0.0)
 
     def set_restitution(self, link: Link, value: float) -> None:
+        """Set the coefficient of restitution of a link.
+
+        Raises:
+            RoboyardError: it is not between 0 and 1.
+        """
         if not 0.0 <= value <= 1.0:
-            raise RoboyardError(f"link {link.name!r}: restitution is between 0 and 1; got {value}")
+            raise RoboyardError(f"link {link.name!r}: restitution must be between 0 and 1, got {value}")
         self._restitution[(link.body.id, link.index)] = value
         if self._restitution_rows is not None and not self._world.is_stale:
             self._restitution_rows[[geom.id for geom in link._built.geoms]] = value
         self._world.refresh_stepping()
 
     def damping(self, link: Link) -> tuple[float, float, float, float]:
-        """Linear k (1/s), linear q (1/m), angular k (1/s), angular q (-)."""
+        """Return linear k (1/s), linear q (1/m), angular k (1/s) and angular q (-) of a link."""
         return self._damping.get((link.body.id, link.index), (0.0, 0.0, 0.0, 0.0))
 
     def set_damping(
@@ -66,17 +71,28 @@ class Surfaces:
         linear_quadratic: float = 0.0,
         angular_quadratic: float = 0.0,
     ) -> None:
-        """Drag: force -m v (k + q |v|) at the centre of mass, torque -I w (k + q |w|)."""
+        """Set the drag of a link: force -m v (k + q |v|) at the centre of mass, torque -I w (k + q |w|).
+
+        Args:
+            link: the link.
+            linear: k of the force (1/s).
+            angular: k of the torque (1/s).
+            linear_quadratic: q of the force (1/m).
+            angular_quadratic: q of the torque.
+
+        Raises:
+            RoboyardError: a coefficient is negative or not finite.
+        """
         values = (linear, linear_quadratic, angular, angular_quadratic)
         if not (np.isfinite(values).all() and min(values) >= 0):
-            raise RoboyardError(f"link {link.name!r}: damping is at least 0; got {values}")
+            raise RoboyardError(f"link {link.name!r}: damping must be at least 0, got {values}")
         self._damping[(link.body.id, link.index)] = values
         if self._damping_rows is not None and not self._world.is_stale:
             self._damping_rows[link.body.mujoco_ids[link.index]] = values
         self._world.refresh_stepping()
 
     def forget(self, body_id: int) -> None:
-        """Drop everything about a body that is being removed."""
+        """Remove the settings of a body that is removed."""
         for link in self._world.body_by_id[body_id].links:
             key = (body_id, link.index)
             if key in self._restitution:
@@ -87,11 +103,11 @@ class Surfaces:
                 del self._damping[key]
 
     def invalidate(self) -> None:
-        """The compiled arrays changed."""
+        """Note that MuJoCo's arrays are new."""
         self._restitution_rows = self._damping_rows = None
 
     def apply(self, model: Any, data: Any, timestep: float) -> None:
-        """Between mj_step1 and mj_step2: add drag to xfrc_applied, bounce to the contacts' references."""
+        """Add drag to xfrc_applied and bounce to the contacts' references, between mj_step1 and mj_step2."""
         if self._damping_rows is None or self._restitution_rows is None:
             self._look_up(model, data)
         if self._damping:
@@ -107,10 +123,10 @@ class Surfaces:
                 *(timestep, profile.erp, profile.deep, data.efc_aref),
             )
         if data.ncon and (hard or profile.product_friction or self._restitution):
-            self._meet(data, timestep)
+            self._apply_contacts(data, timestep)
 
-    def _meet(self, data: Any, timestep: float) -> None:
-        """Friction and bounce of what touches."""
+    def _apply_contacts(self, data: Any, timestep: float) -> None:
+        """Apply friction and restitution of contacts."""
         profile = self._world.profile
         contact = data.contact
         geom, dim, address, friction = contact.geom, contact.dim, contact.efc_address, contact.friction
@@ -136,10 +152,10 @@ class Surfaces:
             )
 
     def correct_sliding(self, model: Any, data: Any, timestep: float) -> None:
-        """After the solver: correct sliding contacts and solve again until they fit."""
+        """Correct sliding contacts and solve again until they agree, after the solver."""
         if not data.ncon:
             return
-        # MuJoCo keeps a step's constraint arrays where they are until the next step
+        # MuJoCo does not move a step's constraint arrays before the next step
         acceleration, force = self._sliding[-1], data.efc_force
         for _ in range(SLIDING_ITERATIONS):
             mujoco.mj_mulJacVec(model, data, acceleration, self._solution)
@@ -150,7 +166,7 @@ class Surfaces:
             mujoco.mj_fwdConstraint(model, data)
 
     def _look_up(self, model: Any, data: Any) -> None:
-        """Find the arrays that last until the next compile."""
+        """Look up the arrays that are valid until the next compile."""
         self._damping_rows, self._restitution_rows = self._gather(model)
         self._drag = (
             *(self._damping_rows, model.body_mass, model.body_inertia, model.body_rootid, data.cvel),

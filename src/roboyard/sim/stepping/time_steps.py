@@ -1,4 +1,4 @@
-"""One time step: MuJoCo's own where that will do, else in two halves with Roboyard's rules between."""
+"""One time step: MuJoCo's own where possible, else in two halves with Roboyard's rules between."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from roboyard.sim.stepping.wrenches import Wrenches
 log = logging.getLogger("roboyard.simulation")
 
 
-class _Alarm(threading.local):
-    """What MuJoCo warned of during the step that this thread is taking."""
+class _SolverWarning(threading.local):
+    """The warning of MuJoCo during the step of this thread."""
 
     message: str | None = None
 
 
-solver_warning = _Alarm()
+solver_warning = _SolverWarning()
 
 
 def _on_warning(message: str) -> None:
@@ -40,7 +40,7 @@ mujoco.set_mju_user_warning(_on_warning)
 
 
 class Stepping:
-    """Takes the steps of one world; `refresh` is called whenever a rule comes or goes."""
+    """Executes the time steps of one world; call `refresh` whenever a rule is added or removed."""
 
     def __init__(
         self,
@@ -71,19 +71,20 @@ class Stepping:
         )
 
     def invalidate(self) -> None:
-        """MuJoCo's arrays are new."""
+        """Note that MuJoCo's arrays are new."""
         self._compiled = None
 
     def forget(self, body_id: int) -> None:
+        """Remove the velocity limits of a body that is removed."""
         self._velocity_limits = {k: v for k, v in self._velocity_limits.items() if k[0] != body_id}
 
     def set_velocity_limit(self, body_id: int, joint_index: int, largest: float) -> None:
-        """Bound a joint's speed otherwise than the world's profile does; rad/s or m/s."""
+        """Bound a joint's velocity (rad/s or m/s) instead of the world's profile."""
         self._velocity_limits[(body_id, joint_index)] = largest
         self._compiled = None
 
     def step(self, model: Any, data: Any) -> None:
-        """One step with every rule."""
+        """Execute one step with all rules."""
         world = self._world
         compiled = self._compiled
         if compiled is None:
@@ -106,7 +107,7 @@ class Stepping:
             self.wrenches.clear()
 
     def _solve(self, model: Any, data: Any, timestep: float, compiled: tuple[Any, ...]) -> None:
-        """The second half by hand, with the solver repeated where the rules ask for it."""
+        """Execute the second half in parts, with the solver repeated where the rules require it."""
         world = self._world
         if self._is_bounded:
             self.constraints.free_axes(model, data)

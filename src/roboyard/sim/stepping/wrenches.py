@@ -1,4 +1,4 @@
-"""Forces from outside: they act during one step and are gone."""
+"""External forces, which act during one step."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from roboyard.transforms import rotate
 
 
 class Wrenches:
-    """What pushes on links and joints during the next step."""
+    """External forces on links and joints during the next step."""
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._pending = False
         self.of_last_push: tuple[float, np.ndarray] | None = None
-        """World time after the last step in which something pushed, and (nbody, 6) what pushed."""
+        """Simulated time after the last step with external forces, and (nbody, 6) forces and torques."""
 
     @property
     def pending(self) -> bool:
-        """Whether anything pushes in the next step."""
+        """Whether an external force acts in the next step."""
         return self._pending
 
     @pending.setter
@@ -34,7 +34,15 @@ class Wrenches:
     def add(
         self, link: Link, force: ArrayLike, torque: ArrayLike, point: ArrayLike | None, local: bool
     ) -> None:
-        """Add a force (N) and torque (N m) on a link; see `Link.apply_wrench`."""
+        """Add a force and a torque on a link; see `Link.apply_wrench`.
+
+        Args:
+            link: the link.
+            force: (3,) (N).
+            torque: (3,) (N m).
+            point: (3,) where the force acts (m); None for the centre of mass.
+            local: whether these are in the link frame instead of the world frame.
+        """
         data = self._world.kinematics()
         row = link.body.mujoco_ids[link.index]
         f, t = np.asarray(force, dtype=float), np.asarray(torque, dtype=float)
@@ -50,13 +58,13 @@ class Wrenches:
         self.pending = True
 
     def add_joint_effort(self, joint: Joint, effort: float) -> None:
-        """Add a torque (N m) or force (N) on a joint of one degree of freedom, for one step."""
+        """Add an effort (N m or N) on a joint of one degree of freedom, for one step."""
         self._world.ensure_compiled()
         self._world.live_data.qfrc_applied[joint.body.dof_addresses[joint.index]] += effort
         self.pending = True
 
     def clear(self) -> None:
-        """Forget everything that was added."""
+        """Clear all external forces."""
         if self._pending:
             self.of_last_push = (self._world.time, self._world.live_data.xfrc_applied.copy())
         self._world.live_data.xfrc_applied[:] = 0.0
