@@ -30,27 +30,27 @@ _TITLES = {
 }
 
 _HEAD = """\
-# What an audit finds
+# Findings of an audit
 
-`roboyard audit ROBOT.urdf` reports findings; `roboyard.audit.audit_urdf(path)` gives the same as an
-`Audit`. Each
-has a code from the tables below, a severity, the element with its line, what is wrong, and the remedy.
+`roboyard audit ROBOT.urdf` reports findings; `roboyard.audit.audit_urdf(path)` returns the same as an
+`Audit`. Each has a code from the tables below, a severity, the element with its line, the fault,
+and the remedy.
 
 | severity | meaning |
 |---|---|
-| blocks import | the robot cannot be used until this is mended |
-| will misbehave | the robot loads, but will not move, weigh or collide as meant |
-| untidy | harmless here; other programs may stumble, or work is wasted |
+| error | the robot cannot be used until this is fixed |
+| warning | the robot loads, but will not move or collide as intended, or has a wrong mass |
+| info | harmless here; other programs may refuse it, or work is wasted |
 
-"Repair" says whether `roboyard repair ROBOT.urdf --out DIR` puts it right without guessing; where it needs
-the link's shapes (inertias), only links that have some are mended. The exit code of `audit` is 0 when the
-robot can be used as it is or after the mends it names, and 1 when it cannot.
+"Repair" states whether `roboyard repair ROBOT.urdf --out DIR` fixes it without guessing; where it needs
+the link's shapes (inertias), only links that have some are fixed. The exit code of `audit` is 0 when the
+robot can be used as it is or after the fixes it names, and 1 when it cannot.
 """
 
 
 def findings_document() -> str:
     """The whole page."""
-    return "\n".join([_HEAD, *_tables(), *_mends(), *_json()]) + "\n"
+    return "\n".join([_HEAD, *_tables(), *_fixes(), *_json()]) + "\n"
 
 
 def _cell(text: str) -> str:
@@ -73,22 +73,22 @@ def _tables() -> Iterator[str]:
         yield "|---|---|---|---|---|---|"
         for check in CHECKS.values():
             if check.topic == topic:
-                mend = "yes" if check.fixable else ""
+                fixable = "yes" if check.fixable else ""
                 cells = (
                     f"`{check.code}`",
                     check.severity.label,
                     _cell(check.about),
                     _example(check.example),
                     _cell(check.remedy),
-                    mend,
+                    fixable,
                 )
                 yield f"| {' | '.join(cells)} |"
         yield ""
 
 
-def _mends() -> Iterator[str]:
-    yield "## What a repair does, in order\n"
-    yield "`--only CODE` and `--keep CODE` choose; files are staged beside the new URDF in any case.\n"
+def _fixes() -> Iterator[str]:
+    yield "## Fixes, in the order in which they are made\n"
+    yield "`--only CODE` and `--keep CODE` choose; files are copied beside the new URDF in any case.\n"
     for number, (code, function) in enumerate(FIXES.items(), 1):
         yield f"{number}. `{code}`: {(function.__doc__ or '').strip().splitlines()[0]}"
     yield ""
@@ -100,7 +100,7 @@ def _json() -> Iterator[str]:
     yield "## `--json`\n"
     yield "One object. These keys stay; more may come.\n"
     yield f"- audit: {', '.join(f'`{key}`' for key in audit.to_json())}"
-    yield "- `verdict`: `sound`, `usable`, `usable after repair` or `not usable`; `usable`: not the last"
+    yield "- `status`: `ok`, `usable`, `usable after repair` or `not usable`; `usable`: not the last"
     yield f"- `counts`: {', '.join(f'`{severity.label}`' for severity in Severity)}"
     yield f"- `facts`: {', '.join(f'`{key}`' for key in Facts().to_json())} (mass in kg, null where unknown)"
     yield "- of a configuration (`.yaml`): `file`, `usable`, `problems` and `notes`, a line of text each"

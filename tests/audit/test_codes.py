@@ -15,7 +15,7 @@ TESTED_ELSEWHERE = {"file-unreadable", "not-loadable"}  # no robot at all; any r
 def test_a_sound_robot_has_no_findings(tmp_path: Path) -> None:
     result = audit_urdf(write_case(arm(), tmp_path))
     assert result.findings == ()
-    assert result.verdict == "sound"
+    assert result.status == "ok"
     assert (result.facts.links, result.facts.moving_joints, result.facts.mass) == (2, 1, 2.0)
 
 

@@ -142,7 +142,7 @@ def survives(data: bytes) -> None:
         if first.after.is_usable:
             read_quietly(first.urdf)
         second = repair_urdf(first.urdf, Path(folder) / "two")
-        assert second.mends == ()
+        assert second.fixes == ()
         assert first.urdf.read_bytes() == second.urdf.read_bytes()
         assert sorted(path.name for path in home.iterdir()) == ["arm.urdf", "part.stl"]
 

@@ -93,9 +93,9 @@ def test_a_quaternion_of_any_length_is_a_direction(tmp_path: Path) -> None:
     file = write_case(arm(origin='<origin xyz="0 0 0.2" quat_xyzw="0 0 3e307 4e307"/>'), tmp_path)
     assert audit_urdf(file).codes == ("number-sloppy",)
     assert load_description(file).joints[0].origin.quaternion == pytest.approx((0, 0, 0.6, 0.8), abs=1e-15)
-    mended = repair_urdf(file, tmp_path / "out")
-    assert mended.after.codes == ()
-    assert load_description(mended.urdf).joints[0].origin.quaternion == pytest.approx(
+    repaired = repair_urdf(file, tmp_path / "out")
+    assert repaired.after.codes == ()
+    assert load_description(repaired.urdf).joints[0].origin.quaternion == pytest.approx(
         (0, 0, 0.6, 0.8), abs=1e-15
     )
 

@@ -1,4 +1,4 @@
-"""Findings of one code differ in remedy, severity and mend, as helps the robot at hand."""
+"""Findings of one code differ in remedy, severity and fix, as helps the robot at hand."""
 
 from pathlib import Path
 

@@ -17,10 +17,10 @@ def own_cache(tmp_path_factory, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
 
 
-def test_a_sound_robot_is_told_in_two_lines(tmp_path: Path, capsys) -> None:
+def test_a_robot_without_faults_is_reported_in_two_lines(tmp_path: Path, capsys) -> None:
     assert main(["audit", str(write_case(arm(), tmp_path))]) == 0
     assert capsys.readouterr().out.splitlines() == [
-        "arm.urdf: sound",
+        "arm.urdf: ok",
         "2 links, 1 joints (1 moving, 0 mimic), 0 mesh files of 0 triangles, 2 kg",
     ]
 
@@ -29,18 +29,16 @@ def test_findings_have_line_element_remedy_and_code(tmp_path: Path, capsys) -> N
     file = write_case(arm_with_joint(axis='<axis xyz="0 0 0"/>', limit=""), tmp_path)
     assert main(["audit", str(file)]) == 1
     out = capsys.readouterr().out.splitlines()
-    assert out[0] == "arm.urdf: not usable (1 blocks import, 1 will misbehave)"
-    assert out[2] == (
-        'arm.urdf:4: blocks import: joint "j": <axis> is (0, 0, 0); give a non-zero axis [axis-zero]'
-    )
-    assert out[3].startswith('arm.urdf:4: will misbehave: joint "j": a revolute joint needs a <limit>')
+    assert out[0] == "arm.urdf: not usable (1 error, 1 warning)"
+    assert out[2] == ('arm.urdf:4: error: joint "j": <axis> is (0, 0, 0); give a non-zero axis [axis-zero]')
+    assert out[3].startswith('arm.urdf:4: warning: joint "j": a revolute joint needs a <limit>')
 
 
 def test_a_blocking_finding_that_repair_mends_exits_0(tmp_path: Path, capsys) -> None:
     assert main(["audit", str(write_case(CASES["mass-missing"][0], tmp_path))]) == 0
     out = capsys.readouterr().out
     assert out.startswith("arm.urdf: usable after repair")
-    assert "[mass-missing, repair mends it]" in out
+    assert "[mass-missing, repair fixes it]" in out
 
 
 def test_many_alike_are_counted(tmp_path: Path, capsys) -> None:
@@ -52,10 +50,10 @@ def test_many_alike_are_counted(tmp_path: Path, capsys) -> None:
     file = write_case(robot(link("base"), *[link(name, "") for name in names], *joints), tmp_path)
     assert main(["audit", str(file)]) == 0
     out = capsys.readouterr().out
-    assert out.count("[link-name-odd, repair mends it]") == 12
+    assert out.count("[link-name-odd, repair fixes it]") == 12
     assert "and 18 more of [link-name-odd]" in out
     assert main(["audit", "--all", str(file)]) == 0
-    assert capsys.readouterr().out.count("[link-name-odd, repair mends it]") == 30
+    assert capsys.readouterr().out.count("[link-name-odd, repair fixes it]") == 30
 
 
 def test_json_has_the_documented_keys(tmp_path: Path, capsys) -> None:
@@ -63,16 +61,16 @@ def test_json_has_the_documented_keys(tmp_path: Path, capsys) -> None:
         main(["audit", "--json", str(write_case(arm_with_joint(axis='<axis xyz="0 0 2"/>'), tmp_path))]) == 0
     )
     data = json.loads(capsys.readouterr().out)
-    assert list(data) == ["file", "robot", "verdict", "usable", "counts", "facts", "findings"]
+    assert list(data) == ["file", "robot", "status", "usable", "counts", "facts", "findings"]
     (finding,) = data["findings"]
     assert finding == {
         "code": "axis-not-unit",
-        "severity": "untidy",
+        "severity": "info",
         "element": 'joint "j"',
         "line": 4,
         "message": "<axis> has length 2",
         "remedy": "scale it to length 1",
-        "mendable": True,
+        "fixable": True,
         "links": ["tip"],
     }
 
@@ -94,12 +92,12 @@ def test_html_is_written(tmp_path: Path, capsys) -> None:
     page = tmp_path / "page.html"
     assert main(["audit", str(write_case(arm(), tmp_path)), "--html", str(page)]) == 0
     assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
-    assert "sound" in capsys.readouterr().out
+    assert ": ok" in capsys.readouterr().out
 
 
 def test_a_missing_file_is_named(tmp_path: Path, capsys) -> None:
     assert main(["audit", str(tmp_path / "absent.urdf")]) == 1
-    assert "absent.urdf: blocks import: no such file" in capsys.readouterr().out
+    assert "absent.urdf: error: no such file" in capsys.readouterr().out
 
 
 def test_a_terminal_gets_a_table(tmp_path: Path, capsys, monkeypatch) -> None:
@@ -109,7 +107,7 @@ def test_a_terminal_gets_a_table(tmp_path: Path, capsys, monkeypatch) -> None:
     out = capsys.readouterr().out
     assert "what is wrong" in out
     assert "axis-zero" in out
-    assert out.index("blocks import") < out.index("axis-zero")
+    assert out.index("error") < out.index("axis-zero")
 
 
 # --------------------------------------------------------------------------------------------------- repair
@@ -122,7 +120,7 @@ def test_repair_tells_each_mend_and_what_is_left(tmp_path: Path, capsys) -> None
     assert main(["repair", str(write_case(text, tmp_path)), "--out", str(tmp_path / "out")]) == 0
     out = capsys.readouterr().out.splitlines()
     assert out[0] == 'arm.urdf:4: joint "j": <axis xyz="0 0 2"> -> <axis xyz="0 0 1"> [axis-not-unit]'
-    assert out[1].startswith("1 mends, 0 files staged; wrote ")
+    assert out[1].startswith("1 fixes, 0 files copied; wrote ")
     assert "[limit-reversed]" in out[-1]
 
 
@@ -137,18 +135,18 @@ def test_repair_json_lists_mends(tmp_path: Path, capsys) -> None:
     assert main(["repair", str(file), "--out", str(tmp_path / "out"), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["renames"] == {"links": {}, "joints": {"joint-1": "joint_1"}}
-    assert [mend["code"] for mend in data["mends"]] == ["joint-name-odd"]
+    assert [fix["code"] for fix in data["fixes"]] == ["joint-name-odd"]
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (["--only", "nonsense-code"], "no code named 'nonsense-code'"),
-        (["--keep", "axis-zero"], "axis-zero is not mended"),
+        (["--keep", "axis-zero"], "axis-zero is not fixed"),
         (["--package", "x"], "NAME=PATH"),
     ],
 )
-def test_wrong_options_are_told_in_one_line(tmp_path: Path, capsys, options, words) -> None:
+def test_wrong_options_are_reported_in_one_line(tmp_path: Path, capsys, options, words) -> None:
     command = ["repair", str(write_case(arm(), tmp_path)), "--out", str(tmp_path / "out"), *options]
     assert main(command) == 1
     error = capsys.readouterr().err

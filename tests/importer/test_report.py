@@ -23,6 +23,7 @@ from roboyard.description.model import (
 )
 from roboyard.description.robot_model import CollisionSphere, PlanningData, RobotModel
 from roboyard.description.semantic import SemanticDescription
+from roboyard.description.urdf.parse import parse_urdf
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import ImportLog
@@ -112,7 +113,7 @@ def test_names_and_messages_of_strangers_stay_text():
     log.warn(HOSTILE, f'link "{HOSTILE}"')
     found = {"code": HOSTILE, "element": HOSTILE, "message": HOSTILE, "severity": HOSTILE, "line": 3}
     facts = {
-        "source": {"verdict": HOSTILE, "findings": [found]},
+        "source": {"status": HOSTILE, "findings": [found]},
         "fixes": [{"code": HOSTILE, "element": HOSTILE, "before": HOSTILE, "after": HOSTILE}],
         "read_back": {HOSTILE: [HOSTILE]},
         "files": {HOSTILE: [HOSTILE]},
@@ -188,7 +189,7 @@ def test_facts_stand_in_the_rows_of_their_links():
 
 
 def test_findings_of_a_kind_share_a_row_that_says_what_became_of_them():
-    found = {"severity": "untidy", "line": 7, "element": "link", "message": "bad", "code": "a"}
+    found = {"severity": "info", "line": 7, "element": "link", "message": "bad", "code": "a"}
     facts = {
         "source": {"findings": [found] * 75 + [{**found, "code": "b"}, {**found, "code": "c"}]},
         "fixes": [{"code": "a", "element": "link", "before": "none", "after": "some"}] * 75,
@@ -233,6 +234,7 @@ def test_the_file_lies_in_the_package(tmp_path):
     context = ImportContext(
         config=ImportConfig.model_validate({"name": "pair", "urdf_path": "pair.urdf"}),
         urdf=tmp_path / "pair.urdf",
+        source=parse_urdf(tmp_path / "pair.urdf"),
         build=tmp_path,
         log=ImportLog(),
     )

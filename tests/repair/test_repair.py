@@ -61,7 +61,7 @@ def test_the_folder_is_complete_and_relative(tmp_path: Path) -> None:
     assert (out / names[0]).read_bytes() == stl(0.1 * CUBE)
     assert (out / names[1]).read_bytes() == stl(0.08 * CUBE)
     log = json.loads((out / "repair_log.json").read_text())
-    assert [mend["before"] for mend in log["mends"]] == [
+    assert [fix["before"] for fix in log["fixes"]] == [
         "package://arm/meshes/visual/left tip.stl",
         "package://arm/meshes/collision/left tip.stl",
     ]
@@ -101,16 +101,16 @@ def test_no_copy_takes_the_name_of_a_missing_file(tmp_path: Path) -> None:
     first = repair_urdf(file, tmp_path / "one")
     assert first.before.of("mesh-missing") and first.after.of("mesh-missing")
     second = repair_urdf(first.urdf, tmp_path / "two")
-    assert (second.mends, second.diff) == ((), "")
+    assert (second.fixes, second.diff) == ((), "")
 
 
 def test_an_impossible_tensor_without_shapes_is_changed_as_little_as_helps(tmp_path: Path) -> None:
     tip = inertial(mass="1", tensor=(0.01, 0, 0, 0.01, 0, 0.04))
     result = repair_urdf(write_case(arm(tip=tip), tmp_path), tmp_path / "out")
-    assert [mend.code for mend in result.mends] == ["inertia-triangle"]
-    mended = load_description(result.urdf).link_by_name["tip"].inertial
-    assert mended is not None
-    np.testing.assert_allclose(mended.matrix(), np.diag([0.02, 0.02, 0.04]), rtol=1e-5, atol=1e-12)
+    assert [fix.code for fix in result.fixes] == ["inertia-triangle"]
+    repaired = load_description(result.urdf).link_by_name["tip"].inertial
+    assert repaired is not None
+    np.testing.assert_allclose(repaired.matrix(), np.diag([0.02, 0.02, 0.04]), rtol=1e-5, atol=1e-12)
 
 
 def test_companions_of_a_mesh_come_along(tmp_path: Path) -> None:
@@ -197,7 +197,7 @@ def test_a_body_with_mass_elsewhere_gets_none(tmp_path: Path) -> None:
         joint("f", "tip", "cap", "fixed"),
     )
     result = repair_urdf(write_case(text, tmp_path), tmp_path / "out")
-    assert result.mends == ()
+    assert result.fixes == ()
     assert load_description(result.urdf).link_by_name["cap"].inertial is None
 
 
@@ -248,7 +248,7 @@ def test_a_file_that_cannot_be_read_is_refused_and_nothing_is_written(tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("code", "words"), [("axis-not-unti", "did you mean 'axis-not-unit'"), ("axis-zero", "not mended")]
+    ("code", "words"), [("axis-not-unti", "did you mean 'axis-not-unit'"), ("axis-zero", "is not fixed")]
 )
 def test_codes_that_cannot_be_chosen_are_named(tmp_path: Path, code: str, words: str) -> None:
     with pytest.raises(ConfigError, match=words):

@@ -70,4 +70,4 @@ def test_a_broken_tree_is_shown_as_far_as_it_goes(tmp_path: Path) -> None:
 
 def test_a_sound_robot_says_so(tmp_path: Path) -> None:
     write_audit_page(write_case(arm(), tmp_path), tmp_path / "page.html")
-    assert "Nothing to mend" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "No findings" in (tmp_path / "page.html").read_text(encoding="utf-8")

@@ -1,8 +1,8 @@
-"""Know what is wrong with a robot description.
+"""Audit a robot description: find its faults.
 
-`audit_urdf(path)` gives an `Audit`: findings with a code, a severity, the element and its line, what is
-wrong and
-the remedy. docs/findings.md lists every code. A new check is one small function in `checks/`; see `registry`.
+`audit_urdf(path)` returns an `Audit`: findings with a code, a severity, the element and its line, the fault
+and the remedy. docs/findings.md lists every code. A new check is one small function in `checks/`; see
+`registry`.
 """
 
 from roboyard.audit.findings import ERROR, INFO, WARNING, Audit, Facts, Finding, Severity

@@ -1,4 +1,4 @@
-"""What an audit says: findings with a code, a severity and a place, and the audit that holds them."""
+"""Findings with a code, a severity and a location, and the audit that lists them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 
 class Severity(IntEnum):
-    """How bad it is; smaller is worse."""
+    """Severity of a finding; smaller is worse."""
 
     ERROR = 0
     WARNING = 1
@@ -18,8 +18,8 @@ class Severity(IntEnum):
 
     @property
     def label(self) -> str:
-        """The words a report uses."""
-        return ("blocks import", "will misbehave", "untidy")[self]
+        """Name in reports: "error", "warning" or "info"."""
+        return self.name.lower()
 
 
 ERROR, WARNING, INFO = Severity
@@ -27,7 +27,7 @@ ERROR, WARNING, INFO = Severity
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Finding:
-    """One thing that is wrong with one element."""
+    """One fault of one element."""
 
     code: str
     """Stable name of the kind of fault, as in `axis-zero`; docs/findings.md lists all."""
@@ -37,13 +37,13 @@ class Finding:
     message: str
     """What is wrong, in one sentence, with what was found."""
     remedy: str
-    """What to do about it."""
+    """How to fix it."""
     line: int | None = None
     """1-based line of the element in the file."""
     fixable: bool = False
-    """True where `repair` puts it right without guessing."""
+    """True where `repair` fixes it without guessing."""
     links: tuple[str, ...] = ()
-    """Links to look at."""
+    """Links that it concerns."""
 
     def to_json(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -54,7 +54,7 @@ class Finding:
             "line": self.line,
             "message": self.message,
             "remedy": self.remedy,
-            "mendable": self.fixable,
+            "fixable": self.fixable,
             "links": list(self.links),
         }
 
@@ -82,7 +82,7 @@ class Facts:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Audit:
-    """The report card of one robot description."""
+    """The findings of one robot description."""
 
     file: Path
     robot: str
@@ -93,11 +93,11 @@ class Audit:
 
     @property
     def is_usable(self) -> bool:
-        """True where the robot can be used as it is, or after the mends that the findings name."""
+        """True where the robot can be used as it is, or after the fixes that the findings name."""
         return not any(finding.severity == ERROR and not finding.fixable for finding in self.findings)
 
     @property
-    def verdict(self) -> str:
+    def status(self) -> str:
         """One of `ok`, `usable`, `usable after repair`, `not usable`."""
         if not self.is_usable:
             return "not usable"
@@ -105,7 +105,7 @@ class Audit:
             return "usable after repair"
         if any(finding.severity == WARNING for finding in self.findings):
             return "usable"
-        return "sound"
+        return "ok"
 
     def of(self, code: str) -> tuple[Finding, ...]:
         """The findings with one code."""
@@ -126,7 +126,7 @@ class Audit:
         return {
             "file": str(self.file),
             "robot": self.robot,
-            "verdict": self.verdict,
+            "status": self.status,
             "usable": self.is_usable,
             "counts": {severity.label: count for severity, count in self.counts().items()},
             "facts": self.facts.to_json(),

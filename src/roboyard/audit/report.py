@@ -25,9 +25,9 @@ def shown_findings(audit: Audit, *, everything: bool = False) -> Iterator[tuple[
 
 
 def summary(audit: Audit) -> str:
-    """One line: the verdict and how many findings of each severity."""
+    """One line: the status and how many findings of each severity."""
     counts = ", ".join(f"{count} {severity.label}" for severity, count in audit.counts().items() if count)
-    return f"{audit.file.name}: {audit.verdict}" + (f" ({counts})" if counts else "")
+    return f"{audit.file.name}: {audit.status}" + (f" ({counts})" if counts else "")
 
 
 def facts_line(audit: Audit) -> str:
@@ -49,10 +49,10 @@ def report_lines(audit: Audit, *, everything: bool = False) -> list[str]:
     for finding, more in shown_findings(audit, everything=everything):
         where = f"{audit.file.name}:{finding.line}" if finding.line else audit.file.name
         element = f"{finding.element}: " if finding.element else ""
-        mend = ", repair mends it" if finding.fixable else ""
+        fixable = ", repair fixes it" if finding.fixable else ""
         lines.append(
             f"{where}: {finding.severity.label}: {element}{finding.message}; {finding.remedy} "
-            f"[{finding.code}{mend}]"
+            f"[{finding.code}{fixable}]"
         )
         if more > 0:
             lines.append(f"{audit.file.name}: and {more} more of [{finding.code}]")

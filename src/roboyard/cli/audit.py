@@ -1,4 +1,4 @@
-"""`roboyard audit`: what is wrong with a robot description."""
+"""`roboyard audit`: report what is wrong with a robot description."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ def audit(
     ] = None,
     package: PackageOption = None,
     everything: Annotated[
-        bool, typer.Option("--all", help="Show every finding, also where many are alike.")
+        bool, typer.Option("--all", help="Show every finding, even if many are alike.")
     ] = False,
 ) -> None:
-    """Say what is wrong with a robot description and how to mend it.
+    """Report what is wrong with a robot description and how to fix it.
 
-    Each finding names its line; those that `roboyard repair` mends say so. Exit code 0: usable as it is or
-    after these mends; 1: not usable.
+    Each finding names its line, its remedy, and whether `roboyard repair` fixes it. Exit code 0: usable as it
+    is or after these fixes; 1: not usable.
     """
     from roboyard.cli.packages import read_packages
 
@@ -96,7 +96,7 @@ def _print_table(result: Audit, *, everything: bool) -> None:
             table.add_row("", Text(severity.label, style=style))
         remedy = Text(finding.remedy)
         if finding.fixable:
-            remedy.append(" (repair does it)", style="green")
+            remedy.append(" (repair fixes it)", style="green")
         line = "" if finding.line is None else str(finding.line)
         table.add_row(line, Text(finding.element), Text(finding.message), remedy, finding.code)
         if more > 0:

@@ -22,18 +22,18 @@ PackageOption = Annotated[
 
 
 def read_packages(given: Sequence[str]) -> dict[str, Path]:
-    """Package name to folder.
+    """Return package name to folder.
 
     Raises:
-        ConfigError: a word is not NAME=PATH, or the path is no folder.
+        ConfigError: an argument is not NAME=PATH, or the path is no folder.
     """
     found = {}
-    for word in given:
-        name, equals, path = word.partition("=")
+    for text in given:
+        name, equals, path = text.partition("=")
         if not (name and equals and path):
-            raise ConfigError(f"--package {word}: write NAME=PATH, as in my_robot_description=robots/mine")
+            raise ConfigError(f"--package {text}: write NAME=PATH, as in my_robot_description=robots/mine")
         folder = Path(path)
         if not folder.is_dir():
-            raise ConfigError(f"--package {word}: {path} is no folder; name the package's own folder")
+            raise ConfigError(f"--package {text}: {path} is no folder; name the package's own folder")
         found[name] = folder
     return found

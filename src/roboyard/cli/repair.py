@@ -1,4 +1,4 @@
-"""`roboyard repair`: mend what can be mended without guessing."""
+"""`roboyard repair`: fix the findings that have one safe fix."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ EXAMPLES = """
 Examples:
 
 \b
-  roboyard repair my_robot.urdf --out mended
-  roboyard repair my_robot.urdf --out mended --only inertial-missing
+  roboyard repair my_robot.urdf --out repaired
+  roboyard repair my_robot.urdf --out repaired --only inertial-missing
 """
 
 
@@ -24,22 +24,22 @@ def repair(
     only: Annotated[
         list[str] | None,
         typer.Option(
-            "--only", metavar="CODE", help="Mend this code; may be given again.", show_default=False
+            "--only", metavar="CODE", help="Fix only this code; may be given again.", show_default=False
         ),
     ] = None,
     keep: Annotated[
         list[str] | None,
         typer.Option(
-            "--keep", metavar="CODE", help="Leave this code as it is; may be given again.", show_default=False
+            "--keep", metavar="CODE", help="Do not fix this code; may be given again.", show_default=False
         ),
     ] = None,
     package: PackageOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the log as JSON.")] = False,
 ) -> None:
-    """Mend a robot description in a new folder.
+    """Fix a robot description in a new folder.
 
-    What needs no guess is mended and logged, then what is left is told; the original stays as it is.
-    Exit code 0: the result is usable; 1: something is left that makes it unusable.
+    Makes and logs every fix that needs no guess, then reports the remaining findings; the original does not
+    change. Exit code 0: the result is usable; 1: it is not.
     """
     from roboyard.cli.packages import read_packages
     from roboyard.repair import repair_urdf
@@ -50,12 +50,12 @@ def repair(
 
         print(json.dumps(result.to_json(), indent=2, ensure_ascii=False))
     else:
-        for mend in result.mends:
-            where = f"{file.name}:{mend.line}" if mend.line else file.name
-            element = f"{mend.element}: " if mend.element else ""
-            print(f"{where}: {element}{mend.before} -> {mend.after} [{mend.code}]")
+        for fix in result.fixes:
+            where = f"{file.name}:{fix.line}" if fix.line else file.name
+            element = f"{fix.element}: " if fix.element else ""
+            print(f"{where}: {element}{fix.before} -> {fix.after} [{fix.code}]")
         from roboyard.audit.report import report_lines
 
-        print(f"{len(result.mends)} mends, {len(result.staged)} files staged; wrote {result.urdf}")
+        print(f"{len(result.fixes)} fixes, {len(result.staged)} files copied; wrote {result.urdf}")
         print("\n".join(report_lines(result.after)))
     raise typer.Exit(0 if result.after.is_usable else 1)

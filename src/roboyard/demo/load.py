@@ -62,15 +62,17 @@ def load_robot(file: Path, *, packages: Mapping[str, Path] | None, folder: Path)
         DescriptionError: the robot cannot be repaired; the message names the original file.
     """
     from roboyard.description import load_description
+    from roboyard.description.urdf.parse import parse_urdf
     from roboyard.repair import repair_urdf
 
-    repaired = repair_urdf(file, folder, packages=packages)
+    source = parse_urdf(file, packages=packages)
+    repaired = repair_urdf(source, folder)
     findings = tuple(finding.to_json() for finding in repaired.before.findings)
     if not repaired.before.is_usable:
-        description = load_description(file, packages=packages)
+        description = load_description(source)
         return LoadedRobot(description=description, findings=findings, repairs=())
     return LoadedRobot(
-        description=load_description(repaired.urdf),
+        description=load_description(repaired.elements),
         findings=findings,
-        repairs=tuple(fix.to_json() for fix in repaired.mends),
+        repairs=tuple(fix.to_json() for fix in repaired.fixes),
     )

@@ -10,6 +10,7 @@ from typing import Any
 
 from roboyard.description.model import Mesh, RobotDescription
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.urdf.parse import parse_urdf
 from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import Decision, ImportLog, ProgressCallback
 from roboyard.importer.package import PackageFolders, building
@@ -148,6 +149,7 @@ def build_package(
             context = ImportContext(
                 config=loaded.config,
                 urdf=loaded.urdf,
+                source=loaded.elements or parse_urdf(loaded.urdf, packages=packages),
                 build=build / "object",
                 log=log,
                 has_config=loaded.has_config,
@@ -181,8 +183,9 @@ def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
     with log.step("write"):
         write_formats(robot, context)
     with log.step("read_back"):
-        read_back(robot, context)
-        mark_resolved(robot, context)
+        written = parse_urdf(context.urdf_folder / f"{robot.name}.urdf")
+        read_back(robot, context, written)
+        mark_resolved(robot, context, written)
     if finish is not None:
         finish(robot, context)
     log.write(context.build / "import_log.json")

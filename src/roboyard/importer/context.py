@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.import_log import ImportLog
 
@@ -18,6 +19,8 @@ class ImportContext:
     config: ImportConfig
     urdf: Path
     """The vendor's file."""
+    source: UrdfElements
+    """The vendor's file, parsed."""
     build: Path
     """Folder in which the package is built; `build/urdf` holds the description and its meshes."""
     log: ImportLog

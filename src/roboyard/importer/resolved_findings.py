@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from roboyard.audit import audit_urdf
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.repair_and_copy import KEPT
 
@@ -13,7 +14,7 @@ pushing, and each writer finds names that its format takes.
 """
 
 
-def mark_resolved(robot: RobotModel, context: ImportContext) -> None:
+def mark_resolved(robot: RobotModel, context: ImportContext, written: UrdfElements) -> None:
     """Audit the written URDF; warnings about the vendor's file that no longer hold become notes."""
     log = context.log
     codes = {decision.code for decision in log.warnings if decision.code}.difference(SETTLED)
@@ -23,7 +24,7 @@ def mark_resolved(robot: RobotModel, context: ImportContext) -> None:
         return
     ours = {f'link "{name}"' for name in robot.description.link_by_name if _is_virtual(name)}
     ours |= {f'joint "{name}"' for name in robot.description.joint_by_name if _is_virtual(name)}
-    found = audit_urdf(context.urdf_folder / f"{robot.name}.urdf").findings
+    found = audit_urdf(written).findings
     still = [finding for finding in found if finding.code in codes and finding.element not in ours]
     log.facts["unresolved"] = [finding.to_json() for finding in still]
     log.settle()

@@ -1,8 +1,7 @@
-"""Mend a robot description.
+"""Repair a robot description: fix the findings that have one safe fix, in a copy.
 
-`repair_urdf(path, out)` does every mend in a stated order (`FIXES`), logs each with before and after, and
-writes a
-clean robot into its own folder. A new mend is one small function in `mends/`; see `registry`.
+`repair_urdf(path, out)` makes every fix in a fixed order (`FIXES`), logs each with before and after, and
+writes the repaired robot into its own folder. A new fix is one small function in `fixes/`; see `registry`.
 """
 
 from roboyard.repair.registry import FIXES

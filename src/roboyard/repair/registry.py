@@ -1,10 +1,10 @@
-"""The list of mends. A mend puts right every fault of one code, in place, and says what it changed:
+"""The list of fixes. A fix corrects every fault of one code in the XML, and yields each change:
 
-    @mend("axis-not-unit")
-    def unit_axis(bench: Bench, faults: Sequence[Fault]) -> Changes:
+    @fix("axis-not-unit")
+    def unit_axis(context: Bench, faults: Sequence[Fault]) -> Changes:
         '''Scale the axis to length 1.'''
 
-It is given the faults that its code's check found and called mendable, in file order.
+Its arguments are the context and the fixable faults that the check of its code found, in file order.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from roboyard.description.urdf.parse import UrdfElements
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Change:
-    """One thing that a mend did."""
+    """One change made by a fix."""
 
     element: str
     """As in `joint "elbow"`."""
@@ -32,14 +32,14 @@ class Change:
 
 @dataclass(kw_only=True, eq=False)
 class RepairContext:
-    """What a mend works on."""
+    """The robot under repair, shared by all fixes."""
 
     urdf: UrdfElements
-    stage: FileCopier
+    copier: FileCopier
     keep: frozenset[str] = frozenset()
-    """Codes that are not to be mended."""
+    """Codes that are not fixed."""
     moved: set[int] = field(default_factory=set)
-    """`id` of each `<mesh>` element that names a staged file already."""
+    """`id` of each `<mesh>` element that names a copied file already."""
     link_renames: dict[str, str] = field(default_factory=dict)
     joint_renames: dict[str, str] = field(default_factory=dict)
 
@@ -48,15 +48,15 @@ Changes = Iterator[Change]
 FixFunction = Callable[[RepairContext, Sequence[Fault]], Changes]
 
 FIXES: dict[str, FixFunction] = {}
-"""Every mend by its code, in the order in which they are done."""
+"""Every fix by its code, in the order in which they are made."""
 
 
 def fix(code: str) -> Callable[[FixFunction], FixFunction]:
-    """Register a mend for the code of a check; see the module's docstring."""
+    """Register a fix for the code of a check; see the module's docstring."""
 
     def register(function: FixFunction) -> FixFunction:
         assert code in CHECKS, f"no check has the code {code}"
-        assert code not in FIXES, f"{code} has two mends"
+        assert code not in FIXES, f"{code} has two fixes"
         FIXES[code] = function
         return function
 
@@ -64,7 +64,7 @@ def fix(code: str) -> Callable[[FixFunction], FixFunction]:
 
 
 def change(fault: Fault, before: str, after: str) -> Change:
-    """A change at the place of a fault."""
+    """Return a change at the location of a fault."""
     at = fault.at
     line = fault.line
     if line is None and at is not None:
@@ -73,18 +73,18 @@ def change(fault: Fault, before: str, after: str) -> Change:
 
 
 def shown(element: ET.Element) -> str:
-    """The start tag of an element, as a log shows it."""
+    """Return the start tag of an element, for the log."""
     attributes = "".join(f' {key}="{value}"' for key, value in element.attrib.items())
     return f"<{element.tag}{attributes}>"
 
 
 def text(values: float | Sequence[float]) -> str:
-    """Numbers as the repaired file writes them, with as many digits as they need."""
+    """Return numbers as text, with as many digits as they need."""
     numbers = [values] if isinstance(values, int | float) else values
     return " ".join(repr(float(number)).removesuffix(".0") for number in numbers)
 
 
 def rounded(values: float | Sequence[float]) -> str:
-    """Computed numbers, to nine digits."""
+    """Return computed numbers as text, to nine digits."""
     numbers = [values] if isinstance(values, int | float) else values
     return " ".join(f"{float(number):.9g}" for number in numbers)

@@ -1,4 +1,4 @@
-"""Mend what can be mended, and write the result into a folder of its own."""
+"""Fix the findings that have one safe fix, and write the result into a folder of its own."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import os
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -27,7 +27,7 @@ LOG_NAME, RENAMES_NAME, DIFF_NAME = "repair_log.json", "renames.json", "repair.d
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Fix:
-    """One thing that was put right."""
+    """One change to the robot description."""
 
     code: str
     element: str
@@ -44,12 +44,14 @@ class Fix:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Repair:
-    """What a repair did."""
+    """Result of a repair."""
 
     urdf: Path
     """The repaired file."""
-    mends: tuple[Fix, ...]
-    """In the order in which they were done."""
+    elements: UrdfElements
+    """The repaired file, parsed: `load_description` builds the robot from it without reading it again."""
+    fixes: tuple[Fix, ...]
+    """In the order in which they were made."""
     renames: Mapping[str, Mapping[str, str]]
     """`links` and `joints`: old name to new name."""
     staged: Mapping[str, str]
@@ -61,25 +63,25 @@ class Repair:
 
     @property
     def left(self) -> tuple[Finding, ...]:
-        """What is still wrong."""
+        """Findings that remain."""
         return self.after.findings
 
     def to_json(self) -> dict[str, Any]:
         """Plain data for JSON."""
         return {
             "urdf": str(self.urdf),
-            "mends": [mend.to_json() for mend in self.mends],
+            "fixes": [fix.to_json() for fix in self.fixes],
             "renames": {kind: dict(names) for kind, names in self.renames.items()},
             "staged": dict(self.staged),
             "left": [finding.to_json() for finding in self.left],
-            "verdict": self.after.verdict,
+            "status": self.after.status,
             "usable": self.after.is_usable,
         }
 
 
 @quietly
 def repair_urdf(
-    path: Path | str,
+    source: Path | str | UrdfElements,
     out: Path | str,
     *,
     only: Collection[str] = (),
@@ -87,66 +89,72 @@ def repair_urdf(
     packages: Mapping[str, Path] | None = None,
     search_paths: Sequence[Path] = (),
 ) -> Repair:
-    """Mend what can be mended without guessing, and write a clean robot into the folder `out`.
+    """Fix the findings that have one safe fix, and write the repaired robot into the folder `out`.
 
-    Writes `<name>.urdf`, its meshes and images beside it (`meshes/`, `textures/`) named by relative paths,
-    `renames.json`, `repair_log.json` (each mend with before and after) and `repair.diff`. Forward
-    kinematics
-    stays as it is, the order of links and joints too; comments are not kept. Mends are done in the order of
-    `FIXES`; repairing the result changes nothing. What needs a guess is left, and reported.
+    Writes `<name>.urdf`, copies of its meshes and images (`meshes/`, `textures/`) named by relative paths,
+    `renames.json`, `repair_log.json` (each fix with before and after) and `repair.diff`. Forward kinematics
+    and the order of links and joints do not change; comments are not kept. Fixes are made in the order of
+    `FIXES`; repairing the result changes nothing. Findings that need a guess are reported and not changed.
 
     Args:
-        path: the URDF.
+        source: a URDF file; or the elements that `parse_urdf` returned, which are not changed and for which
+            `packages` and `search_paths` are ignored.
         out: folder to write; files of an earlier repair in it are replaced, others stay.
-        only: codes to mend; all by default.
-        keep: codes to leave as they are.
+        only: codes to fix; all by default.
+        keep: codes that are not fixed.
         packages: ROS package name to folder.
-        search_paths: more folders in which to look for packages and files.
+        search_paths: more folders to search for packages and files.
 
     Raises:
         DescriptionError: the file cannot be read at all.
-        ConfigError: a code has no mend, or `out` is the robot's own folder.
+        ConfigError: a code has no fix, or `out` is the robot's own folder.
     """
-    source, folder = Path(path), Path(out)
+    folder = Path(out)
     codes = _chosen(only, keep)
-    urdf = parse_urdf(source, packages=packages, search_paths=search_paths)
-    before = audit_urdf(urdf)
+    original = source
+    if not isinstance(original, UrdfElements):
+        original = parse_urdf(original, packages=packages, search_paths=search_paths)
+    before, file = audit_urdf(original), original.path
     if any(CHECKS[finding.code].topic == "file" and finding.severity == ERROR for finding in before.findings):
         first = before.findings[0]
-        raise DescriptionError(f"{first.message}; {first.remedy}", file=source, line=first.line)
-    _refuse_own_folder(source, folder)
+        raise DescriptionError(f"{first.message}; {first.remedy}", file=file, line=first.line)
+    _refuse_own_folder(file, folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as partial:
         work = Path(partial)
-        name = plain_name(source.with_suffix(".urdf").name)
-        original = _text(urdf.root)
-        bench = RepairContext(
-            urdf=urdf,
-            stage=FileCopier(folder=work, plain="mesh-file-name" in codes, reserved=_missing_names(urdf)),
+        name = plain_name(file.with_suffix(".urdf").name)
+        context = RepairContext(
+            urdf=original.editable_copy(),
+            copier=FileCopier(
+                folder=work, plain="mesh-file-name" in codes, reserved=_missing_names(original)
+            ),
             keep=frozenset(FIXES) - codes,
         )
-        done = _mend_all(bench, codes)
-        _stage_rest(bench)
-        text = _text(bench.urdf.root)
-        diff = _diff(original, text, source.name, name)
-        renames = {"links": bench.link_renames, "joints": bench.joint_renames}
-        staged = {str(file): copy for file, copy in bench.stage.staged.items()}
+        unchanged = _text(context.urdf.root)
+        fixes = _fix_all(context, codes)
+        _copy_rest(context)
+        text = _text(context.urdf.root)
         (work / name).write_text(text, encoding="utf-8")
-        after = audit_urdf(work / name)
+        written = parse_urdf(work / name)
         result = Repair(
             urdf=folder / name,
-            mends=tuple(done),
-            renames=renames,
-            staged=staged,
-            diff=diff,
+            elements=written.moved_to(folder / name),
+            fixes=tuple(fixes),
+            renames={"links": context.link_renames, "joints": context.joint_renames},
+            staged={str(source): copy for source, copy in context.copier.staged.items()},
+            diff=_diff(unchanged, text, file.name, name),
             before=before,
-            after=_moved(after, folder / name),
+            after=replace(audit_urdf(written), file=folder / name),
         )
-        (work / RENAMES_NAME).write_text(_json(renames), encoding="utf-8")
-        (work / LOG_NAME).write_text(_json(result.to_json()), encoding="utf-8")
-        (work / DIFF_NAME).write_text(diff, encoding="utf-8")
+        _write_logs(result, work)
         _publish(work, folder)
     return result
+
+
+def _write_logs(result: Repair, folder: Path) -> None:
+    (folder / RENAMES_NAME).write_text(_json(result.renames), encoding="utf-8")
+    (folder / LOG_NAME).write_text(_json(result.to_json()), encoding="utf-8")
+    (folder / DIFF_NAME).write_text(result.diff, encoding="utf-8")
 
 
 def _chosen(only: Collection[str], keep: Collection[str]) -> frozenset[str]:
@@ -154,7 +162,7 @@ def _chosen(only: Collection[str], keep: Collection[str]) -> frozenset[str]:
         if code not in CHECKS:
             raise ConfigError(unknown_name("code", code, FIXES))
         if code not in FIXES:
-            raise ConfigError(f"{code} is not mended by repair; it mends {', '.join(FIXES)}")
+            raise ConfigError(f"{code} is not fixed by repair; it fixes {', '.join(FIXES)}")
     return frozenset(only or FIXES) - frozenset(keep)
 
 
@@ -166,20 +174,20 @@ def _refuse_own_folder(source: Path, folder: Path) -> None:
         raise ConfigError(f"{folder} is a file; give a folder")
 
 
-def _mend_all(bench: RepairContext, codes: frozenset[str]) -> list[Fix]:
+def _fix_all(context: RepairContext, codes: frozenset[str]) -> list[Fix]:
     done: list[Fix] = []
     for code, function in FIXES.items():
         if code not in codes:
             continue
         check = CHECKS[code]
-        faults = [fault for fault in check.run(bench.urdf) if check.finding(fault).fixable]
+        faults = [fault for fault in check.run(context.urdf) if check.finding(fault).fixable]
         if not faults:
             continue
-        for made in function(bench, faults):
+        for made in function(context, faults):
             done.append(
                 Fix(code=code, element=made.element, line=made.line, before=made.before, after=made.after)
             )
-        bench.urdf = _again(bench.urdf)
+        context.urdf = _again(context.urdf)
     return done
 
 
@@ -198,16 +206,16 @@ def _again(urdf: UrdfElements) -> UrdfElements:
     return urdf.parsed_again()
 
 
-def _stage_rest(bench: RepairContext) -> None:
-    """Stage the meshes and images that no mend has moved: relative references must hold in the new folder."""
-    for _, mesh in bench.urdf.mesh_shapes:
-        kept = "mesh-reference" in bench.keep and ("://" in mesh.uri or mesh.uri.strip().startswith("/"))
-        if mesh.found.path is not None and id(mesh.element) not in bench.moved and not kept:
-            mesh.element.set("filename", bench.stage.mesh(mesh.found.path))
-    for material in bench.urdf.materials:
+def _copy_rest(context: RepairContext) -> None:
+    """Copy the meshes and images that no fix has copied: relative references must hold in the new folder."""
+    for _, mesh in context.urdf.mesh_shapes:
+        kept = "mesh-reference" in context.keep and ("://" in mesh.uri or mesh.uri.strip().startswith("/"))
+        if mesh.found.path is not None and id(mesh.element) not in context.moved and not kept:
+            mesh.element.set("filename", context.copier.mesh(mesh.found.path))
+    for material in context.urdf.materials:
         texture = material.element.find("texture")
         if texture is not None and material.texture is not None and material.texture.path is not None:
-            texture.set("filename", bench.stage.image(material.texture.path))
+            texture.set("filename", context.copier.image(material.texture.path))
 
 
 def _text(root: ET.Element) -> str:
@@ -223,10 +231,6 @@ def _diff(before: str, after: str, old: str, new: str) -> str:
 
 def _json(data: Any) -> str:
     return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
-
-
-def _moved(done: Audit, file: Path) -> Audit:
-    return Audit(file=file, robot=done.robot, findings=done.findings, facts=done.facts)
 
 
 def _publish(work: Path, folder: Path) -> None:

@@ -23,9 +23,9 @@ _COLORS: dict[Severity, RGBA] = {
     Severity.INFO: (0.15, 0.45, 0.85, 1.0),
 }
 _STYLE = """
-.blocks{color:var(--bad)}.misbehaves{color:var(--look)}.untidy{color:var(--note)}
+.error{color:var(--bad)}.warning{color:var(--look)}.info{color:var(--note)}
 table{width:100%}td.line{text-align:right;color:var(--dim)}
-.mend{color:var(--good);white-space:nowrap}
+.fix{color:var(--good);white-space:nowrap}
 """
 
 
@@ -38,9 +38,9 @@ def write_audit_page(
 ) -> Audit:
     """Audit a URDF and write one HTML page without any link to elsewhere; returns the audit.
 
-    The page has the verdict, pictures of the robot (visual and collision shapes), and for each code the
-    findings with a picture in which the links concerned stand out: red what blocks import, orange what will
-    misbehave, blue what is untidy.
+    The page has the status, pictures of the robot (visual and collision shapes), and for each code the
+    findings with a picture in which the links concerned stand out: red for errors, orange for warnings,
+    blue for information.
     """
     draft = parse_urdf(file, packages=packages, search_paths=search_paths)
     audit = audit_urdf(draft)
@@ -53,7 +53,7 @@ def audit_page(audit: Audit, draft: UrdfElements) -> str:
     title = audit.robot or audit.file.stem
     parts = [
         f"<h1>{escape(title)}</h1>",
-        f"<p>{verdict(audit.verdict, 'good' if audit.is_usable else 'bad')}"
+        f"<p>{verdict(audit.status, 'good' if audit.is_usable else 'bad')}"
         f"<code>{escape(audit.file.name)}</code></p>",
     ]
     if audit.facts.links:
@@ -79,7 +79,7 @@ def _overview(draft: UrdfElements) -> list[str]:
 
 def _findings(audit: Audit, draft: UrdfElements) -> list[str]:
     if not audit.findings:
-        return ["<p>Nothing to mend.</p>"]
+        return ["<p>No findings.</p>"]
     out: list[str] = []
     pictures = 0
     for severity in Severity:
@@ -127,10 +127,10 @@ def _table(alike: Sequence[Finding]) -> str:
         "<tr><th>line</th><th>element</th><th>what is wrong</th><th>remedy</th></tr>",
     ]
     for finding in alike[:MAX_ROWS]:
-        mend = ' <span class="mend">repair does it</span>' if finding.fixable else ""
+        fix = ' <span class="fix">repair fixes it</span>' if finding.fixable else ""
         rows.append(
             f'<tr><td class="line">{finding.line or ""}</td><td>{escape(finding.element)}</td>'
-            f"<td>{escape(finding.message)}</td><td>{escape(finding.remedy)}{mend}</td></tr>"
+            f"<td>{escape(finding.message)}</td><td>{escape(finding.remedy)}{fix}</td></tr>"
         )
     if len(alike) > MAX_ROWS:
         rows.append(f'<tr><td></td><td colspan="3">and {len(alike) - MAX_ROWS} more</td></tr>')

@@ -47,7 +47,7 @@ def xml_unsafe(urdf: UrdfElements) -> Faults:
 @check(
     "xml-syntax",
     ERROR,
-    remedy="mend the XML at this line",
+    remedy="correct the XML at this line",
     example='<robot name="arm"><link name="base"></robot>',
 )
 def xml_syntax(urdf: UrdfElements) -> Faults:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -182,6 +182,11 @@ class UrdfElements:
         return UrdfElements(
             file=self.file, root=self.root, resolver=self.resolver, mesh_stats=self.mesh_stats
         )
+
+    def moved_to(self, file: Path) -> UrdfElements:
+        """Return the elements of a file that was moved with its meshes, which are found at the new place."""
+        resolver = replace(self.resolver, base=file.absolute().parent, real_base=None)
+        return UrdfElements(file=file, root=self.root, resolver=resolver, xml_notes=self.xml_notes)
 
     def editable_copy(self) -> UrdfElements:
         """Return elements with a copy of the XML, so that edits leave these as they are."""

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 from roboyard.config.validation_errors import format_validation_error, quoted_input
 from roboyard.config.yaml_lines import Where, YamlFile, read_yaml
 from roboyard.description.model import RobotDescription
+from roboyard.description.urdf.parse import UrdfElements, parse_urdf
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.config.checks import ConfigProblem, check_against
 from roboyard.importer.config.schema import ImportConfig
@@ -27,6 +28,8 @@ class LoadedConfig:
 
     config: ImportConfig
     urdf: Path
+    elements: UrdfElements | None = None
+    """The URDF, parsed; None where it was not needed yet."""
     file: Path | None = None
     notes: tuple[str, ...] = ()
     """Warnings, as `file:line: key: text`."""
@@ -79,13 +82,16 @@ def audit_config(file: Path | str, packages: Mapping[str, Path] | None = None) -
 class _Judged:
     config: ImportConfig | None
     urdf: Path | None
+    elements: UrdfElements | None
     errors: tuple[str, ...]
     notes: tuple[str, ...]
 
     def usable(self, file: Path | None) -> LoadedConfig:
         if self.errors or self.config is None or self.urdf is None:
             raise ConfigError("\n".join(self.errors))
-        return LoadedConfig(config=self.config, urdf=self.urdf, file=file, notes=self.notes)
+        return LoadedConfig(
+            config=self.config, urdf=self.urdf, elements=self.elements, file=file, notes=self.notes
+        )
 
 
 def _judge(
@@ -104,24 +110,26 @@ def _judge(
     config, found = _validated(data)
     problems += found
     urdf: Path | None = None
+    elements: UrdfElements | None = None
     if config is not None:
         urdf = config.urdf_file(folder)
-        problems += _against_urdf(config, urdf, packages)
+        elements = parse_urdf(urdf, packages=packages)
+        problems += _against_urdf(config, urdf, elements)
     problems.sort(key=lambda problem: problem.line or yaml_file.line(problem.where) or 10**9)
     errors = [_told(problem, name, yaml_file) for problem in problems if not problem.is_note]
     notes = [_told(problem, name, yaml_file) for problem in problems if problem.is_note]
     if len(errors) > MAX_PROBLEMS:
         errors = [*errors[:MAX_PROBLEMS], f"{name}: and {len(errors) - MAX_PROBLEMS} more problems"]
-    return _Judged(config=config, urdf=urdf, errors=tuple(errors), notes=tuple(notes))
+    return _Judged(config=config, urdf=urdf, elements=elements, errors=tuple(errors), notes=tuple(notes))
 
 
-def _against_urdf(config: ImportConfig, urdf: Path, packages: Mapping[str, Path]) -> list[ConfigProblem]:
+def _against_urdf(config: ImportConfig, urdf: Path, elements: UrdfElements) -> list[ConfigProblem]:
     from roboyard.description import load_description
 
     if not urdf.is_file():
         return [ConfigProblem(where=("urdf_path",), text=f"there is no file {str(urdf)!r}; check the path")]
     try:
-        description = load_description(urdf, packages=packages, missing_meshes="note")
+        description = load_description(elements, missing_meshes="note")
     except DescriptionError as error:
         return [ConfigProblem(where=("urdf_path",), text=problem) for problem in error.problems]
     return check_against(config, renamed_view(description))

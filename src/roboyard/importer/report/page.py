@@ -58,17 +58,12 @@ def write_import_page(
     robot: RobotModel, context: ImportContext, validation: ValidationReport | None = None
 ) -> None:
     """Write the page beside the other files of the package."""
-    from roboyard.audit.run import read_mesh_stats
-    from roboyard.description.urdf.parse import parse_urdf
-
-    draft = parse_urdf(context.urdf, packages=context.packages)
-    read_mesh_stats(draft)
     text = import_page(
         robot,
         context.log.facts,
         context.log.warnings,
         validation,
-        draft=draft,
+        draft=context.source,
     )
     (context.build / "import_report.html").write_text(text, encoding="utf-8")
 
@@ -150,7 +145,7 @@ def _cards(robot: RobotModel, facts: Mapping[str, Any]) -> str:
     if robot.sensors:
         cards.append(("sensors and markers", str(len(robot.sensors))))
     shown = "".join(f"<div><span>{escape(k)}</span><b>{escape(v)}</b></div>" for k, v in cards)
-    came = str(facts.get("source", {}).get("verdict", "")).strip()
+    came = str(facts.get("source", {}).get("status", "")).strip()
     said = f'<p class="facts">The vendor\'s file: {escape(came)}.</p>' if came else ""
     return f'<div class="cards">{shown}</div>{said}'
 
@@ -228,13 +223,13 @@ def _gate(gate: Gate) -> str:
 def _came_in(facts: Mapping[str, Any]) -> list[str]:
     """What the audit found in the vendor's file, a row for each kind, and what became of it."""
     findings = facts.get("source", {}).get("findings", [])
-    mends = facts.get("fixes", [])
+    fixes = facts.get("fixes", [])
     still = {finding.get("code") for finding in facts.get("unresolved", facts.get("remaining", []))}
-    codes = dict.fromkeys(str(item.get("code", "")) for item in (*findings, *mends))
+    codes = dict.fromkeys(str(item.get("code", "")) for item in (*findings, *fixes))
     rows = []
     for code in codes:
         same = [f for f in findings if str(f.get("code", "")) == code]
-        done = [m for m in mends if str(m.get("code", "")) == code]
+        done = [m for m in fixes if str(m.get("code", "")) == code]
         first = (same or done)[0]
         where = str(first.get("element", ""))
         if same and first.get("line"):

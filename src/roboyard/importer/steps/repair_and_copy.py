@@ -31,7 +31,7 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
         DescriptionError: the robot cannot be used even after repair.
         ConfigError: the robot is too large to import.
     """
-    made = repair_urdf(context.urdf, context.urdf_folder, keep=KEPT, packages=context.packages)
+    made = repair_urdf(context.source, context.urdf_folder, keep=KEPT)
     _record(context, made)
     if made.after.facts.links > MAX_LINKS:
         raise ConfigError(
@@ -42,7 +42,7 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     left += [f for f in made.after.findings if f.severity == ERROR and f.code not in NO_FILE]
     if left:
         raise DescriptionError.collect([_error(context, made, finding) for finding in left])
-    description = load_description(made.urdf)
+    description = load_description(made.elements)
     for scrap in ("renames.json", "repair_log.json", made.urdf.name):
         (context.urdf_folder / scrap).unlink(missing_ok=True)
     misc = context.build / "misc"
@@ -68,15 +68,15 @@ def _record(context: ImportContext, made: Repair) -> None:
     log = context.log
     log.facts["source"] = {
         "urdf": str(context.urdf),
-        "verdict": made.before.verdict,
+        "status": made.before.status,
         "facts": made.before.facts.to_json(),
         "findings": [finding.to_json() for finding in made.before.findings],
     }
-    log.facts["fixes"] = [mend.to_json() for mend in made.mends]
+    log.facts["fixes"] = [fix.to_json() for fix in made.fixes]
     log.facts["remaining"] = [finding.to_json() for finding in made.left]
-    for mend in made.mends:
-        if mend.code not in ("mesh-reference", "mesh-file-name"):
-            log.note(f"{mend.before} -> {mend.after} [{mend.code}]", mend.element)
+    for fix in made.fixes:
+        if fix.code not in ("mesh-reference", "mesh-file-name"):
+            log.note(f"{fix.before} -> {fix.after} [{fix.code}]", fix.element)
     if made.staged:
         log.note(f"{len(made.staged)} mesh and image files staged under plain names")
     for finding in made.left:

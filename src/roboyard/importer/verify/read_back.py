@@ -11,6 +11,7 @@ import numpy as np
 
 from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.urdf.parse import UrdfElements
 from roboyard.importer.context import ImportContext
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.transforms import Array
@@ -21,11 +22,11 @@ MASS = 1e-6
 """kg/kg"""
 
 
-def read_back(robot: RobotModel, context: ImportContext) -> None:
+def read_back(robot: RobotModel, context: ImportContext, written: UrdfElements) -> None:
     """Check each file that was written; findings go to the log, nothing is raised."""
     build, name = context.build, robot.name
     checks: tuple[tuple[str, Callable[[], list[str]]], ...] = (
-        ("urdf", lambda: check_urdf(robot, build / "urdf" / f"{name}.urdf")),
+        ("urdf", lambda: check_urdf(robot, written)),
         ("mjcf", lambda: check_mjcf(robot, build / "mjcf" / f"{name}.xml")),
         ("usd", lambda: check_usd(robot, build / "usd" / f"{name}.usda")),
         ("curobo", lambda: check_curobo(robot, build / "curobo" / f"{name}_description_curobo_default.yaml")),
@@ -45,11 +46,11 @@ def read_back(robot: RobotModel, context: ImportContext) -> None:
     context.log.facts["read_back"] = results
 
 
-def check_urdf(robot: RobotModel, file: Path) -> list[str]:
+def check_urdf(robot: RobotModel, written: Path | UrdfElements) -> list[str]:
     """Links, joints, masses and poses of the written URDF."""
     from roboyard.description import load_description
 
-    found = load_description(file)
+    found = load_description(written)
     problems = _names("link", robot.description.link_by_name, found.link_by_name)
     problems += _names("joint", robot.description.joint_by_name, found.joint_by_name)
     for link in robot.description.links:

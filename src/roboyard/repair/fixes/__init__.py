@@ -1,7 +1,7 @@
-"""All mends, in the order in which they are done.
+"""All fixes, in the order in which they are made.
 
 Reading, joints, mimics, colours, scales, inertias, references, names: scales come before inertias, since they
-change volumes; names come last, so that the log speaks of every element by the name that the file gives it.
+change volumes; names come last, so that the log names every element as the file does.
 """
 
 from roboyard.repair.fixes import (  # noqa: I001

@@ -43,7 +43,7 @@ def _from_shapes(faults: Sequence[Fault]) -> Changes:
     """Write mass, centre of mass and tensor of the link's shapes at the default density."""
     for fault, link in _links(faults):
         solid = link_solid(link)
-        assert solid is not None  # the check said it is mendable
+        assert solid is not None  # the check found it fixable
         solid = solid.scaled_to(solid.mass * DEFAULT_DENSITY)
         old = link.element.find("inertial")
         before = "no <inertial>" if old is None else _described(old)
@@ -60,19 +60,19 @@ def _from_shapes(faults: Sequence[Fault]) -> Changes:
 
 
 @fix("inertial-missing")
-def new_inertial(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def new_inertial(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write an `<inertial>` of the link's shapes at 1000 kg/m³."""
     yield from _from_shapes(faults)
 
 
 @fix("mass-missing")
-def new_mass(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def new_mass(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the `<inertial>` of the link's shapes at 1000 kg/m³."""
     yield from _from_shapes(faults)
 
 
 @fix("mass-zero")
-def real_mass(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def real_mass(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the `<inertial>` of the link's shapes at 1000 kg/m³."""
     yield from _from_shapes(faults)
 
@@ -93,19 +93,19 @@ def _tensor_from_shapes(faults: Sequence[Fault]) -> Changes:
 
 
 @fix("inertia-missing")
-def new_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def new_tensor(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Compute the tensor from the shapes and the mass."""
     yield from _tensor_from_shapes(faults)
 
 
 @fix("inertia-zero")
-def real_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def real_tensor(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Compute the tensor from the shapes and the mass."""
     yield from _tensor_from_shapes(faults)
 
 
 @fix("inertia-not-positive")
-def positive_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def positive_tensor(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Raise a rod's moment that was rounded to zero; else compute the tensor from the shapes and the mass."""
     others = []
     for fault, link in _links(faults):
@@ -114,12 +114,12 @@ def positive_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
         if rod is None:
             others.append(fault)
         else:
-            yield _retold(fault, link, rod, "a thin rod's")
+            yield _written(fault, link, rod, "a thin rod's")
     yield from _tensor_from_shapes(others)
 
 
 @fix("inertia-triangle")
-def possible_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def possible_tensor(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Compute the tensor from the shapes and the mass; without shapes raise the two smaller moments."""
     others = []
     for fault, link in _links(faults):
@@ -128,7 +128,7 @@ def possible_tensor(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
         if raised is None:
             others.append(fault)
         else:
-            yield _retold(fault, link, raised, "its smaller moments raised until a body can have them")
+            yield _written(fault, link, raised, "its smaller moments raised until a body can have them")
     yield from _tensor_from_shapes(others)
 
 
@@ -136,8 +136,8 @@ def _tensor(link: LinkElement) -> Array | None:
     return None if link.inertial is None else link.inertial.matrix()
 
 
-def _retold(fault: Fault, link: LinkElement, tensor: Array, why: str) -> Change:
-    """Write a tensor, and say so."""
+def _written(fault: Fault, link: LinkElement, tensor: Array, why: str) -> Change:
+    """Write a tensor; return the change."""
     assert link.inertial is not None
     element = link.inertial.element
     before = _described(element)

@@ -12,7 +12,7 @@ from roboyard.repair.registry import Changes, RepairContext, change, fix, shown,
 
 
 @fix("axis-missing")
-def default_axis(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def default_axis(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the axis that URDF takes by default."""
     for fault in faults:
         joint = fault.at
@@ -25,7 +25,7 @@ def default_axis(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 
 
 @fix("axis-not-unit")
-def unit_axis(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def unit_axis(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Scale the axis to length 1."""
     for fault in faults:
         joint = fault.at
@@ -40,8 +40,8 @@ def unit_axis(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 
 
 @fix("continuous-with-limits")
-def unlimited(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
-    """Remove the range that a continuous joint does not obey; effort and velocity stay."""
+def unlimited(context: RepairContext, faults: Sequence[Fault]) -> Changes:
+    """Remove the range that a continuous joint ignores; effort and velocity stay."""
     for fault in faults:
         joint = fault.at
         assert isinstance(joint, JointElement)

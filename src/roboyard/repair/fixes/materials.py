@@ -10,7 +10,7 @@ from roboyard.repair.registry import Changes, RepairContext, change, fix, rounde
 
 
 @fix("color-alpha-missing")
-def opaque(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def opaque(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Add an alpha of 1 (or of 255, on that scale)."""
     for fault in faults:
         material = fault.at
@@ -24,7 +24,7 @@ def opaque(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 
 
 @fix("color-range")
-def from_255(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def from_255(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Divide a colour on a scale of 0 to 255 by 255; an alpha within 0 to 1 stays."""
     for fault in faults:
         material = fault.at

@@ -12,7 +12,7 @@ from roboyard.repair.registry import Change, Changes, RepairContext, change, fix
 
 
 @fix("mesh-scale-single")
-def three_factors(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def three_factors(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the one factor three times."""
     for fault in faults:
         shape = fault.at
@@ -24,7 +24,7 @@ def three_factors(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 
 
 @fix("mesh-units-differ")
-def in_metres(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def in_metres(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Divide the scale of meshes that are plainly in millimetres by 1000."""
     for fault in faults:
         link = fault.at

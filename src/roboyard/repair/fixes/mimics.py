@@ -19,27 +19,27 @@ def _without_mimic(faults: Sequence[Fault]) -> Changes:
 
 
 @fix("mimic-unknown")
-def unknown_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
-    """Remove a `<mimic>` of a joint that does not exist; the joint moves freely, as every reader has it."""
+def unknown_leader(context: RepairContext, faults: Sequence[Fault]) -> Changes:
+    """Remove a `<mimic>` of a joint that does not exist; the joint moves freely, as in every reader."""
     yield from _without_mimic(faults)
 
 
 @fix("mimic-itself")
-def own_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def own_leader(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Remove a `<mimic>` of the joint itself."""
     yield from _without_mimic(faults)
 
 
 @fix("mimic-fixed")
-def fixed_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def fixed_leader(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Remove a `<mimic>` of a fixed joint, or on one."""
     yield from _without_mimic(faults)
 
 
 @fix("mimic-chain")
-def first_leader(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def first_leader(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Follow the first joint of the chain: q = a (b p + c) + d = (a b) p + (a c + d)."""
-    joints = bench.urdf.joint_by_name
+    joints = context.urdf.joint_by_name
     resolved: dict[str, tuple[str, float, float]] = {}
     for fault in faults:
         joint = fault.at

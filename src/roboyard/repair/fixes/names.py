@@ -49,20 +49,20 @@ def rename(references: Iterator[tuple[ET.Element, str]], renames: Mapping[str, s
 
 
 @fix("link-name-odd")
-def plain_link_names(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def plain_link_names(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Rename links to identifiers."""
-    bench.link_renames.update(planned_renames(bench.urdf).links)
-    rename(link_references(bench.urdf.root), bench.link_renames)
+    context.link_renames.update(planned_renames(context.urdf).links)
+    rename(link_references(context.urdf.root), context.link_renames)
     for fault in faults:
         assert isinstance(fault.at, LinkElement)
-        yield change(fault, fault.at.name, bench.link_renames[fault.at.name])
+        yield change(fault, fault.at.name, context.link_renames[fault.at.name])
 
 
 @fix("joint-name-odd")
-def plain_joint_names(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def plain_joint_names(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Rename joints to identifiers."""
-    bench.joint_renames.update(planned_renames(bench.urdf).joints)
-    rename(joint_references(bench.urdf.root), bench.joint_renames)
+    context.joint_renames.update(planned_renames(context.urdf).joints)
+    rename(joint_references(context.urdf.root), context.joint_renames)
     for fault in faults:
         assert isinstance(fault.at, JointElement)
-        yield change(fault, fault.at.name, bench.joint_renames[fault.at.name])
+        yield change(fault, fault.at.name, context.joint_renames[fault.at.name])

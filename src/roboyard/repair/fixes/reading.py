@@ -1,4 +1,4 @@
-"""What the reader had to put right to read the file."""
+"""Faults that the reader corrects when it reads the file."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from roboyard.repair.registry import Change, Changes, RepairContext, change, fix
 
 
 @fix("xml-tolerated")
-def plain_xml(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def plain_xml(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Nothing to change in the tree: writing it gives well-formed UTF-8."""
     for fault in faults:
         yield change(fault, fault.message.partition(": ")[2], "well-formed XML in UTF-8")
 
 
 @fix("robot-name-missing")
-def robot_name(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
-    """Call the robot as the file is called, which is what the reader does."""
+def robot_name(context: RepairContext, faults: Sequence[Fault]) -> Changes:
+    """Name the robot after the file, as the reader does."""
     for fault in faults:
-        bench.urdf.root.set("name", bench.urdf.path.stem)
-        yield change(fault, "<robot>", shown(bench.urdf.root))
+        context.urdf.root.set("name", context.urdf.path.stem)
+        yield change(fault, "<robot>", shown(context.urdf.root))
 
 
 @fix("joint-type-spelling")
-def joint_type(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
+def joint_type(context: RepairContext, faults: Sequence[Fault]) -> Changes:
     """Write the type in lower case."""
     for fault in faults:
         joint = fault.at
@@ -41,21 +41,21 @@ def joint_type(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 
 
 @fix("geometry-missing")
-def empty_shape(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
-    """Remove visuals and collisions that hold no shape; the reader ignores them."""
+def empty_shape(context: RepairContext, faults: Sequence[Fault]) -> Changes:
+    """Remove visuals and collisions without a shape; the reader ignores them."""
     for fault in faults:
         shape = fault.at
         assert isinstance(shape, ShapeElement)
-        for link in bench.urdf.root.iterfind("link"):
+        for link in context.urdf.root.iterfind("link"):
             if shape.element in list(link):
                 link.remove(shape.element)
         yield change(fault, shown(shape.element), "removed")
 
 
 @fix("number-sloppy")
-def plain_numbers(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
-    """Write numbers as the reader understood them; leave out attributes that are blank."""
-    for element, owner in read_elements(bench.urdf):
+def plain_numbers(context: RepairContext, faults: Sequence[Fault]) -> Changes:
+    """Write numbers as they were read; remove blank attributes."""
+    for element, owner in read_elements(context.urdf):
         for key in list(element.attrib):
             size = NUMBERS.get((element.tag, key))
             if size is None:
@@ -76,7 +76,7 @@ def plain_numbers(bench: RepairContext, faults: Sequence[Fault]) -> Changes:
 
 
 def _is_long(quaternion: Sequence[float]) -> bool:
-    """True for a quaternion that the reader scales to unit length, and says so."""
+    """True for a quaternion that the reader scales to unit length with a note."""
     return unit_quaternion(quaternion) is not None and abs(math.hypot(*quaternion) - 1.0) > UNIT_TOLERANCE
 
 

@@ -87,7 +87,7 @@ def findings_text(audit: Audit | None) -> str:
         return "No file to audit."
     if not audit.findings:
         return "**Sound.** The audit found nothing."
-    lines = [f"**{audit.verdict.capitalize()}**: {len(audit.findings)} findings."]
+    lines = [f"**{audit.status.capitalize()}**: {len(audit.findings)} findings."]
     severity = None
     for finding in audit.findings[:MOST_SHOWN]:
         if finding.severity != severity:

@@ -1,4 +1,4 @@
-"""Every mend: the fault is gone, the robot moves as before, and a second repair changes nothing."""
+"""Every fix: the fault is gone, the robot moves as before, and a second repair changes nothing."""
 
 from pathlib import Path
 
@@ -44,9 +44,9 @@ def test_the_fault_is_mended_and_logged(code: str, tmp_path: Path) -> None:
     assert all(finding.fixable for finding in audit_urdf(file).of(code))
     result = repair_urdf(file, tmp_path / "out")
     assert code not in result.after.codes
-    mends = [mend for mend in result.mends if mend.code == code]
-    assert mends
-    assert all(mend.before != mend.after for mend in mends)
+    fixes = [fix for fix in result.fixes if fix.code == code]
+    assert fixes
+    assert all(fix.before != fix.after for fix in fixes)
     assert set(result.after.codes) <= set(result.before.codes)
 
 
@@ -54,7 +54,7 @@ def test_the_fault_is_mended_and_logged(code: str, tmp_path: Path) -> None:
 def test_repairing_a_repaired_robot_changes_nothing(code: str, tmp_path: Path) -> None:
     first = repair_urdf(write_case(CASES[code][0], tmp_path), tmp_path / "one")
     second = repair_urdf(first.urdf, tmp_path / "two")
-    assert second.mends == ()
+    assert second.fixes == ()
     assert second.diff == ""
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
 
@@ -85,7 +85,7 @@ def test_a_rod_keeps_the_moments_that_were_not_rounded_away(tmp_path: Path) -> N
         '<joint name="turn" type="continuous"><parent link="base"/><child link="tip"/></joint></robot>'
     )
     result = repair_urdf(file, tmp_path / "out")
-    assert [mend.code for mend in result.mends if mend.element == 'link "tip"'] == ["inertia-not-positive"]
+    assert [fix.code for fix in result.fixes if fix.element == 'link "tip"'] == ["inertia-not-positive"]
     inertial = load_description(result.urdf).link_by_name["tip"].inertial
     assert inertial is not None
     np.testing.assert_allclose(inertial.matrix(), np.diag([1.2e-4, 1.2e-4, 1.2e-7]), rtol=1e-6)
@@ -111,11 +111,11 @@ def test_keep_leaves_a_code_as_it_is(code: str, tmp_path: Path) -> None:
         pytest.skip("writing the robot at all puts this right")
     result = repair_urdf(write_case(CASES[code][0], tmp_path), tmp_path / "out", keep=[code])
     assert code in result.after.codes
-    assert code not in {mend.code for mend in result.mends}
+    assert code not in {fix.code for fix in result.fixes}
 
 
 def test_only_mends_what_is_named(tmp_path: Path) -> None:
     text = str(CASES["axis-not-unit"][0]).replace('name="j"', 'name="joint 1"')
     result = repair_urdf(write_case(text, tmp_path), tmp_path / "out", only=["axis-not-unit"])
-    assert {mend.code for mend in result.mends} == {"axis-not-unit"}
+    assert {fix.code for fix in result.fixes} == {"axis-not-unit"}
     assert result.after.codes == ("joint-name-odd",)
