@@ -99,7 +99,7 @@ WRONG = [
     (put("raw_controller_order", value="base"), "raw_controller_order: must be a list"),
     (
         put("raw_controller_order", 1, value="torso"),
-        r"raw_controller_order\[1\]: no block makes a group 'torso'",
+        r"raw_controller_order\[1\]: no block defines a group 'torso'",
     ),
     (drop("raw_controller_order", 1), "raw_controller_order: the group 'trunk' is missing"),
     (
@@ -109,13 +109,13 @@ WRONG = [
     (put("default_controllers", "base", value="Foo"), r"default_controllers\.base: must be one of"),
     (
         put("default_controllers", "tail", value="JointController"),
-        r"default_controllers\.tail: no block makes",
+        r"default_controllers\.tail: no block defines",
     ),
     (put("disabled_collision_pairs", 0, value=["a"]), r"disabled_collision_pairs\[0\]: must have 2 entries"),
     (drop("base_footprint_link_name"), "base_footprint_link_name: is required with holonomic_base"),
     (put("self_collisions", value="maybe"), "self_collisions: must be true or false"),
     (put("usd_path", value=3), "usd_path: must be text"),
-    (put("default_joint_pos", value=[1, "x"]), r"default_joint_pos\[1\]: 'x' is no number"),
+    (put("default_joint_pos", value=[1, "x"]), r"default_joint_pos\[1\]: 'x' is not a number"),
     (
         put("linear_velocity_gain_for_primitives", value=[1]),
         "linear_velocity_gain_for_primitives: must be a number",
@@ -147,7 +147,7 @@ WRONG = [
         put("mobile_manipulation", "default_arm_pose_key", value="up"),
         "default_arm_pose_key: no default_arm_poses",
     ),
-    (put("manipulation", "n_arms", value=3), r"manipulation\.arm_names: names 2 arms but n_arms is 3"),
+    (put("manipulation", "n_arms", value=3), r"manipulation\.arm_names: lists 2 arms but n_arms is 3"),
     (put("manipulation", "n_arms", value="two"), r"manipulation\.n_arms: must be a whole number"),
     (put("manipulation", "n_arms", value=0), r"manipulation\.n_arms: must be at least 1"),
     (
@@ -165,7 +165,7 @@ WRONG = [
     ),
     (
         put("manipulation", "arm_workspace_range", "left", value=[45, -45]),
-        "arm_workspace_range.left: goes from",
+        "arm_workspace_range.left: has lower limit",
     ),
     (put("manipulation", "teleop_rotation_offset", value={"left": [1, 2]}), "must have 3 or 4 entries"),
     (
@@ -266,9 +266,9 @@ def test_files_give_lines(tmp_path: Path) -> None:
     ("text", "told"),
     [
         ("", "the file is empty"),
-        ("- 1", "is no mapping"),
+        ("- 1", "is not a mapping"),
         ("a: [", "not valid YAML"),
-        ("a: 1\na: 2", "is a duplicate key"),
+        ("a: 1\na: 2", "duplicate key"),
         ("a: !!python/object:os.system x", "not allowed"),
     ],
 )

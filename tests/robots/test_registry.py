@@ -78,7 +78,7 @@ def test_a_broken_file_is_reported_and_does_no_harm(own: Path, capsys: pytest.Ca
     (own / "mine" / "models" / "lost" / "lost.yaml").write_text(ARM)
     told = REGISTERED_ROBOTS.problems()
     assert set(told) == {"bad", "lost"}
-    assert told["bad"] == "bad.yaml:1: raw_controller_order: must be a list"
+    assert told["bad"] == "bad.yaml:1: raw_controller_order: must be a list; got 3"
     assert "urdf/lost.urdf" in told["lost"]
     with pytest.raises(ConfigError, match=r"bad\.yaml:1: raw_controller_order"):
         add_robot(World(), "bad")

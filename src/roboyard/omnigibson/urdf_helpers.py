@@ -1,10 +1,10 @@
 """The nine URDF clean-up helpers of OmniGibson, with its names, arguments and return values.
 
 They work on a parsed `xml.etree.ElementTree.ElementTree` (or its root element) in place and return how many
-things they changed; `sanitize_names` returns its rename map. The usual order is `rewrite_mesh_paths`,
+changes; `sanitize_names` returns its rename map. The usual order is `rewrite_mesh_paths`,
 `stage_meshes`, `strip_mimic_joints`, `sanitize_names`, `override_joint_limits`, write, `urdf_audit`.
 
-`roboyard.description.audit` and `roboyard.description.repair` judge and mend a description as a whole.
+`roboyard.audit` and `roboyard.repair` check and repair a description as a whole.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Tree = ET.ElementTree | ET.Element
 
 
 def urdf_audit(path: str | Path) -> dict[str, Any]:
-    """Counts that tell whether the URDF at `path` is ready for an importer.
+    """Counts of problems that show whether the URDF at `path` is ready for an importer.
 
     Returns a dict with `n_links`, `n_joints`, `joint_type_counts` (type to count), `mimic_joints`,
     `mesh_refs` (every `<mesh>`, repeats included), `mesh_formats` (lower-case suffix with its dot to count),
@@ -118,7 +118,7 @@ def sanitize_names(tree: Tree, invalid_chars: str = " ()", replacement: str = "_
     """Replace `invalid_chars` in link and joint names and in everything that refers to them.
 
     Returns the names that changed, old to new. References are `<parent>`, `<child>`, `<mimic>`, and the names
-    in `<transmission>` and `<gazebo reference>`. A new name that another link (or joint) already bears gets
+    in `<transmission>` and `<gazebo reference>`. A new name that another link (or joint) already has gets
     `_1`, `_2`, ..., so that two elements never become one.
     """
     root = _root(tree)

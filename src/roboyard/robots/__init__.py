@@ -1,4 +1,4 @@
-"""Robots as data: an imported model and one definition file make a robot that can be driven.
+"""Robots with controllers, from a robot file or registered model and a definition.
 
 robot = add_robot(world, "r1", position=(0, 0, 0))
 robot.apply_action(robot.no_op_action())

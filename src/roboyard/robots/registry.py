@@ -1,10 +1,10 @@
-"""Which robots there are: those of the data folder and the bundled ones, looked up whenever asked.
+"""The registered robots: those of the data folder and the bundled ones, found at each access.
 
-    <data>/<dataset>/models/<name>/<name>.yaml      found under <name>
-    <package>/assets/<name>/<name>.yaml             bundled; a robot of the data folder goes before it
+    <data>/<dataset>/models/<name>/<name>.yaml      registered as <name>
+    <package>/assets/<name>/<name>.yaml             bundled; a robot of the data folder overrides it
 
-A file registers only where its stem is its folder's name. A broken one is listed with its problem and does
-no harm until it is loaded.
+A file is registered only if its stem is its folder's name. An invalid one is listed with its problem and
+raises an error only when it is loaded.
 """
 
 from __future__ import annotations
@@ -25,14 +25,15 @@ PICTURES = ("preview.png", "thumbnail.png", "picture.png")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RegisteredRobot:
-    """One definition file that was found. Nothing is read before it is asked for."""
+    """One definition file, loaded at its first use."""
 
     name: str
     file: Path
-    """The definition."""
+    """The definition file."""
     dataset: Path
     """Folder that the definition's paths are relative to."""
     bundled: bool = False
+    """Whether the robot is part of Roboyard."""
 
     @property
     def folder(self) -> Path:
@@ -41,16 +42,16 @@ class RegisteredRobot:
 
     @property
     def definition(self) -> RobotDefinition:
-        """What the file says.
+        """The loaded definition.
 
         Raises:
-            ConfigError: it is wrong; one line for each problem.
+            ConfigError: it is invalid; one line for each problem.
         """
         return load_definition(self.file)
 
     @property
     def problem(self) -> str | None:
-        """What is wrong with the file; None where it can be read."""
+        """Problem of the definition or its URDF; None for a valid one."""
         try:
             self.urdf_of(self.definition)
         except RoboyardError as error:
@@ -59,7 +60,7 @@ class RegisteredRobot:
 
     @property
     def picture(self) -> Path | None:
-        """A picture of the robot, where there is one."""
+        """Picture file of the robot; None where there is none."""
         named = (*PICTURES, f"{self.name}.png")
         for path in (folder / name for folder in (self.folder, self.folder / "misc") for name in named):
             if path.is_file():
@@ -76,7 +77,7 @@ class RegisteredRobot:
             given = Path(definition.urdf_path)
             if given.is_absolute() or ".." in given.parts:
                 raise ConfigError(
-                    f"{self.file.name}: urdf_path: must be a path inside the dataset; got "
+                    f"{self.file.name}: urdf_path: must be a path inside the dataset, got "
                     f"{definition.urdf_path!r}"
                 )
             found = self.dataset / given
@@ -95,11 +96,11 @@ class RegisteredRobot:
         return found
 
     def description(self, definition: RobotDefinition) -> RobotDescription:
-        """The robot's links and joints.
+        """Return the description of the robot's URDF.
 
         Raises:
             ConfigError: there is no URDF.
-            DescriptionError: it cannot be used.
+            DescriptionError: it cannot be loaded.
         """
         from roboyard.description import load_description
 
@@ -107,21 +108,22 @@ class RegisteredRobot:
 
     @property
     def sensors(self) -> Path | None:
-        """File that names the robot's cameras (the MJCF of an import), where there is one."""
+        """MJCF of the import, which has the frames of cameras and lidars; None where there is none."""
         found = self.folder / "mjcf" / f"{self.name}.xml"
         return found if found.is_file() else None
 
 
 class Registry(Mapping[str, RegisteredRobot]):
-    """Name to robot, live: files that come and go are seen at the next look."""
+    """Name to robot; files that are added or removed appear at the next access."""
 
     def __init__(self, data: Path | str | None = None, *, with_bundled: bool = True) -> None:
+        """Create a registry of a data folder (see `roboyard.paths.data_folder`), with the bundled robots."""
         self._data = data
         self._with_bundled = with_bundled
 
     @property
     def data(self) -> Path:
-        """The data folder that is looked through."""
+        """The data folder."""
         return data_folder(self._data)
 
     def _found(self) -> dict[str, RegisteredRobot]:
@@ -131,12 +133,12 @@ class Registry(Mapping[str, RegisteredRobot]):
             for file in sorted(root.glob("*/*.yaml")):
                 if file.stem == file.parent.name:
                     found[file.stem] = RegisteredRobot(name=file.stem, file=file, dataset=root, bundled=True)
-        mine: dict[str, RegisteredRobot] = {}
+        own: dict[str, RegisteredRobot] = {}
         for file in sorted(self.data.glob("*/models/*/*.yaml")):
             name = file.stem
-            if name == file.parent.name and name not in mine:
-                mine[name] = RegisteredRobot(name=name, file=file, dataset=file.parents[2])
-        return dict(sorted({**found, **mine}.items()))
+            if name == file.parent.name and name not in own:
+                own[name] = RegisteredRobot(name=name, file=file, dataset=file.parents[2])
+        return dict(sorted({**found, **own}.items()))
 
     def __getitem__(self, name: str) -> RegisteredRobot:
         return self._found()[name]
@@ -148,7 +150,7 @@ class Registry(Mapping[str, RegisteredRobot]):
         return len(self._found())
 
     def find(self, name: str) -> RegisteredRobot:
-        """The robot of this name; upper and lower case are the same.
+        """Return the robot of this name; upper and lower case are equal.
 
         Raises:
             ConfigError: there is none; the message lists the nearest.
@@ -162,13 +164,15 @@ class Registry(Mapping[str, RegisteredRobot]):
                 f"{name} is a file, not a robot's name; import it: roboyard import {name} --name NAME"
             )
         raise ConfigError(
-            f"{unknown_name('robot', name, found)}; robots are looked for in {self.data}/*/models, "
+            f"{unknown_name('robot', name, found)}; registered robots are in {self.data}/*/models, "
             "where `roboyard import` writes them"
         )
 
     def problems(self) -> dict[str, str]:
-        """Name to what is wrong, of every file that cannot be used."""
-        return {name: told for name, robot in self._found().items() if (told := robot.problem) is not None}
+        """Return the problem of every invalid robot by name."""
+        return {
+            name: problem for name, robot in self._found().items() if (problem := robot.problem) is not None
+        }
 
 
 REGISTERED_ROBOTS = Registry()

@@ -258,7 +258,7 @@ class Robot(RobotBody, SensorSet):
             keys: entries of the vector; `default_proprioception` by default.
 
         Returns:
-            The arrays of `keys`, concatenated; all arrays by key.
+            (k,) arrays of `keys`, concatenated; all arrays by key.
 
         Raises:
             RoboyardError: a key does not exist.

@@ -1,4 +1,4 @@
-"""Cameras and lidars of an imported robot: read from its MJCF, where the importer puts each on its link."""
+"""Frames of cameras and lidars of an imported robot, from its MJCF."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from roboyard.transforms import IDENTITY_QUATERNION, Array, from_wxyz, normalize
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class SensorFrame:
-    """A frame on a link that a sensor is in."""
+    """The frame of a sensor on a link."""
 
     name: str
     link: str
     position: Array
-    """(3,) in the link's frame; m"""
+    """(3,) position in the link's frame (m)."""
     quaternion: Array
-    """(4,) x, y, z, w in the link's frame"""
+    """(4,) quaternion x, y, z, w in the link's frame."""
 
 
 class CameraFrame(SensorFrame):
-    """One camera; it looks along -z, +y up."""
+    """The frame of a camera: -z forward, +y up."""
 
     __slots__ = ()
 
 
 class LidarFrame(SensorFrame):
-    """One lidar; z is up, azimuth 0 along x."""
+    """The frame of a lidar: +z up, azimuth 0 along +x."""
 
     __slots__ = ()
 
 
 def camera_frames(mjcf: Path) -> tuple[CameraFrame, ...]:
-    """All cameras of an MJCF file, in file order.
+    """Return the cameras of an MJCF file, in file order.
 
     Raises:
-        DescriptionError: the file is no XML.
+        DescriptionError: the file is not XML.
     """
     root, _ = read_xml(mjcf)
     return tuple(
@@ -51,10 +51,10 @@ def camera_frames(mjcf: Path) -> tuple[CameraFrame, ...]:
 
 
 def lidar_frames(mjcf: Path) -> tuple[LidarFrame, ...]:
-    """All lidars of an MJCF file, in file order: the sites that the importer names after link and kind.
+    """Return the lidars of an MJCF file, in file order: the sites named "<link>_lidar...".
 
     Raises:
-        DescriptionError: the file is no XML.
+        DescriptionError: the file is not XML.
     """
     root, _ = read_xml(mjcf)
     return tuple(

@@ -46,7 +46,9 @@ class HolonomicBaseSettings(JointSettings):
     @model_validator(mode="after")
     def _is_absolute(self) -> HolonomicBaseSettings:
         if self.use_delta_commands:
-            raise ValueError("use_delta_commands: commands to a holonomic base are relative to it already")
+            raise ValueError(
+                "use_delta_commands must be false: commands to a holonomic base are already relative to it"
+            )
         if self.motor_type != "velocity":
             refuse_keys(self, ("max_acceleration",), f"with motor_type {self.motor_type!r}")
         if self.max_acceleration is not None and not min(self.max_acceleration) > 0:

@@ -1,1 +1,1 @@
-"""The robot definition file: schema, checks, postures and joint groups."""
+"""The robot definition file: schema, loading, checks, postures and joint groups."""

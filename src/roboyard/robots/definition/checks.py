@@ -1,4 +1,4 @@
-"""Contradictions inside a definition, and between it and its robot: found when the file is read."""
+"""Checks of a definition: contradictions in it, and between it and its robot."""
 
 from __future__ import annotations
 
@@ -11,28 +11,31 @@ from roboyard.kinematics.joint_order import breadth_first_joint_names
 from roboyard.robots.definition.names import Found, Where, joint_names, link_names
 from roboyard.robots.definition.schema import NEED_RESET_POSE, VIRTUAL_JOINTS, RobotDefinition
 
-ERROR = {
+BLOCK_OF_GROUP = {
     "trunk": "articulated_trunk",
     "camera": "active_camera",
     "arm": "manipulation",
     "gripper": "manipulation",
 }
-"""First word of a group to the block that makes it."""
+"""First word of a group's name to the block that defines it."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ConfigProblem:
-    """One wrong field."""
+    """A problem of one field."""
 
     where: Where
     """Keys from the top of the file."""
     text: str
-    """What is wrong and how to mend it."""
+    """The problem and its remedy."""
 
 
 def check_alone(definition: RobotDefinition, *, with_lengths: bool = True) -> list[ConfigProblem]:
-    """What contradicts itself without looking at the robot; lengths of postures where nobody else compares
-    them with the robot's.
+    """Return the contradictions in a definition.
+
+    Args:
+        definition: to check.
+        with_lengths: also compare the lengths of postures with each other.
     """
     found = list(_roots(definition)) or [
         *_groups(definition),
@@ -45,7 +48,7 @@ def check_alone(definition: RobotDefinition, *, with_lengths: bool = True) -> li
 
 
 def check_against(definition: RobotDefinition, description: RobotDescription) -> list[ConfigProblem]:
-    """What names links or joints that the robot has not, or vectors of another length."""
+    """Return unknown link and joint names of a definition, and vectors of a wrong length."""
     links = [link.name for link in description.links]
     joints = breadth_first_joint_names(description)
     found = [
@@ -58,14 +61,14 @@ def check_against(definition: RobotDefinition, description: RobotDescription) ->
 
 
 def _roots(definition: RobotDefinition) -> Found:
-    """Faults that many others would follow from: a block that is not there, arms under other names."""
+    """Yield problems that would cause many others: missing blocks, inconsistent arm names."""
     allowed = definition.allowed_controllers()
-    lacking: dict[str, list[str]] = {}
+    missing_blocks: dict[str, list[str]] = {}
     for group in definition.raw_controller_order:
-        block = ERROR.get(group.split("_", 1)[0])
+        block = BLOCK_OF_GROUP.get(group.split("_", 1)[0])
         if group not in allowed and block is not None and getattr(definition, block) is None:
-            lacking.setdefault(block, []).append(group)
-    for block, groups in lacking.items():
+            missing_blocks.setdefault(block, []).append(group)
+    for block, groups in missing_blocks.items():
         yield (block,), f"is missing: raw_controller_order has {', '.join(map(repr, groups))}; add the block"
     manipulation = definition.manipulation
     if manipulation is None:
@@ -73,9 +76,9 @@ def _roots(definition: RobotDefinition) -> Found:
     arms, top = manipulation.arm_names, ("manipulation", "arm_names")
     twice = [arm for arm in arms if arms.count(arm) > 1]
     if twice:
-        yield top, f"names {twice[0]!r} twice"
+        yield top, f"lists {twice[0]!r} twice"
     elif len(arms) != manipulation.n_arms:
-        yield top, f"names {len(arms)} arms but n_arms is {manipulation.n_arms}"
+        yield top, f"lists {len(arms)} arms but n_arms is {manipulation.n_arms}"
     elsewhere = {*manipulation.arm_joint_names, *manipulation.eef_link_names}
     strange = [index for index, arm in enumerate(arms) if arm not in elsewhere]
     if strange and elsewhere - set(arms):
@@ -93,20 +96,20 @@ def _groups(definition: RobotDefinition) -> Found:
             yield where, f"{group!r} is listed twice; keep one"
         elif group not in allowed:
             near = _near(group, missing or allowed)
-            yield where, f"no block makes a group {group!r}{near}"
-            del missing[:1]  # which is what was meant
+            yield where, f"no block defines a group {group!r}{near}"
+            del missing[:1]  # the misspelled one
     for group in missing:
         yield ("raw_controller_order",), f"the group {group!r} is missing; add it"
     for group, name in definition.default_controllers.items():
         where = ("default_controllers", group)
         if group not in allowed:
-            yield where, f"no block makes a group {group!r}{_near(group, allowed)}"
+            yield where, f"no block defines a group {group!r}{_near(group, allowed)}"
         elif name not in allowed[group]:
             yield where, f"{group!r} cannot have a {name}; choose one of {', '.join(allowed[group])}"
 
 
 def _is_bare(definition: RobotDefinition, group: str) -> bool:
-    """Whether a group is the gripper of an arm without fingers."""
+    """Return whether a group is the gripper of an arm without fingers."""
     block = definition.manipulation
     return group.startswith("gripper_") and not (
         block is not None and block.finger_joint_names.get(group.removeprefix("gripper_"))
@@ -117,38 +120,41 @@ def _bases(definition: RobotDefinition) -> Found:
     wheels, locomotion = definition.two_wheel, definition.locomotion
     if definition.holonomic_base is not None:
         if wheels is not None:
-            yield ("two_wheel",), "a holonomic base cannot drive by two wheels too; keep one of the blocks"
+            yield (
+                ("two_wheel",),
+                "a holonomic base cannot also have two driven wheels; keep one of the blocks",
+            )
         if definition.base_footprint_link_name is None:
-            told = "is required with holonomic_base; name the link that the virtual joints carry"
-            yield ("base_footprint_link_name",), told
+            message = "is required with holonomic_base; give the child link of the virtual joints"
+            yield ("base_footprint_link_name",), message
         expected = tuple(VIRTUAL_JOINTS[k] for k in (0, 1, 5))
         if locomotion is None:
             yield ("locomotion",), f"is required with holonomic_base; give base_joint_names {list(expected)}"
         elif locomotion.base_joint_names != expected:
-            told = f"must be {list(expected)} with holonomic_base"
-            yield ("locomotion", "base_joint_names"), told
+            message = f"must be {list(expected)} with holonomic_base"
+            yield ("locomotion", "base_joint_names"), message
     if wheels is not None:
         for key in ("wheel_radius", "wheel_axle_length"):
             if not getattr(wheels, key) > 0:
-                yield ("two_wheel", key), f"must be a positive length in metres; got {getattr(wheels, key)}"
+                yield ("two_wheel", key), f"must be a positive length (m), got {getattr(wheels, key)}"
         if locomotion is None:
             yield (
                 ("locomotion",),
                 "is required with two_wheel; give base_joint_names [left wheel, right wheel]",
             )
         elif len(locomotion.base_joint_names) != 2:
-            told = (
-                f"must name two joints with two_wheel, left then right; it names "
+            message = (
+                f"must list two joints with two_wheel, left then right, got "
                 f"{len(locomotion.base_joint_names)}"
             )
-            yield ("locomotion", "base_joint_names"), told
+            yield ("locomotion", "base_joint_names"), message
     is_legged = wheels is None and definition.holonomic_base is None
     if is_legged and locomotion is not None and not locomotion.base_joint_names:
-        yield ("locomotion", "base_joint_names"), "is empty; name the joints that carry the robot"
+        yield ("locomotion", "base_joint_names"), "is empty; list the joints of the base"
     if definition.articulated_trunk is not None and not definition.articulated_trunk.trunk_joint_names:
-        yield ("articulated_trunk", "trunk_joint_names"), "is empty; name the torso's joints"
+        yield ("articulated_trunk", "trunk_joint_names"), "is empty; list the torso's joints"
     if definition.active_camera is not None and not definition.active_camera.camera_joint_names:
-        yield ("active_camera", "camera_joint_names"), "is empty; name the head's joints"
+        yield ("active_camera", "camera_joint_names"), "is empty; list the head's joints"
 
 
 def _arms(definition: RobotDefinition) -> Found:
@@ -181,10 +187,13 @@ def _arms(definition: RobotDefinition) -> Found:
                 yield ("manipulation", key, arm), f"there is no arm {arm!r}{_near(arm, arms)}"
     for arm in arms:
         if arm in block.arm_joint_names and not block.arm_joint_names[arm]:
-            yield ("manipulation", "arm_joint_names", arm), "is empty; name the arm's joints"
+            yield ("manipulation", "arm_joint_names", arm), "is empty; list the arm's joints"
     for arm, (low, high) in (block.arm_workspace_range or {}).items():
         if low > high:
-            yield ("manipulation", "arm_workspace_range", arm), f"goes from {low} down to {high}; swap them"
+            yield (
+                ("manipulation", "arm_workspace_range", arm),
+                f"has lower limit {low} above upper limit {high}; swap them",
+            )
     for name, variant in (block.end_effectors or {}).items():
         if block.supported_end_effector is not None and name not in block.supported_end_effector:
             where = ("manipulation", "end_effectors", name)
@@ -202,20 +211,20 @@ def _postures(definition: RobotDefinition, with_lengths: bool) -> Found:
         names, count = block.joint_names, len(block.untucked_default_joint_pos)
         compared = with_lengths or names is not None
         if compared and len(block.tucked_default_joint_pos) != count:
-            told = (
+            message = (
                 f"has {len(block.tucked_default_joint_pos)} values but untucked_default_joint_pos has {count}"
             )
-            yield ("mobile_manipulation", "tucked_default_joint_pos"), told
+            yield ("mobile_manipulation", "tucked_default_joint_pos"), message
         if names is not None and len(names) != count:
-            told = f"has {len(names)} names for {count} values"
-            yield ("mobile_manipulation", "joint_names"), told
+            message = f"has {len(names)} names for {count} values"
+            yield ("mobile_manipulation", "joint_names"), message
         poses = block.default_arm_poses or {}
         if block.default_arm_pose_key is not None and block.default_arm_pose_key not in poses:
-            told = (
+            message = (
                 f"no default_arm_poses named "
                 f"{block.default_arm_pose_key!r}{_near(block.default_arm_pose_key, poses)}"
             )
-            yield ("mobile_manipulation", "default_arm_pose_key"), told
+            yield ("mobile_manipulation", "default_arm_pose_key"), message
     variants = definition.manipulation.end_effectors if definition.manipulation is not None else None
     if definition.default_joint_pos or block is not None or variants:
         return
@@ -223,14 +232,14 @@ def _postures(definition: RobotDefinition, with_lengths: bool) -> Found:
         if name in NEED_RESET_POSE:
             yield (
                 ("default_joint_pos",),
-                f"is required because {group!r} has an {name}, which rests there;"
-                " give one value for each joint (zeros will do at first)",
+                f"is required because {group!r} has an {name}, which needs a rest posture;"
+                " give one value for each joint (zeros are a start)",
             )
             return
 
 
 def _twice(definition: RobotDefinition) -> Found:
-    """Joints that one list names twice."""
+    """Yield joints that are listed twice in one list."""
     seen: set[Where] = set()
     for where, name in joint_names(definition):
         if (*where[:-1], name) in seen:

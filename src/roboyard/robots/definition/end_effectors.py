@@ -1,4 +1,4 @@
-"""A robot with another hand: what a variant of its definition changes, and which file has its links."""
+"""Variants of a robot with another gripper: the changed definition, and the description of its links."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.registry import RegisteredRobot
 
 
-def with_end_effector(definition: RobotDefinition, wanted: str) -> tuple[str, RobotDefinition]:
-    """Name of the robot's kind with this hand, and the definition as it then is.
+def with_end_effector(definition: RobotDefinition, name: str) -> tuple[str, RobotDefinition]:
+    """Return the model name and the definition of a robot with an end effector.
 
     Raises:
-        ConfigError: the definition has no such variant, or the variant no URDF.
+        ConfigError: the definition has no such variant, or the variant has no URDF.
     """
     block = definition.manipulation
     variants = (block.end_effectors if block is not None else None) or {}
-    if block is None or wanted not in variants:
-        raise ConfigError(f"end_effector: {unknown_name('end effector', wanted, variants)}")
-    variant = variants[wanted]
+    if block is None or name not in variants:
+        raise ConfigError(f"end_effector: {unknown_name('end effector', name, variants)}")
+    variant = variants[name]
     if variant.not_support_urdf:
-        raise ConfigError(f"end_effector: {wanted!r} has no URDF (not_support_urdf); choose another")
+        raise ConfigError(f"end_effector: {name!r} has no URDF (not_support_urdf); choose another")
     arms = block.model_copy(
         update={
             "eef_link_names": variant.eef_link_names,
@@ -47,17 +47,18 @@ def with_end_effector(definition: RobotDefinition, wanted: str) -> tuple[str, Ro
     return variant.model, changed
 
 
-def description_with(robot: RegisteredRobot, definition: RobotDefinition, wanted: str) -> RobotDescription:
-    """Links and joints of a registered robot with a hand: by the variant's `urdf_path`, else of the robot
-    that the variant names.
+def description_with(robot: RegisteredRobot, definition: RobotDefinition, name: str) -> RobotDescription:
+    """Return the description of a registered robot with an end effector.
+
+    It is loaded from the variant's `urdf_path`, else from the robot of the variant's `model`.
 
     Raises:
         ConfigError: there is no URDF.
-        DescriptionError: it cannot be used.
+        DescriptionError: the URDF cannot be loaded.
     """
     block = definition.manipulation
     assert block is not None and block.end_effectors is not None
-    variant = block.end_effectors[wanted]
+    variant = block.end_effectors[name]
     if variant.urdf_path is None and variant.model != robot.name:
         file = robot.folder.parent / variant.model / f"{variant.model}.yaml"
         definition = definition.model_copy(update={"urdf_path": None})

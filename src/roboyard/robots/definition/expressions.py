@@ -1,4 +1,4 @@
-"""Numbers that may be written with pi: `"pi/8"`, `"-pi/2"`, `"0.5*pi"`, `"(pi - 1) / 2"`."""
+"""Numbers in definition files, which may contain pi: `"pi/8"`, `"-pi/2"`, `"0.5*pi"`, `"(pi - 1) / 2"`."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import math
 from typing import Any
 
 MAX_LENGTH = 100
+"""Longest text (characters)."""
 
 
 def read_number(value: Any) -> float:
-    """A finite float of a number, or of a text with numbers, pi, + - * / and parentheses.
+    """Return a finite float from a number, or from a text with numbers, pi, + - * / and parentheses.
 
-    The text is parsed, never run.
+    The text is parsed, never executed.
 
     Raises:
-        ValueError: it is anything else.
+        ValueError: the value is anything else.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError("must be a number, or a text such as 'pi/2'")
+        raise ValueError(f"must be a number, or a text such as 'pi/2', got {value!r}"[:MAX_LENGTH])
     if isinstance(value, str):
         value = _evaluate(value)
     try:
@@ -26,19 +27,19 @@ def read_number(value: Any) -> float:
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise ValueError("must be a finite number")
+        raise ValueError(f"must be a finite number, got {number}")
     return number
 
 
 def _evaluate(text: str) -> float:
-    what = text if len(text) <= MAX_LENGTH else text[:20] + "..."
-    wrong = ValueError(f"{what!r} is no number; write a number or pi with + - * / and parentheses")
+    shown = text if len(text) <= MAX_LENGTH else text[:20] + "..."
+    wrong = ValueError(f"{shown!r} is not a number; write a number or pi with + - * / and parentheses")
     if len(text) > MAX_LENGTH:
         raise wrong
     try:
         return _value(ast.parse(text.strip(), mode="eval").body)
     except ZeroDivisionError:
-        raise ValueError(f"{what!r} divides by zero") from None
+        raise ValueError(f"{shown!r} divides by zero") from None
     except (SyntaxError, ValueError, OverflowError, RecursionError, MemoryError):
         raise wrong from None
 
@@ -62,4 +63,4 @@ def _value(node: ast.expr) -> float:
         case ast.BinOp(left=left, op=ast.Div(), right=right):
             return _value(left) / _value(right)
         case _:
-            raise ValueError("not allowed")
+            raise ValueError(f"{type(node).__name__} is not allowed")

@@ -1,4 +1,4 @@
-"""Groups of joints that one controller drives together, from a definition's blocks."""
+"""Groups of joints with one controller each, from a definition's blocks."""
 
 from __future__ import annotations
 
@@ -6,32 +6,30 @@ from dataclasses import dataclass
 
 from roboyard.robots.definition.schema import RobotDefinition
 
-ORDER_OF_BLOCKS = ("base", "trunk", "camera")
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class GroupPlan:
-    """One group before it has a controller."""
+    """One group, before it has a controller."""
 
     name: str
     joints: tuple[str, ...]
     tip: str | None = None
-    """Link that inverse kinematics moves; None where there is none."""
+    """End-effector link for inverse kinematics; None for groups without."""
     arm: str | None = None
-    """Arm that the group belongs to."""
+    """Arm of the group; None for base, trunk and camera."""
 
     @property
     def kind(self) -> str:
-        """base, trunk, camera, arm or gripper"""
+        """Kind of group: base, trunk, camera, arm or gripper."""
         return self.name.split("_", 1)[0] if self.arm is not None else self.name
 
 
 def plan_groups(definition: RobotDefinition, child_of: dict[str, str]) -> dict[str, GroupPlan]:
-    """Every group by name, in action order; grippers without fingers are left out.
+    """Return the groups by name, in action order; grippers without fingers are omitted.
 
     Args:
         definition: of the robot.
-        child_of: joint name to the link that it moves.
+        child_of: joint name to its child link.
     """
     found: dict[str, GroupPlan] = {}
     if definition.locomotion is not None:

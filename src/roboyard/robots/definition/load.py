@@ -1,4 +1,4 @@
-"""Read a definition file: every problem in one error, each with its line."""
+"""Load a definition file: all problems in one error, each with its line."""
 
 from __future__ import annotations
 
@@ -19,30 +19,41 @@ from roboyard.robots.definition.names import Where
 from roboyard.robots.definition.schema import EndEffectorVariant, RobotDefinition
 
 MISSING = "is required; add it"
+"""Message for a missing key."""
 UNKNOWN = "unknown key"
+"""Beginning of the message for an unknown key."""
 
 
 def load_definition(file: Path | str, description: RobotDescription | None = None) -> RobotDefinition:
-    """Read and check a definition file.
+    """Load and check a definition file.
 
     Args:
         file: YAML.
-        description: the robot; where given, link and joint names and vector lengths are checked too.
+        description: of the robot; if given, link and joint names and vector lengths are also checked.
 
     Raises:
-        ConfigError: one line for each problem, `file:line: key: what is wrong; how to mend it`.
+        ConfigError: one line for each problem, `file:line: key: problem; remedy`.
     """
     path = Path(file)
-    return _judged(read_yaml(path), path.name, description)
+    return _checked(read_yaml(path), path.name, description)
 
 
 def parse_definition(
     source: str | Mapping[str, Any], description: RobotDescription | None = None, *, name: str = "definition"
 ) -> RobotDefinition:
-    """The same for YAML text or for plain data; `name` stands for the file in messages."""
+    """Load and check a definition from YAML text or plain data.
+
+    Args:
+        source: YAML text, or its data.
+        description: of the robot; if given, link and joint names and vector lengths are also checked.
+        name: of the file in messages.
+
+    Raises:
+        ConfigError: one line for each problem.
+    """
     if isinstance(source, str):
-        return _judged(parse_yaml(source, name), name, description)
-    return _judged(YamlFile(data=dict(source), lines={}, problems=()), name, description)
+        return _checked(parse_yaml(source, name), name, description)
+    return _checked(YamlFile(data=dict(source), lines={}, problems=()), name, description)
 
 
 def check_fits(
@@ -53,14 +64,14 @@ def check_fits(
     file: Path | None = None,
     end_effector: str | None = None,
 ) -> None:
-    """Check names and vector lengths against the robot.
+    """Check names and vector lengths of a definition against its robot.
 
     Args:
         definition: of the robot.
         description: its links and joints.
-        name: stands for the file in messages.
-        file: where the definition came from, to give lines.
-        end_effector: the hand whose fields stand in place of the definition's.
+        name: of the file in messages.
+        file: of the definition, for line numbers.
+        end_effector: the variant whose fields replace the definition's.
 
     Raises:
         ConfigError: one line for each problem.
@@ -70,39 +81,39 @@ def check_fits(
         problems = [replace(p, where=_in_variant(p.where, end_effector)) for p in problems]
     if problems:
         yaml_file = None if file is None else read_yaml(file)
-        raise ConfigError("\n".join(_told(problem, name, yaml_file) for problem in problems))
+        raise ConfigError("\n".join(_message(problem, name, yaml_file) for problem in problems))
 
 
 def _in_variant(where: Where, end_effector: str) -> Where:
-    """Where a variant says what stands at this place of the definition."""
+    """Return the location in a variant that replaces a location of the definition."""
     own = where[1:] if where[0] == "manipulation" else where
     if own and own[0] in EndEffectorVariant.model_fields:
         return ("manipulation", "end_effectors", end_effector, *own)
     return where
 
 
-def _judged(yaml_file: YamlFile, name: str, description: RobotDescription | None) -> RobotDefinition:
+def _checked(yaml_file: YamlFile, name: str, description: RobotDescription | None) -> RobotDefinition:
     if yaml_file.problems:
         raise ConfigError("\n".join(f"{name}:{line}: {text}" for line, text in yaml_file.problems))
     if not isinstance(yaml_file.data, dict):
-        what = "is empty" if yaml_file.data is None else "is no mapping"
+        problem = "is empty" if yaml_file.data is None else "is not a mapping"
         raise ConfigError(
-            f"{name}: the file {what}; give at least raw_controller_order and default_controllers"
+            f"{name}: the file {problem}; give at least raw_controller_order and default_controllers"
         )
     try:
         definition = RobotDefinition.model_validate(yaml_file.data)
     except ValidationError as error:
         problems = _typed_problems(error, yaml_file.data)
-        raise ConfigError("\n".join(_told(problem, name, yaml_file) for problem in problems)) from None
+        raise ConfigError("\n".join(_message(problem, name, yaml_file) for problem in problems)) from None
     found = [] if description is None else check_against(definition, description)
     found = _once([*found, *check_alone(definition, with_lengths=description is None)])
     if found:
-        raise ConfigError("\n".join(_told(problem, name, yaml_file) for problem in found))
+        raise ConfigError("\n".join(_message(problem, name, yaml_file) for problem in found))
     return definition
 
 
 def _once(problems: Iterable[ConfigProblem]) -> list[ConfigProblem]:
-    """Without those at, above or below a place that another one names already."""
+    """Return the problems without those at, above or below the location of an earlier one."""
     kept: list[ConfigProblem] = []
     for problem in problems:
         mine = problem.where
@@ -111,14 +122,14 @@ def _once(problems: Iterable[ConfigProblem]) -> list[ConfigProblem]:
     return kept
 
 
-def _told(problem: ConfigProblem, name: str, yaml_file: YamlFile | None) -> str:
+def _message(problem: ConfigProblem, name: str, yaml_file: YamlFile | None) -> str:
     line = None if yaml_file is None else yaml_file.line(problem.where)
     at = f"{name}:{line}" if line else name
     return f"{at}: {dotted(problem.where)}: {problem.text}"
 
 
 def dotted(where: Where) -> str:
-    """`manipulation.arm_joint_names.left[2]`"""
+    """Return a location as text: `manipulation.arm_joint_names.left[2]`."""
     text = ""
     for part in where:
         text += f"[{part}]" if isinstance(part, int) else (f".{part}" if text else str(part))
@@ -126,17 +137,17 @@ def dotted(where: Where) -> str:
 
 
 def _typed_problems(error: ValidationError, data: Any) -> list[ConfigProblem]:
-    """Pydantic's errors as sentences, one a field."""
+    """Return Pydantic's errors as sentences, one for each field."""
     found: dict[Where, ConfigProblem] = {}
     for detail in error.errors(include_url=False):
-        where = _place(detail["loc"], data)
+        where = _location(detail["loc"], data)
         if where not in found:
             found[where] = ConfigProblem(where=where, text=_text(detail, where) + quoted_input(detail))
     return [problem for where, problem in found.items() if not _is_misspelled(where, found)]
 
 
 def _is_misspelled(where: Where, found: Mapping[Where, ConfigProblem]) -> bool:
-    """Whether what is missing at a place stands beside it under a wrong name."""
+    """Return whether a missing key is present under a misspelled name."""
     if found[where].text != MISSING:
         return False
     beside = [
@@ -147,8 +158,8 @@ def _is_misspelled(where: Where, found: Mapping[Where, ConfigProblem]) -> bool:
     return bool(get_close_matches(str(where[-1]), beside, n=1))
 
 
-def _place(location: Sequence[str | int], data: Any) -> Where:
-    """Pydantic's location without names of union branches, which are no keys of the file."""
+def _location(location: Sequence[str | int], data: Any) -> Where:
+    """Return Pydantic's location without the names of union branches, which are not keys of the file."""
     where: list[str | int] = []
     current: Any = data
     for k, part in enumerate(location):
@@ -184,7 +195,7 @@ def _text(detail: Any, where: Where) -> str:
 
 
 def fields_at(model: type[BaseModel], where: Iterable[str | int]) -> list[str]:
-    """Keys that a model knows at a place."""
+    """Return the keys of a model at a location."""
     current: type[BaseModel] | None = model
     for part in where:
         if current is None:

@@ -1,4 +1,4 @@
-"""Every link and joint that a definition names, with its place in the file."""
+"""All links and joints in a definition, each with its location in the file."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from collections.abc import Iterator, Sequence
 from roboyard.robots.definition.schema import RobotDefinition
 
 Where = tuple[str | int, ...]
-"""Keys and list positions from the top of the file."""
+"""Keys and list indices from the top of the file."""
 Found = Iterator[tuple[Where, str]]
+"""Locations with a name or a message."""
 
 
 def link_names(definition: RobotDefinition) -> Found:
-    """Every link that a definition names, with its place in the file."""
+    """Yield every link name in a definition, with its location in the file."""
     if definition.base_footprint_link_name is not None:
         yield ("base_footprint_link_name",), definition.base_footprint_link_name
     for i, pair in enumerate(definition.disabled_collision_pairs or ()):
@@ -42,7 +43,7 @@ def link_names(definition: RobotDefinition) -> Found:
 
 
 def joint_names(definition: RobotDefinition) -> Found:
-    """Every joint that a definition names, with its place in the file."""
+    """Yield every joint name in a definition, with its location in the file."""
     if definition.locomotion is not None:
         yield from _listed(definition.locomotion.base_joint_names, ("locomotion", "base_joint_names"))
     if definition.articulated_trunk is not None:

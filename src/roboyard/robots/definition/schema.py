@@ -1,9 +1,9 @@
-"""A robot as data: what a definition file may say.
+"""The schema of a definition file.
 
 The file is OmniGibson's RobotDefinition. `raw_controller_order` and `default_controllers` are required; every
-block that is there gives the robot a capability. Joint vectors hold one value a degree of freedom, level by
-level from the root (the order of `Robot.joint_names`); values are numbers or texts such as "pi/8". Unlike
-there, contradictions are found when the file is read, not when the robot is built.
+block that is present gives the robot a capability. Joint vectors have one value for each degree of freedom,
+breadth first from the root (PhysX's order; `Robot` has its own); values are numbers or texts such as "pi/8".
+Unlike in OmniGibson, contradictions are reported when the file is loaded, not when the robot is spawned.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ CAMERA = ("JointController", "NullJointController")
 NEED_RESET_POSE = ("InverseKinematicsController", "OperationalSpaceController")
 
 VIRTUAL_JOINTS = tuple(f"base_footprint_{axis}_joint" for axis in ("x", "y", "z", "rx", "ry", "rz"))
-"""Joints that a holonomic base moves by; x, y and rz are driven."""
+"""Joints of a holonomic base; x, y and rz are driven."""
 
 
 def _of_length(*lengths: int) -> Any:
     def check(value: Any) -> Any:
         if isinstance(value, Sequence) and not isinstance(value, str) and len(value) not in lengths:
-            wanted = " or ".join(str(length) for length in lengths)
-            raise ValueError(f"must have {wanted} entries; it has {len(value)}")
+            lengths_text = " or ".join(str(length) for length in lengths)
+            raise ValueError(f"must have {lengths_text} entries, got {len(value)}")
         return value
 
     return BeforeValidator(check)
@@ -65,16 +65,16 @@ ByArm = dict[str, Names]
 
 
 class Section(BaseModel):
-    """Strict and unchangeable."""
+    """A block of the file: unknown keys are errors, values are immutable."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, hide_input_in_errors=True)
 
 
 class EndEffectorVariant(Section):
-    """One of several hands that the same arm can carry."""
+    """One of several grippers of the same arm."""
 
     model: Name
-    """Name of the robot with this hand."""
+    """Name of the robot with this gripper."""
     eef_link_names: dict[str, Name]
     finger_link_names: ByArm
     finger_joint_names: ByArm
@@ -87,9 +87,7 @@ class EndEffectorVariant(Section):
     ag_start_points: dict[str, tuple[LinkPoint, ...]] | None = None
     ag_end_points: dict[str, tuple[LinkPoint, ...]] | None = None
     gripper_control_idx: dict[str, tuple[int, ...]] | None = None
-    """Places of the fingers in joint vectors; `finger_joint_names` says the same by name and is what is
-    read.
-    """
+    """Indices of the fingers in joint vectors; ignored in favour of `finger_joint_names`."""
     not_support_urdf: bool = False
 
 
@@ -106,9 +104,9 @@ class Manipulation(Section):
     finger_joint_names: ByArm = {}
     gripper_link_names: ByArm | None = None
     arm_workspace_range: dict[str, Annotated[tuple[Number, Number], _of_length(2)]] | None = None
-    """Degrees, seen from the base, right to left."""
+    """Yaw range seen from the base, right to left (degrees)."""
     teleop_rotation_offset: dict[str, Rotation] | None = None
-    """Three Euler angles (rad) or a quaternion (x, y, z, w) an arm."""
+    """Three Euler angles (rad) or a quaternion (x, y, z, w) for each arm."""
     assisted_grasp_start_points: dict[str, tuple[LinkPoint, ...]] | None = None
     assisted_grasp_end_points: dict[str, tuple[LinkPoint, ...]] | None = None
     supported_end_effector: Names | None = None
@@ -129,23 +127,23 @@ class Manipulation(Section):
 
 
 class HolonomicBase(Section):
-    """A base that moves along x and y and turns, by virtual joints."""
+    """A base that translates along x and y and rotates about z, by virtual joints."""
 
     force_sphere_wheel_approximation: bool = False
-    """Collide the links that touch the floor as their bounding spheres."""
+    """Use bounding spheres as collision shapes of the links that touch the floor."""
 
 
 class TwoWheel(Section):
     """Two driven wheels on one axle."""
 
     wheel_radius: Number = 0.0
-    """m"""
+    """Radius of both wheels (m)."""
     wheel_axle_length: Number = 0.0
-    """m, between the wheels"""
+    """Distance between the wheels (m)."""
 
 
 class Locomotion(Section):
-    """Joints that carry the robot: group `base`."""
+    """Joints of the base, wheels or legs: group `base`."""
 
     base_joint_names: Names = ()
     floor_touching_base_link_names: Names = ()
@@ -173,23 +171,23 @@ class MobileManipulation(Section):
     default_arm_poses: dict[str, Vector] | None = None
     """Named postures of the arms' joints."""
     joint_names: Names | None = None
-    """Joint of each entry of the two postures, where they do not come in the robot's own order."""
+    """Joint of each entry of the two postures; breadth first by default."""
 
 
 class RobotDefinition(Section):
-    """Everything a definition file says; unchangeable."""
+    """The contents of a definition file; immutable."""
 
     raw_controller_order: Names
     """Order of the groups in an action."""
     default_controllers: dict[str, ControllerName]
-    """Group to controller, where it is not the usual one of the capability."""
+    """Group to controller, where it is not the default of the capability."""
     default_joint_pos: Vector | None = None
-    """Rest posture."""
+    """Rest posture, breadth first (rad or m)."""
     disabled_collision_pairs: tuple[Pair, ...] | None = None
     disabled_collision_link_names: Names | None = None
     usd_path: str | None = None
     urdf_path: str | None = None
-    """Relative to the robot's dataset folder; `models/<name>/urdf/<name>.urdf` where not given."""
+    """Relative to the robot's dataset folder; `models/<name>/urdf/<name>.urdf` by default."""
     curobo_path: str | dict[str, str] | None = None
     base_footprint_link_name: Name | None = None
     visual_only_eef_links: bool = False
@@ -206,20 +204,22 @@ class RobotDefinition(Section):
 
     @property
     def is_manipulation(self) -> bool:
+        """Whether the robot has arms or a torso."""
         return any((self.manipulation, self.mobile_manipulation, self.articulated_trunk))
 
     @property
     def is_locomotion(self) -> bool:
+        """Whether the robot has a base that moves."""
         return any(block is not None for block in (self.holonomic_base, self.two_wheel, self.locomotion))
 
     @property
     def may_float(self) -> bool:
-        """Whether the root link moves freely: locomotion that does not go through virtual joints."""
+        """Whether the root link floats by default: for a base that moves without virtual joints."""
         return self.is_locomotion and self.holonomic_base is None
 
     @property
     def capabilities(self) -> tuple[str, ...]:
-        """Names of the blocks that are there."""
+        """Names of the capability blocks that are present."""
         blocks = (
             "manipulation",
             "holonomic_base",
@@ -233,10 +233,11 @@ class RobotDefinition(Section):
 
     @property
     def arm_names(self) -> tuple[str, ...]:
+        """Names of the arms."""
         return self.manipulation.arm_names if self.manipulation is not None else ()
 
     def allowed_controllers(self) -> dict[str, tuple[str, ...]]:
-        """Group to the controllers it may have, the usual one first (or as the capability says)."""
+        """Return the controllers that each group may have."""
         found: dict[str, tuple[str, ...]] = {}
         if self.is_locomotion:
             if self.holonomic_base is not None:
@@ -253,11 +254,11 @@ class RobotDefinition(Section):
         return found
 
     def controller_names(self) -> dict[str, str]:
-        """Group to controller: the file's, else the usual one of the capability; in action order."""
-        usual = dict.fromkeys(self.allowed_controllers(), "JointController")
+        """Return the controller of each group in action order: the file's, else the capability's default."""
+        default = dict.fromkeys(self.allowed_controllers(), "JointController")
         if self.holonomic_base is not None:
-            usual["base"] = "HolonomicBaseJointController"
+            default["base"] = "HolonomicBaseJointController"
         elif self.two_wheel is not None:
-            usual["base"] = "DifferentialDriveController"
-        chosen = {**usual, **self.default_controllers}
+            default["base"] = "DifferentialDriveController"
+        chosen = {**default, **self.default_controllers}
         return {group: chosen[group] for group in self.raw_controller_order}
