@@ -8,7 +8,7 @@ from html import escape
 
 from roboyard.rendering import Camera, Image, png_bytes
 from roboyard.sim.body import Body
-from roboyard.sim.queries.viewpoint import FOVY, viewpoint
+from roboyard.sim.queries.default_view import FOVY, viewpoint
 
 PICTURE = (480, 320)
 """Width and height of the picture (pixels)."""

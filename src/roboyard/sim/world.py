@@ -293,7 +293,7 @@ class World(Simulation):
 
     def contacts(self, body: Body | None = None, other: Body | None = None) -> list[contacts.Contact]:
         """Return the contacts of the last step; with `body` only its own, with `body` as a."""
-        return contacts.contacts(self, body, other)
+        return contacts.find_contacts(self, body, other)
 
     def contact_arrays(self) -> contacts.ContactArrays:
         """Return all contacts of the last step as arrays."""

@@ -1,1 +1,1 @@
-"""Contacts, distances and rays."""
+"""Contacts, distances, rays and the default view."""

@@ -82,7 +82,7 @@ def contact_arrays(world: Engine[Body]) -> ContactArrays:
     )
 
 
-def contacts(world: Engine[Body], body: Body | None = None, other: Body | None = None) -> list[Contact]:
+def find_contacts(world: Engine[Body], body: Body | None = None, other: Body | None = None) -> list[Contact]:
     """Return contacts as objects; `body` is a where it takes part, `other` filters by the second body."""
     arrays = contact_arrays(world)
     found = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.rendering.light import Light
-from roboyard.sim.queries.viewpoint import FOVY, viewpoint
+from roboyard.sim.queries.default_view import FOVY, viewpoint
 from roboyard.transforms import Array, quaternion_from_axis_angle, to_wxyz
 
 if TYPE_CHECKING:
