@@ -10,7 +10,7 @@ import pytest
 from roboyard.scenes import Scene, home
 
 
-def test_everything_moves_that_should(flat: Scene) -> None:
+def test_doors_and_drawers_have_joints(flat: Scene) -> None:
     names = set(flat.joints)
     for door in ("front_door", "bedroom_door", "bathroom_door", "study_door"):
         assert f"{door}/hinge" in names
@@ -18,13 +18,13 @@ def test_everything_moves_that_should(flat: Scene) -> None:
     assert "refrigerator/door_0" in names and "wardrobe/door_1" in names
 
 
-def test_nothing_overlaps_and_all_comes_to_rest(flat: Scene) -> None:
+def test_no_bodies_overlap_and_all_come_to_rest(flat: Scene) -> None:
     assert flat.world.data.ntree_awake == 0
     for name, joint in flat.joints.items():
         assert abs(joint.position) < 2e-3, name
 
 
-def test_loose_things_stay_on_their_tables() -> None:
+def test_free_objects_stay_on_their_tables() -> None:
     scene = home()
     before = {name: body.position for name, body in scene.bodies.items() if not body.is_fixed}
     assert {"mug", "plate", "bowl", "apple", "chair_1", "novel"} <= set(before)
@@ -34,7 +34,7 @@ def test_loose_things_stay_on_their_tables() -> None:
 
 
 @pytest.mark.parametrize("kind", ["hinge", "drawer", "door"])
-def test_every_one_of_them_opens_freely_when_pulled_by_a_small_force(kind: str) -> None:
+def test_doors_and_drawers_open_under_a_small_force(kind: str) -> None:
     """Pulled along its way from outside, each gets to the end of its range with the others closed."""
     scene = home()
     world = scene.world
@@ -100,14 +100,14 @@ def test_a_robot_can_go_from_room_to_room(flat: Scene) -> None:
     assert len(set(at.values())) == 1, at
 
 
-def test_what_lies_in_a_drawer_comes_out_with_it() -> None:
+def test_objects_in_a_drawer_move_with_it() -> None:
     scene = home()
     joint = scene.joints["dresser/drawer_3"]
     drawer = scene.body("dresser").link("drawer_3_box")
     joint.position = 0.23
     low, high = 0.62, 0.85
     x, y, _ = scene.body("dresser").position
-    # the dresser's front faces +y: the open part of the drawer lies beyond it
+    # the dresser's front faces +y: the open part of the drawer is beyond it
     ball = scene.world.add_sphere(0.03, (x, y + 0.18 + 0.12, high + 0.05), mass=0.1)
     scene.world.step(480)
     assert low < ball.position[2] < high

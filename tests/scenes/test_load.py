@@ -83,7 +83,7 @@ def test_mjcf_keeps_its_joints_and_free_bodies(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["shelf.urdf", "shelf.xml"])
-def test_urdf_is_bolted_down_and_its_joints_move(tmp_path: Path, name: str) -> None:
+def test_urdf_has_a_fixed_base_and_keeps_its_joints(tmp_path: Path, name: str) -> None:
     scene = load_scene(_write(tmp_path, name, URDF))
     joint = scene.joints["shelf/slide"]
     joint.position = 0.3
@@ -110,7 +110,7 @@ class TestUsd:
             (visual,) = scene.body(name).description.root.visuals
             assert np.allclose(visual.geometry.data.bounds, bounds, atol=1e-6), name
 
-    def test_collision_shapes_are_those_asked_for(self, tmp_path: Path) -> None:
+    def test_collision_shapes_follow_the_approximation(self, tmp_path: Path) -> None:
         scene = load_scene(_write(tmp_path, "room.usda", USDA))
         world = scene.world
         assert world.ray((1.0, -0.5, 2), (1.0, -0.5, -1)).position[2] == pytest.approx(0.2, abs=1e-6)
@@ -128,15 +128,15 @@ class TestUsd:
         assert world.ray((-0.5, 0, 2), (-0.5, 0, -1)).position[2] == pytest.approx(1.0, abs=1e-6)
         assert world.ray((0.45, -0.45, 2), (0.45, -0.45, -1)) is None
 
-    def test_colours_and_what_was_left_out(self, tmp_path: Path) -> None:
+    def test_colours_and_skipped_elements(self, tmp_path: Path) -> None:
         scene = load_scene(_write(tmp_path, "room.usda", USDA))
         (visual,) = scene.body("Block").description.root.visuals
         assert visual.material.rgba == (1.0, 0.0, 0.0, 1.0)
         notes = "\n".join(scene.notes)
-        assert "1 x rigid body (stands still)" in notes
+        assert "1 x rigid body (made static)" in notes
         assert "1 x SphereLight" in notes
 
-    def test_a_mirrored_mesh_keeps_its_outside_outside(self, tmp_path: Path) -> None:
+    def test_a_mirrored_mesh_faces_outwards(self, tmp_path: Path) -> None:
         mirrored = USDA.replace(
             'def Xform "Corner" (prepend apiSchemas = ["PhysicsRigidBodyAPI"])\n    {',
             'def Xform "Corner"\n    {\n        double3 xformOp:scale = (-1, 1, 1)\n'
@@ -152,16 +152,16 @@ class TestUsd:
         ("text", "message"),
         [
             ("this is no stage", "bad.usda: OpenUSD cannot read it"),
-            ('#usda 1.0\ndef Xform "Nothing" {}\n', "the stage has no Mesh, Cube"),
+            ('#usda 1.0\ndef Xform "Nothing" {}\n', "is a Mesh, Cube"),
             ('#usda 1.0\ndef Xform "A" (references = @gone.usda@) {}\n', "the stage does not compose"),
             (
                 '#usda 1.0\ndef Mesh "M" {\n int[] faceVertexCounts=[3]\n int[] faceVertexIndices=[0,1,7]\n'
                 " point3f[] points=[(0,0,0),(1,0,0),(0,1,0)]\n}\n",
-                "mesh /M: faces and points do not fit together",
+                "mesh /M: face counts, indices and points do not match",
             ),
         ],
     )
-    def test_broken_stages_say_what_is_wrong(self, tmp_path: Path, text: str, message: str) -> None:
+    def test_broken_stages_raise_with_the_cause(self, tmp_path: Path, text: str, message: str) -> None:
         with pytest.raises(DescriptionError, match=message):
             load_scene(_write(tmp_path, "bad.usda", text))
 
@@ -171,7 +171,7 @@ class TestUsd:
     [
         ("bad.xml", "<mujoco><worldbody><geom/></worldbody></mujoco>", "MuJoCo cannot read it"),
         ("bad.urdf", "<robot name='x'/>", "bad.urdf"),
-        ("room.blend", "x", "a scene is an MJCF .* file; .blend is none of them"),
+        ("room.blend", "x", "unknown scene format '.blend'"),
     ],
 )
 def test_broken_files_are_named(tmp_path: Path, name: str, text: str, message: str) -> None:
@@ -179,8 +179,8 @@ def test_broken_files_are_named(tmp_path: Path, name: str, text: str, message: s
         load_scene(_write(tmp_path, name, text))
 
 
-def test_names_and_files_that_are_not_there() -> None:
+def test_unknown_names_and_missing_files() -> None:
     with pytest.raises(RoboyardError, match="no scene named 'hom'; did you mean 'home'"):
         load_scene("hom")
-    with pytest.raises(DescriptionError, match="there is no scene file"):
+    with pytest.raises(DescriptionError, match="no such scene file"):
         load_scene("nowhere/room.usda")

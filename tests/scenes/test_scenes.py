@@ -14,7 +14,7 @@ from roboyard.sim import World
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_each_scene_has_a_view_that_shows_all_kinds_of_its_things(name: str) -> None:
+def test_default_view_shows_all_kinds_of_bodies(name: str) -> None:
     scene = load_scene(name)
     image = scene.world.render(scene.camera(width=160, height=120), shadow=False, backend="software")
     seen = set(image.segmentation[..., 0].ravel().tolist()) - {-1}
@@ -33,7 +33,7 @@ def test_spawn_is_free_and_stands_on_the_ground(name: str) -> None:
     assert below is not None and 0 <= z - below.position[2] < 0.6
 
 
-def test_things_on_the_table_stay_where_they_were_put_and_fall_asleep() -> None:
+def test_objects_on_the_table_stay_and_fall_asleep() -> None:
     scene = tabletop()
     before = {name: body.position for name, body in scene.bodies.items() if not body.is_fixed}
     assert len(before) == 9
@@ -43,7 +43,7 @@ def test_things_on_the_table_stay_where_they_were_put_and_fall_asleep() -> None:
     assert scene.world.data.ntree_awake == 0
 
 
-def test_a_mug_is_hollow_and_holds_a_ball() -> None:
+def test_a_mug_is_hollow_and_contains_a_sphere() -> None:
     scene = tabletop()
     mug = scene.body("mug")
     ball = scene.world.add_sphere(0.02, np.add(mug.position, (0, 0, 0.12)), mass=0.02)
@@ -53,7 +53,7 @@ def test_a_mug_is_hollow_and_holds_a_ball() -> None:
     assert 0.02 < inside[2] < 0.05
 
 
-def test_a_sleeping_thing_wakes_when_it_is_hit() -> None:
+def test_a_sleeping_body_wakes_when_hit() -> None:
     scene = tabletop()
     scene.world.step(960)
     was = scene.body("can").position
@@ -63,7 +63,7 @@ def test_a_sleeping_thing_wakes_when_it_is_hit() -> None:
     assert np.linalg.norm(scene.body("can").position - was) > 0.05
 
 
-def test_terrain_steps_are_the_tutorials() -> None:
+def test_terrain_steps_match_the_tutorial() -> None:
     """Height data as PyBullet's tutorial fills it: index along x runs fastest."""
     draw, rows = random.Random(10), 256
     data = [0.0] * rows * rows
@@ -100,14 +100,14 @@ def test_equal_seeds_give_equal_ground_and_others_not() -> None:
     assert not np.allclose(grids[0], grids[2])
 
 
-def test_terrain_refuses_what_it_does_not_know() -> None:
-    with pytest.raises(RoboyardError, match='kind is "steps" or "smooth"; got \'craters\''):
+def test_invalid_terrain_arguments_raise() -> None:
+    with pytest.raises(RoboyardError, match='kind must be "steps" or "smooth", got \'craters\''):
         terrain(kind="craters")  # type: ignore[arg-type]
-    with pytest.raises(RoboyardError, match="height is at least 0; got -1"):
+    with pytest.raises(RoboyardError, match="height must be at least 0 m, got -1"):
         terrain(height=-1.0)
 
 
-def test_a_scene_goes_into_a_world_that_has_things() -> None:
+def test_a_scene_is_added_to_a_world_with_bodies() -> None:
     world = World()
     box = world.add_box((0.1, 0.1, 0.1), (0, 3, 0.05))
     scene = tabletop(world)
@@ -116,7 +116,7 @@ def test_a_scene_goes_into_a_world_that_has_things() -> None:
     assert box.position[2] == pytest.approx(0.05, abs=2e-3)
 
 
-def test_unknown_things_are_named() -> None:
+def test_unknown_bodies_list_the_nearest() -> None:
     with pytest.raises(RoboyardError, match=r"no body named 'mugg'; did you mean 'mug'\?"):
         tabletop().body("mugg")
 

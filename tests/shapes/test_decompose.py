@@ -1,4 +1,4 @@
-"""Convex parts of shapes whose best parts are known, and what happens when CoACD misbehaves."""
+"""Convex parts of shapes with known best parts, and the handling of CoACD failures."""
 
 import functools
 import os
@@ -62,7 +62,7 @@ def test_channel_splits_into_its_walls():
     assert made.missing < 0.02
 
 
-def test_turned_parts_split_as_well():
+def test_rotated_meshes_split_as_well():
     turn = trimesh.transformations.euler_matrix(0.3, -0.7, 1.1)
     turned = TriangleMesh(vertices=ELL.vertices @ turn[:3, :3].T + [1, 2, 3], faces=ELL.faces)
     made = decompose(turned, "split")
@@ -93,7 +93,7 @@ def test_no_method_no_shapes():
     assert (made.hulls, made.method_used) == ((), "none")
 
 
-def test_hulls_hold_the_whole_surface():
+def test_hulls_contain_the_whole_surface():
     made = decompose(CHANNEL, "split", max_vertices=60)
     skin, _ = trimesh.sample.sample_surface(trimesh.Trimesh(CHANNEL.vertices, CHANNEL.faces), 2000, seed=0)
     outside = np.full(len(skin), np.inf)
@@ -158,14 +158,14 @@ def worker_that(tmp_path, body: str):
 @pytest.mark.parametrize(
     ("body", "said"),
     [
-        ("import os; os.abort()", "ended with status"),
+        ("import os; os.abort()", "exited with status"),
         ("raise SystemExit(3)", "status 3"),
         ("import time; time.sleep(60)", "longer than 0.5 s"),
-        ("", "nothing that can be read"),
+        ("", "no readable file"),
     ],
     ids=["abort", "exit", "hang", "no answer"],
 )
-def test_misbehaving_coacd_only_falls_back(tmp_path, monkeypatch, body, said):
+def test_failing_coacd_falls_back_to_the_splitter(tmp_path, monkeypatch, body, said):
     monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
     monkeypatch.setattr(coacd_process, "run_coacd", worker_that(tmp_path, body))
     made = decompose(ELL, "coacd", time_limit=0.5 if "sleep" in body else 20.0)
@@ -174,7 +174,7 @@ def test_misbehaving_coacd_only_falls_back(tmp_path, monkeypatch, body, said):
     assert any(said in note for note in made.notes)
 
 
-def test_without_coacd_the_splitter_does_and_says_so(monkeypatch):
+def test_without_coacd_the_splitter_runs_with_a_note(monkeypatch):
     monkeypatch.setattr(coacd_process, "is_installed", lambda: False)
     made = decompose(ELL, "coacd")
     assert made.method_used == "split"
@@ -191,23 +191,23 @@ def test_coacd_in_its_own_process():
     assert made.excess < 0.3
 
 
-def test_the_splitter_s_parts_are_taken_where_they_hug_clearly_closer(monkeypatch):
+def test_splitter_parts_are_kept_where_they_fit_clearly_better(monkeypatch):
     monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
     poor = [CHANNEL.vertices, ELL.vertices]  # as if CoACD had left the channel in one part
     monkeypatch.setattr(coacd_process, "run_coacd", lambda *_: poor)
     made = decompose(CHANNEL, "coacd")
     assert made.method_used == "split" and made.excess < 0.05
-    assert any("own parts kept" in note for note in made.notes)
+    assert any("box splitter's parts kept" in note for note in made.notes)
 
 
-def test_what_ran_over_time_is_not_tried_again(tmp_path, monkeypatch):
+def test_timeout_is_cached(tmp_path, monkeypatch):
     monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
     monkeypatch.setattr(coacd_process, "run_coacd", worker_that(tmp_path, "import time; time.sleep(60)"))
     assert not decompose(ELL, "coacd", time_limit=0.3).cached
     assert decompose(ELL, "coacd", time_limit=0.3).cached
 
 
-def test_all_of_a_robot_s_meshes_share_one_limit(tmp_path, monkeypatch):
+def test_meshes_share_one_total_limit(tmp_path, monkeypatch):
     monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
     monkeypatch.setattr(coacd_process, "run_coacd", worker_that(tmp_path, "import time; time.sleep(60)"))
     began = time.monotonic()
@@ -244,7 +244,7 @@ def test_interrupt_ends_the_child_processes(tmp_path, monkeypatch):
         os.kill(int(marker.read_text()), 0)
 
 
-def test_wrong_requests_say_what_to_give():
+def test_invalid_settings_raise():
     with pytest.raises(ConfigError, match="did you mean 'coacd'"):
         decompose(ELL, "coacdd")  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="at least 1"):
@@ -253,7 +253,7 @@ def test_wrong_requests_say_what_to_give():
         decompose(ELL, max_vertices=3)
 
 
-def test_stop_leaves_off_cutting():
+def test_stop_ends_the_cutting():
     grid = voxelize(CHANNEL)
     assert len(split_convex(CHANNEL, grid, 8, stop=lambda: True)) == 1
 
@@ -282,29 +282,29 @@ def test_slice_extremes_are_running_maxima():
         )
 
 
-def test_own_parts_do_not_wait_for_coacd_and_the_most_air_is_asked_about_first(monkeypatch):
-    asked, given = [], threading.Event()
+def test_own_parts_do_not_wait_for_coacd_which_starts_with_the_largest_excess(monkeypatch):
+    calls, released = [], threading.Event()
 
     def run_coacd(mesh, *_):
-        asked.append(mesh)
-        given.wait(20.0)
-        raise coacd_process.CoacdFailedError("as told")
+        calls.append(mesh)
+        released.wait(20.0)
+        raise coacd_process.CoacdFailedError("simulated failure")
 
     monkeypatch.setattr(coacd_process, "is_installed", lambda: True)
     monkeypatch.setattr(coacd_process, "run_coacd", run_coacd)
     torus = mesh_of(trimesh.creation.torus(0.2, 0.05))
-    begun = []
+    started = []
 
     def split(mesh, *args, **options):
-        begun.append(mesh)
-        if len(begun) == 3:
-            given.set()
+        started.append(mesh)
+        if len(started) == 3:
+            released.set()
         return split_convex(mesh, *args, **options)
 
     monkeypatch.setattr("roboyard.shapes.convex.decomposition.split_convex", split)
     small = TriangleMesh(vertices=ELL.vertices * 0.1, faces=ELL.faces)
-    # one of three is asked about while the others are still to be split; then the torus has the most air
+    # CoACD runs for the torus while the others are being split; then for the larger excess volume
     made = decompose_many([small, ELL, torus], "coacd", workers=2)
-    assert len(begun) == 3 and [m.method_used for m in made] == ["split"] * 3
-    assert [mesh is torus for mesh in asked] == [True, False, False]
-    assert asked[1] is ELL and asked[2] is small
+    assert len(started) == 3 and [m.method_used for m in made] == ["split"] * 3
+    assert [mesh is torus for mesh in calls] == [True, False, False]
+    assert calls[1] is ELL and calls[2] is small

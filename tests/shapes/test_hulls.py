@@ -103,7 +103,7 @@ def test_unreferenced_and_infinite_vertices_are_left_out():
     assert hull.volume == pytest.approx(1.0)
     with pytest.raises(MeshError, match="no finite vertex"):
         convex_hull(np.full((3, 3), np.inf))
-    with pytest.raises(MeshError, match="allow 4 or more"):
+    with pytest.raises(MeshError, match="must be 4 or more"):
         convex_hull(box.vertices, 3)
 
 

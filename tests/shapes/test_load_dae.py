@@ -1,4 +1,4 @@
-"""COLLADA: units, transforms, materials, primitives; pycollada's reading is the judge of the shared part."""
+"""COLLADA: units, transforms, materials, primitives; compared with pycollada on the common features."""
 
 import numpy as np
 import pytest
@@ -79,7 +79,7 @@ def test_node_transforms_apply_in_document_order(tmp_path):
 def test_only_what_the_scene_shows_counts(tmp_path):
     library = (
         '<library_nodes><node id="part"><translate>0 0 1</translate><instance_geometry url="#g"/></node>'
-        '<node id="spare"><translate>9 9 9</translate><instance_geometry url="#g"/></node></library_nodes>'
+        '<node id="unused"><translate>9 9 9</translate><instance_geometry url="#g"/></node></library_nodes>'
     )
     nodes = '<node><instance_node url="#part"/></node><node><instance_geometry url="#g"/></node>'
     mesh = load(tmp_path, document(TRIANGLES, nodes=nodes, libraries=library))

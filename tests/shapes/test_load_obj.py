@@ -175,4 +175,4 @@ def test_meshes_share_the_picture_and_the_library_that_they_name(tmp_path):
     assert not meshes[0].texture.flags.writeable
     (tmp_path / "a.mtl").write_text("newmtl wood\nKd 1 0 0\nmap_Kd wood.png\nd 0.5\n")
     (tmp_path / "three.obj").write_text(text)
-    assert load_mesh(tmp_path / "three.obj").colors is not None, "a changed library is read anew"
+    assert load_mesh(tmp_path / "three.obj").colors is not None, "a changed library is read again"

@@ -86,7 +86,7 @@ def test_larger_and_longer_links_get_more_spheres():
 
 
 def test_hollow_and_small_parts_take_no_more_spheres_than_a_planner_can_use():
-    """A cup of 2 mm walls has hardly any volume, and a finger's 3 mm ribs are nobody's concern."""
+    """A cup of 2 mm walls has hardly any volume, and a finger's 3 mm ribs are negligible."""
     cup = trimesh.creation.annulus(r_min=0.048, r_max=0.05, height=0.1)
     bottom = trimesh.creation.cylinder(0.05, 0.002).apply_translation((0, 0, -0.05))
     fit = fit_spheres(mesh_of(trimesh.util.concatenate([cup, bottom])))
@@ -249,7 +249,7 @@ def test_surface_cost_and_gradient_agree_with_a_ball_and_differences():
         gradient = np.zeros(len(x))
         return kernels.surface_cost(x, sdf, size, directions, 0.01, price, gradient), gradient
 
-    # a sphere of radius 0.3 whose middle lies on the ball: the plane of the cut is r²/2R inside the middle
+    # a sphere of radius 0.3 centred on the large sphere: the plane of the cut is r²/2R inside its centre
     share = (1 + 0.3 / (2 * 0.6)) / 2
     assert cost(np.array([1.6, 1.0, 1.0, 0.3]))[0] == pytest.approx(share, abs=0.01)
     assert cost(np.array([1.0, 1.0, 1.0, 0.3]))[0] == 0.0

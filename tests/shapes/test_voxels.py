@@ -1,4 +1,4 @@
-"""Voxel fill against closed forms and trimesh, and against readable NumPy twins of the kernels."""
+"""Voxel fill against closed forms and trimesh, and against readable NumPy references of the kernels."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_hollow_shell_keeps_its_hollow_unless_asked():
     assert voxelize(shell).volume == pytest.approx(outer.volume + inner.volume, rel=0.03)
     filled = voxelize(shell, fill_cavities=True)
     assert filled.volume == pytest.approx(outer.volume, rel=0.03)
-    assert "enclosed hollow counted as solid" in filled.notes
+    assert "enclosed cavity counted as solid" in filled.notes
 
 
 def test_missing_faces_leave_the_solid():

@@ -1,4 +1,4 @@
-"""Places for robots: an empty floor, a table, rough ground, a flat, and anybody's scene files.
+"""Scenes for robots: an empty floor, a table, rough terrain, a flat, and MJCF, URDF or USD scene files.
 
 >>> from roboyard.scenes import load_scene
 >>> scene = load_scene("home")

@@ -1,4 +1,4 @@
-"""Nothing but a floor."""
+"""An empty scene: a floor only."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def empty(world: World | None = None) -> Scene:
-    """An endless chequered floor, in `world` or in a new one."""
+    """Add an infinite chequered floor to `world` or a new world."""
     place = world_or_new(world)
     floor = place.add_plane(name="floor")
     return Scene(name="empty", world=place, bodies={"floor": floor})

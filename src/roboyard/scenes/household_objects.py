@@ -1,11 +1,20 @@
-"""Small loose things to see and to grasp; each stands on its frame's origin."""
+"""Small household objects to grasp; the origin of each is at the middle of its bottom."""
 
 from __future__ import annotations
 
 import math
 
 from roboyard.description.model import RGBA, RobotDescription
-from roboyard.scenes.parts import Part, box, capsule, collision_only, cylinder, object_of, skin, sphere
+from roboyard.scenes.furniture_parts import (
+    Part,
+    box,
+    capsule,
+    collision_only,
+    cylinder,
+    object_of,
+    skin,
+    sphere,
+)
 from roboyard.scenes.revolve import revolve
 
 WHITE: RGBA = (0.93, 0.92, 0.90, 1.0)
@@ -64,7 +73,7 @@ def bottle(name: str = "bottle", rgba: RGBA = GREEN) -> RobotDescription:
 
 
 def can(name: str = "can", rgba: RGBA = RED) -> RobotDescription:
-    """A tin of 0.4 kg, 7 cm wide and 10 cm high."""
+    """A can of 0.4 kg, 7 cm wide and 10 cm high."""
     tin: RGBA = (0.75, 0.76, 0.78, 1.0)
     return object_of(
         name,
@@ -84,7 +93,7 @@ def fruit(name: str = "apple", rgba: RGBA = RED, radius: float = 0.037) -> Robot
 
 
 def book(name: str = "book", rgba: RGBA = BLUE) -> RobotDescription:
-    """A lying book of 0.4 kg, 15 by 21 by 3 cm."""
+    """A closed book of 0.4 kg, 15 by 21 by 3 cm."""
     return object_of(
         name,
         [
@@ -104,7 +113,7 @@ def cube(name: str = "cube", rgba: RGBA = YELLOW, side: float = 0.05) -> RobotDe
 
 
 def banana(name: str = "banana") -> RobotDescription:
-    """A banana of 0.12 kg, lying."""
+    """A banana of 0.12 kg."""
     parts, radius = [], 0.085
     for k in range(5):
         angle = math.radians(-50 + 25 * k)
@@ -114,7 +123,7 @@ def banana(name: str = "banana") -> RobotDescription:
 
 
 def _ring(outer: float, inner: float, low: float, high: float, rgba: RGBA, count: int = 10) -> list[Part]:
-    """Staves around z that stand for a round wall, unseen; m."""
+    """Return boxes around z as invisible collision shapes of a round wall (m)."""
     middle, thick = (outer + inner) / 2, max(outer - inner, 0.004)
     width = 2 * outer * math.tan(math.pi / count)
     staves = []

@@ -1,4 +1,4 @@
-"""Any scene by name or by file: Roboyard's own, MJCF, URDF, USD."""
+"""Load a scene by name, or from an MJCF, URDF or USD file."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ SCENES: dict[str, Callable[[World | None], Scene]] = {
     "terrain": terrain,
     "home": home,
 }
-"""Roboyard's own scenes."""
-USD_ENDINGS = (".usd", ".usda", ".usdc", ".usdz")
+"""Built-in scenes by name."""
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
 def load_scene(source: str | Path, world: World | None = None) -> Scene:
-    """A scene of Roboyard's own by its name, or anybody's from a file.
+    """Load a built-in scene by its name, or a scene file.
 
-    An MJCF file keeps its joints, motors and free bodies. A URDF file is bolted to the world, its joints
-    move. Of a USD stage the geometry is taken and stands still; `Scene.notes` says what was left out.
+    An MJCF file keeps its joints, motors and free bodies. A URDF file is fixed to the world and keeps its
+    joints. A USD stage gives static geometry; `Scene.notes` lists the skipped elements.
 
     Args:
         source: "empty", "tabletop", "terrain", "home", or the path of an MJCF (.xml, .mjcf), URDF or USD
             file.
-        world: where to put it; a new world by default.
+        world: the world to add it to; a new one by default.
 
     Raises:
-        RoboyardError: no scene of this name.
-        DescriptionError: the file is missing, cannot be read, or holds nothing to stand on.
-        MissingExtraError: a USD file without OpenUSD installed.
+        RoboyardError: no scene has this name.
+        DescriptionError: the file is missing, cannot be read or has no geometry.
+        MissingExtraError: a USD file, but OpenUSD is not installed.
     """
     if isinstance(source, str) and source in SCENES:
         return SCENES[source](world)
@@ -52,11 +52,11 @@ def load_scene(source: str | Path, world: World | None = None) -> Scene:
             f"{unknown_name('scene', str(source), SCENES)}; or give a .xml, .urdf or .usd file"
         )
     if not path.is_file():
-        raise DescriptionError(f"there is no scene file {str(path)!r}", file=path)
+        raise DescriptionError(f"no such scene file: {str(path)!r}; check the path", file=path)
     ending = path.suffix.lower()
     notes: tuple[str, ...] = ()
     place = world_or_new(world)
-    if ending in USD_ENDINGS:
+    if ending in USD_SUFFIXES:
         from roboyard.scenes.usd import read_usd
 
         descriptions, notes = read_usd(path)
@@ -67,7 +67,7 @@ def load_scene(source: str | Path, world: World | None = None) -> Scene:
         bodies = list(place.add_mjcf(path))
     else:
         raise DescriptionError(
-            f"a scene is an MJCF (.xml, .mjcf), URDF or USD file; {ending} is none of them", file=path
+            f"unknown scene format {ending!r}; give an MJCF (.xml, .mjcf), URDF or USD file", file=path
         )
     eye, target = _point_of_view(bodies)
     return Scene(
@@ -87,7 +87,7 @@ def _root_tag(path: Path) -> str:
 
 
 def _point_of_view(bodies: list[Body]) -> tuple[Vector3, Vector3]:
-    """Where to stand to see all of it, and its middle."""
+    """Return a camera position that shows all bodies, and their middle (m)."""
     boxes = np.array([body.bounds for body in bodies])
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     middle = (low + high) / 2

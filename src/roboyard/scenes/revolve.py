@@ -1,4 +1,4 @@
-"""Round things: a profile turned about z."""
+"""Surfaces of revolution."""
 
 from __future__ import annotations
 
@@ -11,10 +11,15 @@ from roboyard.shapes.mesh import TriangleMesh, read_only
 
 
 def revolve(profile: ArrayLike, segments: int = 28) -> TriangleMesh:
-    """Surface of revolution of (n, 2) radius and height (m), the solid on the left of the profile's way.
+    """Revolve an (n, 2) profile of radius and height (m) about z, with the solid on its left.
 
-    Walk a cup's profile from the middle of its foot outward, up the outside, over the rim and down the
+    A cup's profile starts in the middle of its foot, goes outwards, up the outside, over the rim and down the
     inside. Edges are sharp: each ring of faces has its own normals.
+
+    Args:
+        profile: (n, 2) points.
+        segments: number of segments around z.
+
     """
     points = np.asarray(profile, dtype=float)
     angle = 2.0 * np.pi * np.arange(segments + 1) / segments

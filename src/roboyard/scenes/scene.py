@@ -1,4 +1,4 @@
-"""A furnished world: what a scene function gives."""
+"""The result of a scene function: a world with named bodies, a spawn pose and a view."""
 
 from __future__ import annotations
 
@@ -20,33 +20,35 @@ Vector3 = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Scene:
-    """A world with things in it, a place for a robot and a good point of view."""
+    """A world with named bodies, a spawn pose for a robot and a camera view."""
 
     name: str
+    """Name of the scene."""
     world: World
+    """The world that contains it."""
     bodies: Mapping[str, Body]
-    """Everything the scene added, by name."""
+    """All bodies that the scene added, by name."""
     spawn: Vector3 = (0.0, 0.0, 0.0)
-    """Where a robot's base goes, on the floor; m"""
+    """Position of a robot's base on the floor (m)."""
     spawn_yaw: float = 0.0
-    """Which way the robot looks there, from +x about +z; rad"""
+    """Heading of the robot there, from +x about +z (rad)."""
     eye: Vector3 = (2.5, -2.5, 1.8)
-    """Where the camera of the scene's own view stands; m"""
+    """Camera position of the scene's default view (m)."""
     target: Vector3 = (0.0, 0.0, 0.4)
-    """What it looks at; m"""
+    """Point that the camera looks at (m)."""
     rooms: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """Free places to stand, (x, y) in m, by room; empty for a scene of one room."""
+    """Free floor positions (x, y) (m) by room; empty for a scene of one room."""
     notes: tuple[str, ...] = ()
-    """What of a scene file was left out or changed."""
+    """Elements of a scene file that were skipped or changed."""
 
     @property
     def spawn_orientation(self) -> Array:
-        """(4,) x, y, z, w"""
+        """(4,) quaternion x, y, z, w of the robot's base."""
         return quaternion_from_rpy((0.0, 0.0, self.spawn_yaw))
 
     @property
     def joints(self) -> dict[str, Joint]:
-        """Whatever opens, as "body/joint": doors, drawers, lids."""
+        """Single-DOF joints by "body/joint": doors, drawers, lids."""
         return {
             f"{name}/{joint.name}": joint
             for name, body in self.bodies.items()
@@ -55,26 +57,26 @@ class Scene:
         }
 
     def body(self, name: str) -> Body:
-        """The scene's body of this name.
+        """Return a body by name.
 
         Raises:
-            RoboyardError: there is none; the message lists the nearest.
+            RoboyardError: no body has this name; the message lists the nearest.
         """
         if name not in self.bodies:
             raise RoboyardError(f"scene {self.name!r}: {unknown_name('body', name, self.bodies)}")
         return self.bodies[name]
 
     def camera(self, *, width: int = 640, height: int = 480) -> Camera:
-        """The scene's own view."""
+        """Return the camera of the scene's default view; sizes in pixels."""
         from roboyard.rendering import Camera
 
         return Camera.look_at(self.eye, self.target, width=width, height=height, fovy=np.radians(45.0))
 
 
 def let_sleep(world: World) -> None:
-    """Let whatever lies still sleep until it is touched: it then costs nothing to step.
+    """Enable MuJoCo's sleeping: bodies at rest are not simulated until something touches them.
 
-    Bodies with motors never sleep. A body wakes when something awake touches it, and when it is moved.
+    Bodies with motors never sleep. A body wakes when an awake body touches it, and when it is moved.
     """
     import mujoco
 
@@ -83,7 +85,7 @@ def let_sleep(world: World) -> None:
 
 
 def world_or_new(world: World | None) -> World:
-    """The world that was given, or a fresh one."""
+    """Return `world`, or a new one for None."""
     if world is not None:
         return world
     from roboyard.sim import World

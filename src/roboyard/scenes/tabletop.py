@@ -1,4 +1,4 @@
-"""A table with things to grasp."""
+"""A scene of a table with objects to grasp."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from roboyard.description.model import RGBA, RobotDescription
 from roboyard.scenes import household_objects
-from roboyard.scenes.parts import Part, box, link
+from roboyard.scenes.furniture_parts import Part, box, link
 from roboyard.scenes.scene import Scene, let_sleep, world_or_new
 
 if TYPE_CHECKING:
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 OAK: RGBA = (0.72, 0.55, 0.37, 1.0)
 DARK_OAK: RGBA = (0.52, 0.38, 0.25, 1.0)
 HEIGHT = 0.74
-"""m: the table's top"""
+"""Height of the table's top (m)."""
 
 
 def tabletop(world: World | None = None) -> Scene:
-    """A table, 1.4 by 0.8 m and 0.74 m high, before the robot's place, with nine things to grasp on it."""
+    """Add a table, 1.4 by 0.8 m and 0.74 m high, in front of the spawn pose, with nine objects to grasp."""
     place = world_or_new(world)
     let_sleep(place)
     bodies: dict[str, Body] = {"floor": place.add_plane(name="floor")}
@@ -48,7 +48,7 @@ def tabletop(world: World | None = None) -> Scene:
 def table(
     size: tuple[float, float] = (0.8, 1.4), height: float = HEIGHT, wood: RGBA = OAK
 ) -> RobotDescription:
-    """A four-legged table; size along x and y and height in m."""
+    """Return a four-legged table; size along x and y and height in m."""
     x, y = size
     legs: list[Part] = [
         box((0.06, 0.06, height - 0.03), (i * (x / 2 - 0.06), k * (y / 2 - 0.06), (height - 0.03) / 2), wood)

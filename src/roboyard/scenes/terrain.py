@@ -1,4 +1,4 @@
-"""Uneven ground: the random steps of the well-known tutorial, and smooth hills."""
+"""Uneven terrain: the random steps of PyBullet's heightfield tutorial, and smooth hills."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ if TYPE_CHECKING:
 
 Kind = Literal["steps", "smooth"]
 POINTS = 256
-"""Grid points each way."""
+"""Grid points along x and along y."""
 STEP_CELL, HILL_CELL = 0.3, 0.12
-"""m between grid points"""
-USUAL_HEIGHT = {"steps": 0.5, "smooth": 1.5}
-"""m"""
+"""Distance of grid points (m)."""
+DEFAULT_HEIGHT = {"steps": 0.5, "smooth": 1.5}
+"""Default height of each kind (m)."""
 FLAT_RADIUS = 1.5
-"""m around the middle where the smooth hills are level, for a robot to stand on"""
+"""Radius of the level area in the middle of smooth hills, for spawning (m)."""
 
 
 def terrain(
     world: World | None = None, *, kind: Kind = "steps", height: float | None = None, seed: int = 10
 ) -> Scene:
-    """Uneven ground of 256 by 256 points.
+    """Add uneven terrain of 256 by 256 points.
 
     Args:
-        world: where to put it; a new world by default.
+        world: the world to add it to; a new one by default.
         kind: "steps": each 2 by 2 points at one random height, 0.3 m apart (77 m across). "smooth": rolling
             hills, 0.12 m apart (31 m across), level around the middle.
-        height: between the lowest and the highest that the ground may be, m; 0.5 for steps, 1.5 for hills.
-        seed: of the random numbers; equal seeds give equal ground.
+        height: largest height difference (m); 0.5 for steps, 1.5 for hills by default.
+        seed: seed of the random numbers; equal seeds give equal terrain.
 
     Raises:
-        RoboyardError: no such kind, or a height below 0.
+        RoboyardError: unknown kind, or a height below 0.
     """
-    if kind not in USUAL_HEIGHT:
-        raise RoboyardError(f'terrain: kind is "steps" or "smooth"; got {kind!r}')
-    height = USUAL_HEIGHT[kind] if height is None else height
+    if kind not in DEFAULT_HEIGHT:
+        raise RoboyardError(f'terrain: kind must be "steps" or "smooth", got {kind!r}')
+    height = DEFAULT_HEIGHT[kind] if height is None else height
     if not (np.isfinite(height) and height >= 0):
-        raise RoboyardError(f"terrain: height is at least 0; got {height}")
+        raise RoboyardError(f"terrain: height must be at least 0 m, got {height}")
     if kind == "steps":
         heights, cell = random_steps(POINTS, height, seed), STEP_CELL
     else:
@@ -65,10 +65,9 @@ def terrain(
 
 
 def random_steps(points: int, height: float, seed: int) -> Array:
-    """(points, points) m, first index along x: 2 by 2 points share one height, uniform in 0 to `height`.
+    """Return (points, points) heights (m), first index along x; 2 by 2 points share a height in 0..`height`.
 
-    Numbers come from Python's generator row after row along x, as in the tutorial: the same seed, the same
-    ground.
+    Numbers come from Python's generator row by row along x, as in the tutorial, so that seeds agree.
     """
     draw = random.Random(seed)
     half = points // 2
@@ -77,7 +76,7 @@ def random_steps(points: int, height: float, seed: int) -> Array:
 
 
 def smooth_hills(points: int, cell: float, height: float, seed: int) -> Array:
-    """(points, points) m, first index along x: a sum of waves of 2 to 12 m with amplitude as their length."""
+    """Return (points, points) heights (m), first index along x: a sum of waves of 2 to 12 m length."""
     draw = np.random.default_rng(seed)
     at = (np.arange(points) - points // 2) * cell
     x, y = np.meshgrid(at, at, indexing="ij")

@@ -1,16 +1,16 @@
-"""The geometry of a USD stage as bodies that stand still.
+"""Read the geometry of a USD stage as static bodies.
 
 | USD | here |
 | --- | --- |
 | child of the default prim (or of the root) | one body |
 | Mesh, Cube, Sphere, Cylinder, Capsule, Cone | triangles in metres, z up |
-| Plane | an endless plane |
+| Plane | an infinite plane |
 | displayColor, UsdPreviewSurface diffuseColor | colour, of subsets too |
 | CollisionAPI (on the prim or above it) | a collision shape; with none on the stage, all geometry collides |
-| approximation convexHull, boundingCube, boundingSphere | that |
+| approximation convexHull, boundingCube, boundingSphere | that shape |
 | any other approximation, or none | convex parts of the mesh |
-| purpose guide or proxy, invisible | not seen |
-| rigid bodies, joints, lights, point instances, curves | left out, with a note |
+| purpose guide or proxy, invisible | not rendered |
+| rigid bodies, joints, lights, point instances, curves | skipped, with a note |
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ SEGMENTS = 48
 
 
 def read_usd(path: Path) -> tuple[list[RobotDescription], tuple[str, ...]]:
-    """Descriptions of one link each, in metres and z up, and notes on what was left out.
+    """Return descriptions of one link each, in metres and z up, and notes on skipped elements.
 
     Raises:
         MissingExtraError: OpenUSD is not installed.
-        DescriptionError: the stage cannot be opened, refers to files that are not there, or has no geometry.
+        DescriptionError: the stage cannot be opened, refers to missing files, or has no geometry.
     """
     try:
         Tf, Usd, UsdGeom = (import_module(f"pxr.{name}") for name in ("Tf", "Usd", "UsdGeom"))
@@ -61,36 +61,36 @@ def read_usd(path: Path) -> tuple[list[RobotDescription], tuple[str, ...]]:
         stage = Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:
         raise DescriptionError(f"OpenUSD cannot read it: {_first_line(error)}", file=path) from None
-    problems = [" ".join(str(e).split()) for e in stage.GetCompositionErrors()]
-    if problems:
-        raise DescriptionError(f"the stage does not compose: {problems[0]}", file=path)
+    errors = [" ".join(str(e).split()) for e in stage.GetCompositionErrors()]
+    if errors:
+        raise DescriptionError(f"the stage does not compose: {errors[0]}", file=path)
     T_world_stage = _to_metres_z_up(stage, UsdGeom)
     prims = [p for p in stage.Traverse(Usd.TraverseInstanceProxies()) if p.IsActive()]
     has_physics = any(p.HasAPI(UsdPhysics.CollisionAPI) for p in prims)
     xforms = UsdGeom.XformCache()
     found: dict[str, tuple[list[Visual], list[Collision]]] = {}
-    left_out: Counter[str] = Counter()
+    skipped: Counter[str] = Counter()
     for prim in prims:
         kind = str(prim.GetTypeName())
         if prim.HasAPI(UsdPhysics.RigidBodyAPI):
-            left_out["rigid body (stands still)"] += 1
+            skipped["rigid body (made static)"] += 1
         if not prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointInstancer):
             if kind.startswith("Physics") and kind.endswith("Joint"):
-                left_out[f"{kind} (nothing moves)"] += 1
+                skipped[f"{kind} (all bodies are static)"] += 1
             elif kind.endswith("Light"):
-                left_out[f"{kind} (cameras bring their own light)"] += 1
+                skipped[f"{kind} (cameras have their own light)"] += 1
             continue
         imageable = UsdGeom.Imageable(prim)
         local = np.array(xforms.GetLocalToWorldTransform(prim)).T
         shape = _shape(prim, UsdGeom, T_world_stage @ local)
         if shape is None:
-            left_out[f"{kind} (not read)"] += 1
+            skipped[f"{kind} (not read)"] += 1
             continue
         geometry, pose = shape
         visuals, collisions = found.setdefault(_owner(prim, stage), ([], []))
-        hidden = imageable.ComputeVisibility() == UsdGeom.Tokens.invisible
+        is_invisible = imageable.ComputeVisibility() == UsdGeom.Tokens.invisible
         purpose = imageable.ComputePurpose()
-        is_seen = not hidden and purpose not in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy)
+        is_seen = not is_invisible and purpose not in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy)
         if is_seen:
             visuals.extend(_visuals(prim, geometry, pose, UsdGeom))
         collider = _collider(prim, UsdPhysics) if has_physics else (prim if is_seen else None)
@@ -101,15 +101,15 @@ def read_usd(path: Path) -> tuple[list[RobotDescription], tuple[str, ...]]:
             )
     if not found:
         raise DescriptionError(
-            "the stage has no Mesh, Cube, Sphere, Cylinder, Capsule, Cone or Plane; is its default prim or a "
-            "payload missing?",
+            f"none of the {len(prims)} prims is a Mesh, Cube, Sphere, Cylinder, Capsule, Cone or Plane; "
+            "is the default prim or a payload missing?",
             file=path,
         )
     descriptions = [
         RobotDescription(name=name, links=(Link(name="base", visuals=tuple(v), collisions=tuple(c)),))
         for name, (v, c) in found.items()
     ]
-    return descriptions, tuple(f"left out: {count} x {what}" for what, count in left_out.items())
+    return descriptions, tuple(f"skipped: {count} x {what}" for what, count in skipped.items())
 
 
 def _first_line(error: Exception) -> str:
@@ -126,7 +126,7 @@ def _to_metres_z_up(stage: Any, UsdGeom: Any) -> Array:
 
 
 def _owner(prim: Any, stage: Any) -> str:
-    """Name of the body that a prim belongs to."""
+    """Return the name of the body that a prim belongs to."""
     names = str(prim.GetPath()).strip("/").split("/")
     default = stage.GetDefaultPrim()
     inside = default and prim.GetPath().HasPrefix(default.GetPath()) and len(names) > 1
@@ -137,7 +137,7 @@ def _owner(prim: Any, stage: Any) -> str:
 
 
 def _shape(prim: Any, UsdGeom: Any, T: Array) -> tuple[Geometry, Pose] | None:
-    """Geometry in the world; None for a kind that is not read."""
+    """Return geometry and pose in the world; None for an unsupported type."""
     kind = str(prim.GetTypeName())
     if kind == "Plane":
         normal = T[:3, :3] @ _axis(prim, UsdGeom.Plane)
@@ -176,7 +176,7 @@ def _primitive(prim: Any, UsdGeom: Any, kind: str) -> TriangleMesh | None:
                 mesh = revolve([(0, -height / 2), (radius, -height / 2), (0, height / 2)], SEGMENTS)
             axis = int(np.argmax(_axis(prim, schema)))
             turn = np.eye(4)
-            turn[:3, :3] = np.roll(np.eye(3), axis + 1, axis=0)  # carries z to the axis, keeps handedness
+            turn[:3, :3] = np.roll(np.eye(3), axis + 1, axis=0)  # maps z to the axis, keeps handedness
             return _placed(mesh, turn)
     return None
 
@@ -191,7 +191,10 @@ def _mesh(prim: Any, UsdGeom: Any, T: Array) -> TriangleMesh | None:
     path = prim.GetPath()
     fits = counts.min() >= 3 and counts.sum() == len(corners)
     if not fits or corners.min() < 0 or corners.max() >= len(points) or not np.isfinite(points).all():
-        raise DescriptionError(f"mesh {path}: faces and points do not fit together", element=str(path))
+        raise DescriptionError(
+            f"mesh {path}: face counts, indices and points do not match; export the stage again",
+            element=str(path),
+        )
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     owner = np.repeat(np.arange(len(counts)), counts - 2)
     step = np.concatenate([np.arange(1, n - 1) for n in counts])
@@ -210,7 +213,7 @@ def _mesh(prim: Any, UsdGeom: Any, T: Array) -> TriangleMesh | None:
 
 
 def _placed(mesh: TriangleMesh, T: Array) -> TriangleMesh:
-    """The mesh's triangles in another frame; normals are left to be derived."""
+    """Return the mesh transformed by (4, 4) `T`."""
     vertices = mesh.vertices @ T[:3, :3].T + T[:3, 3]
     faces = mesh.faces[:, ::-1] if np.linalg.det(T[:3, :3]) < 0 else mesh.faces
     normals = None
@@ -236,7 +239,7 @@ def _visuals(prim: Any, geometry: Geometry, pose: Pose, UsdGeom: Any) -> list[Vi
 
 
 def _color(prim: Any, UsdGeom: Any) -> RGBA:
-    """Colour of the bound material, else the first display colour, else grey."""
+    """Return the colour of the bound material, else the first display colour, else grey."""
     bound = _material_color(prim)
     if bound is not None:
         return bound
@@ -265,7 +268,7 @@ def _material_color(prim: Any) -> RGBA | None:
 
 
 def _face_colors(prim: Any, UsdGeom: Any, count: int) -> np.ndarray | None:
-    """(count, 4) uint8 where faces differ: by subsets with materials, or one display colour a face."""
+    """Return (count, 4) uint8 if faces differ: by subsets with materials, or one display colour per face."""
     subsets = [s for s in UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(prim)) if s]
     colored = [(s, c) for s in subsets if (c := _material_color(s.GetPrim())) is not None]
     shown = UsdGeom.PrimvarsAPI(prim).GetPrimvar("displayColor")
@@ -285,7 +288,7 @@ def _face_colors(prim: Any, UsdGeom: Any, count: int) -> np.ndarray | None:
 
 
 def _collider(prim: Any, UsdPhysics: Any) -> Any | None:
-    """The prim with the CollisionAPI that rules this one; None where nothing collides."""
+    """Return the prim whose CollisionAPI applies to this one; None if it does not collide."""
     above = prim
     while above and not above.IsPseudoRoot():
         if above.HasAPI(UsdPhysics.CollisionAPI):
@@ -302,7 +305,7 @@ def _approximation(prim: Any, UsdPhysics: Any) -> str:
 
 
 def _solids(geometry: Geometry, pose: Pose, approximation: str) -> list[tuple[Geometry, Pose]]:
-    """Convex shapes that stand for one shape."""
+    """Return the convex collision shapes of one shape."""
     if not isinstance(geometry, Mesh) or geometry.data is None:
         return [(geometry, pose)]
     mesh = geometry.data

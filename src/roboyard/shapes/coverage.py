@@ -1,4 +1,4 @@
-"""How well the shapes made for a link stand for it: hulls and spheres against one voxel grid of the link."""
+"""Compare the hulls and spheres of a link with its mesh on one voxel grid."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from roboyard.shapes.voxels.grid import voxelize
 
 Array = NDArray[np.float64]
 MOST_CELLS = 4_000_000
-"""Voxels of the grid once it is widened to hold shapes that reach out of the link."""
+"""Most voxels of the grid after it is enlarged to contain all shapes."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Coverage:
-    """Volumes are shares of the solid's, by voxel centres."""
+    """Agreement of shapes with a solid; volumes are shares of the solid's, counted by voxel centres."""
 
     excess: float
     """Volume of the hulls' union outside the solid."""
@@ -39,14 +39,14 @@ def measure_coverage(
     *,
     cells: int = 40_000,
 ) -> Coverage:
-    """Compare a link's real form with the shapes that stand for it, all in one frame.
+    """Return how well hulls and spheres approximate a link, all in one frame.
 
     Args:
-        solid: the link; any triangles, open or closed. A hollow inside counts as solid.
-        hulls: what collides; each counts as its convex hull, as physics engines take it.
-        centers: (n, 3) of spheres; m.
-        radii: (n,) m.
-        cells: about how many voxels the link's own box has.
+        solid: the link's meshes (m), open or closed; enclosed cavities count as solid.
+        hulls: its collision meshes (m); each counts as its convex hull, as in physics engines.
+        centers: (n, 3) centres of its spheres (m).
+        radii: (n,) radii (m).
+        cells: approximate number of voxels of the link's bounding box.
 
     Raises:
         MeshError: `solid` has no finite vertex.
@@ -59,20 +59,20 @@ def measure_coverage(
     shape = np.array(grid.solid.shape)
     below = np.ceil((grid.origin - reach.min(axis=0)) / grid.size)
     above = np.ceil((reach.max(axis=0) - grid.origin) / grid.size - shape)
-    room = np.maximum(0, np.stack([below, above], axis=1))
-    while np.prod(shape + room.sum(axis=1)) > MOST_CELLS:
-        room = np.floor(0.8 * room)
-    wide = np.pad(grid.solid, room.astype(int))
-    origin = grid.origin - room[:, 0] * grid.size
+    margin = np.maximum(0, np.stack([below, above], axis=1))
+    while np.prod(shape + margin.sum(axis=1)) > MOST_CELLS:
+        margin = np.floor(0.8 * margin)
+    wide = np.pad(grid.solid, margin.astype(int))
+    origin = grid.origin - margin[:, 0] * grid.size
     by_hulls, by_spheres = np.zeros_like(wide), np.zeros_like(wide)
     for hull in hulls:
         _mark_hull(hull, origin, grid.size, by_hulls)
     for center, r in zip((middle - origin) / grid.size - 0.5, radius / grid.size, strict=True):
-        _mark_ball(center, r, by_spheres)
-    skin = np.pad(grid.surface, room.astype(int))
-    counted = wide & (np.pad(grid.inside, room.astype(int)) if grid.inside.any() else True)
+        _mark_sphere(center, r, by_spheres)
+    skin = np.pad(grid.surface, margin.astype(int))
+    counted = wide & (np.pad(grid.inside, margin.astype(int)) if grid.inside.any() else True)
     total, own = max(int(wide.sum()), 1), max(int(counted.sum()), 1)
-    # a voxel that the surface passes through lies half outside: it is no excess
+    # a voxel that the surface passes through is half outside: no excess
     outside = ~(wide | skin)
     return Coverage(
         excess=float((by_hulls & outside).sum() / total),
@@ -83,7 +83,7 @@ def measure_coverage(
 
 
 def _mark_hull(hull: TriangleMesh, origin: Array, size: float, mask: NDArray[np.bool_]) -> None:
-    """Set the voxels whose centre lies in the convex hull of a mesh."""
+    """Set the voxels with centres in the convex hull of a mesh."""
     convex = convex_hull(hull, None).mesh
     planes = face_planes(convex)
     planes[:, 3] = (planes[:, 3] + planes[:, :3] @ origin) / size
@@ -93,8 +93,8 @@ def _mark_hull(hull: TriangleMesh, origin: Array, size: float, mask: NDArray[np.
     mark_convex(planes, begin, end, mask)
 
 
-def _mark_ball(center: Array, radius: float, mask: NDArray[np.bool_]) -> None:
-    """Set the voxels whose centre lies in a ball; voxel units."""
+def _mark_sphere(center: Array, radius: float, mask: NDArray[np.bool_]) -> None:
+    """Set the voxels with centres in a sphere (voxel units)."""
     begin = np.clip(np.floor(center - radius), 0, mask.shape).astype(int)
     end = np.clip(np.ceil(center + radius) + 1, 0, mask.shape).astype(int)
     if (end <= begin).any():

@@ -1,9 +1,9 @@
 """Load mesh files, with a cache.
 
-Formats: OBJ (with MTL), STL (ASCII and binary), DAE, glTF/GLB, PLY. The file's axes are kept, whatever up
-axis it declares, as robot tools do; a DAE's `<unit>` is applied. Files are untrusted: sizes are bounded,
-indices checked, XML is parsed without DTD, and external files (materials, images) are opened only inside the
-mesh's own folders.
+Formats: OBJ (with MTL), STL (ASCII and binary), DAE, glTF/GLB, PLY. The file's axes are kept, even if it
+declares another up axis, as robot tools do; a DAE's `<unit>` is applied. Files are untrusted: sizes are
+bounded, indices checked, XML is parsed without DTD, and external files (materials, images) are opened only
+inside the mesh's own folders.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""An interactive flat: rooms, doors and drawers that open, furniture and small things."""
+"""An interactive flat: rooms, doors and drawers that open, furniture and household objects."""
 
 from __future__ import annotations
 

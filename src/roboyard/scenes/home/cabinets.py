@@ -1,6 +1,6 @@
-"""Cabinets: a carcass of columns, each a stack of drawers, doors and open shelves.
+"""Cabinets: a body of columns, each a stack of drawers, doors and open shelves.
 
-Fronts face -y, the back stands at +y, the origin is on the floor in the middle.
+Fronts face -y, the back is at +y, the origin is on the floor in the middle.
 """
 
 from __future__ import annotations
@@ -10,18 +10,18 @@ from dataclasses import dataclass
 from typing import Literal
 
 from roboyard.description.model import RGBA, Joint, Link, RobotDescription
+from roboyard.scenes.furniture_parts import Part, between, handle, hinge, link, slider
 from roboyard.scenes.home.colors import STEEL
-from roboyard.scenes.parts import Part, between, handle, hinge, link, slider
 
 BOARD = 0.018
-"""m: thickness of all boards"""
+"""Thickness of all boards (m)."""
 GAP = 0.003
-"""m around each front"""
+"""Gap around each front (m)."""
 PLINTH = 0.08
-"""m"""
+"""Height of the plinth (m)."""
 
 Kind = Literal["drawer", "left", "right", "open", "blank"]
-"""A door is named for the side of its hinge, seen from the front; a blank is a front that stays."""
+"""Kind of a cell: a door by the side of its hinge, seen from the front; a blank is a fixed front."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -29,30 +29,33 @@ class Cell:
     """One compartment of a column."""
 
     kind: Kind
+    """Kind of the compartment."""
     height: float = 1.0
-    """Share of the column, relative to its other cells."""
+    """Height relative to the other cells of the column."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Column:
+    """A stack of cells."""
+
     cells: tuple[Cell, ...]
-    """From the bottom up."""
+    """Cells from the bottom up."""
     width: float = 1.0
-    """Share of the cabinet, relative to its other columns."""
+    """Width relative to the other columns of the cabinet."""
 
 
 def drawers(count: int, width: float = 1.0) -> Column:
-    """A column of equal drawers."""
+    """Return a column of equal drawers."""
     return Column(cells=(Cell(kind="drawer"),) * count, width=width)
 
 
 def column(kind: Kind, width: float = 1.0) -> Column:
-    """A column of one cell."""
+    """Return a column of one cell."""
     return Column(cells=(Cell(kind=kind),), width=width)
 
 
 def shelves(count: int, width: float = 1.0) -> Column:
-    """A column of equal open shelves."""
+    """Return a column of equal open shelves."""
     return Column(cells=(Cell(kind="open"),) * count, width=width)
 
 
@@ -69,18 +72,22 @@ def cabinet(
     plinth: float = PLINTH,
     extra: Sequence[Part] = (),
 ) -> RobotDescription:
-    """A cabinet of `size` (width, depth, height) m standing at height `base`.
+    """Return a cabinet.
 
-    Joints are called "drawer_0", "door_0", ... from the left column, bottom up. Drawers run out by two thirds
-    of the depth; doors open by 110 degrees.
+    Joints are called "drawer_0", "door_0", ... from the left column, bottom up. Drawers open by two thirds of
+    the depth, doors by 110 degrees.
 
     Args:
-        rgba: of the carcass.
-        front: of drawers and doors; that of the carcass by default.
-        top: of the upper board.
-        worktop: thickness of the upper board; m.
-        plinth: height of the foot, which stands back; m.
-        extra: more parts of the carcass, in the cabinet's frame.
+        name: name of the description.
+        size: width, depth and height (m).
+        columns: from left to right.
+        rgba: colour of the body.
+        front: colour of drawers and doors; the body's by default.
+        top: colour of the upper board; the body's by default.
+        base: height of the lower edge above the floor (m).
+        worktop: thickness of the upper board (m).
+        plinth: height of the recessed plinth (m).
+        extra: more parts of the body, in the cabinet's frame.
     """
     wide, deep, high = size
     front = front or rgba
@@ -109,17 +116,17 @@ def cabinet(
             neighbours = stack.cells[max(k - 1, 0) : k + 1]
             if k and any(c.kind != "drawer" for c in neighbours):
                 parts.append(between((left, y0 + 0.005, z - BOARD / 2), (right, y1, z + BOARD / 2), rgba))
-            room = (left + GAP, right - GAP, z + GAP, z_top - GAP)
+            space = (left + GAP, right - GAP, z + GAP, z_top - GAP)
             if cell.kind == "drawer":
                 title = f"drawer_{sum(j.type == 'prismatic' for j in joints)}"
-                links.append(_drawer(title, room, deep, front, rgba))
+                links.append(_drawer(title, space, deep, front, rgba))
                 joints.append(slider(title, "body", f"{title}_box", (0, y0, 0), length=deep * 0.66))
             elif cell.kind == "blank":
-                parts.append(between((room[0], y0 - BOARD, room[2]), (room[1], y0, room[3]), front))
+                parts.append(between((space[0], y0 - BOARD, space[2]), (space[1], y0, space[3]), front))
             elif cell.kind in ("left", "right"):
                 title = f"door_{sum(j.type == 'revolute' for j in joints)}"
-                links.append(_leaf(title, room, cell.kind, front))
-                at = (room[0] if cell.kind == "left" else room[1], y0, 0.0)
+                links.append(_leaf(title, space, cell.kind, front))
+                at = (space[0] if cell.kind == "left" else space[1], y0, 0.0)
                 axis = (0.0, 0.0, -1.0 if cell.kind == "left" else 1.0)
                 joints.append(
                     hinge(
@@ -132,10 +139,10 @@ def cabinet(
 
 
 def _drawer(
-    title: str, room: tuple[float, float, float, float], deep: float, front: RGBA, rgba: RGBA
+    title: str, space: tuple[float, float, float, float], deep: float, front: RGBA, rgba: RGBA
 ) -> Link:
-    """A box open at the top behind a front at y = 0."""
-    x0, x1, z0, z1 = room
+    """Return a drawer: a box, open at the top, behind a front at y = 0."""
+    x0, x1, z0, z1 = space
     inner0, inner1 = x0 + BOARD, x1 - BOARD
     back, rim = deep - 0.04, z0 + 0.75 * (z1 - z0)
     wall = 0.010
@@ -150,9 +157,9 @@ def _drawer(
     return link(f"{title}_box", parts, 2.5)
 
 
-def _leaf(title: str, room: tuple[float, float, float, float], side: Kind, front: RGBA) -> Link:
-    """A door whose hinge is at x = y = 0."""
-    x0, x1, z0, z1 = room
+def _leaf(title: str, space: tuple[float, float, float, float], side: Kind, front: RGBA) -> Link:
+    """Return a door whose hinge is at x = y = 0."""
+    x0, x1, z0, z1 = space
     wide = x1 - x0
     a, b = (0.0, wide) if side == "left" else (-wide, 0.0)
     at = wide - 0.04 if side == "left" else 0.04 - wide
@@ -161,6 +168,6 @@ def _leaf(title: str, room: tuple[float, float, float, float], side: Kind, front
     grip_z = high if z1 < 1.2 else min(max(1.05, low), high)
     parts = [
         between((a, -BOARD, z0), (b, 0, z1), front),
-        *handle((at, -BOARD, grip_z), length, STEEL, standing=True),
+        *handle((at, -BOARD, grip_z), length, STEEL, vertical=True),
     ]
     return link(f"{title}_leaf", parts, 4.0 * max(wide * (z1 - z0), 0.1) / 0.3)

@@ -1,4 +1,4 @@
-"""The flat's palette."""
+"""Colours of the flat."""
 
 from __future__ import annotations
 

@@ -5,20 +5,20 @@ from __future__ import annotations
 import math
 
 from roboyard.description.model import RGBA, RobotDescription
+from roboyard.scenes.furniture_parts import Part, between, capsule, cylinder, hinge, link
 from roboyard.scenes.home.colors import OAK, PAINT, STEEL
 from roboyard.scenes.home.walls import DOOR_HEIGHT, THICK
-from roboyard.scenes.parts import Part, between, capsule, cylinder, hinge, link
 
 JAMB = 0.03
-"""m"""
+"""Width of the frame (m)."""
 LEAF = 0.04
-"""m thick"""
+"""Thickness of the leaf (m)."""
 
 
 def door(
     name: str, width: float, rgba: RGBA = OAK, *, opening: float = math.radians(100)
 ) -> RobotDescription:
-    """A door for an opening of `width` m, its frame around the origin, which opens towards +y.
+    """Return a door for an opening of `width` (m), with its frame around the origin, which opens towards +y.
 
     The hinge is at -x; joint "hinge" goes from 0 (closed) to `opening` (rad).
     """
@@ -51,7 +51,7 @@ def door(
 
 
 def _panels(wide: float, rgba: RGBA) -> list[Part]:
-    """Two flat panels on either side, seen only."""
+    """Return two flat panels on either side, visible only."""
     lighter: RGBA = (min(rgba[0] * 1.1, 1), min(rgba[1] * 1.1, 1), min(rgba[2] * 1.1, 1), 1.0)
     deep = LEAF / 2 + 0.003
     return [

@@ -1,10 +1,20 @@
-"""Lamps, plants, taps, bathroom things: what stands still in a flat. Fronts face -y, origins on the floor."""
+"""Static furnishings: lamps, plants, taps, bathroom fixtures. Fronts face -y, origins are on the floor."""
 
 from __future__ import annotations
 
 import math
 
 from roboyard.description.model import RGBA, RobotDescription, Vector3
+from roboyard.scenes.furniture_parts import (
+    Part,
+    between,
+    box,
+    capsule,
+    collision_only,
+    cylinder,
+    object_of,
+    skin,
+)
 from roboyard.scenes.home.colors import (
     BLACK,
     GLASS,
@@ -18,7 +28,6 @@ from roboyard.scenes.home.colors import (
     TERRACOTTA,
     WATER,
 )
-from roboyard.scenes.parts import Part, between, box, capsule, collision_only, cylinder, object_of, skin
 from roboyard.scenes.revolve import revolve
 
 
@@ -35,7 +44,7 @@ def floor_lamp(name: str) -> RobotDescription:
 
 
 def table_lamp(name: str, base: float) -> RobotDescription:
-    """A lamp standing at height `base` m."""
+    """A lamp at height `base` (m)."""
     foot = [(0, 0), (0.06, 0), (0.075, 0.05), (0.05, 0.13), (0.015, 0.17), (0, 0.17)]
     return object_of(
         name,
@@ -75,7 +84,7 @@ def plant(name: str, height: float = 1.1) -> RobotDescription:
 
 
 def television(name: str, width: float, base: float) -> RobotDescription:
-    """A screen standing at height `base` m."""
+    """A screen at height `base` (m)."""
     high = width * 0.57
     return object_of(
         name,
@@ -93,7 +102,7 @@ def television(name: str, width: float, base: float) -> RobotDescription:
 
 
 def books(rows: list[tuple[float, float, float]], depth: float) -> list[Part]:
-    """Books standing on shelves, part of the shelf: rows of (from x, to x, height of the board) m."""
+    """Books on shelves, as parts of the shelf; rows of (from x, to x, height of the board) (m)."""
     colors: list[RGBA] = [
         (0.62, 0.26, 0.22, 1), (0.24, 0.36, 0.50, 1), (0.85, 0.78, 0.62, 1), (0.33, 0.45, 0.34, 1),
         (0.80, 0.58, 0.24, 1), (0.45, 0.33, 0.45, 1),
@@ -112,7 +121,7 @@ def books(rows: list[tuple[float, float, float]], depth: float) -> list[Part]:
 
 
 def picture(name: str, size: tuple[float, float], base: float, rgba: RGBA, accent: RGBA) -> RobotDescription:
-    """A framed picture whose lower edge hangs at height `base` m, its back at y = 0."""
+    """A framed picture with its lower edge at height `base` (m) and its back at y = 0."""
     wide, high = size
     z = base + high / 2
     return object_of(
@@ -130,7 +139,7 @@ def picture(name: str, size: tuple[float, float], base: float, rgba: RGBA, accen
 
 
 def rug(name: str, size: tuple[float, float], rgba: RGBA, edge: RGBA) -> RobotDescription:
-    """A rug to look at; wheels do not feel it."""
+    """A rug without collision shapes, so that wheels pass over it."""
     x, y = size
     return object_of(
         name,
@@ -142,7 +151,7 @@ def rug(name: str, size: tuple[float, float], rgba: RGBA, edge: RGBA) -> RobotDe
 
 
 def sink(top: float, at: tuple[float, float] = (0.0, 0.0)) -> list[Part]:
-    """A steel basin let into a worktop at height `top`, with its tap; parts of a cabinet."""
+    """A steel basin in a worktop at height `top` (m), with its tap; parts of a cabinet."""
     x, y = at
     return [
         box((0.50, 0.38, 0.004), (x, y, top + 0.001), STEEL, solid=False),
@@ -153,7 +162,7 @@ def sink(top: float, at: tuple[float, float] = (0.0, 0.0)) -> list[Part]:
 
 
 def hob(top: float, x: float) -> list[Part]:
-    """A glass hob on a worktop at height `top`; parts of a cabinet."""
+    """A glass hob on a worktop at height `top` (m); parts of a cabinet."""
     rings = [
         cylinder(r, 0.002, (x + dx, dy, top + 0.0085), (0.28, 0.28, 0.30, 1.0), solid=False)
         for dx, dy, r in ((-0.14, -0.11, 0.08), (0.14, -0.11, 0.10), (-0.14, 0.12, 0.10), (0.14, 0.12, 0.07))
@@ -195,7 +204,7 @@ def bathtub(name: str, length: float = 1.7) -> RobotDescription:
 
 
 def mirror(name: str, size: tuple[float, float], base: float) -> RobotDescription:
-    """A mirror (which does not mirror) whose back is at y = 0."""
+    """A mirror (without reflections) with its back at y = 0."""
     wide, high = size
     glass: RGBA = (0.78, 0.86, 0.90, 1.0)
     return object_of(
@@ -216,7 +225,7 @@ def hood(name: str) -> RobotDescription:
 
 
 def basin(name: str, base: float) -> RobotDescription:
-    """A wash basin standing on a cabinet of height `base` m, with its tap."""
+    """A wash basin on a cabinet of height `base` (m), with its tap."""
     profile = [(0, 0), (0.10, 0), (0.19, 0.12), (0.175, 0.12), (0.09, 0.02), (0, 0.02)]
     at: Vector3 = (0, -0.04, base)
     return object_of(

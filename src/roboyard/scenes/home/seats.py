@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from roboyard.description.model import RGBA, RobotDescription
+from roboyard.scenes.furniture_parts import Part, box, capsule, cylinder, object_of
 from roboyard.scenes.home.colors import LINEN, OAK, PAINT, WALNUT
-from roboyard.scenes.parts import Part, box, capsule, cylinder, object_of
 
 
 def sofa(name: str, width: float, rgba: RGBA, pillow: RGBA) -> RobotDescription:
-    """A sofa of `width` m with a cushion for each 0.75 m."""
+    """Return a sofa of `width` (m) with a cushion per 0.75 m."""
     darker = _shade(rgba, 0.86)
     arm = 0.16
     seats = max(1, round((width - 2 * arm) / 0.75))

@@ -43,7 +43,8 @@ def decompose_many(
 ) -> list[Decomposition]:
     """Return the convex parts of several meshes in their order, `workers` at a time.
 
-    The largest meshes start first. CoACD runs first for the meshes whose own parts enclose most empty volume.
+    The largest meshes start first. CoACD runs first for the meshes whose own parts have the largest excess
+    volume.
 
     Args:
         meshes: any triangles, open or closed (m).
@@ -78,14 +79,14 @@ def decompose_many(
                     task = pool.submit(start_decomposition, meshes[index], settings, stopped.is_set)
                     starting[task] = index
                 while len(starting) + len(running) < workers and pending:
-                    _, index, begun = heappop(pending)
-                    task = pool.submit(wait_decomposition, begun, settings, stopped.is_set, deadline)
+                    _, index, item = heappop(pending)
+                    task = pool.submit(wait_decomposition, item, settings, stopped.is_set, deadline)
                     running[task] = index
                 for task in wait([*starting, *running], return_when=FIRST_COMPLETED).done:
                     index = starting.pop(task) if task in starting else running.pop(task)
                     made: Decomposition | PendingDecomposition = task.result()
                     if isinstance(made, PendingDecomposition):
-                        heappush(pending, (-made.air, index, made))
+                        heappush(pending, (-made.excess_volume, index, made))
                         continue
                     results[index] = made
                     if progress is not None:

@@ -1,9 +1,9 @@
-"""Roboyard's own convex splitter: boxes of the solid whose hulls hug it.
+"""Decompose a solid into convex parts by cutting boxes.
 
-A part is a box of the mesh's principal frame; its hull is the hull of the triangles clipped to the box, so a
-set of parts always holds the whole surface. The part with the most to gain is cut again and again where the
-two halves' hulls have the least volume, to about twice the hulls allowed; then the pairs that lose least are
-joined until the number fits.
+A part is a box in the mesh's principal frame; its hull is that of the triangles clipped to the box, so a set
+of parts always contains the whole surface. The part with the largest possible gain is cut repeatedly where
+the two halves' hulls have the least volume, to about twice the allowed number; then the pairs that add the
+least volume are merged until the number fits.
 """
 
 from __future__ import annotations
@@ -23,12 +23,15 @@ from roboyard.shapes.voxels.grid import VoxelGrid, triangles
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Levels = list[tuple[Array, Indices]]
-"""For each axis: the coordinates that corners of triangles have, and how many corners have each."""
+"""For each axis: the coordinates of triangle corners, and the number of corners at each."""
 DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3), fibonacci_sphere(44)])
 OVER_SPLIT = 2
-"""Parts that are cut for each hull allowed, before they are joined again."""
+"""Number of parts per allowed hull before merging."""
 BALANCE = 0.6
-"""Price of unequal halves: peeling plates off a hollow gains nothing until the last one; halving does."""
+"""Cost of unequal halves: cutting plates off a hollow body gains nothing before the last one.
+
+Halving does.
+"""
 MANY_DIRECTIONS = np.concatenate([DIRECTIONS, fibonacci_sphere(400)])
 
 
@@ -37,7 +40,7 @@ class _Cut:
     axis: int
     at: float
     cost: float
-    """Volume of both halves' hulls together, and a little for their difference."""
+    """Volume of both halves' hulls, plus a penalty for their difference."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,11 +48,11 @@ class _Part:
     lower: Array
     upper: Array
     points: Array
-    """(p, 3) samples of the surface in the box."""
+    """(p, 3) samples of the surface in the box (m)."""
     solid: Array
-    """(s, 3) centres of the solid voxels in the box."""
-    air: float
-    """Volume of the hull of `points` that is not solid; m³."""
+    """(s, 3) centres of the solid voxels in the box (m)."""
+    excess: float
+    """Volume of the hull of `points` outside the solid (m³)."""
     cut: _Cut | None
     """The best cut; None for a box too small to cut."""
 
@@ -63,15 +66,15 @@ def split_convex(
     enough: float = 0.01,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[Hull]:
-    """At most `hull_count` convex hulls that together hold the mesh.
+    """Return at most `hull_count` convex hulls that together contain the mesh.
 
     Args:
-        mesh: any triangles; m.
-        grid: of the same mesh.
+        mesh: any triangles (m).
+        grid: voxel grid of the same mesh.
         hull_count: most hulls.
         max_vertices: most vertices of a hull.
-        enough: gain of a further cut, as a share of the solid's volume, that is not worth a hull.
-        stop: asked now and then; True leaves off cutting.
+        enough: gain of a cut / volume of the solid below which no cut is made.
+        stop: called regularly; True ends the cutting.
     """
     turn = _principal_frame(grid.surface_points)
     corners = np.concatenate([vertices[faces] for vertices, faces in triangles(mesh)]) @ turn
@@ -85,8 +88,8 @@ def split_convex(
     levels = [np.unique(np.round(corners[:, :, axis], 9), return_counts=True) for axis in range(3)]
     parts = [_part(lower, upper, samples, grid.centers(grid.solid) @ turn, levels, step, cell)]
     while len(parts) < OVER_SPLIT * hull_count and not stop():
-        best = max(range(len(parts)), key=lambda k: parts[k].air if parts[k].cut else -1.0)
-        if parts[best].cut is None or parts[best].air <= enough * grid.volume:
+        best = max(range(len(parts)), key=lambda k: parts[k].excess if parts[k].cut else -1.0)
+        if parts[best].cut is None or parts[best].excess <= enough * grid.volume:
             break
         parts[best : best + 1] = _halves(parts[best], levels, step, cell)
     bounds = (lower, upper)
@@ -96,12 +99,12 @@ def split_convex(
         )
         for part in parts
     ]
-    clouds = _join([cloud for cloud in clouds if len(cloud)], hull_count, enough * grid.volume)
+    clouds = _merge([cloud for cloud in clouds if len(cloud)], hull_count, enough * grid.volume)
     return [convex_hull(cloud @ turn.T, max_vertices) for cloud in clouds]
 
 
 def _principal_frame(points: Array) -> Array:
-    """(3, 3) columns are the axes of the points' spread, or the world's where those box them as closely."""
+    """Return (3, 3) columns: the points' principal axes, or the world's where they bound them as closely."""
     spread = points - points.mean(axis=0)
     axes = np.linalg.eigh(spread.T @ spread)[1]
     boxed = float(np.prod(np.ptp(points @ axes, axis=0)))
@@ -139,14 +142,14 @@ def _halves(part: _Part, levels: Levels, step: float, cell: float) -> list[_Part
 
 
 def _extremes(points: Array) -> Array:
-    """The points that lie farthest along `DIRECTIONS`."""
+    """Return the points farthest along `DIRECTIONS`."""
     if not len(points):
         return points
     return points[np.unique(farthest_along(points, DIRECTIONS))]
 
 
 def _best_cut(lower: Array, upper: Array, points: Array, levels: Levels, step: float) -> _Cut | None:
-    """The cut whose halves' hulls have the least volume, coarse then fine along each axis."""
+    """Return the cut whose halves' hulls have the least volume: coarse, then fine search on each axis."""
     reach = points @ DIRECTIONS.T
     best: _Cut | None = None
     for axis in range(3):
@@ -185,7 +188,10 @@ def _best_cut(lower: Array, upper: Array, points: Array, levels: Levels, step: f
 
 
 def _on_side(points: Array, axis: int, at: float, side: int, step: float) -> Array:
-    """Points below (side -1) or above a cut; those within a step of it also moved onto it, for its face."""
+    """Return the points below (side -1) or above a cut.
+
+    Those within a step are also moved onto it, for its face.
+    """
     depth = side * (points[:, axis] - at)
     face = points[(depth >= 0) & (depth < step)]
     face[:, axis] = at
@@ -193,7 +199,7 @@ def _on_side(points: Array, axis: int, at: float, side: int, step: float) -> Arr
 
 
 def _refined(cut: _Cut, points: Array, levels: tuple[Array, Indices], step: float) -> _Cut:
-    """The cut, or one just before or behind the flat face next to it, whichever leaves less to the hulls."""
+    """Return the cut, or one just beside the nearest flat face, whichever gives the hulls less volume."""
     values, counts = levels
     begin, end = np.searchsorted(values, [cut.at - step, cut.at + step])
     if begin == end:
@@ -214,10 +220,10 @@ def _refined(cut: _Cut, points: Array, levels: tuple[Array, Indices], step: floa
 
 @njit(cache=True)
 def slice_extremes(reach, index, slices):
-    """Which points reach farthest in each direction among the slices up to, and from, each slice.
+    """Return the points farthest in each direction among the slices up to, and from, each slice.
 
     Args:
-        reach: (p, d) how far each point lies along each direction.
+        reach: (p, d) coordinate of each point along each direction.
         index: (p,) slice of each point.
 
     Returns:
@@ -243,14 +249,14 @@ def slice_extremes(reach, index, slices):
                 above[k, j] = after
     for k in range(slices):
         for j in range(d):
-            # slices before the first point, or after the last, know no point: take any
+            # slices before the first point, or after the last, have no point: use any
             below[k, j] = max(below[k, j], 0)
             above[k, j] = max(above[k, j], 0)
     return below, above
 
 
-def _join(clouds: list[Array], hull_count: int, worth: float) -> list[Array]:
-    """Join the neighbours whose hull adds least, to `hull_count` and on while it adds less than `worth`."""
+def _merge(clouds: list[Array], hull_count: int, worth: float) -> list[Array]:
+    """Merge neighbours whose hull adds least volume, to `hull_count` and while it adds less than `worth`."""
     clouds = [_many_extremes(cloud) for cloud in clouds]
     few = [_extremes(cloud) for cloud in clouds]
     volumes = [hull_volume(cloud) for cloud in few]
@@ -259,7 +265,7 @@ def _join(clouds: list[Array], hull_count: int, worth: float) -> list[Array]:
 
     def add(new: int) -> None:
         for k in alive:
-            if _touch(few[k], few[new]):
+            if _overlaps(few[k], few[new]):
                 prices[k, new] = hull_volume(np.concatenate([few[k], few[new]])) - volumes[k] - volumes[new]
         alive.append(new)
 
@@ -267,7 +273,7 @@ def _join(clouds: list[Array], hull_count: int, worth: float) -> list[Array]:
         add(index)
     while len(alive) > 1:
         if not prices:
-            # islands: nothing touches any more, so any two may be joined
+            # islands: no clouds touch any more, so any two may be merged
             prices = {
                 (i, j): hull_volume(np.concatenate([few[i], few[j]])) - volumes[i] - volumes[j]
                 for a, i in enumerate(alive)
@@ -285,8 +291,8 @@ def _join(clouds: list[Array], hull_count: int, worth: float) -> list[Array]:
     return [clouds[k] for k in alive]
 
 
-def _touch(a: Array, b: Array) -> bool:
-    """Whether the boxes around two clouds meet, within a fiftieth of their size."""
+def _overlaps(a: Array, b: Array) -> bool:
+    """Whether the bounding boxes of two clouds overlap, within a fiftieth of their size."""
     slack = 0.02 * float(max(np.ptp(a, axis=0).max(), np.ptp(b, axis=0).max()))
     return bool(
         (a.min(axis=0) <= b.max(axis=0) + slack).all() and (b.min(axis=0) <= a.max(axis=0) + slack).all()
@@ -294,21 +300,21 @@ def _touch(a: Array, b: Array) -> bool:
 
 
 def _many_extremes(points: Array) -> Array:
-    """Fewer points with nearly the same hull: the extremes along many directions."""
+    """Return fewer points with nearly the same hull: the extremes along many directions."""
     if len(points) <= 150:
         return points
     return points[np.unique(farthest_along(points, MANY_DIRECTIONS))]
 
 
 def _every_other(solid: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """An eighth of the solid's voxels, evenly."""
+    """Return an eighth of the solid's voxels, evenly distributed."""
     thinned = np.zeros_like(solid)
     thinned[::2, ::2, ::2] = solid[::2, ::2, ::2]
     return thinned
 
 
 def _solid_corners(part: _Part, bounds: tuple[Array, Array], size: float) -> Array:
-    """(q, 3) extremes of the solid in a box, drawn to those faces of the box that are cuts."""
+    """Return (q, 3) extremes of the solid in a box, moved to the faces of the box that are cuts (m)."""
     points = part.solid
     if not len(points):
         return points
@@ -325,14 +331,14 @@ def _solid_corners(part: _Part, bounds: tuple[Array, Array], size: float) -> Arr
 
 
 def _clip_to_box(corners: Array, lower: Array, upper: Array) -> Array:
-    """(q, 3) corners of (m, 3, 3) triangles clipped to a box."""
+    """Return (q, 3) corners of (m, 3, 3) triangles clipped to a box (m)."""
     touches = (corners.max(axis=1) >= lower).all(axis=1) & (corners.min(axis=1) <= upper).all(axis=1)
     return clip_triangles(np.ascontiguousarray(corners[touches]), lower, upper)
 
 
 @njit(cache=True)
 def clip_triangles(corners, lower, upper):
-    """(q, 3) corners of triangles clipped to a box; Sutherland and Hodgman (1974)."""
+    """Return (q, 3) corners of (m, 3, 3) triangles clipped to a box; Sutherland and Hodgman (1974)."""
     room = 64
     out = np.empty((room, 3))
     used = 0

@@ -1,4 +1,4 @@
-"""CoACD kept at arm's length: in a child process with a time limit, since it can abort or run for minutes."""
+"""Run CoACD in a child process with a time limit, since it can abort or run for minutes."""
 
 from __future__ import annotations
 
@@ -27,18 +27,19 @@ SETTINGS = {
     "mcts_max_depth": 2,
     "seed": 0,
 }
-"""A fifth of the defaults' time at nearly their quality. On seven links of go2 and tiago a threshold of 0.1
-takes half the time again, but leaves two of them a quarter and a half more air; a coarser remesh (20) or
-fewer iterations gain less and lose more.
+"""Arguments of CoACD: a fifth of the defaults' time at nearly their quality.
+
+On seven links of go2 and tiago a threshold of 0.1 halves the time again, but gives two of them 25 % and 50 %
+more excess volume; a coarser remesh (20) or fewer iterations save less and lose more.
 """
 
 
 class CoacdFailedError(Exception):
-    """CoACD gave no hulls; the message says why."""
+    """CoACD returned no hulls; the message gives the cause."""
 
 
 def is_installed() -> bool:
-    """Whether the coacd package is there."""
+    """Whether the coacd package is installed."""
     return find_spec("coacd") is not None
 
 
@@ -49,20 +50,20 @@ def run_coacd(
     stop: Callable[[], bool] = lambda: False,
     worker: Path | None = None,
 ) -> list[NDArray[np.float64]]:
-    """Vertices (n, 3) of each convex part; m.
+    """Return the (n, 3) vertices of each convex part (m).
 
     Args:
-        mesh: any triangles.
+        mesh: any triangles (m).
         hull_count: most parts.
-        time_limit: seconds after which the process is ended.
-        stop: asked ten times a second; True ends the process.
+        time_limit: time after which the process is killed (s).
+        stop: called ten times per second; True kills the process.
         worker: another script to run (for tests).
 
     Raises:
-        CoacdFailedError: it crashed, ran over time, was stopped or returned nothing.
+        CoacdFailedError: it crashed, exceeded the time limit, was stopped or returned nothing.
     """
     if time_limit <= 0:
-        raise CoacdFailedError("no time was left for it")
+        raise CoacdFailedError(f"no time was left ({time_limit:.3g} s)")
     soups = triangles(mesh)
     vertices = np.concatenate([v for v, _ in soups])
     faces = np.concatenate([f for _, f in soups])
@@ -87,16 +88,16 @@ def run_coacd(
                 process.kill()
                 process.wait()
         if process.returncode != 0:
-            raise CoacdFailedError(f"coacd ended with status {process.returncode}")
+            raise CoacdFailedError(f"coacd exited with status {process.returncode}")
         try:
             with np.load(target) as result:
                 points, counts = result["points"], result["counts"]
         except (OSError, ValueError, KeyError) as error:
-            raise CoacdFailedError("coacd returned nothing that can be read") from error
+            raise CoacdFailedError(f"coacd returned no readable file: {error}") from error
     hulls = np.split(points, np.cumsum(counts)[:-1])
     hulls = [hull for hull in hulls if len(hull) >= 4 and np.isfinite(hull).all()]
     if not hulls:
-        raise CoacdFailedError("coacd returned no hull")
+        raise CoacdFailedError(f"coacd returned no hull with volume ({len(counts)} parts)")
     return hulls
 
 

@@ -1,6 +1,6 @@
 """Run CoACD on one mesh in a process of its own: `python coacd_worker.py INPUT.npz OUTPUT.npz`.
 
-It imports nothing of Roboyard, since it only serves `roboyard.shapes.convex.coacd_process`.
+It imports nothing of Roboyard; `roboyard.shapes.convex.coacd_process` starts it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 
 def main(source: str, target: str) -> None:
-    """Read vertices, faces and settings, write the hulls' vertices one after another with their counts."""
+    """Read vertices, faces and settings; write the concatenated vertices of the hulls and their counts."""
     import coacd
 
     coacd.set_log_level("error")

@@ -1,8 +1,9 @@
-"""Collision shapes from any mesh: one convex hull where that is close, else a few.
+"""Convex collision shapes of any mesh: one convex hull where it fits closely, else several.
 
-The hull comes first; a voxel grid says how much of it is air. Only where that is too much is the mesh taken
-apart, by CoACD in a child process or, where CoACD is absent, fails, runs over time or hugs the mesh clearly
-less closely, by Roboyard's own splitter. Results are cached under the hash of mesh and settings.
+The convex hull is tried first; a voxel grid measures its volume outside the solid. Where that is too much the
+mesh is decomposed, by CoACD in a child process or, where CoACD is not installed, fails, exceeds its time
+limit or fits clearly worse, by Roboyard's own box splitter. Results are cached by the hash of mesh and
+settings.
 """
 
 from __future__ import annotations
@@ -26,25 +27,26 @@ from roboyard.shapes.voxels.grid import VoxelGrid, voxelize
 
 Method = Literal["coacd", "split", "convex"]
 METHODS = ("coacd", "split", "convex")
+"""As of `decompose`."""
 VERSION = 2
-"""Raised when the same mesh and settings give other hulls than before."""
+"""Part of the cache key; raise it when the same mesh and settings give different hulls."""
 TIGHT_EXCESS = 0.10
 """Excess of a single hull below which it is kept."""
 TIGHT_RATIO = 0.90
 """Solid volume / hull volume above which a single hull is kept."""
 WORTH_PARTS = 0.9
-"""Excess of the parts / excess of the single hull above which the parts are not worth having."""
+"""Excess of the parts / excess of the single hull above which the single hull is kept."""
 CLEARLY = (0.8, 0.1)
 """Own parts replace CoACD's where their excess is below this share of CoACD's, and lower by at least this."""
 TIME_LIMIT = 10.0
-"""Seconds that CoACD may take for a mesh: what is not done by then seldom ends, and hugs no closer."""
+"""Time limit of CoACD for a mesh (s): longer runs seldom end, and fit no closer."""
 SHELL_SHARE = 0.5
 """Share of voxels too thin to have an inside above which a mesh counts as an open shell."""
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How meshes are taken apart; fields as the arguments of `decompose`.
+    """Settings of a decomposition; fields as the arguments of `decompose`.
 
     Raises:
         ConfigError: an unknown method, or a limit below what a hull needs.
@@ -61,51 +63,56 @@ class Settings:
         if self.method is not None and self.method not in METHODS:
             raise ConfigError(unknown_name("decomposition method", self.method, METHODS))
         if self.hull_count < 1:
-            raise ConfigError(f"hull_count {self.hull_count}: give at least 1")
+            raise ConfigError(f"hull_count {self.hull_count}: must be at least 1")
         if self.max_vertices < 4:
             raise ConfigError(f"max_vertices {self.max_vertices}: a hull has at least 4")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class PendingDecomposition:
-    """A mesh whose hull and own parts are made, for which CoACD is still to be asked."""
+    """A mesh with its hull and own parts, for which CoACD has yet to run."""
 
     mesh: TriangleMesh
+    """The mesh (m)."""
     key: str
-    """Of the cache."""
+    """Key of the cache."""
     grid: VoxelGrid
+    """Its voxel grid."""
     single: tuple[Hull, HullFit]
+    """Its convex hull."""
     own: tuple[list[Hull], HullFit]
-    """What the splitter made."""
+    """Parts of the box splitter."""
     notes: tuple[str, ...]
+    """Warnings so far."""
     seconds: float
-    """Spent so far."""
+    """Time spent so far (s)."""
 
     @property
-    def air(self) -> float:
-        """What CoACD might gain: volume of the own parts outside the solid; m³."""
+    def excess_volume(self) -> float:
+        """Volume of the own parts outside the solid (m³), which CoACD may reduce."""
         return self.own[1].excess * self.grid.volume
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Decomposition:
-    """Convex parts of one mesh and how well they stand for it. Volumes are shares of the solid's."""
+    """Convex parts of one mesh and how well they approximate it; volumes are shares of the solid's."""
 
     hulls: tuple[TriangleMesh, ...]
-    """Closed, convex, wound outwards; m, in the mesh's frame."""
+    """Closed convex meshes, wound outwards, in the mesh's frame (m)."""
     excess: float
     """Volume of the hulls' union outside the solid."""
     missing: float
     """Volume of the solid outside every hull."""
     deepest_mm: float
-    """Farthest that the union reaches out of the solid."""
+    """Largest distance of the union's surface outside the solid (mm)."""
     method_used: str
     """"hull" (one hull), "coacd", "split" (Roboyard's own) or "none"."""
     seconds: float
-    """Time it took; 0 from the cache."""
+    """Time spent (s); 0 from the cache."""
     notes: tuple[str, ...] = ()
-    """What was unusual, and what was done instead of what was asked."""
+    """Warnings about the mesh, and deviations from the requested method."""
     cached: bool = False
+    """Whether the result is from the cache."""
 
 
 def decompose(
@@ -119,32 +126,36 @@ def decompose(
     stop: Callable[[], bool] = lambda: False,
     deadline: float = math.inf,
 ) -> Decomposition:
-    """Convex collision shapes of one mesh; never fails on a mesh with a finite vertex.
+    """Return convex collision shapes of one mesh; succeeds for every mesh with a finite vertex.
 
     Args:
-        mesh: any triangles, open or closed; m.
-        method: "coacd" (falls back to "split", with a note), "split" (Roboyard's own), "convex" (one hull),
+        mesh: any triangles, open or closed (m).
+        method: "coacd" (falls back to "split", with a note), "split" (the box splitter), "convex" (one hull),
             or None for no shapes at all.
         hull_count: most hulls.
         max_vertices: most vertices of a hull.
-        time_limit: seconds that CoACD may take.
-        use_cache: keep results on disk and take them from there.
-        stop: asked now and then; True ends the work early, with what the splitter has by then.
-        deadline: `time.monotonic()` at which CoACD has to be done, whatever the time limit says.
+        time_limit: time limit of CoACD (s).
+        use_cache: store results on disk and reuse them.
+        stop: called regularly; True ends the work early with the present parts of the splitter.
+        deadline: `time.monotonic()` at which CoACD is ended in any case (s).
 
     Raises:
         ConfigError: an unknown method, or a limit below what a hull needs.
         MeshError: the mesh has no finite vertex.
     """
     settings = Settings(method, hull_count, max_vertices, time_limit, use_cache)
-    begun = start_decomposition(mesh, settings, stop)
-    return begun if isinstance(begun, Decomposition) else wait_decomposition(begun, settings, stop, deadline)
+    pending = start_decomposition(mesh, settings, stop)
+    return (
+        pending
+        if isinstance(pending, Decomposition)
+        else wait_decomposition(pending, settings, stop, deadline)
+    )
 
 
 def start_decomposition(
     mesh: TriangleMesh, settings: Settings, stop: Callable[[], bool] = lambda: False
 ) -> Decomposition | PendingDecomposition:
-    """All that needs no CoACD; the result where that is all there is to do, or where it is known already.
+    """Do all that needs no CoACD; return the result if CoACD is not needed or the result is cached.
 
     Raises:
         MeshError: the mesh has no finite vertex.
@@ -166,12 +177,12 @@ def start_decomposition(
     notes = [*grid.notes, *single.notes]
     tight = fit.excess < TIGHT_EXCESS or grid.volume > TIGHT_RATIO * single.volume
     parts: list[Hull] = [single]
-    parts_fit, asks_coacd, lasting = fit, False, True
+    parts_fit, needs_coacd, cacheable = fit, False, True
     if method != "convex" and settings.hull_count > 1 and not tight:
         parts = split_convex(mesh, grid, settings.hull_count, vertices, stop=stop)
         parts_fit = measure_hulls([hull.mesh for hull in parts], grid)
-        asks_coacd, lasting = _asks_coacd(method, grid, notes)
-    begun = PendingDecomposition(
+        needs_coacd, cacheable = _needs_coacd(method, grid, notes)
+    pending = PendingDecomposition(
         mesh=mesh,
         key=key,
         grid=grid,
@@ -180,15 +191,19 @@ def start_decomposition(
         notes=tuple(notes),
         seconds=time.perf_counter() - started,
     )
-    return begun if asks_coacd else _kept(begun, settings, parts, parts_fit, "split", notes, stop, lasting)
+    return (
+        pending
+        if needs_coacd
+        else _finished(pending, settings, parts, parts_fit, "split", notes, stop, cacheable)
+    )
 
 
-def _asks_coacd(method: str, grid: VoxelGrid, notes: list[str]) -> tuple[bool, bool]:
-    """Whether CoACD is to be asked, and whether the answer lasts (without coacd installed it does not)."""
+def _needs_coacd(method: str, grid: VoxelGrid, notes: list[str]) -> tuple[bool, bool]:
+    """Return whether to run CoACD, and whether the result may be cached (not without coacd installed)."""
     if method != "coacd":
         return False, True
     if grid.thin.sum() > SHELL_SHARE * grid.solid.sum():
-        notes.append("open shell: split without coacd, which has no inside to work on")
+        notes.append("open shell: split without coacd, which needs a closed inside")
         return False, True
     if not coacd_process.is_installed():
         notes.append('split without coacd, which is not installed: pip install "roboyard[convex]"')
@@ -197,58 +212,60 @@ def _asks_coacd(method: str, grid: VoxelGrid, notes: list[str]) -> tuple[bool, b
 
 
 def wait_decomposition(
-    begun: PendingDecomposition,
+    pending: PendingDecomposition,
     settings: Settings,
     stop: Callable[[], bool] = lambda: False,
     deadline: float = math.inf,
 ) -> Decomposition:
-    """Ask CoACD, and take its parts or Roboyard's own; `deadline` as of `decompose`."""
+    """Run CoACD and return its parts or the box splitter's; arguments as of `decompose`."""
     since = time.perf_counter()
-    notes = list(begun.notes)
-    (parts, fit), used = begun.own, "split"
+    notes = list(pending.notes)
+    (parts, fit), used = pending.own, "split"
     try:
         allowed = min(settings.time_limit, deadline - time.monotonic())
-        clouds = coacd_process.run_coacd(begun.mesh, settings.hull_count, allowed, stop)
+        clouds = coacd_process.run_coacd(pending.mesh, settings.hull_count, allowed, stop)
     except coacd_process.CoacdFailedError as error:
         notes.append(f"split without coacd: {error}")
     else:
         theirs = [convex_hull(cloud, settings.max_vertices) for cloud in clouds]
-        their_fit = measure_hulls([hull.mesh for hull in theirs], begun.grid)
+        their_fit = measure_hulls([hull.mesh for hull in theirs], pending.grid)
         if fit.excess < min(CLEARLY[0] * their_fit.excess, their_fit.excess - CLEARLY[1]):
-            notes.append(f"own parts kept: excess {fit.excess:.2f}, coacd's {their_fit.excess:.2f}")
+            notes.append(
+                f"box splitter's parts kept: excess {fit.excess:.2f}, coacd's {their_fit.excess:.2f}"
+            )
         else:
             parts, fit, used = theirs, their_fit, "coacd"
-    begun = replace(begun, seconds=begun.seconds + time.perf_counter() - since)
-    return _kept(begun, settings, parts, fit, used, notes, stop, True)
+    pending = replace(pending, seconds=pending.seconds + time.perf_counter() - since)
+    return _finished(pending, settings, parts, fit, used, notes, stop, True)
 
 
-def _kept(
-    begun: PendingDecomposition,
+def _finished(
+    pending: PendingDecomposition,
     settings: Settings,
     parts: list[Hull],
     fit: HullFit,
     used: str,
     notes: list[str],
     stop: Callable[[], bool],
-    lasting: bool,
+    cacheable: bool,
 ) -> Decomposition:
-    """The parts, or the single hull where they hug the mesh no closer; kept on disk where it lasts."""
-    single, single_fit = begun.single
+    """Return the parts, or the single hull where they fit no closer; store the result if cacheable."""
+    single, single_fit = pending.single
     if len(parts) == 1 or fit.excess > WORTH_PARTS * single_fit.excess:
         if parts != [single]:
-            notes.append("parts hug the mesh no closer: one hull kept")
+            notes.append("parts fit the mesh no closer: one hull kept")
         parts, fit, used = [single], single_fit, "hull"
-    made = replace(_result(parts, fit, used, notes), seconds=begun.seconds)
-    if settings.use_cache and lasting and not stop():
-        store_arrays("hulls", begun.key, _to_arrays(made))
+    made = replace(_result(parts, fit, used, notes), seconds=pending.seconds)
+    if settings.use_cache and cacheable and not stop():
+        store_arrays("hulls", pending.key, _to_arrays(made))
     return made
 
 
 def _result(hulls: Sequence[Hull], fit: HullFit, used: str, notes: Sequence[str]) -> Decomposition:
     lost = max(hull.lost for hull in hulls)
-    said = [*notes, *(note for hull in hulls for note in hull.notes)]
+    messages = [*notes, *(note for hull in hulls for note in hull.notes)]
     if lost > 0.05:
-        said.append(f"vertex limit gave up {lost:.0%} of a hull's volume")
+        messages.append(f"vertex limit gave up {lost:.0%} of a hull's volume")
     return Decomposition(
         hulls=tuple(hull.mesh for hull in hulls),
         excess=fit.excess,
@@ -256,7 +273,7 @@ def _result(hulls: Sequence[Hull], fit: HullFit, used: str, notes: Sequence[str]
         deepest_mm=fit.deepest_mm,
         method_used=used,
         seconds=0.0,
-        notes=tuple(dict.fromkeys(said)),
+        notes=tuple(dict.fromkeys(messages)),
     )
 
 

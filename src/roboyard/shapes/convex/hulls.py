@@ -1,4 +1,4 @@
-"""Convex hulls that a physics engine accepts: never flat, and of few enough vertices."""
+"""Convex hulls for physics engines: never flat, with a limited number of vertices."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from roboyard.shapes.voxels.grid import VoxelGrid
 
 Array = NDArray[np.float64]
 THINNEST = 2e-3
-"""Thickness given to flat input / its largest extent."""
+"""Thickness of flat input / its largest extent."""
 POINT_SIZE = 1e-3
-"""Edge of the cube that stands for a single point; m."""
+"""Edge of the cube that replaces a single point (m)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -26,41 +26,44 @@ class Hull:
     """A convex hull as a closed mesh wound outwards."""
 
     mesh: TriangleMesh
+    """The hull (m)."""
     volume: float
-    """m³"""
+    """Volume (m³)."""
     lost: float
-    """Share of the full hull's volume given up to keep to the vertex limit."""
+    """Share of the full hull's volume lost by the vertex limit."""
     notes: tuple[str, ...] = ()
-    """What was unusual about the input."""
+    """Warnings about the input."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class HullFit:
-    """How well a set of hulls stands for a solid; volumes are shares of the solid's."""
+    """How well a set of hulls approximates a solid; volumes are shares of the solid's."""
 
     excess: float
     """Volume of the hulls' union outside the solid."""
     missing: float
     """Volume of the solid outside every hull."""
     deepest_mm: float
-    """Farthest that the union reaches out of the solid."""
+    """Largest distance of the union's surface outside the solid (mm)."""
 
 
 def convex_hull(mesh: TriangleMesh | ArrayLike, max_vertices: int | None = 60) -> Hull:
-    """The convex hull of a mesh's referenced vertices, or of (n, 3) points; m.
+    """Return the convex hull of a mesh's used vertices, or of (n, 3) points (m).
 
-    Points in a plane, on a line or all in one place are thickened to a thin solid, and noted.
+    Points in a plane, on a line or at one position are thickened to a thin solid, with a note.
 
     Args:
-        mesh: the mesh or points; values that are not finite are left out.
-        max_vertices: most vertices of the result (at least 4), kept greedily by how far each sticks out
-            of the hull of those before it; None for all.
+        mesh: the mesh or points; values that are not finite are ignored.
+        max_vertices: most vertices of the result (at least 4), selected greedily by their distance from the
+            hull of those before; None for all.
 
     Raises:
         MeshError: there is no finite point, or `max_vertices` is below 4.
     """
     if max_vertices is not None and max_vertices < 4:
-        raise MeshError(f"a hull of at most {max_vertices} vertices has no volume; allow 4 or more")
+        raise MeshError(
+            f"a hull of at most {max_vertices} vertices has no volume; max_vertices must be 4 or more"
+        )
     points, notes = _thickened(_points(mesh))
     center = points.mean(axis=0)
     scale = float(np.ptp(points, axis=0).max())
@@ -79,9 +82,12 @@ def convex_hull(mesh: TriangleMesh | ArrayLike, max_vertices: int | None = 60) -
 
 
 def is_convex(mesh: TriangleMesh, tolerance: float = 1e-3) -> bool:
-    """Whether the mesh is its own convex hull: every face on the hull's surface, all of it covered once.
+    """Whether the mesh is its own convex hull: its faces cover the hull's surface once.
 
-    `tolerance` is a share of the largest extent for distances, and ten times it a share of the area.
+    Args:
+        mesh: the mesh (m).
+        tolerance: largest distance / largest extent; ten times it is the tolerance of the area.
+
     """
     used = _points(mesh)
     extent = float(np.ptp(used, axis=0).max())
@@ -106,7 +112,7 @@ def is_convex(mesh: TriangleMesh, tolerance: float = 1e-3) -> bool:
 
 
 def measure_hulls(hulls: Sequence[TriangleMesh], grid: VoxelGrid) -> HullFit:
-    """How well convex meshes stand for a voxel grid's solid (both in the same frame)."""
+    """Return how well convex meshes approximate a voxel grid's solid, in the same frame (m)."""
     union = np.zeros(grid.inside.shape, dtype=np.bool_)
     for hull in hulls:
         planes = face_planes(hull)
@@ -128,7 +134,7 @@ def measure_hulls(hulls: Sequence[TriangleMesh], grid: VoxelGrid) -> HullFit:
 
 @njit(cache=True)
 def mark_convex(planes, begin, end, mask):
-    """Set in `mask` the voxels of [begin, end) whose centre is behind all (p, 4) planes (voxel units)."""
+    """Set in `mask` the voxels of [begin, end) with centres behind all (p, 4) planes (voxel units)."""
     for i in range(begin[0], end[0]):
         for j in range(begin[1], end[1]):
             for k in range(begin[2], end[2]):
@@ -147,7 +153,7 @@ def mark_convex(planes, begin, end, mask):
 
 @njit(cache=True)
 def farthest_along(points, directions):
-    """(d,) index of the point that lies farthest along each of (d, 3) directions."""
+    """Return (d,) indices of the (n, 3) points farthest along each of (d, 3) directions."""
     out = np.zeros(directions.shape[0], np.int64)
     for j in range(directions.shape[0]):
         x, y, z = directions[j, 0], directions[j, 1], directions[j, 2]
@@ -160,7 +166,7 @@ def farthest_along(points, directions):
 
 
 def hull_volume(points: Array) -> float:
-    """Volume of the convex hull of (n, 3) points; 0 where they are too few or flat."""
+    """Return the volume of the convex hull of (n, 3) points; 0 if they are too few or flat."""
     if len(points) < 4:
         return 0.0
     try:
@@ -178,31 +184,31 @@ def _points(mesh: TriangleMesh | ArrayLike) -> Array:
         points = np.asarray(mesh, dtype=float).reshape(-1, 3)
     points = np.unique(points[np.isfinite(points).all(axis=1)], axis=0)
     if not len(points):
-        raise MeshError("no finite vertex in the mesh; nothing to enclose")
+        raise MeshError("no finite vertex in the mesh (0 points); export it again")
     return points
 
 
 def _thickened(points: Array) -> tuple[Array, tuple[str, ...]]:
-    """Points with both sides of a thin slab added where they span no volume, and a note of it."""
+    """Return points with both sides of a thin slab added where they have no volume, and a note of it."""
     middle = points.mean(axis=0)
     axes = np.linalg.eigh((points - middle).T @ (points - middle))[1].T
     extent = np.ptp((points - middle) @ axes.T, axis=0)
     largest = float(extent.max())
     if largest <= 1e-12 * (1.0 + float(np.abs(middle).max())):
-        axes, extent, wanted = np.eye(3), np.zeros(3), POINT_SIZE
+        axes, extent, thickness = np.eye(3), np.zeros(3), POINT_SIZE
     else:
-        wanted = THINNEST * largest
-    flat = extent < 1e-2 * wanted
+        thickness = THINNEST * largest
+    flat = extent < 1e-2 * thickness
     if not flat.any():
         return points, ()
     for axis in axes[flat]:
-        points = np.concatenate([points - 0.5 * wanted * axis, points + 0.5 * wanted * axis])
+        points = np.concatenate([points - 0.5 * thickness * axis, points + 0.5 * thickness * axis])
     kind = {1: "flat", 2: "a line", 3: "a point"}[int(flat.sum())]
-    return points, (f"{kind}: given a thickness of {wanted * 1e3:.3g} mm",)
+    return points, (f"{kind}: thickened to {thickness * 1e3:.3g} mm",)
 
 
 def _qhull(points: Array) -> tuple[Array, ConvexHull]:
-    """Corners of the hull and the hull over those corners; joggled input where Qhull needs it."""
+    """Return the corners of the hull and their hull, with joggled input where Qhull needs it."""
     try:
         hull = ConvexHull(points)
         corners = points[hull.vertices]
@@ -214,7 +220,7 @@ def _qhull(points: Array) -> tuple[Array, ConvexHull]:
 
 
 def _most_prominent(points: Array, count: int) -> Array:
-    """`count` of the points: a wide tetrahedron, then always the one farthest outside the hull so far."""
+    """Return `count` of (n, 3) points: a wide tetrahedron, then each time the point farthest outside."""
     chosen = _wide_tetrahedron(points)
     try:
         hull = ConvexHull(points[chosen], incremental=True)
@@ -237,7 +243,7 @@ def _most_prominent(points: Array, count: int) -> Array:
 
 
 def _wide_tetrahedron(points: Array) -> list[int]:
-    """Four points: an extreme, then the farthest from it, from their line and from their plane."""
+    """Return four indices: an extreme, then the points farthest from it, their line and their plane."""
     first = int(points[:, 0].argmax())
     arms = points - points[first]
     second = int(np.linalg.norm(arms, axis=1).argmax())
@@ -248,7 +254,7 @@ def _wide_tetrahedron(points: Array) -> list[int]:
 
 
 def _outward(corners: Array, hull: ConvexHull) -> NDArray[np.int32]:
-    """(m, 3) faces wound counter-clockwise seen from outside."""
+    """Return (m, 3) faces, counter-clockwise seen from outside."""
     faces = np.array(hull.simplices, dtype=np.int32)
     a, b, c = (corners[faces[:, k]] for k in range(3))
     inwards = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
@@ -257,7 +263,7 @@ def _outward(corners: Array, hull: ConvexHull) -> NDArray[np.int32]:
 
 
 def face_planes(mesh: TriangleMesh) -> Array:
-    """(p, 4) outward unit normal and offset of each face of size."""
+    """Return (p, 4) outward unit normal and offset of each face with an area."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)

@@ -110,7 +110,7 @@ def _corners(element: ET.Element, stride: int) -> Indices:
         sizes = np.array((counts.text or "").split() if counts is not None else [], dtype=np.int64)
         every = np.concatenate(lists)
         if (sizes < 0).any() or sizes.sum() > len(every):
-            raise ValueError("<polylist> counts more corners than it lists")
+            raise ValueError(f"<polylist> counts {int(sizes.sum())} corners, more than it lists")
         return every[_fans(sizes)]
     if element.tag == "tristrips":
         return np.concatenate([empty, *(_strip(numbers) for numbers in lists)])

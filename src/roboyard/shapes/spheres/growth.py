@@ -1,4 +1,4 @@
-"""Growing spheres until no point of a surface is left too far outside them."""
+"""Grow spheres until no point of a surface is too far outside them."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from roboyard.shapes.voxels.grid import triangles
 Array = NDArray[np.float64]
 
 
-def hold_surface(
+def enclose_surface(
     meshes: TriangleMesh | Sequence[TriangleMesh], skin: Array, centers: Array, radii: Array, slack: float
 ) -> None:
-    """Grow `radii` in place until no surface point is more than `slack` outside the spheres."""
+    """Grow (n,) `radii` in place until no surface point is more than `slack` (m) outside the spheres."""
     grow_to_cover(skin, centers, radii, 0.6 * slack)
     corners = np.concatenate([vertices[faces] for vertices, faces in triangles(meshes)])
     finest = max(0.3 * slack, float(np.ptp(corners.reshape(-1, 3), axis=0).max()) / 1000.0)
-    grow_to_hold(np.ascontiguousarray(corners), centers, radii, slack, finest)
+    grow_to_enclose(np.ascontiguousarray(corners), centers, radii, slack, finest)
 
 
 @njit(cache=True)
 def grow_to_cover(points, centers, radii, slack):
-    """Grow `radii`, worst point first, until every point is at most `slack` outside the union."""
+    """Grow (n,) `radii`, worst point first, until (p, 3) points are at most `slack` outside the union."""
     n = radii.shape[0]
     gap = np.empty(points.shape[0])
     who = np.empty(points.shape[0], np.int32)
@@ -63,14 +63,14 @@ def grow_to_cover(points, centers, radii, slack):
 
 
 @njit(cache=True)
-def grow_to_hold(corners, centers, radii, slack, finest):
-    """Grow `radii` until no point of any triangle can be more than `slack` outside the union.
+def grow_to_enclose(corners, centers, radii, slack, finest):
+    """Grow (n,) `radii` until no point of any triangle can be more than `slack` outside the union.
 
-    A triangle is settled when its middle's gap plus its own reach stays below `slack`, since distance changes
-    no faster than position; else its longest edge is halved, down to a reach of `finest`.
+    A triangle is done when its middle's gap plus its own radius is below `slack`, since distance changes no
+    faster than position; else its longest edge is halved, down to a radius of `finest`.
 
     Args:
-        corners: (m, 3, 3) triangles.
+        corners: (m, 3, 3) triangles (m).
     """
     n = radii.shape[0]
     stack = np.empty((256, 3, 3))

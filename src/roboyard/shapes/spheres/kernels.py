@@ -12,13 +12,13 @@ from roboyard.shapes.voxels.kernels import sample_field
 
 @njit(cache=True, fastmath=True)
 def nearest_sphere(px, py, pz, x, index, gap):
-    """Signed distance (negative inside) from each point to the union of spheres, and whose surface it is.
+    """Signed distance (negative inside) from each point to the union of spheres, and the nearest sphere.
 
     Args:
         px, py, pz: (p,) float32 points.
-        x: (4 n,) centre and radius of each sphere in turn.
-        index: (p,) int32 out.
-        gap: (p,) float32 out.
+        x: (4 n,) centre and radius of each sphere.
+        index: (p,) int32 output.
+        gap: (p,) float32 output.
     """
     gap[:] = np.float32(1e30)
     index[:] = 0
@@ -38,9 +38,9 @@ def nearest_sphere(px, py, pz, x, index, gap):
 def volume_cost(x, px, py, pz, weight, tau, tail, index, gap, grad):
     """Weighted volume on the wrong side of the spheres' surface, with its gradient.
 
-    A point of positive weight ought to be covered, one of negative weight ought not to. Each counts by a
-    smooth step of half-width `tau` in its distance to the union's surface; beyond the step, uncovered points
-    go on growing at `tail` of a step per `tau`, so that far ones still pull.
+    Points of positive weight should be covered, those of negative weight should not. Each counts by a smooth
+    step of half-width `tau` in its distance to the union's surface; beyond the step the cost of uncovered
+    points grows by `tail` of a step per `tau`, so that far points keep a gradient.
     """
     nearest_sphere(px, py, pz, x, index, gap)
     grad[:] = 0.0
@@ -72,18 +72,18 @@ def volume_cost(x, px, py, pz, weight, tau, tail, index, gap, grad):
 
 @njit(cache=True)
 def surface_cost(x, sdf, unit, directions, tau, price, grad):
-    """`price` times the share of the spheres' surface that lies outside the solid; `grad` is added to.
+    """`price` times the share of the spheres' surface outside the solid; adds its gradient to `grad`.
 
     Each point of a sphere counts by a smooth step of half-width `tau` in its distance to the solid.
 
     Args:
-        x: (4 n,) centre and radius of each sphere in turn.
-        sdf: (nx, ny, nz) signed distance to the solid at voxel centres; in voxels.
+        x: (4 n,) centre and radius of each sphere.
+        sdf: (nx, ny, nz) signed distance to the solid at voxel centres (voxels).
         unit: length of a voxel.
-        directions: (d, 3) unit vectors, evenly spread.
+        directions: (d, 3) evenly distributed unit vectors.
         tau: half-width of the step.
-        price: of all the surface.
-        grad: (4 n,)
+        price: cost of the whole surface.
+        grad: (4 n,) gradient.
     """
     n, d = x.shape[0] // 4, directions.shape[0]
     area, out = 0.0, 0.0
@@ -126,10 +126,11 @@ def surface_cost(x, sdf, unit, directions, tau, price, grad):
 
 @njit(cache=True)
 def descend(x, px, py, pz, weight, tau, tail, floor, ceiling, rounds, sdf, unit, directions, price):
-    """Lower `volume_cost` + `surface_cost` from `x` in place, radii from `floor` to `ceiling`; gives the sum.
+    """Lower `volume_cost` + `surface_cost` from `x` in place, radii in `floor`..`ceiling`; returns the sum.
 
     L-BFGS with eight pairs, projection onto the bounds and backtracking; Nocedal and Wright, Numerical
-    Optimization (2006), algorithms 7.4 and 3.1. (SciPy's spends its time in threaded linear algebra here.)
+    Optimization (2006), algorithms 7.4 and 3.1. (SciPy's spends most of its time in threaded linear algebra
+    here.)
     """
     n, memory = x.shape[0], 8
     index, gap = np.empty(px.shape[0], np.int32), np.empty(px.shape[0], np.float32)
@@ -192,7 +193,7 @@ def descend(x, px, py, pz, weight, tau, tail, floor, ceiling, rounds, sdf, unit,
 
 @njit(cache=True)
 def spread_seeds(points, centers):
-    """Fill `centers` with points far from each other, beginning farthest from the first point."""
+    """Fill `centers` with points far from each other, starting with the farthest from the first point."""
     far = np.full(points.shape[0], 1e30)
     at = 0
     for s in range(-1, centers.shape[0]):
@@ -212,7 +213,10 @@ def spread_seeds(points, centers):
 
 @njit(cache=True)
 def cluster(points, centers, rounds, label, spread):
-    """Lloyd's k-means from `centers`, in place; `spread` gets each cluster's root mean square distance."""
+    """Lloyd's k-means from `centers`, in place.
+
+    Writes each cluster's root mean square distance to `spread`.
+    """
     n = centers.shape[0]
     total = np.zeros((n, 3))
     count = np.zeros(n)

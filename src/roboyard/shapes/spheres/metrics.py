@@ -1,7 +1,7 @@
-"""How well a set of spheres stands for a mesh, by an exact inside test.
+"""Measure how well a set of spheres approximates a mesh, by an exact inside test.
 
-Coverage, protrusion and gap are as cuRobo documents them for its sphere fits; excess is added because
-protrusion also counts sphere surface that lies buried in another sphere's bulge.
+Coverage, protrusion and gap are defined as in cuRobo's documentation of sphere fits; excess is added because
+protrusion also counts sphere surface inside another sphere.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SphereMetrics:
-    """Quality of a sphere set. Shares are of 1."""
+    """Quality of a sphere set; shares are from 0 to 1."""
 
     coverage: float
     """Share of the solid's volume inside a sphere."""
     surface_coverage: float
     """Share of the mesh's surface inside a sphere."""
     protrusion: float
-    """Share of all the spheres' surface that lies outside the solid."""
+    """Share of all spheres' surface outside the solid."""
     mean_protrusion_mm: float
-    """Mean distance of those parts from the mesh."""
+    """Mean distance of that surface from the mesh (mm)."""
     max_gap_mm: float
-    """Largest distance from the mesh's surface to the nearest sphere."""
+    """Largest distance from the mesh's surface to the nearest sphere (mm)."""
     excess: float
     """Volume of the spheres' union outside the solid / volume of the solid."""
 
 
 @njit(cache=True)
 def winding_numbers(vertices, faces, points):
-    """(n,) times the surface winds round each point: 1 inside, 0 outside, between for open meshes.
+    """Return the (n,) winding numbers of (n, 3) points: 1 inside, 0 outside, between for open meshes.
 
     Source: solid angle of a triangle, Van Oosterom and Strackee (1983).
     """
@@ -66,9 +66,10 @@ def winding_numbers(vertices, faces, points):
 
 
 def contains(meshes: TriangleMesh | Sequence[TriangleMesh], points: ArrayLike) -> NDArray[np.bool_]:
-    """(n,) whether (n, 3) points lie in the union of the meshes, whichever way each is wound.
+    """Return (n,) bool: whether (n, 3) points (m) are in the union of the meshes, of either winding.
 
-    Exact for closed meshes; for open ones a point is inside where the surface fills over half its view.
+    Exact for closed meshes; for open ones a point is inside where the surface covers over half its solid
+    angle.
     """
     at = np.ascontiguousarray(points, dtype=np.float64)
     inside = np.zeros(len(at), dtype=bool)
@@ -78,7 +79,7 @@ def contains(meshes: TriangleMesh | Sequence[TriangleMesh], points: ArrayLike) -
 
 
 def gap_to_spheres(points: ArrayLike, centers: ArrayLike, radii: ArrayLike) -> Array:
-    """(n,) signed distance from (n, 3) points to the union of spheres, exact outside it; m."""
+    """Return (n,) signed distances from (n, 3) points to the union of spheres, exact outside it (m)."""
     at, middle = np.asarray(points, dtype=float), np.asarray(centers, dtype=float)
     out = np.full(len(at), np.inf)
     for center, radius in zip(middle, np.asarray(radii, dtype=float), strict=True):
@@ -94,7 +95,7 @@ def measure_spheres(
     samples: int = 6000,
     seed: int = 0,
 ) -> SphereMetrics:
-    """Quality of spheres ((n, 3) centres, (n,) radii; m) against meshes in the same frame.
+    """Measure spheres ((n, 3) centres and (n,) radii, m) against meshes in the same frame.
 
     Monte Carlo with `samples` points for each figure and an exact inside test (slow on large meshes). Meshes
     without volume have coverage and excess by surface: share of surface covered, and union volume / 1e-9 m³.

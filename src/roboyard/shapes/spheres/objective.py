@@ -1,4 +1,4 @@
-"""The optimisation behind sphere fits: sampled volume and surface, starts, and the way down."""
+"""Objective of sphere fits: sampled volume and surface, starts, and descent."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from roboyard.shapes.voxels.grid import VoxelGrid
 
 Array = NDArray[np.float64]
 REACH = 0.002
-"""Distance outside the spheres at which a point of the surface still counts as covered; m."""
+"""Distance outside the spheres up to which a surface point counts as covered (m)."""
 ENOUGH = 1000
-"""Inner points of which half can be kept back to judge by."""
+"""Number of inner points from which on half are used for validation."""
 TAIL = 1.0
-"""Pull of uncovered points beyond the smooth step; see `kernels.volume_cost`."""
+"""Weight of uncovered points beyond the smooth step; see `kernels.volume_cost`."""
 DIRECTIONS = fibonacci_sphere(48)
-"""Where each sphere's surface is looked at."""
+"""Directions in which each sphere's surface is sampled."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Weights:
-    """What a share of each costs, a share of excess volume costing 1."""
+    """Costs relative to a share of excess volume."""
 
     inner: float
-    """Of the solid's volume, when it is not covered."""
+    """Cost of an uncovered share of the solid's volume."""
     skin: float
-    """Of the solid's surface, when it is not covered."""
+    """Cost of an uncovered share of the solid's surface."""
     surface: float
-    """Of the spheres' surface, when it lies outside the solid."""
+    """Cost of a share of the spheres' surface outside the solid."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -40,41 +40,47 @@ class SphereFitObjective:
 
     grid: VoxelGrid
     scale: float
-    """Length of one working unit; m."""
+    """Length of one working unit (m)."""
     inner: Array
-    """(i, 3) points to be covered."""
+    """(i, 3) points to cover."""
     skin: Array
     """(s, 3) points of the surface."""
-    unseen_inner: Array
-    """(i, 3) points like `inner` that judge the fit."""
-    unseen_skin: Array
-    """(s, 3) points spread evenly over the surface that judge the fit."""
+    validation_inner: Array
+    """(i, 3) points like `inner` for validation."""
+    validation_skin: Array
+    """(s, 3) evenly distributed surface points for validation."""
     outer: Array
-    """(o, 3) points to be left out."""
+    """(o, 3) points to exclude."""
     outer_volume: float
-    """Volume that one outer point stands for / volume of the solid."""
+    """Volume per outer point / volume of the solid."""
 
     @staticmethod
     def sample(grid: VoxelGrid, surface: Array, rng: np.random.Generator) -> SphereFitObjective:
-        """`surface`: (s, 3) points spread evenly over it; m."""
+        """Sample a grid.
+
+        Args:
+            grid: the solid.
+            surface: (s, 3) evenly distributed points of its surface (m).
+            rng: random generator.
+        """
         scale = float(np.cbrt(grid.volume))
         inner = rng.permutation(grid.interior_samples(6000, rng))
         skin = grid.surface_samples(2000, rng)
-        # where there is little to see (sheets, single points), the fit must see it all
+        # with few points (sheets, single points) the fit needs them all
         seen, unseen = (inner[::2], inner[1::2]) if len(inner) >= ENOUGH else (inner, inner)
         return SphereFitObjective(
             grid=grid,
             scale=scale,
             inner=(seen - grid.origin) / scale,
             skin=(skin - grid.origin) / scale,
-            unseen_inner=(unseen - grid.origin) / scale,
-            unseen_skin=(surface - grid.origin) / scale,
+            validation_inner=(unseen - grid.origin) / scale,
+            validation_skin=(surface - grid.origin) / scale,
             outer=np.zeros((0, 3)),
             outer_volume=0.0,
         )
 
     def around(self, band: float, count: int = 4000) -> SphereFitObjective:
-        """The same with points outside, no farther than `band` (working units) from the surface."""
+        """Return the objective with outer points no farther than `band` (working units) from the surface."""
         skin = (self.grid.surface_points - self.grid.origin) / self.scale
         lower, upper = skin.min(axis=0) - band, skin.max(axis=0) + band
         tried = box_points(lower, upper, 2 * count)
@@ -83,20 +89,22 @@ class SphereFitObjective:
         return replace(self, outer=tried[kept], outer_volume=float(np.prod(upper - lower)) / len(tried))
 
     def gaps(self, spheres: Array, points: Array) -> NDArray[np.float32]:
-        """(p,) signed distance to the union of (n, 4) spheres."""
+        """Return (p,) signed distances of (p, 3) points to the union of (n, 4) spheres."""
         px, py, pz = (np.ascontiguousarray(points[:, k], dtype=np.float32) for k in range(3))
         index, gap = np.empty(len(points), np.int32), np.empty(len(points), np.float32)
         kernels.nearest_sphere(px, py, pz, spheres.ravel(), index, gap)
         return gap
 
     def coverage(self, spheres: Array) -> float:
-        return float((self.gaps(spheres, self.unseen_inner) <= 0).mean())
+        """Return the share of the solid's volume inside (n, 4) spheres."""
+        return float((self.gaps(spheres, self.validation_inner) <= 0).mean())
 
     def surface_coverage(self, spheres: Array) -> float:
-        return float((self.gaps(spheres, self.unseen_skin) <= REACH / self.scale).mean())
+        """Return the share of the solid's surface inside (n, 4) spheres or within `REACH` of one."""
+        return float((self.gaps(spheres, self.validation_skin) <= REACH / self.scale).mean())
 
     def excess(self, spheres: Array) -> float:
-        """Union volume outside / solid volume."""
+        """Return the volume of (n, 4) spheres outside the solid / volume of the solid."""
         lower = (spheres[:, :3] - spheres[:, 3:]).min(axis=0)
         upper = (spheres[:, :3] + spheres[:, 3:]).max(axis=0)
         points = box_points(lower, upper, 8000)
@@ -105,7 +113,7 @@ class SphereFitObjective:
         return float(outside.sum() * np.prod(upper - lower) / 8000)
 
     def outside(self, spheres: Array, farther: float = 0.0) -> float:
-        """Share of the spheres' surface more than `farther` (m) outside the solid."""
+        """Return the share of (n, 4) spheres' surface more than `farther` (m) outside the solid."""
         shell = spheres[:, None, :3] + spheres[:, 3, None, None] * fibonacci_sphere(96)
         gap = self.grid.distance(self.grid.origin + shell.reshape(-1, 3) * self.scale)
         share = (gap > farther).reshape(len(spheres), -1).mean(axis=1)
@@ -113,13 +121,16 @@ class SphereFitObjective:
         return float((share * area).sum() / area.sum())
 
     def start(self, number: int, turn: int = 0) -> Array:
-        """(n, 4) centres and radii from k-means on the inner points; another `turn`, another start."""
+        """Return (n, 4) centres and radii from k-means on the inner points.
+
+        Each `turn` gives another start.
+        """
         points = np.ascontiguousarray(np.roll(self.inner, -397 * turn, axis=0)[:1500])
         centers = np.empty((number, 3))
         kernels.spread_seeds(points, centers)
         label, spread = np.empty(len(points), np.int32), np.empty(number)
         kernels.cluster(points, centers, 12, label, spread)
-        # a ball of radius r has a root mean square distance of sqrt(3/5) r from its centre
+        # a sphere of radius r has a root mean square distance of sqrt(3/5) r from its centre
         radii = np.maximum(1.29 * spread, self.floor)
         return np.concatenate([centers, radii[:, None]], axis=1)
 
@@ -130,11 +141,11 @@ class SphereFitObjective:
 
     @property
     def floor(self) -> float:
-        """Least radius in working units."""
+        """Smallest radius in working units."""
         return 0.5 * self.unit
 
     def descend(self, spheres: Array, weights: Weights, step: float, rounds: int) -> tuple[Array, float]:
-        """Spheres improved by L-BFGS with smooth steps of half-width `step`, and their cost."""
+        """Return (n, 4) spheres improved by L-BFGS with smooth steps of half-width `step`, and their cost."""
         sets = [(self.inner, weights.inner / len(self.inner)), (self.outer, -self.outer_volume)]
         if weights.skin > 0.0:
             sets.append((self.skin, weights.skin / len(self.skin)))
@@ -142,7 +153,7 @@ class SphereFitObjective:
         weight = np.repeat([each for _, each in sets], [len(at) for at, _ in sets])
         px, py, pz = (np.ascontiguousarray(points[:, k], dtype=np.float32) for k in range(3))
         x = spheres.flatten()
-        # what has no inside can hide no surface
+        # without an inside no surface can be hidden
         price = weights.surface if self.grid.inside.any() else 0.0
         bounds = (self.floor, max(self.floor, 0.5 * float(np.linalg.norm(np.ptp(self.skin, axis=0)))))
         solid = (self.grid.sdf, self.unit, DIRECTIONS, price)

@@ -1,9 +1,9 @@
-"""Any triangle soup as a filled voxel grid with distances: what sphere fitting and convex splitting work on.
+"""Filled voxel grids with signed distances from any triangles, for sphere fitting and convex splitting.
 
-The solid is found by rays through voxel centres along x, y and z. A ray votes "inside" where the triangles it
-has crossed do not cancel, and abstains where it enters more often than it leaves (a hole). Two votes of three
-decide. Small holes, duplicate faces, overlapping shells and missing caps do no harm, and what no ray can call
-solid (sheets, thin plates, open shells) still keeps the voxels that its surface passes through.
+Rays through voxel centres along x, y and z find the solid. A ray votes "inside" where the triangles crossed
+so far do not cancel, and abstains where it enters more often than it leaves (a hole). Two votes of three
+decide. Small holes, duplicate faces, overlapping shells and missing caps do not matter; sheets, thin plates
+and open shells, which have no inside, still keep the voxels that their surface passes through.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ class VoxelGrid:
     """A filled grid of cubic voxels in the mesh's frame."""
 
     origin: Array
-    """(3,) lower corner of voxel (0, 0, 0); m."""
+    """(3,) lower corner of voxel (0, 0, 0) (m)."""
     size: float
-    """Edge of a voxel; m."""
+    """Edge of a voxel (m)."""
     inside: NDArray[np.bool_]
-    """(nx, ny, nz) voxels whose centre lies in the solid."""
+    """(nx, ny, nz) voxels with centres in the solid."""
     surface: NDArray[np.bool_]
     """(nx, ny, nz) voxels that the surface passes through."""
     sdf: NDArray[np.float32]
-    """(nx, ny, nz) signed distance from voxel centres to the surface, negative inside; in voxels."""
+    """(nx, ny, nz) signed distance from voxel centres to the surface, negative inside (voxels)."""
     surface_points: Array
-    """(s, 3) one point of the surface in each surface voxel; m."""
+    """(s, 3) one point of the surface in each surface voxel (m)."""
     notes: tuple[str, ...] = ()
-    """What was unusual about the mesh."""
+    """Warnings about the mesh."""
 
     @cached_property
     def solid(self) -> NDArray[np.bool_]:
@@ -55,20 +55,23 @@ class VoxelGrid:
 
     @property
     def volume(self) -> float:
-        """Of the solid; m³."""
+        """Volume of the solid (m³)."""
         return float(self.solid.sum()) * self.size**3
 
     def centers(self, mask: NDArray[np.bool_]) -> Array:
-        """(k, 3) centres of the voxels in `mask`; m."""
+        """Return (k, 3) centres of the voxels in `mask` (m)."""
         return self.origin + (np.argwhere(mask) + 0.5) * self.size
 
     def distance(self, points: Array) -> Array:
-        """(n,) signed distance at (n, 3) points, trilinear, negative inside; m."""
+        """Return (n,) signed distances at (n, 3) points, trilinear, negative inside (m)."""
         local = np.ascontiguousarray((np.asarray(points, dtype=float) - self.origin) / self.size)
         return kernels.sample_many(self.sdf, local) * self.size
 
     def interior_samples(self, count: int, rng: np.random.Generator) -> Array:
-        """(k, 3) points spread evenly over the solid, k about `count`; m. Empty only if there is no solid."""
+        """Return (k, 3) points evenly distributed in the solid (m), k about `count`.
+
+        Empty without a solid.
+        """
         cells = np.argwhere(self.inside | (self.surface & (self.sdf < 0.9)))
         if not len(cells):
             return np.zeros((0, 3))
@@ -89,7 +92,7 @@ class VoxelGrid:
         return points
 
     def surface_samples(self, count: int, rng: np.random.Generator) -> Array:
-        """(k, 3) points of the surface, at most one in a voxel, k at most `count`; m."""
+        """Return (k, 3) points of the surface (m), at most one per voxel, k at most `count`."""
         points = self.surface_points
         if len(points) <= count:
             return points
@@ -100,7 +103,11 @@ class VoxelGrid:
 
 
 def triangles(meshes: TriangleMesh | Sequence[TriangleMesh]) -> list[Triangles]:
-    """Vertices and faces of each mesh, without unusable faces; MeshError when no finite vertex is left."""
+    """Return (n, 3) vertices and (m, 3) valid faces of each mesh.
+
+    Raises:
+        MeshError: there is no finite vertex.
+    """
     listed = [meshes] if isinstance(meshes, TriangleMesh) else list(meshes)
     soups = []
     for mesh in listed:
@@ -113,11 +120,11 @@ def triangles(meshes: TriangleMesh | Sequence[TriangleMesh]) -> list[Triangles]:
         if len(faces):
             soups.append((vertices, faces))
         elif usable.any():
-            # points only: each becomes a triangle of no size, so that it still marks its voxel
+            # points only: each becomes a triangle of zero size that marks its voxel
             lonely = np.flatnonzero(usable).astype(np.int32)
             soups.append((vertices, np.repeat(lonely[:, None], 3, axis=1)))
     if not soups:
-        raise MeshError("no finite vertex in the mesh; nothing to enclose")
+        raise MeshError(f"no finite vertex in {len(listed)} meshes; export them again")
     return soups
 
 
@@ -128,13 +135,13 @@ def voxelize(
     padding: int = 3,
     fill_cavities: bool = False,
 ) -> VoxelGrid:
-    """The filled grid of one mesh, or of the union of several.
+    """Return the filled grid of one mesh, or of the union of several.
 
     Args:
-        meshes: any triangles, in one frame; they need be neither closed, nor consistent, nor free of overlap.
-        cells: about how many voxels the grid has; its voxel size follows from the bounding box.
+        meshes: any triangles in one frame (m); they may be open, inconsistently wound and overlap.
+        cells: approximate number of voxels; the voxel size follows from the bounding box.
         padding: empty voxels around the bounding box (at least 1).
-        fill_cavities: count hollows that nothing outside can reach as solid (a housing's inside).
+        fill_cavities: count enclosed cavities as solid (a housing's inside).
 
     Raises:
         MeshError: there is no finite vertex.
@@ -144,7 +151,7 @@ def voxelize(
     lower = np.min([v.min(axis=0) for v in used], axis=0)
     upper = np.max([v.max(axis=0) for v in used], axis=0)
     size, shape = _resolution(upper - lower, cells, padding)
-    # off-centre by an odd amount: rays then miss the planes on which makers like to put vertices
+    # an irregular offset: rays then miss round coordinates, where many vertices are
     origin = 0.5 * (lower + upper) - 0.5 * size * shape + size * np.array([0.0137, -0.0071, 0.0233])
     inside = np.zeros(shape, dtype=bool)
     best = np.full(shape, np.inf, dtype=np.float32)
@@ -165,7 +172,7 @@ def voxelize(
         cavity = _enclosed(inside | surface)
         if cavity.sum() > 0.01 * inside.sum():
             inside |= cavity | (surface & _grown(cavity))
-            notes.append("enclosed hollow counted as solid")
+            notes.append("enclosed cavity counted as solid")
     label = kernels.nearest_seed(surface)
     sdf = np.empty(shape, dtype=np.float32)
     kernels.signed_distance(label, point, inside, sdf)
@@ -183,7 +190,7 @@ def voxelize(
 
 
 def _resolution(extent: Array, cells: int, padding: int) -> tuple[float, NDArray[np.int64]]:
-    """Voxel size and (3,) grid shape so that the padded box holds about `cells` voxels."""
+    """Return voxel size (m) and (3,) grid shape so that the padded box has about `cells` voxels."""
     longest = float(extent.max())
     if longest <= 0.0:
         return 1e-3, np.full(3, 2 * padding + 1)
@@ -199,7 +206,7 @@ def _resolution(extent: Array, cells: int, padding: int) -> tuple[float, NDArray
 
 
 def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """`mask` and all voxels that touch it, corners included."""
+    """Return (nx, ny, nz) `mask` and all voxels that touch it, corners included."""
     for axis in range(3):
         lower, upper = [slice(None)] * 3, [slice(None)] * 3
         lower[axis], upper[axis] = slice(None, -1), slice(1, None)
@@ -211,18 +218,18 @@ def _grown(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _enclosed(wall: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(nx, ny, nz) voxels beyond `wall` that have no path of faces to the grid's corner, crumbs left out."""
-    rooms = np.empty(wall.shape, dtype=np.int32)
-    if ndimage.label(~wall, output=rooms) == 1:
+    """Return (nx, ny, nz) voxels that `wall` encloses, without regions under 27 voxels."""
+    regions = np.empty(wall.shape, dtype=np.int32)
+    if ndimage.label(~wall, output=regions) == 1:
         return np.zeros_like(wall)
-    sizes = np.bincount(rooms.ravel())
-    shut = sizes >= 27
-    shut[[0, rooms[0, 0, 0]]] = False
-    return shut[rooms]
+    sizes = np.bincount(regions.ravel())
+    is_enclosed = sizes >= 27
+    is_enclosed[[0, regions[0, 0, 0]]] = False
+    return is_enclosed[regions]
 
 
 def _without_duplicates(local: Array, faces: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Faces whose triangle was not seen before, whichever way it is wound. `local` is in voxels."""
+    """Return (m, 3) faces without duplicates of either winding; (n, 3) `local` vertices in voxels."""
     corners = np.rint(local[faces] * 4096.0).astype(np.int64)
     mixed = (corners * np.array([73856093, 19349663, 83492791])).sum(axis=-1)
     mixed ^= mixed >> 17
@@ -237,7 +244,7 @@ def _without_duplicates(local: Array, faces: NDArray[np.int32]) -> NDArray[np.in
 def _fill(
     local: Array, faces: NDArray[np.int32], shape: NDArray[np.int64]
 ) -> tuple[NDArray[np.bool_], str | None]:
-    """(nx, ny, nz) voxels inside one soup, and a note when its faces disagree about what is outside."""
+    """Return (nx, ny, nz) voxels inside one mesh, and a note if its faces are wound inconsistently."""
     tables = []
     counts = np.zeros(3, dtype=np.int64)
     for axis in range(3):

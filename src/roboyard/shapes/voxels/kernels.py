@@ -12,7 +12,7 @@ FAR = np.int32(2**30)
 
 @njit(cache=True, inline="always")
 def _left_of(au, av, bu, bv, pu, pv):
-    """Whether p lies left of a→b, with the same answer (negated) for b→a: neighbours never share a ray."""
+    """Whether p is left of a→b, with the negated result for b→a: neighbours never share a ray."""
     if au < bu or (au == bu and av < bv):
         return (bu - au) * (pv - av) - (bv - av) * (pu - au) >= 0.0
     return not ((au - bu) * (pv - bv) - (av - bv) * (pu - bu) >= 0.0)
@@ -60,7 +60,7 @@ def count_crossings(vertices, faces, axis, shape, signed, unsigned):
 
 @njit(cache=True)
 def closed_share(signed, unsigned):
-    """Rays that hit the mesh; those of them that leave it again by direction, and by parity."""
+    """Numbers of rays that hit the mesh, of those closed by direction, and of those closed by parity."""
     hit, by_sign, by_parity = 0, 0, 0
     for i in range(signed.shape[0]):
         for j in range(signed.shape[1]):
@@ -77,7 +77,7 @@ def closed_share(signed, unsigned):
 
 @njit(cache=True)
 def vote(signed, unsigned, axis, use_parity, inside, trusted):
-    """Add one axis's verdict: inside or not, for every voxel on a ray that leaves what it enters."""
+    """Add one axis's votes (inside or not) for every voxel on a closed ray."""
     nw = signed.shape[2] - 1
     u, v = (axis + 1) % 3, (axis + 2) % 3
     at = np.zeros(3, np.int64)
@@ -140,8 +140,8 @@ def closest_on_triangle(a, b, c, p, out):
 def mark_surface(vertices, faces, best, point):
     """Mark voxels that triangles pass through, each with the surface point nearest to its centre.
 
-    Triangles are sampled at less than half a voxel. `vertices` are in voxel units; `best` (nx, ny, nz) holds
-    squared distances (infinite where there is no surface), `point` (nx, ny, nz, 3) the points.
+    Triangles are sampled at less than half a voxel. `vertices` are in voxel units; `best` (nx, ny, nz) are
+    squared distances (infinite without a surface), `point` (nx, ny, nz, 3) the points.
     """
     nx, ny, nz = best.shape
     centre, q = np.zeros(3), np.zeros(3)
@@ -203,7 +203,7 @@ def _envelope(cost, label, n, spot, start, out_cost, out_label):
 
 @njit(cache=True)
 def nearest_seed(seeds):
-    """(nx, ny, nz) int32 flat index of the nearest marked voxel (-1: there is none)."""
+    """Return the (nx, ny, nz) int32 flat index of the nearest marked voxel (-1: none)."""
     nx, ny, nz = seeds.shape
     cost = np.empty((nx, ny, nz), np.int32)
     label = np.empty((nx, ny, nz), np.int32)
@@ -239,7 +239,7 @@ def nearest_seed(seeds):
 
 @njit(cache=True)
 def signed_distance(label, point, inside, sdf):
-    """Fill `sdf` (voxels): distance from voxel centres to the surface point of the nearest surface voxel."""
+    """Write `sdf` (voxels): distance from voxel centres to the surface point of the nearest surface voxel."""
     nx, ny, nz = label.shape
     for i in range(nx):
         for j in range(ny):
@@ -256,7 +256,7 @@ def signed_distance(label, point, inside, sdf):
 
 @njit(cache=True, inline="always")
 def sample_field(field, x, y, z):
-    """Trilinear value and gradient of a grid (voxel units); outside it: edge value plus the way there."""
+    """Trilinear value and gradient of a grid (voxel units); outside it the edge value plus the distance."""
     nx, ny, nz = field.shape
     qx, qy, qz = x - 0.5, y - 0.5, z - 0.5
     cx = min(max(qx, 0.0), nx - 1.000001)
@@ -287,7 +287,7 @@ def sample_field(field, x, y, z):
 
 @njit(cache=True)
 def sample_many(field, points):
-    """(n,) trilinear values of `field` at (n, 3) points in voxel units."""
+    """Return (n,) trilinear values of `field` at (n, 3) points in voxel units."""
     out = np.empty(points.shape[0])
     for i in range(points.shape[0]):
         out[i] = sample_field(field, points[i, 0], points[i, 1], points[i, 2])[0]

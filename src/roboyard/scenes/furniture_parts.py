@@ -1,4 +1,4 @@
-"""Furniture from simple solids: parts make a link, links and joints make a description."""
+"""Build furniture from simple solids: parts make a link, links and joints a description."""
 
 from __future__ import annotations
 
@@ -39,22 +39,26 @@ class Part:
     """One solid of a link."""
 
     geometry: Geometry
+    """Shape."""
     pose: Pose = HERE
+    """Pose in the link's frame (m)."""
     rgba: RGBA = (0.8, 0.8, 0.8, 1.0)
+    """Colour."""
     is_solid: bool = True
-    """Whether things touch it."""
+    """Whether it collides."""
     is_visible: bool = True
+    """Whether it is rendered."""
 
 
 def box(
     size: Vector3, at: Vector3, rgba: RGBA, *, rpy: Vector3 = (0.0, 0.0, 0.0), solid: bool = True
 ) -> Part:
-    """A box of full extents `size` centred `at`; m."""
+    """Return a box of full extents `size` centred `at` (m)."""
     return Part(geometry=Box(size=size), pose=_pose(at, rpy), rgba=rgba, is_solid=solid)
 
 
 def between(low: Vector3, high: Vector3, rgba: RGBA, *, solid: bool = True) -> Part:
-    """The box between two opposite corners; m."""
+    """Return the box between two opposite corners (m)."""
     size = tuple(abs(b - a) for a, b in zip(low, high, strict=True))
     middle = tuple((a + b) / 2 for a, b in zip(low, high, strict=True))
     return box((size[0], size[1], size[2]), (middle[0], middle[1], middle[2]), rgba, solid=solid)
@@ -69,46 +73,46 @@ def cylinder(
     rpy: Vector3 = (0.0, 0.0, 0.0),
     solid: bool = True,
 ) -> Part:
-    """A cylinder along z (before `rpy`), centred `at`; m."""
+    """Return a cylinder along z (before `rpy`, rad), centred `at` (m)."""
     geometry = Cylinder(radius=radius, length=length)
     return Part(geometry=geometry, pose=_pose(at, rpy), rgba=rgba, is_solid=solid)
 
 
 def capsule(radius: float, length: float, at: Vector3, rgba: RGBA, *, rpy: Vector3 = (0.0, 0.0, 0.0)) -> Part:
-    """A capsule along z (before `rpy`), `length` without its caps, centred `at`; m."""
+    """Return a capsule along z (before `rpy`, rad), `length` without its caps, centred `at` (m)."""
     return Part(geometry=Capsule(radius=radius, length=length), pose=_pose(at, rpy), rgba=rgba)
 
 
 def sphere(radius: float, at: Vector3, rgba: RGBA) -> Part:
-    """A ball centred `at`; m."""
+    """Return a sphere centred `at` (m)."""
     return Part(geometry=Sphere(radius=radius), pose=_pose(at, (0.0, 0.0, 0.0)), rgba=rgba)
 
 
 def skin(mesh: TriangleMesh, rgba: RGBA, at: Vector3 = (0.0, 0.0, 0.0)) -> Part:
-    """A mesh that is only seen."""
+    """Return a mesh that is visible only, shifted by `at` (m)."""
     geometry = Mesh(uri="", path=None, data=mesh)
     return Part(geometry=geometry, pose=Pose(position=at), rgba=rgba, is_solid=False)
 
 
 def collision_only(part: Part) -> Part:
-    """The same part, touched but not seen."""
+    """Return the part as an invisible collision shape."""
     return Part(geometry=part.geometry, pose=part.pose, rgba=part.rgba, is_visible=False)
 
 
 def handle(
-    at: Vector3, length: float, rgba: RGBA, *, standing: bool = False, away: float = 0.035
+    at: Vector3, length: float, rgba: RGBA, *, vertical: bool = False, distance: float = 0.035
 ) -> list[Part]:
-    """A bar handle with two feet on a front that faces -y; m."""
+    """Return a bar handle with two feet on a front that faces -y (m)."""
     x, y, z = at
-    turn = (0.0, 0.0, 0.0) if standing else (0.0, np.pi / 2, 0.0)
+    turn = (0.0, 0.0, 0.0) if vertical else (0.0, np.pi / 2, 0.0)
     foot = length / 2 - 0.01
-    offsets = [(0.0, foot), (0.0, -foot)] if standing else [(foot, 0.0), (-foot, 0.0)]
-    feet = [box((0.01, away, 0.01), (x + dx, y - away / 2, z + dz), rgba) for dx, dz in offsets]
-    return [capsule(0.006, length, (x, y - away, z), rgba, rpy=turn), *feet]
+    offsets = [(0.0, foot), (0.0, -foot)] if vertical else [(foot, 0.0), (-foot, 0.0)]
+    feet = [box((0.01, distance, 0.01), (x + dx, y - distance / 2, z + dz), rgba) for dx, dz in offsets]
+    return [capsule(0.006, length, (x, y - distance, z), rgba, rpy=turn), *feet]
 
 
 def link(name: str, parts: Sequence[Part], mass: float = 0.0, friction: float | None = None) -> Link:
-    """A link of these parts; its mass (kg; 0: bolted down) is spread over the solid ones by volume."""
+    """Return a link of these parts, its mass (kg; 0: none) distributed over the solid ones by volume."""
     return Link(
         name=name,
         inertial=_inertial(parts, mass) if mass > 0 else None,
@@ -134,7 +138,10 @@ def hinge(
     damping: float = 0.4,
     friction: float = 0.3,
 ) -> Joint:
-    """A hinge at `at` in its parent; limits rad, damping N m s/rad, friction N m."""
+    """Return a hinge `at` a position in its parent (m).
+
+    Limits in rad, damping in N m s/rad, friction in N m.
+    """
     return Joint(
         name=name, type="revolute", parent=parent, child=child, origin=Pose(position=at), axis=axis,
         limit=Limit(lower=lower, upper=upper), damping=damping, friction=friction,
@@ -152,7 +159,7 @@ def slider(
     damping: float = 4.0,
     friction: float = 2.0,
 ) -> Joint:
-    """A drawer's runner, `length` m long; damping N s/m, friction N."""
+    """Return a drawer's slider with a range of `length` (m); damping in N s/m, friction in N."""
     return Joint(
         name=name, type="prismatic", parent=parent, child=child, origin=Pose(position=at), axis=axis,
         limit=Limit(lower=0.0, upper=length), damping=damping, friction=friction,
@@ -162,7 +169,7 @@ def slider(
 def object_of(
     name: str, parts: Sequence[Part], mass: float = 0.0, friction: float | None = None
 ) -> RobotDescription:
-    """A description of one link."""
+    """Return a description of one link."""
     return RobotDescription(name=name, links=(link("base", parts, mass, friction),))
 
 
