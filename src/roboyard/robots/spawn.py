@@ -149,7 +149,7 @@ def load_source(
     else:
         model, description = _described(robot)
         if own is None:
-            own = default_definition(description)
+            own = default_definition(description, robot.semantic if isinstance(robot, RobotModel) else None)
     if end_effector is not None:
         model, own = with_end_effector(own, end_effector)
         if isinstance(robot, RegisteredRobot):

@@ -168,6 +168,11 @@ class Body:
         world.live_data.qvel[self._velocities] = values
         world.mark_moved()
 
+    @property
+    def joint_efforts(self) -> Array:
+        """(n,) effort of the drives in the last step (N m or N) in `joint_names` order; 0 without one."""
+        return np.array([joint.applied_effort for joint in self.joints if joint.is_scalar], dtype=float)
+
     @cached_property
     def joint_limits(self) -> Array:
         """(n, 2) lower and upper limits in `joint_names` order, ±inf where there is none (rad or m)."""
