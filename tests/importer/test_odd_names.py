@@ -76,7 +76,9 @@ def _vertices(path):
 
 
 def test_kept_names_and_filtered_overlaps_are_nothing_to_look_at(tmp_path):
-    """Both are settled: USD names are the writer's business, and links that overlap do not push."""
+    """Both are resolved: the USD writer makes its own names, and the collision of overlapping links is
+    disabled.
+    """
     box = '<collision><geometry><box size=".2 .2 .2"/></geometry></collision>'
     links = "".join(f'<link name="{k}">{INERTIAL}{box}</link>' for k in "012")
     joints = "".join(
@@ -88,6 +90,6 @@ def test_kept_names_and_filtered_overlaps_are_nothing_to_look_at(tmp_path):
     (tmp_path / "stack.urdf").write_text(f'<robot name="stack">{links}{joints}</robot>')
     made = import_robot(tmp_path / "stack.urdf", name="stack", out=tmp_path / "data")
     assert ("0", "2") in made.robot.semantic.disabled_collision_pairs
-    told = " ".join(warning.message for warning in made.warnings)
-    assert "[collision-overlap]" not in told
-    assert "[joint-name-odd]" not in told and "[link-name-odd]" not in told
+    messages = " ".join(warning.message for warning in made.warnings)
+    assert "[collision-overlap]" not in messages
+    assert "[joint-name-odd]" not in messages and "[link-name-odd]" not in messages

@@ -69,7 +69,7 @@ def shelf(tmp_path):
     return file
 
 
-def test_hulls_full_of_air_are_told_and_parts_mend_it(shelf, tmp_path):
+def test_mostly_empty_hulls_are_reported_and_decomposition_fixes_them(shelf, tmp_path):
     config = {"urdf_path": str(shelf), "name": "shelf", "canonical_frame": False}
     one = build_package({**config, "collision": {"convex_links": ["base"]}}, out=tmp_path / "data")
     assert one.facts["links"]["base"]["excess"] == pytest.approx(0.42 / 0.04 - 1, rel=0.15)
@@ -93,7 +93,7 @@ def test_findings_that_hulls_settle_are_no_longer_to_look_at(shelf, tmp_path):
     assert any("collision-hull-balloons" in d["message"] for d in log["decisions"])
 
 
-def test_the_figures_of_links_stand_in_the_log(shelf, tmp_path, capsys):
+def test_the_figures_of_links_are_in_the_log(shelf, tmp_path, capsys):
     assert main(["import", str(shelf), "--data", str(tmp_path / "data"), "--json", "--no-validate"]) == 0
     folder = Path(json.loads(capsys.readouterr().out)["folder"])
     links = json.loads((folder / "import_log.json").read_text())["links"]

@@ -122,32 +122,32 @@ def test_names_and_messages_of_strangers_stay_text():
     }
     failed = gate(HOSTILE, 2.0, unit=HOSTILE, detail=HOSTILE, advice=HOSTILE, findings=[HOSTILE])
     skipped = gate(HOSTILE, 0.0, skipped=HOSTILE)
-    trial = ValidationReport(robot=HOSTILE, gates=(failed, skipped))
-    text = import_page(robot_of([HOSTILE, "tip"], name=HOSTILE), facts, log.warnings, trial)
+    validation = ValidationReport(robot=HOSTILE, gates=(failed, skipped))
+    text = import_page(robot_of([HOSTILE, "tip"], name=HOSTILE), facts, log.warnings, validation)
     page = Page(text)
     assert not page.open
     assert not [tag for tag, _ in page.tags if tag == "script"]
     assert not [a for _, attributes in page.tags for a in attributes if a.startswith("on")]
     assert all(source.startswith("data:image/png;base64,") for source in page.images)
-    # title, heading, verdict, warning (2), gates (7), robot tried, row of findings (5), link (3), file (3)
+    # title, heading, status, warning (2), gates (7), robot tried, row of findings (5), link (3), file (3)
     assert "".join(page.text).count(HOSTILE) >= 22
 
 
 def test_gates_are_shown_with_their_curves_and_the_failed_ones_first():
-    trial = ValidationReport(
+    validation = ValidationReport(
         robot="pair",
         gates=(
             gate("rest", 0.5),
-            gate("reach", 2.0, advice="look at joint limits"),
+            gate("reach", 2.0, advice="check the joint limits"),
             gate("tuck", 0.0, skipped="no"),
         ),
     )
-    page = Page(import_page(robot_of(["base", "tip"]), {}, (), trial))
+    page = Page(import_page(robot_of(["base", "tip"]), {}, (), validation))
     words = "".join(page.text)
     assert words.index("reach?") < words.index("rest?") < words.index("tuck?")
-    assert "1 gate of 3 failed" in words and "look at joint limits" in words
+    assert "1 gate of 3 failed" in words and "check the joint limits" in words
     assert len([tag for tag, _ in page.tags if tag == "svg"]) == 2
-    assert "not tried out" in "".join(Page(import_page(robot_of(["base", "tip"]), {}, ())).text)
+    assert "not validated" in "".join(Page(import_page(robot_of(["base", "tip"]), {}, ())).text)
 
 
 def test_the_page_needs_nothing_from_elsewhere():
@@ -156,9 +156,9 @@ def test_the_page_needs_nothing_from_elsewhere():
     assert not [a for _, attributes in page.tags for a in attributes if a in ("href", "srcset")]
 
 
-def test_facts_stand_in_the_rows_of_their_links():
+def test_facts_are_in_the_rows_of_their_links():
     facts = {
-        "collision": {"base": {"way": "convex", "meshes": []}},
+        "collision": {"base": {"method": "convex", "meshes": []}},
         "links": {
             "base": {
                 "size": [0.2, 0.1, 0.1],
@@ -172,11 +172,11 @@ def test_facts_stand_in_the_rows_of_their_links():
         "read_back": {"urdf": [], "mjcf": ["body 'tip' is missing"]},
     }
     words = [word.strip() for word in Page(import_page(robot_of(["base", "tip"]), facts, ())).text]
-    first = words[words.index("Link by link") : words.index("tip")]
+    first = words[words.index("Links") : words.index("tip")]
     for name, value in {
         "size": "200 × 100 × 100 mm",
         "mass": "1.500 kg",
-        "collision": "one hull a mesh",
+        "collision": "one hull per mesh",
         "shapes": "1",
         "excess volume": "25% of the link",
         "spheres": "1",
@@ -185,10 +185,10 @@ def test_facts_stand_in_the_rows_of_their_links():
     }.items():
         assert first[first.index(name) + 1] == value
     assert words[words.index("mjcf") + 1] == "body 'tip' is missing"
-    assert words[words.index("urdf") + 1] == "read back and found equal"
+    assert words[words.index("urdf") + 1] == "read back and equal"
 
 
-def test_findings_of_a_kind_share_a_row_that_says_what_became_of_them():
+def test_findings_of_a_kind_share_a_row_with_their_result():
     found = {"severity": "info", "line": 7, "element": "link", "message": "bad", "code": "a"}
     facts = {
         "source": {"findings": [found] * 75 + [{**found, "code": "b"}, {**found, "code": "c"}]},
@@ -197,8 +197,8 @@ def test_findings_of_a_kind_share_a_row_that_says_what_became_of_them():
         "unresolved": [{"code": "c"}],
     }
     words = [word.strip() for word in Page(import_page(robot_of(["base", "tip"]), facts, ())).text]
-    assert "bad — and 74 more like this" in words and "put right: none → some" in words
-    assert words.index("settled by the import") < words.index("as it was")
+    assert "bad — and 74 more like this" in words and "fixed: none → some" in words
+    assert words.index("resolved by the import") < words.index("unchanged")
 
 
 def test_no_more_links_are_pictured_than_said():
@@ -223,11 +223,11 @@ def test_boxes_round_links_follow_joints_and_spheres():
     robot = robot_of(["base", "tip"])
     visual, _, spheres = (view_of_robot(robot, kind) for kind in KINDS)
     assert visual.bounds["tip"] == pytest.approx(np.array([[0.2, -0.05, -0.05], [0.4, 0.05, 0.05]]))
-    # the sphere stands up out of the link, which is drawn behind it
+    # the sphere protrudes above the link, which is drawn behind it
     assert spheres.bounds["tip"] == pytest.approx(
         np.array([[0.2, -0.05, -0.05], [0.4, 0.05, 0.09]]), abs=1e-3
     )
-    assert view_of_robot(replace(robot, planning=None), "planner's spheres").is_empty
+    assert view_of_robot(replace(robot, planning=None), "planning spheres").is_empty
 
 
 def test_the_file_lies_in_the_package(tmp_path):
@@ -243,7 +243,7 @@ def test_the_file_lies_in_the_package(tmp_path):
     assert (tmp_path / "import_report.html").read_text(encoding="utf-8") == import_page(robot, {}, ())
 
 
-def test_findings_of_one_kind_are_told_once():
+def test_findings_of_one_kind_are_merged():
     log = ImportLog()
     for k in range(5):
         log.warn(f"mesh {k} is open; close it [mesh-open]", f'link "l{k}"', code="mesh-open")
@@ -251,7 +251,7 @@ def test_findings_of_one_kind_are_told_once():
     shown = "".join(Page(import_page(robot_of(["l0", "l1"]), log.facts, log.warnings)).text)
     assert "mesh 0 is open; close it [mesh-open] (and 4 more like this)" in shown
     assert "mesh 1 is open" not in shown
-    assert "2 things to look at" in shown
+    assert "2 warnings" in shown
 
 
 def test_a_joint_that_cannot_be_at_zero_is_drawn_at_its_limit():
@@ -265,5 +265,5 @@ def test_a_joint_that_cannot_be_at_zero_is_drawn_at_its_limit():
         limit=Limit(lower=0.5, upper=1.0),
     )
     robot = replace(robot, description=replace(robot.description, joints=(lift,)))
-    sight = view_of_robot(robot, "visual shapes")
-    assert sight.bounds["tip"][:, 2] == pytest.approx([0.45, 0.55])
+    view = view_of_robot(robot, "visual shapes")
+    assert view.bounds["tip"][:, 2] == pytest.approx([0.45, 0.55])

@@ -1,4 +1,4 @@
-"""Which links a robot rolls on, told by their shapes and joints alone."""
+"""Wheels detected from shapes and joints."""
 
 from __future__ import annotations
 

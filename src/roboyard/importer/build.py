@@ -15,37 +15,37 @@ from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import Decision, ImportLog, ProgressCallback
 from roboyard.importer.package import PackageFolders, building
 from roboyard.importer.source import ConfigSource, Source, load_source, source_file
-from roboyard.importer.steps.canonical_frame import canonical_frame
-from roboyard.importer.steps.collision import collision
-from roboyard.importer.steps.drives import drives
-from roboyard.importer.steps.holonomic_base import holonomic_base
-from roboyard.importer.steps.merge_fixed import merge_fixed
-from roboyard.importer.steps.metadata import metadata
-from roboyard.importer.steps.planning import planning
-from roboyard.importer.steps.positive_scale import positive_scale
+from roboyard.importer.steps.canonical_frame import move_root_frame
+from roboyard.importer.steps.collision import make_collision_shapes
+from roboyard.importer.steps.drives import add_drives
+from roboyard.importer.steps.holonomic_base import add_virtual_joints
+from roboyard.importer.steps.merge_fixed import merge_fixed_links
+from roboyard.importer.steps.metadata import measure_size
+from roboyard.importer.steps.planning import add_planning_data
+from roboyard.importer.steps.positive_scale import mirror_meshes
 from roboyard.importer.steps.repair_and_copy import repair_and_copy_files
-from roboyard.importer.steps.semantics import semantics
-from roboyard.importer.steps.sensors import sensors
-from roboyard.importer.steps.sphere_wheels import sphere_wheels
-from roboyard.importer.verify.quality import quality
+from roboyard.importer.steps.semantics import add_semantics
+from roboyard.importer.steps.sensors import add_sensors
+from roboyard.importer.steps.sphere_wheels import mark_wheels
+from roboyard.importer.verify.quality import measure_quality
 from roboyard.paths import data_folder
 
 Step = Callable[[RobotModel, ImportContext], RobotModel]
 Finish = Callable[[RobotModel, ImportContext], None]
 
 STEPS: tuple[Step, ...] = (
-    positive_scale,
-    collision,
-    merge_fixed,
-    sensors,
-    sphere_wheels,
-    canonical_frame,
-    holonomic_base,
-    drives,
-    metadata,
-    semantics,
-    planning,
-    quality,
+    mirror_meshes,
+    make_collision_shapes,
+    merge_fixed_links,
+    add_sensors,
+    mark_wheels,
+    move_root_frame,
+    add_virtual_joints,
+    add_drives,
+    measure_size,
+    add_semantics,
+    add_planning_data,
+    measure_quality,
 )
 """Steps in order, after `repair_and_copy_files`, which makes the first `RobotModel`."""
 
@@ -171,20 +171,20 @@ def build_package(
 
 def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
     from roboyard.importer.resolved_findings import mark_resolved
-    from roboyard.importer.verify.read_back import read_back
-    from roboyard.importer.write_formats import write_formats
+    from roboyard.importer.verify.read_back import check_files
+    from roboyard.importer.write_formats import write_package
 
     log = context.log
     with log.step("stage_and_clean"):
         robot = repair_and_copy_files(context)
     for step in STEPS:
-        with log.step(step.__name__):
+        with log.step(step.__module__.rpartition(".")[2]):
             robot = step(robot, context)
     with log.step("write"):
-        write_formats(robot, context)
+        write_package(robot, context)
     with log.step("read_back"):
         written = parse_urdf(context.urdf_folder / f"{robot.name}.urdf")
-        read_back(robot, context, written)
+        check_files(robot, context, written)
         mark_resolved(robot, context, written)
     if finish is not None:
         finish(robot, context)

@@ -1,4 +1,4 @@
-"""What the steps share beside the robot itself."""
+"""Data that the steps of an import share beside the robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from roboyard.importer.import_log import ImportLog
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ImportContext:
-    """One import."""
+    """Configuration, source, folder and log of one import."""
 
     config: ImportConfig
     urdf: Path

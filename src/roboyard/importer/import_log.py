@@ -1,4 +1,4 @@
-"""What an import decided, step by step: `import_log.json`."""
+"""Decisions of an import, step by step: `import_log.json`."""
 
 from __future__ import annotations
 
@@ -12,71 +12,71 @@ from typing import Any, Literal
 
 Level = Literal["note", "warning"]
 ProgressCallback = Callable[[str, float, str], None]
-"""(step, share done from 0 to 1, what is being worked on)"""
+"""Called with the step, the completed share (0 to 1) and the current item."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Decision:
-    """One thing that a step decided."""
+    """A decision of one step."""
 
     step: str
     level: Level
     element: str
-    """As in `link "arm"`; empty for the robot as a whole."""
+    """For example `link "arm"`; empty for the robot as a whole."""
     message: str
     code: str = ""
-    """Of the audit's finding that it is about, if any."""
+    """Code of the audit finding that the decision concerns, if any."""
 
 
 @dataclass(kw_only=True)
 class ImportLog:
-    """Grows while the steps run."""
+    """Decisions, durations and facts, recorded while the steps run."""
 
     progress: ProgressCallback | None = None
     decisions: list[Decision] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
     facts: dict[str, Any] = field(default_factory=dict)
-    """Plain data of steps, by topic: source, mends, links, spheres, validation, ..."""
+    """Plain data of steps, by topic: source, fixes, links, spheres, validation, ..."""
     _step: str = ""
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Time a step and give its name to what is noted in it."""
+        """Time a step, and record the decisions made inside under its name."""
         self._step = name
-        self.tell(0.0)
+        self.report_progress(0.0)
         begin = time.perf_counter()
         try:
             yield
         finally:
             self.seconds[name] = round(time.perf_counter() - begin, 4)
-        self.tell(1.0)
+        self.report_progress(1.0)
 
-    def tell(self, share: float, what: str = "") -> None:
-        """Show progress of the present step."""
+    def report_progress(self, share: float, item: str = "") -> None:
+        """Report the completed share (0 to 1) and the current item of the running step."""
         if self.progress is not None:
-            self.progress(self._step, share, what)
+            self.progress(self._step, share, item)
 
     def note(self, message: str, element: str = "") -> None:
         """Record a decision."""
         self.decisions.append(Decision(step=self._step, level="note", element=element, message=message))
 
     def warn(self, message: str, element: str = "", *, code: str = "") -> None:
-        """Record something that the user should look at; `code` of the audit's finding, if it is one."""
+        """Record a warning; `code` is that of the audit finding it repeats, if any."""
         self.decisions.append(
             Decision(step=self._step, level="warning", element=element, message=message, code=code)
         )
 
-    def settle(self) -> None:
+    def downgrade_findings(self) -> None:
         """Turn the warnings about the audit's findings into notes."""
         self.decisions = [replace(d, level="note") if d.code else d for d in self.decisions]
 
     @property
     def warnings(self) -> tuple[Decision, ...]:
-        """What the user should look at."""
+        """Decisions that the user should check."""
         return tuple(decision for decision in self.decisions if decision.level == "warning")
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data for JSON."""
+        """Return plain data for JSON."""
         from roboyard._version import __version__
 
         return {
@@ -96,9 +96,9 @@ class ImportLog:
 
 
 def unique_warnings(decisions: Iterable[Decision]) -> list[tuple[str, list[str]]]:
-    """Messages in order of their first appearance, each with the elements that it was said of.
+    """Return messages in order of their first appearance, each with the elements that it names.
 
-    Findings of one kind are told once: the first one's message stands for them.
+    Findings of one kind are merged into the message of the first.
     """
     messages: dict[str, dict[str, None]] = {}
     elements: dict[str, dict[str, None]] = {}
@@ -106,8 +106,8 @@ def unique_warnings(decisions: Iterable[Decision]) -> list[tuple[str, list[str]]
         key = decision.code or decision.message
         messages.setdefault(key, {})[decision.message] = None
         elements.setdefault(key, {})[decision.element] = None
-    told = []
-    for key, said in messages.items():
-        more = f" (and {len(said) - 1} more like this)" if len(said) > 1 else ""
-        told.append((next(iter(said)) + more, list(elements[key])))
-    return told
+    merged = []
+    for key, texts in messages.items():
+        more = f" (and {len(texts) - 1} more like this)" if len(texts) > 1 else ""
+        merged.append((next(iter(texts)) + more, list(elements[key])))
+    return merged

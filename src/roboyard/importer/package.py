@@ -1,4 +1,4 @@
-"""Build a package beside its place, and move it in at the end.
+"""Build a package beside its target folder, and move it in at the end.
 
     <data>/<dataset>/.import-<name>-<random>/object/    -> <data>/<dataset>/objects/robot/<name>/
     <data>/<dataset>/.import-<name>-<random>/model/     -> <data>/<dataset>/models/<name>/

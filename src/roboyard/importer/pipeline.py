@@ -119,7 +119,7 @@ def _validation(robot: RobotModel, context: ImportContext) -> list[ValidationRep
     try:
         report = validate(
             RegisteredRobot(name=robot.name, file=definition, dataset=context.build),
-            progress=lambda gate, share: log.tell(share, gate.replace("_", " ")),
+            progress=lambda gate, share: log.report_progress(share, gate.replace("_", " ")),
         )
     except Exception as error:  # the package is complete; a validation that cannot run must not lose it
         cause = " ".join(str(error).split())[:300]

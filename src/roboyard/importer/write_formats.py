@@ -1,4 +1,4 @@
-"""Write every file of a package."""
+"""Write the files of a package in every format."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.metadata import write_metadata
 
 
-def write_formats(robot: RobotModel, context: ImportContext) -> dict[str, ExportResult]:
-    """Write the robot in every format into `context.build`; format name to what was written."""
+def write_package(robot: RobotModel, context: ImportContext) -> dict[str, ExportResult]:
+    """Write the robot in every format into `context.build`; returns format name to result."""
     from roboyard.export import curobo, definition, mjcf, urdf, usd, xrdf
 
     build, name = context.build, robot.name
@@ -27,11 +27,11 @@ def write_formats(robot: RobotModel, context: ImportContext) -> dict[str, Export
     )
     written: dict[str, ExportResult] = {}
     for index, (kind, task) in enumerate(tasks):
-        context.log.tell(index / len(tasks), kind)
+        context.log.report_progress(index / len(tasks), kind)
         try:
             written[kind] = task()
         except MissingExtraError as error:
-            context.log.warn(f"{kind}: left out: {error}")
+            context.log.warn(f"{kind} skipped: {error}")
             continue
         for note in written[kind].notes:
             context.log.note(f"{kind}: {note}")
@@ -43,5 +43,5 @@ def write_formats(robot: RobotModel, context: ImportContext) -> dict[str, Export
 
 
 def relative(path: Path, folder: Path) -> str:
-    """Path below a folder, with `/`."""
+    """Return a path relative to a folder, with `/`."""
     return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else path.name

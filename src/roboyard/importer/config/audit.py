@@ -1,4 +1,4 @@
-"""What `roboyard audit CONFIG.yaml` asks."""
+"""Check a configuration file for `roboyard audit CONFIG.yaml`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from roboyard.importer.config.load import load_config
 
 
 def check_config(file: Path | str, *, packages: Mapping[str, Path] | None = None) -> tuple[str, ...]:
-    """Check a configuration without importing; returns what is odd but usable.
+    """Check a configuration without importing; returns its warnings.
 
     Raises:
         ConfigError: something is wrong; one line for each problem, with file and line.

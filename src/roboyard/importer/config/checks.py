@@ -18,19 +18,22 @@ COLLISION_LISTS = ("no_collision_links", "coacd_links", "convex_links", "no_deco
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ConfigProblem:
-    """One thing that is wrong with a configuration."""
+    """A problem of a configuration."""
 
     where: Where
     """Key path."""
     text: str
     line: int | None = None
-    """Where the key path does not lead to it."""
+    """Line in the file, for problems that the key path does not locate."""
     is_note: bool = False
-    """True for what is odd but usable."""
+    """Whether the configuration is usable despite the problem."""
 
 
 def check_against(config: ImportConfig, description: RobotDescription) -> list[ConfigProblem]:
-    """Names that do not exist, sensors given both ways round, lists that contradict one another."""
+    """Return the problems of a configuration with its robot.
+
+    They are unknown names, sensors whose link exists and has a parent or neither, and contradicting lists.
+    """
     problems: list[ConfigProblem] = []
     problems += _base_motion(config, description)
     problems += _collision(config, description)
@@ -41,12 +44,12 @@ def check_against(config: ImportConfig, description: RobotDescription) -> list[C
 
 
 def virtual_links() -> tuple[str, ...]:
-    """Names of the links of a holonomic base, root first."""
+    """Return the names of a holonomic base's virtual links, root first."""
     return tuple(f"base_footprint_{axis}" for axis in VIRTUAL_AXES)
 
 
 def virtual_joints() -> tuple[str, ...]:
-    """Names of the joints of a holonomic base, root first."""
+    """Return the names of a holonomic base's virtual joints, root first."""
     return tuple(f"base_footprint_{axis}_joint" for axis in VIRTUAL_AXES)
 
 
@@ -92,7 +95,7 @@ def _collision(config: ImportConfig, description: RobotDescription) -> list[Conf
         for index, name in enumerate(names):
             first = owner.setdefault(name, key)
             if first != key:
-                text = f"link {name!r} is also in {first}, which counts; keep one"
+                text = f"link {name!r} is also in {first}, which takes precedence; keep one"
                 problems.append(ConfigProblem(where=("collision", key, index), text=text, is_note=True))
     return problems
 
@@ -100,7 +103,7 @@ def _collision(config: ImportConfig, description: RobotDescription) -> list[Conf
 def _sensors(
     config: ImportConfig, description: RobotDescription
 ) -> tuple[dict[str, str], list[ConfigProblem]]:
-    """Every link that exists once the sensors are there (with the key that made it), and the problems."""
+    """Return each link that exists with the sensors (and the key that creates it), and the problems."""
     known = dict.fromkeys(description.link_by_name, "")
     if config.base_motion.use_holonomic_joints:
         known |= dict.fromkeys(virtual_links(), "base_motion.use_holonomic_joints")
@@ -111,21 +114,21 @@ def _sensors(
         for index, entry in enumerate(entries):
             where = (key, index)
             if entry.link in used:
-                text = f"link {entry.link!r} already has one; a link takes one sensor of each kind"
+                text = f"link {entry.link!r} already has one; a link has at most one sensor of each kind"
                 problems.append(ConfigProblem(where=(*where, "link"), text=text))
             used.add(entry.link)
             if entry.parent_link is None:
                 if entry.link not in known:
-                    text = f"{unknown_name('link', entry.link, known)}; give parent_link to make a new link"
+                    text = f"{unknown_name('link', entry.link, known)}; add parent_link to create a link"
                     problems.append(ConfigProblem(where=(*where, "link"), text=text))
                 continue
             if entry.parent_link not in known:
                 text = f"link {entry.link!r}: {unknown_name('link', entry.parent_link, known)}"
                 problems.append(ConfigProblem(where=(*where, "parent_link"), text=text))
             if entry.link in known:
-                made = f" (made by {known[entry.link]})" if known[entry.link] else ""
+                made = f" (created by {known[entry.link]})" if known[entry.link] else ""
                 text = (
-                    f"link {entry.link!r} already exists{made}, so it cannot be made below "
+                    f"link {entry.link!r} already exists{made}, so it cannot be created below "
                     f"{entry.parent_link!r}; set parent_link to null, or give another link name"
                 )
                 problems.append(ConfigProblem(where=(*where, "link"), text=text))
@@ -202,12 +205,12 @@ def _outside(
         limits = joint.position_limits()
         if value is None or limits is None or limits[0] - 1e-4 <= value <= limits[1] + 1e-4:
             continue
-        text = f"joint {joint.name!r}: {value:g} lies outside its limits [{limits[0]:g}, {limits[1]:g}]"
+        text = f"joint {joint.name!r}: {value:g} is outside its limits [{limits[0]:g}, {limits[1]:g}]"
         problems.append(ConfigProblem(where=(*where, joint.name if by_name else index), text=text))
     return problems
 
 
 def frozen_joints(config: ImportConfig) -> frozenset[str]:
-    """Joints that the import fixes."""
+    """Return the joints that the import fixes."""
     base = config.base_motion
     return frozenset(base.wheel_joints) if base.use_holonomic_joints else frozenset()

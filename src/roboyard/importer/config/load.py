@@ -1,4 +1,4 @@
-"""Read a source configuration: all problems in one error, each with its line."""
+"""Load a source configuration; all problems are in one error, each with its line."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAX_PROBLEMS = 100
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LoadedConfig:
-    """A configuration that can be used, and where it came from."""
+    """A valid configuration and its origin."""
 
     config: ImportConfig
     urdf: Path
@@ -43,7 +43,7 @@ def load_config(
     packages: Mapping[str, Path] | None = None,
     overrides: Mapping[str, Any] | None = None,
 ) -> LoadedConfig:
-    """Read and check a configuration against its URDF.
+    """Load a configuration and check it against its URDF.
 
     Args:
         file: the YAML file.
@@ -54,32 +54,32 @@ def load_config(
         ConfigError: something is wrong; the message has one line for each problem, `file:line: key: text`.
     """
     path = Path(file)
-    judged = _judge(read_yaml(path), path.name, path.parent, packages or {}, overrides or {})
-    return judged.usable(path)
+    checked = _check(read_yaml(path), path.name, path.parent, packages or {}, overrides or {})
+    return checked.usable(path)
 
 
 def check_data(data: Mapping[str, Any], *, packages: Mapping[str, Path] | None = None) -> LoadedConfig:
-    """The same for a configuration given as plain data; relative paths count from the working folder.
+    """Check a configuration given as plain data; relative paths count from the working folder.
 
     Raises:
         ConfigError: something is wrong; one line for each problem, `configuration: key: text`.
     """
-    shell = YamlFile(data=dict(data), lines={}, problems=())
-    return _judge(shell, "configuration", Path(), packages or {}, {}).usable(None)
+    unnumbered = YamlFile(data=dict(data), lines={}, problems=())
+    return _check(unnumbered, "configuration", Path(), packages or {}, {}).usable(None)
 
 
 def audit_config(file: Path | str, packages: Mapping[str, Path] | None = None) -> list[str]:
-    """Everything that is wrong with a configuration, as `file:line: key: text`; empty where it is sound."""
+    """Return all problems of a configuration, as `file:line: key: text`; empty where it is valid."""
     path = Path(file)
     try:
-        judged = _judge(read_yaml(path), path.name, path.parent, packages or {}, {})
+        checked = _check(read_yaml(path), path.name, path.parent, packages or {}, {})
     except ConfigError as error:
         return str(error).splitlines()
-    return [*judged.errors, *judged.notes]
+    return [*checked.errors, *checked.notes]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class _Judged:
+class _Checked:
     config: ImportConfig | None
     urdf: Path | None
     elements: UrdfElements | None
@@ -94,17 +94,17 @@ class _Judged:
         )
 
 
-def _judge(
+def _check(
     yaml_file: YamlFile,
     name: str,
     folder: Path,
     packages: Mapping[str, Path],
     overrides: Mapping[str, Any],
-) -> _Judged:
+) -> _Checked:
     data = yaml_file.data
     if not isinstance(data, dict):
-        what = "is empty" if data is None else "is no mapping"
-        raise ConfigError(f"{name}: the file {what}; give at least urdf_path and name")
+        fault = "is empty" if data is None else "is no mapping"
+        raise ConfigError(f"{name}: the file {fault}; give at least urdf_path and name")
     data = {**data, **overrides}
     problems = [ConfigProblem(where=(), line=line, text=text) for line, text in yaml_file.problems]
     config, found = _validated(data)
@@ -116,11 +116,11 @@ def _judge(
         elements = parse_urdf(urdf, packages=packages)
         problems += _against_urdf(config, urdf, elements)
     problems.sort(key=lambda problem: problem.line or yaml_file.line(problem.where) or 10**9)
-    errors = [_told(problem, name, yaml_file) for problem in problems if not problem.is_note]
-    notes = [_told(problem, name, yaml_file) for problem in problems if problem.is_note]
+    errors = [_line_of(problem, name, yaml_file) for problem in problems if not problem.is_note]
+    notes = [_line_of(problem, name, yaml_file) for problem in problems if problem.is_note]
     if len(errors) > MAX_PROBLEMS:
         errors = [*errors[:MAX_PROBLEMS], f"{name}: and {len(errors) - MAX_PROBLEMS} more problems"]
-    return _Judged(config=config, urdf=urdf, elements=elements, errors=tuple(errors), notes=tuple(notes))
+    return _Checked(config=config, urdf=urdf, elements=elements, errors=tuple(errors), notes=tuple(notes))
 
 
 def _against_urdf(config: ImportConfig, urdf: Path, elements: UrdfElements) -> list[ConfigProblem]:
@@ -136,13 +136,13 @@ def _against_urdf(config: ImportConfig, urdf: Path, elements: UrdfElements) -> l
 
 
 def renamed_view(description: RobotDescription) -> RobotDescription:
-    """The description under the names that the import will give it."""
+    """Return the description with the names that the import will use."""
     from roboyard.importer.steps.names import planned_names, renamed
 
     return renamed(description, planned_names(description))
 
 
-def _told(problem: ConfigProblem, name: str, yaml_file: YamlFile) -> str:
+def _line_of(problem: ConfigProblem, name: str, yaml_file: YamlFile) -> str:
     line = problem.line or yaml_file.line(problem.where)
     at = f"{name}:{line}" if line else name
     key = dotted(problem.where)
@@ -161,8 +161,8 @@ def dotted(where: Where) -> str:
 
 
 def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[ConfigProblem]]:
-    """The model, and what is wrong. Faulty values are left out and the rest tried again, so that one run
-    also finds the problems that only show beside the URDF.
+    """Return the model and the problems. Invalid values are removed and the rest is validated again, so that
+    one run also finds the problems that only the URDF reveals.
     """
     remaining: dict[str, Any] = copy.deepcopy(data)
     problems: list[ConfigProblem] = []
@@ -176,7 +176,7 @@ def _validated(data: dict[str, Any]) -> tuple[ImportConfig | None, list[ConfigPr
         for where, same in _by_place(places, details).items():
             detail = same[0]
             if detail["type"] == "missing" and where in removed:
-                # it was there, but wrong: told already
+                # it was there, but wrong: reported already
                 if where == ("name",):
                     remaining["name"] = "robot"
                 else:
@@ -200,13 +200,13 @@ def _by_place(places: Sequence[Where], details: Sequence[Any]) -> dict[Where, li
 
 
 def _either(texts: Sequence[str]) -> str:
-    """One sentence of what each branch of a union asks for."""
+    """Return one sentence with the requirement of each branch of a union."""
     first, *others = dict.fromkeys(texts)
     return " or ".join([first, *(text.removeprefix("must be ") for text in others)])
 
 
 def _real_location(location: Sequence[str | int], data: Any) -> Where:
-    """Pydantic's location without the names of union branches, which are no keys of the file."""
+    """Return pydantic's location without the names of union branches, which are no keys of the file."""
     where: list[str | int] = []
     current = data
     for part in location:
@@ -222,10 +222,10 @@ def _real_location(location: Sequence[str | int], data: Any) -> Where:
 
 
 def _remove(data: Any, where: Where) -> set[Where]:
-    """Take out the innermost mapping entry on the way to `where` (list items keep their places so).
+    """Remove the innermost mapping entry on the path `where`; list items keep their places.
 
     Returns:
-        What went.
+        The removed key path.
     """
     for length in range(len(where), 0, -1):
         container = data
@@ -269,7 +269,7 @@ def _text(detail: Any, where: Where) -> str:
 
 
 def _fields_at(where: Where) -> Sequence[str]:
-    """Keys that the model knows at a place."""
+    """Return the keys that the model defines at a place."""
     model: type[BaseModel] | None = ImportConfig
     for part in where:
         if model is None or isinstance(part, int) or part not in model.model_fields:

@@ -1,7 +1,7 @@
 """The source configuration of an import: every key, typed.
 
 This is the file that OmniGibson's importer takes. Unlike there, a key that does not exist, a value of the
-wrong type and a number that cannot be are errors; `load_config` reports all of them at once with their lines.
+wrong type and an impossible number are errors; `load_config` reports all of them at once with their lines.
 `roboyard import --help` shows the whole file with comments.
 """
 
@@ -74,7 +74,7 @@ class _Section(BaseModel):
 
 
 class BaseMotion(_Section):
-    """How the base moves."""
+    """Motion of the base."""
 
     wheel_links: Names = []
     """Links that are wheels."""
@@ -87,12 +87,12 @@ class BaseMotion(_Section):
 
 
 class Collision(_Section):
-    """How collision shapes are made. Links that came with good ones keep them unless a list names them."""
+    """Method for collision shapes. Links with usable ones keep them unless a list names them."""
 
     decompose_method: DecomposeMethod | None = "convex"
-    """For links whose collision shape is missing or is their visual mesh; null makes none."""
+    """Method for links whose collision shape is missing or is their visual mesh; null for none."""
     hull_count: Annotated[int, Field(ge=1, le=512, strict=True)] = 8
-    """Most hulls of a mesh, for coacd."""
+    """Largest number of hulls of a mesh, for coacd."""
     coacd_links: Names = []
     convex_links: Names = []
     no_decompose_links: Names = []
@@ -100,10 +100,10 @@ class Collision(_Section):
 
 
 class Offset(_Section):
-    """Pose in the parent's (or, without one, the link's) frame."""
+    """Pose in the parent's frame; in the link's without a parent."""
 
     position: Vector = (0.0, 0.0, 0.0)
-    """m; applied before the rotation"""
+    """Applied before the rotation (m)."""
     orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
     """x, y, z, w"""
 
@@ -134,21 +134,21 @@ class Sphere(_Section):
 
 
 class Curobo(_Section):
-    """What the motion planner is told; whatever is left out is worked out."""
+    """Settings of the motion planner; missing ones are computed."""
 
     eef_to_gripper_info: Annotated[dict[str, Gripper], BeforeValidator(_none_as_empty_map)] = {}
     flip_joint_limits: Names = []
     lock_joints: Annotated[dict[str, Number | None], BeforeValidator(_none_as_empty_map)] = {}
     self_collision_ignore: Annotated[dict[str, Names], BeforeValidator(_none_as_empty_map)] = {}
     self_collision_buffer: Annotated[dict[str, Number], BeforeValidator(_none_as_empty_map)] = {}
-    """m"""
+    """Link name to padding (m)."""
     collision_spheres: Annotated[dict[str, list[Sphere]], BeforeValidator(_none_as_empty_map)] = {}
     """A mapping, or a list of one-key mappings as Lula's editor exports."""
     torso_joints: Names = []
     default_qpos: list[Number] | dict[str, Number] | None = None
-    """One value for each joint that moves but the virtual ones, breadth first; or by name."""
+    """Position of each moving joint except the virtual ones, breadth first; or by name (rad or m)."""
     sphere_preset: SpherePreset = "balanced"
-    """How collision spheres are fitted where none are given."""
+    """Preset for fitting collision spheres where none are given."""
 
     @field_validator("collision_spheres", mode="before")
     @classmethod
@@ -170,7 +170,7 @@ class ImportConfig(_Section):
     """A whole source configuration."""
 
     urdf_path: Annotated[str, Field(min_length=1)]
-    """Relative paths count from the configuration's folder."""
+    """Path of the URDF, relative to the configuration's folder or absolute."""
     name: str
     dataset_name: str = DEFAULT_DATASET
     headless: bool = True
@@ -197,16 +197,16 @@ class ImportConfig(_Section):
         return checked_dataset(value)
 
     def urdf_file(self, folder: Path) -> Path:
-        """The URDF's path; `folder` is that of the configuration."""
+        """Return the URDF's path; `folder` is that of the configuration."""
         path = Path(self.urdf_path).expanduser()
         return path if path.is_absolute() else folder / path
 
 
 def checked_name(value: str) -> str:
-    """A robot name in lower case.
+    """Return a robot name in lower case.
 
     Raises:
-        ValueError: it cannot name a prim and a folder.
+        ValueError: it is not usable as name of a prim and a folder.
     """
     if len(value) > 100 or not NAME_PATTERN.fullmatch(value):
         raise ValueError(f"{value!r} is no robot name; use letters, digits and _, not starting with a digit")
@@ -214,7 +214,7 @@ def checked_name(value: str) -> str:
 
 
 def checked_dataset(value: str) -> str:
-    """A dataset's folder name.
+    """Return a dataset's folder name.
 
     Raises:
         ValueError: it is not the name of one folder.

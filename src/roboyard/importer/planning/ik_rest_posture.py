@@ -1,15 +1,15 @@
-"""A rest posture from which an arm can move its tip every way at once.
+"""A rest posture in which no arm is near a singularity.
 
-Many files draw their arms stretched out, where joints line up: the tip cannot be moved along the arm, and a
-controller that follows poses gets stuck. With J the Jacobian of the tip, its lengths in units of the arm's
+In many files arms are stretched out at zero, with parallel joint axes: the tip cannot move along the arm, and
+controllers that follow poses get stuck. With J the Jacobian of the tip, its lengths in units of the arm's
 reach, such postures have a vanishing smallest singular value σ of J (Yoshikawa, "Manipulability of robotic
-mechanisms", IJRR 4(2), 1985). An arm whose σ is small is bent: of the postures whose joints are turned by
-nothing, 45° or 90° that one is taken that is best by
+mechanisms", IJRR 4(2), 1985). An arm with a small σ is bent: of the postures whose joints are turned by
+0°, 45° or 90°, the one with the largest
 
     σ / σ_best - 0.1 (turns / 90°) + 0.2 x / reach + 0.2 z / reach
 
-with x how far its tip points forwards and z its lowest joint, so that arms that mirror each other are bent in
-mirror images; it must touch nothing that did not touch before, and stay above the floor.
+is chosen, with x the forward position of its tip and z the height of its lowest joint, so that mirrored arms
+are bent in mirror images. It must not cause new contacts, and must stay above the floor.
 """
 
 from __future__ import annotations
@@ -34,27 +34,28 @@ if TYPE_CHECKING:
     from roboyard.sim.body import Body
 
 ENOUGH = 0.06
-"""σ from which a posture stays as it is."""
+"""σ from which a posture is kept."""
 TURNS = np.radians((0.0, 45.0, -45.0, 90.0, -90.0))
 MARGIN = np.radians(10.0)
-"""To the limits of bent joints."""
+"""Distance of bent joints to their limits (rad)."""
 MOST_JOINTS = 6
-"""That are turned in all ways; joints nearer to the tip stay."""
+"""Most joints that are turned; joints nearer to the tip are kept."""
 FEWEST_JOINTS = 4
 TRIES = 100
-"""Postures looked at for contacts."""
+"""Postures checked for contacts."""
 
 MOST_OF_ALL = 0.6
-"""Share of a robot's joints, its fingers' left out, from which its longest chain counts as an arm, where
-nobody names its hands."""
+"""Share of a robot's joints, without its fingers', from which its longest chain counts as an arm where no
+gripper is configured or detected.
+"""
 
 Posture = Mapping[str, float]
 
 
 def ik_rest_posture(robot: RobotModel, config: ImportConfig, rest: Posture) -> dict[str, float]:
-    """A rest posture with its stretched arms bent.
+    """Return the rest posture with stretched arms bent (rad or m).
 
-    A posture that the configuration gives (`default_qpos`) stays, and so do torsos, locked joints and legs.
+    The configuration's `default_qpos` is kept, and so are torsos, locked joints and legs.
     """
     out = dict(rest)
     if config.curobo.default_qpos is not None:
@@ -75,7 +76,7 @@ def ik_rest_posture(robot: RobotModel, config: ImportConfig, rest: Posture) -> d
 
 
 def _driven_before(description: RobotDescription, tip: str) -> int:
-    """Joints that something of their own moves, but those that the tip carries."""
+    """Return the number of driven joints that are not beyond the tip."""
     beyond, todo = set[str](), [tip]
     while todo:
         joints = description.child_joints.get(todo.pop(), ())
@@ -86,10 +87,10 @@ def _driven_before(description: RobotDescription, tip: str) -> int:
 
 
 class NewContacts:
-    """Tells whether a posture makes links touch that do not at rest nor at zero."""
+    """Reports whether a posture causes contacts that occur neither at rest nor at zero."""
 
     def __init__(self, description: RobotDescription, rest: Posture) -> None:
-        """The robot is built when first asked for."""
+        """Store the robot; its world is built at the first call."""
         self._description, self._rest = description, rest
 
     def __call__(self, posture: Posture) -> bool:

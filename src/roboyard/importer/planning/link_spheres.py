@@ -1,4 +1,4 @@
-"""Collision spheres of links, fitted once per distinct shape and kept on disk."""
+"""Collision spheres of links, fitted once for each distinct shape and cached on disk."""
 
 from __future__ import annotations
 
@@ -16,23 +16,29 @@ from roboyard.shapes.spheres.fit import fit_spheres
 from roboyard.transforms import Array
 
 VERSION = 3
-"""Raised when the same shapes give other spheres than before."""
+"""Cache version: increase it when the same shapes give other spheres than before."""
 SMALLEST = 1e-6
-"""m: extent below which a shape is a point that no planner needs to avoid."""
+"""Extent below which a shape is ignored as a point (m)."""
 FIGURES = ("coverage", "surface_coverage", "protrusion", "excess", "gap_mm")
 
 
 def fit_links(
     solids: Mapping[str, Sequence[Collision]], context: ImportContext, *, preset: str
 ) -> dict[str, tuple[CollisionSphere, ...]]:
-    """Spheres of every link that has a shape of some size, in the order of `solids`."""
+    """Return the spheres of every link with a shape of non-zero size, in the order of `solids`.
+
+    Args:
+        solids: link name to its shapes, in the link's frame.
+        context: log and progress of the import.
+        preset: preset of `fit_spheres`.
+    """
     found: dict[str, tuple[CollisionSphere, ...]] = {}
     facts: dict[str, object] = {}
     known: dict[str, dict[str, Array]] = {}
     with_shapes = [name for name, shapes in solids.items() if shapes]
     for done, name in enumerate(with_shapes):
-        context.log.tell(done / len(with_shapes), name)
-        exact = _balls(solids[name])
+        context.log.report_progress(done / len(with_shapes), name)
+        exact = _exact_spheres(solids[name])
         if exact is not None:
             found[name] = exact
             facts[name] = {"spheres": len(exact), "exact": True}
@@ -51,8 +57,8 @@ def fit_links(
     return found
 
 
-def _balls(shapes: Sequence[Collision]) -> tuple[CollisionSphere, ...] | None:
-    """Spheres that are given as spheres; None where another shape is among them."""
+def _exact_spheres(shapes: Sequence[Collision]) -> tuple[CollisionSphere, ...] | None:
+    """Return shapes that are spheres already; None where one is not."""
     made = []
     for shape in shapes:
         if not isinstance(shape.geometry, Sphere):
@@ -84,7 +90,7 @@ def _fitted(
 
 
 def _spheres(centers: Array, radii: Array) -> tuple[CollisionSphere, ...]:
-    """Rounded outwards to a hundredth of a millimetre, as people read them."""
+    """Return (n, 3) centres and (n,) radii as spheres, rounded outwards to a hundredth of a millimetre."""
     made = []
     for center, radius in zip(centers, radii, strict=True):
         x, y, z = (round(float(value), 5) + 0.0 for value in center)

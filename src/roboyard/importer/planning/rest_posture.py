@@ -1,4 +1,4 @@
-"""The posture a robot rests in, joint by joint, and the joints a planner leaves alone."""
+"""Rest posture of a robot, and the joints that a planner does not move."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from roboyard.kinematics.joint_order import breadth_first_joints, single_dof_joi
 
 
 def rest_posture(robot: RobotModel, config: ImportConfig) -> dict[str, float]:
-    """Position of every joint that moves by one number: rad or m.
+    """Return the rest position of every joint with one degree of freedom (rad or m).
 
-    The configuration's `default_qpos` where it gives one; else zero, or the nearest value to zero inside the
-    limits. A mimic joint follows its leader. Virtual joints rest at zero.
+    It is the configuration's `default_qpos` where given; else zero, or the limit nearest to zero. A mimic
+    joint follows its leader. Virtual joints rest at zero.
     """
     description = robot.description
     given = named_qpos(robot, config)
@@ -38,7 +38,7 @@ def rest_posture(robot: RobotModel, config: ImportConfig) -> dict[str, float]:
 
 
 def named_qpos(robot: RobotModel, config: ImportConfig) -> dict[str, float]:
-    """The configuration's `default_qpos` by joint name."""
+    """Return the configuration's `default_qpos` by joint name (rad or m)."""
     given = config.curobo.default_qpos
     if given is None:
         return {}
@@ -50,13 +50,16 @@ def named_qpos(robot: RobotModel, config: ImportConfig) -> dict[str, float]:
 
 
 def nearest_to_zero(joint: Joint) -> float:
-    """Zero, or the limit nearest to it."""
+    """Return zero, or the limit nearest to it (rad or m)."""
     limits = joint.position_limits()
     return 0.0 if limits is None else float(np.clip(0.0, *limits))
 
 
 def lock_joints(robot: RobotModel, config: ImportConfig, rest: Mapping[str, float]) -> dict[str, float]:
-    """Joints that a planner leaves alone: the configuration's, the undriven virtual ones, open grippers."""
+    """Return the joints that a planner does not move, with their positions (rad or m).
+
+    They are the configuration's, the virtual joints without a drive, and the gripper joints, opened.
+    """
     locked: dict[str, float] = {}
     for name, value in config.curobo.lock_joints.items():
         locked[name] = rest.get(name, 0.0) if value is None else value

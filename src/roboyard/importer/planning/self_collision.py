@@ -1,7 +1,7 @@
-"""Which links a planner need not keep apart: neighbours, what touches at rest, what always or never meets.
+"""Pairs of links that a planner need not check: adjacent ones, and those that always or never collide.
 
-Links are judged by their spheres, as planners judge them, in a few thousand random postures whose frames
-MuJoCo computes; at rest also by their real collision shapes.
+Links are represented by their spheres, as in planners, in a few thousand random postures whose frames MuJoCo
+computes; at rest also by their collision shapes.
 """
 
 from __future__ import annotations
@@ -26,34 +26,36 @@ if TYPE_CHECKING:
 
 SAMPLES = 3000
 ALWAYS = 0.95
-"""Share of postures in which two links meet from which they are said to meet always."""
+"""Share of postures with a collision from which a pair counts as always colliding."""
 NEVER_MARGIN = 0.02
-"""m: distance that two links must have kept in every posture to be said never to meet."""
+"""Smallest distance in every posture for a pair to count as never colliding (m)."""
 REST_MARGIN = 0.004
-"""m: twice cuRobo's sphere buffer; spheres nearer than this at rest count as touching."""
+"""Distance of spheres at rest below which a pair counts as colliding (m): twice cuRobo's sphere buffer."""
 NEAR = 0.01
-"""m: hulls that touch at rest count only if the spheres, which know dents, are this near."""
+"""Distance of spheres below which hulls that overlap at rest count as colliding (m); spheres follow concave
+shapes, hulls do not.
+"""
 
 BATCH = 500
-"""Postures worked on at a time."""
+"""Postures processed at once."""
 
 Pair = tuple[str, str]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SelfCollision:
-    """What the samples say. Pairs are in link order."""
+    """Pairs of links by how they collide in the sampled postures, in link order."""
 
     adjacent: tuple[Pair, ...]
-    """Joined by a joint, or by links without spheres or motion between them."""
+    """Connected by a joint, or by links without spheres or without motion between them."""
     at_rest: tuple[Pair, ...]
-    """Touching in the rest posture, other than adjacent."""
+    """Colliding in the rest posture, and not adjacent."""
     always: tuple[Pair, ...]
     never: tuple[Pair, ...]
     samples: int
 
     def ignore(self) -> dict[str, tuple[str, ...]]:
-        """Link to the links it may touch, each pair once."""
+        """Return each link with the links it may touch, each pair once."""
         found: dict[str, list[str]] = {}
         for a, b in (*self.adjacent, *self.at_rest, *self.always, *self.never):
             if b not in found.setdefault(a, []):
@@ -70,23 +72,23 @@ def self_collision_matrix(
     samples: int = SAMPLES,
     seed: int = 0,
 ) -> SelfCollision:
-    """Which pairs of links a planner need not check.
+    """Return the pairs of links that a planner need not check.
 
     Args:
         description: the robot.
-        spheres: link name to its spheres; links without any are left out.
-        rest: joint name to position at rest; rad or m.
+        spheres: link name to its spheres; links without any are skipped.
+        rest: joint name to position at rest (rad or m).
         touching: links whose collision shapes touch at rest, with depth (m); see `contacts_at`.
         samples: random postures inside the limits.
-        seed: of the postures.
+        seed: seed of the random postures.
     """
     order = {link.name: index for index, link in enumerate(description.links)}
-    names = sorted((name for name, balls in spheres.items() if balls), key=order.__getitem__)
+    names = sorted((name for name, own in spheres.items() if own), key=order.__getitem__)
     adjacent = adjacent_pairs(description, names)
-    bundles = SphereSets.of(names, spheres)
+    sets = SphereSets.of(names, spheres)
     sampler = PostureSampler(description)
     frames = sampler.frames([sampler.posture(rest)], names)
-    rest_gap = bundles.gaps(frames[0][0], frames[1][0])
+    rest_gap = sets.gaps(frames[0][0], frames[1][0])
     touching_pairs = {_key(a, b, order) for a, b, _ in touching}
     at_rest: list[Pair] = []
     open_pairs: list[tuple[int, int]] = []
@@ -99,7 +101,7 @@ def self_collision_matrix(
                 at_rest.append((a, b))
             else:
                 open_pairs.append((i, j))
-    always, never = _over_postures(sampler, bundles, names, open_pairs, samples, seed)
+    always, never = _over_postures(sampler, sets, names, open_pairs, samples, seed)
     return SelfCollision(
         adjacent=tuple(sorted(adjacent, key=lambda p: (order[p[0]], order[p[1]]))),
         at_rest=tuple(at_rest),
@@ -111,13 +113,13 @@ def self_collision_matrix(
 
 def _over_postures(
     sampler: PostureSampler,
-    bundles: SphereSets,
+    sets: SphereSets,
     names: Sequence[str],
     pairs: list[tuple[int, int]],
     samples: int,
     seed: int,
 ) -> tuple[list[Pair], list[Pair]]:
-    """Those of the pairs that meet always, and those that meet never, in random postures."""
+    """Return the pairs that always collide, and those that never do, in random postures."""
     rng = np.random.default_rng(seed)
     watched = np.array(pairs, dtype=np.int64).reshape(-1, 2)
     seen = PairCounts.empty(len(pairs))
@@ -125,7 +127,7 @@ def _over_postures(
     for begin in range(0, samples, BATCH):
         postures = sampler.random(min(BATCH, samples - begin), rng)
         positions, rotations = sampler.frames(postures, names)
-        seen.add(bundles, watched, positions, rotations, margin=NEVER_MARGIN, patience=patience)
+        seen.add(sets, watched, positions, rotations, margin=NEVER_MARGIN, patience=patience)
     named = [(names[i], names[j]) for i, j in pairs]
     always = [pair for pair, missed in zip(named, seen.missed, strict=True) if missed <= patience]
     never = [pair for pair, near in zip(named, seen.near, strict=True) if not near]
@@ -133,8 +135,8 @@ def _over_postures(
 
 
 def adjacent_pairs(description: RobotDescription, names: Sequence[str]) -> set[Pair]:
-    """Pairs of the named links that a joint joins, directly or through links that are not named, and those
-    that cannot move against each other.
+    """Return pairs of named links that a joint connects, directly or through links that are not named, and
+    pairs that cannot move relative to each other.
     """
     order = {link.name: index for index, link in enumerate(description.links)}
     named = set(names)
@@ -157,8 +159,8 @@ def adjacent_pairs(description: RobotDescription, names: Sequence[str]) -> set[P
 
 
 def contacts_at(body: Body, world: World, rest: Mapping[str, float]) -> list[tuple[str, str, float]]:
-    """Links whose collision shapes overlap with the joints at `rest`, and by how much (m); neighbours left
-    out.
+    """Return links whose collision shapes overlap at `rest` (rad or m), with depth (m); adjacent links are
+    skipped.
     """
     for joint in body.joints:
         if joint.is_scalar and joint.name in rest:
@@ -182,7 +184,7 @@ def _key(a: str, b: str, order: Mapping[str, int]) -> Pair:
 
 
 class PostureSampler:
-    """Random postures inside the joint limits, and the frames of the links in them."""
+    """Random postures inside the joint limits, and their link frames."""
 
     def __init__(self, description: RobotDescription) -> None:
         from roboyard.sim import World
@@ -202,7 +204,9 @@ class PostureSampler:
         self.address = {j.name: self.body.joint(j.name).qpos_slice.start for j in self.joints}
 
     def posture(self, positions: Mapping[str, float]) -> Array:
-        """(nq,) with the named joints set and mimic joints following, the others at zero."""
+        """Return the (nq,) posture with the named joints set, mimic joints following, and the others at
+        zero.
+        """
         q = np.array(self.model.qpos0)
         for joint in self.joints:
             q[self.address[joint.name]] = positions.get(joint.name, 0.0)
@@ -210,7 +214,9 @@ class PostureSampler:
         return q
 
     def random(self, count: int, rng: np.random.Generator) -> Array:
-        """(count, nq) uniform inside the limits; joints without any turn through ±π or slide ±0.5 m."""
+        """Return (count, nq) postures, uniform inside the limits; within ±π or ±0.5 m for joints without
+        limits.
+        """
         q = np.tile(np.array(self.model.qpos0), (count, 1))
         for joint in self.joints:
             lower, upper = sample_range(joint)
@@ -226,7 +232,9 @@ class PostureSampler:
                     q[:, self.address[joint.name]] = joint.mimic.multiplier * leader + joint.mimic.offset
 
     def frames(self, postures: Array | Sequence[Array], names: Sequence[str]) -> tuple[Array, Array]:
-        """(n, links, 3) positions and (n, links, 3, 3) rotations in the root's frame."""
+        """Return (n, links, 3) positions (m) and (n, links, 3, 3) rotations of links in the root link's
+        frame.
+        """
         import mujoco
 
         rows = [self.rows[name] for name in names]
@@ -241,7 +249,7 @@ class PostureSampler:
 
 
 def sample_range(joint: Joint) -> tuple[float, float]:
-    """Bounds within which a joint is sampled."""
+    """Return the bounds within which a joint is sampled (rad or m)."""
     if joint.name.startswith("base_footprint_"):
         return (0.0, 0.0)
     limits = joint.position_limits()

@@ -1,4 +1,4 @@
-"""Links as bundles of balls: how far apart two are, and which pairs always or never meet in many postures."""
+"""Distances between links represented by spheres, and pairs that always or never collide in many postures."""
 
 from __future__ import annotations
 
@@ -17,39 +17,40 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SphereSets:
-    """Balls of all links in one array, with one ball round each link."""
+    """Spheres of all links in one array, with a bounding sphere for each link."""
 
-    balls: Array
-    """(s, 4) centre and radius in the link's frame; m"""
+    spheres: Array
+    """(s, 4) centre and radius in the link's frame (m)."""
     start: NDArray[np.int64]
-    """(links + 1,) first ball of each link."""
+    """(links + 1,) index of the first sphere of each link."""
     around: Array
-    """(links, 4) a ball that holds all of a link's."""
+    """(links, 4) sphere that contains all spheres of a link (m)."""
 
     @staticmethod
     def of(names: Sequence[str], spheres: Mapping[str, Sequence[CollisionSphere]]) -> SphereSets:
-        """The named links' balls; each has at least one."""
+        """Return the spheres of the named links; each must have at least one."""
         rows, start, around = [], [0], []
         for name in names:
-            own = np.array([(*ball.center, ball.radius) for ball in spheres[name]], dtype=float)
+            own = np.array([(*sphere.center, sphere.radius) for sphere in spheres[name]], dtype=float)
             middle = 0.5 * ((own[:, :3] - own[:, 3:]).min(axis=0) + (own[:, :3] + own[:, 3:]).max(axis=0))
             reach = float((np.linalg.norm(own[:, :3] - middle, axis=1) + own[:, 3]).max())
             rows.append(own)
             around.append((*middle, reach))
             start.append(start[-1] + len(own))
-        balls = np.concatenate(rows) if rows else np.zeros((0, 4))
-        return SphereSets(balls=balls, start=np.array(start), around=np.array(around).reshape(-1, 4))
+        table = np.concatenate(rows) if rows else np.zeros((0, 4))
+        return SphereSets(spheres=table, start=np.array(start), around=np.array(around).reshape(-1, 4))
 
     def gaps(self, positions: Array, rotations: Array) -> Array:
-        """(links, links) least distance between the balls of two links, upper triangle, infinite below; m.
+        """Return the (links, links) smallest distances between spheres of two links: upper triangle, else inf
+        (m).
 
         Args:
-            positions: (links, 3) of the link frames; m.
-            rotations: (links, 3, 3) of the same.
+            positions: (links, 3) of the link frames (m).
+            rotations: (links, 3, 3) of the link frames.
         """
         count = len(self.around)
         out = np.full((count, count), np.inf)
-        world, rough = _placed(positions, rotations, self.balls, self.start, self.around)
+        world, rough = _placed(positions, rotations, self.spheres, self.start, self.around)
         for i in range(count):
             for j in range(i + 1, count):
                 out[i, j] = _gap(world, self.start, rough, i, j, np.inf, -np.inf)
@@ -58,24 +59,24 @@ class SphereSets:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairCounts:
-    """How pairs of links fare over postures, as far as is needed to tell which always or never meet.
+    """Counts over postures from which follows which pairs of links always or never collide.
 
-    A pair is dropped once both are out of the question, so `missed` is a lower bound.
+    A pair is dropped once it can do neither, so `missed` is a lower bound.
     """
 
     missed: NDArray[np.int64]
-    """(pairs,) postures in which the two were apart."""
+    """(pairs,) number of postures without collision."""
     near: Mask
-    """(pairs,) whether they ever came within the margin of each other."""
+    """(pairs,) whether the distance was ever within the margin."""
 
     @staticmethod
     def empty(pairs: int) -> PairCounts:
-        """Nothing seen yet."""
+        """Return zero counts."""
         return PairCounts(missed=np.zeros(pairs, dtype=np.int64), near=np.zeros(pairs, dtype=bool))
 
     def add(
         self,
-        bundles: SphereSets,
+        sets: SphereSets,
         pairs: NDArray[np.int64],
         positions: Array,
         rotations: Array,
@@ -83,22 +84,22 @@ class PairCounts:
         margin: float,
         patience: int,
     ) -> None:
-        """Count more postures.
+        """Add postures to the counts.
 
         Args:
-            bundles: the links' balls.
-            pairs: (pairs, 2) links to watch.
-            positions: (postures, links, 3) of the link frames; m.
-            rotations: (postures, links, 3, 3) of the same.
-            margin: distance within which a pair counts as near; m.
-            patience: postures apart after which a pair cannot be said to meet always.
+            sets: the links' spheres.
+            pairs: (pairs, 2) indices of links.
+            positions: (postures, links, 3) of the link frames (m).
+            rotations: (postures, links, 3, 3) of the link frames.
+            margin: distance within which a pair counts as near (m).
+            patience: number of postures without collision after which a pair does not always collide.
         """
         count_pairs(
             positions,
             rotations,
-            bundles.balls,
-            bundles.start,
-            bundles.around,
+            sets.spheres,
+            sets.start,
+            sets.around,
             pairs,
             margin,
             patience,
@@ -108,37 +109,39 @@ class PairCounts:
 
 
 @njit(cache=True)
-def _placed(positions, rotations, balls, start, around):
-    """World (s, 4) balls and (links, 4) balls round links of one posture."""
-    world, rough = np.empty_like(balls), np.empty_like(around)
+def _placed(positions, rotations, spheres, start, around):
+    """Return the (s, 4) spheres and (links, 4) bounding spheres of one posture in the root's frame (m)."""
+    world, rough = np.empty_like(spheres), np.empty_like(around)
     for link in range(around.shape[0]):
-        turn, at = rotations[link], positions[link]
+        rotation, at = rotations[link], positions[link]
         for k in range(3):
             middle = at[k]
             for m in range(3):
-                middle += turn[k, m] * around[link, m]
+                middle += rotation[k, m] * around[link, m]
             rough[link, k] = middle
         rough[link, 3] = around[link, 3]
         for s in range(start[link], start[link + 1]):
             for k in range(3):
                 middle = at[k]
                 for m in range(3):
-                    middle += turn[k, m] * balls[s, m]
+                    middle += rotation[k, m] * spheres[s, m]
                 world[s, k] = middle
-            world[s, 3] = balls[s, 3]
+            world[s, 3] = spheres[s, 3]
     return world, rough
 
 
 @njit(cache=True)
 def _apart(a, b):
-    """Distance between the surfaces of two balls."""
+    """Return the distance between the surfaces of two spheres (m)."""
     x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     return np.sqrt(x * x + y * y + z * z) - a[3] - b[3]
 
 
 @njit(cache=True)
 def _gap(world, start, rough, i, j, reach, enough):
-    """Least distance between the balls of links i and j, exact below `reach`; stops at one below `enough`."""
+    """Return the smallest distance between spheres of links i and j, exact below `reach`; stops below
+    `enough`.
+    """
     least = reach
     if _apart(rough[i], rough[j]) > least:
         return least
@@ -155,10 +158,10 @@ def _gap(world, start, rough, i, j, reach, enough):
 
 
 @njit(cache=True)
-def count_pairs(positions, rotations, balls, start, around, pairs, margin, patience, missed, near):
+def count_pairs(positions, rotations, spheres, start, around, pairs, margin, patience, missed, near):
     """See `PairCounts.add`; `missed` and `near` are updated in place."""
     for posture in range(positions.shape[0]):
-        world, rough = _placed(positions[posture], rotations[posture], balls, start, around)
+        world, rough = _placed(positions[posture], rotations[posture], spheres, start, around)
         for k in range(pairs.shape[0]):
             if near[k] and missed[k] > patience:
                 continue

@@ -1,4 +1,4 @@
-"""The import page, link by link: three pictures and the figures that go with them."""
+"""Rows of the import report, one a link: pictures and figures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ WIDTH, HEIGHT = 300, 200
 
 
 def link_rows(robot: RobotModel, facts: Mapping[str, Any]) -> list[str]:
-    """A row for each link that has a shape or a mass; those without are named in one line."""
+    """Return an HTML row for each link that has a shape or a mass; the others are listed in one line."""
     planned = robot.planning.spheres if robot.planning is not None else {}
     frames = resting_frames(robot.description)
     parts, bare, pictured = [], [], 0
@@ -43,7 +43,7 @@ def link_rows(robot: RobotModel, facts: Mapping[str, Any]) -> list[str]:
         )
     if not parts:
         return []
-    out = ["<h2>Link by link</h2>", f'<div class="links">{"".join(parts)}</div>']
+    out = ["<h2>Links</h2>", f'<div class="links">{"".join(parts)}</div>']
     if pictured == MAX_LINKS_PICTURED and len(parts) > pictured:
         out.append(f'<p class="dim">{len(parts) - pictured} more links are not pictured.</p>')
     if bare:
@@ -53,7 +53,7 @@ def link_rows(robot: RobotModel, facts: Mapping[str, Any]) -> list[str]:
 
 
 def _figures(robot: RobotModel, link: Link, facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Name and value, those that are known."""
+    """Return the known figures of a link, each with its name."""
     known = facts.get("links", {}).get(link.name, {})
     made = facts.get("collision", {}).get(link.name, {})
     spheres = robot.planning.spheres.get(link.name, ()) if robot.planning is not None else ()
@@ -62,13 +62,13 @@ def _figures(robot: RobotModel, link: Link, facts: Mapping[str, Any]) -> list[tu
         out.append(("size", " × ".join(f"{1e3 * extent:.0f}" for extent in known["size"]) + " mm"))
     if link.inertial is not None:
         out.append(("mass", f"{link.inertial.mass:.3f} kg"))
-    way = str(made.get("way", ""))
-    words = {"keep": "kept as it came", "none": "none, as told", "convex": "one hull a mesh"}
+    method = str(made.get("method", ""))
+    words = {"keep": "unchanged", "none": "none, as configured", "convex": "one hull per mesh"}
     methods = {m.get("method") for m in made.get("meshes", ())}
-    if way == "coacd":
-        words["coacd"] = "convex parts" if methods - {"hull"} else "one hull each, tight already"
-    if way:
-        out.append(("collision", words.get(way, way)))
+    if method == "coacd":
+        words["coacd"] = "convex parts" if methods - {"hull"} else "one hull each, already tight"
+    if method:
+        out.append(("collision", words.get(method, method)))
     out.append(("shapes", str(len(link.collisions))))
     if known.get("excess") is not None:
         out.append(("excess volume", f"{known['excess']:.0%} of the link"))
@@ -79,5 +79,5 @@ def _figures(robot: RobotModel, link: Link, facts: Mapping[str, Any]) -> list[tu
         out.append(("covered by spheres", f"{known['coverage']:.0%}"))
         out.append(("spheres' excess", f"{known['sphere_excess']:.0%}"))
     for other, depth in list(known.get("overlaps_mm", {}).items())[:4]:
-        out.append((f"reaches into {other}", f"{depth:.1f} mm"))
+        out.append((f"overlaps {other}", f"{depth:.1f} mm"))
     return out

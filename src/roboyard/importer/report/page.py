@@ -1,4 +1,4 @@
-"""`import_report.html`: one self-contained page of what an import made, to be looked at rather than read."""
+"""`import_report.html`: one self-contained page with pictures and results of an import."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ BASES = {
     "holonomic": "moves in x, y, yaw",
 }
 """Kind of base to its words."""
-_SETTLED = {
-    "collision-overlap": "the pairs are kept from pushing each other",
-    "link-name-odd": "kept; USD has its own name and keeps this one beside it",
-    "joint-name-odd": "kept; USD has its own name and keeps this one beside it",
+_RESOLVED = {
+    "collision-overlap": "collision of these pairs is disabled",
+    "link-name-odd": "kept; USD uses an identifier and stores this name beside it",
+    "joint-name-odd": "kept; USD uses an identifier and stores this name beside it",
 }
 _STYLE = """
 .cards{display:flex;flex-wrap:wrap;gap:.6rem;margin:1rem 0}.cards div{background:var(--card);
@@ -39,7 +39,7 @@ border-radius:.5rem;padding:.4rem .9rem}.cards b{display:block;font-size:1.25rem
 .pictures{display:flex;flex-wrap:wrap;gap:.6rem;align-content:flex-start}.pictures figure{margin:0}
 @media(max-width:60rem){.sides{flex-wrap:wrap}}
 body{max-width:88rem}
-ul.look{padding-left:1.2rem}ul.look li{margin:.15rem 0}ul.look b{color:var(--look)}
+ul.warnings{padding-left:1.2rem}ul.warnings li{margin:.15rem 0}ul.warnings b{color:var(--look)}
 .gates{columns:27rem;column-gap:.8rem}
 .gate{break-inside:avoid;margin-bottom:.8rem;border:1px solid var(--line);border-radius:.5rem;
 border-left:.35rem solid var(--good);padding:.5rem .8rem}.gate.bad{border-left-color:var(--bad)}
@@ -57,13 +57,13 @@ border:1px solid var(--line);border-radius:.5rem;padding:.7rem .9rem}
 def write_import_page(
     robot: RobotModel, context: ImportContext, validation: ValidationReport | None = None
 ) -> None:
-    """Write the page beside the other files of the package."""
+    """Write the report beside the other files of the package."""
     text = import_page(
         robot,
         context.log.facts,
         context.log.warnings,
         validation,
-        draft=context.source,
+        source=context.source,
     )
     (context.build / "import_report.html").write_text(text, encoding="utf-8")
 
@@ -74,37 +74,37 @@ def import_page(
     warnings: Sequence[Any],
     validation: ValidationReport | None = None,
     *,
-    draft: UrdfElements | None = None,
+    source: UrdfElements | None = None,
 ) -> str:
-    """The page's text; every name in it is escaped.
+    """Return the page as HTML; every name in it is escaped.
 
     Args:
-        robot: as it was written.
-        facts: of the import's log.
-        warnings: the log's decisions that the user should look at.
-        validation: how the robot did when it was tried.
-        draft: the vendor's file, for the pictures of what came in.
+        robot: the robot as it was written.
+        facts: facts of the import's log.
+        warnings: the log's decisions that the user should check.
+        validation: results of the gates, where they ran.
+        source: elements of the vendor's file, for its pictures.
     """
     body = [
         f"<h1>{escape(robot.name)}</h1>",
-        _verdicts(facts, warnings, validation),
+        _badges(facts, warnings, validation),
         _cards(robot, facts),
-        *_before_and_after(robot, draft),
-        *_look_at(warnings),
+        *_before_and_after(robot, source),
+        *_warnings(warnings),
         *_gates(validation),
-        *_came_in(facts),
+        *_findings(facts),
         *link_rows(robot, facts),
         *_files(facts),
     ]
     return page(f"Import of {robot.name}", body, _STYLE)
 
 
-def _verdicts(facts: Mapping[str, Any], warnings: Sequence[Any], validation: ValidationReport | None) -> str:
+def _badges(facts: Mapping[str, Any], warnings: Sequence[Any], validation: ValidationReport | None) -> str:
     parts = []
     if validation is None:
-        parts.append(verdict("not tried out", "none"))
+        parts.append(verdict("not validated", "none"))
     elif validation.passed:
-        parts.append(verdict("works: every gate passed", "good"))
+        parts.append(verdict("every gate passed", "good"))
     else:
         count = plural(len(validation.failed), "gate")
         parts.append(verdict(f"{count} of {len(validation.gates)} failed", "bad"))
@@ -112,15 +112,13 @@ def _verdicts(facts: Mapping[str, Any], warnings: Sequence[Any], validation: Val
     if read_back:
         wrong = sum(1 for problems in read_back.values() if problems)
         parts.append(
-            verdict(f"{plural(wrong, 'file')} read back differently", "bad")
+            verdict(f"{plural(wrong, 'file')} differ when read back", "bad")
             if wrong
-            else verdict("files read back as meant", "good")
+            else verdict("files read back without difference", "good")
         )
     count = len(unique_warnings(warnings))
     parts.append(
-        verdict(f"{plural(count, 'thing')} to look at", "look")
-        if warnings
-        else verdict("nothing stands out", "good")
+        verdict(f"{plural(count, 'warning')}", "look") if warnings else verdict("no warnings", "good")
     )
     return f"<p>{''.join(parts)}</p>"
 
@@ -139,9 +137,9 @@ def _cards(robot: RobotModel, facts: Mapping[str, Any]) -> str:
         ("base", BASES[robot.semantic.base]),
     ]
     if planning is not None:
-        balls = sum(map(len, planning.spheres.values()))
+        count = sum(map(len, planning.spheres.values()))
         cards.append(("end effectors", ", ".join(e.link for e in robot.semantic.end_effectors) or "none"))
-        cards.append(("planner's spheres", str(balls)))
+        cards.append(("planning spheres", str(count)))
     if robot.sensors:
         cards.append(("sensors and markers", str(len(robot.sensors))))
     shown = "".join(f"<div><span>{escape(k)}</span><b>{escape(v)}</b></div>" for k, v in cards)
@@ -150,21 +148,21 @@ def _cards(robot: RobotModel, facts: Mapping[str, Any]) -> str:
     return f'<div class="cards">{shown}</div>{said}'
 
 
-def _before_and_after(robot: RobotModel, draft: UrdfElements | None) -> list[str]:
-    """The whole robot as it came in beside what it became."""
+def _before_and_after(robot: RobotModel, source: UrdfElements | None) -> list[str]:
+    """Return pictures of the vendor's robot beside those of the imported one."""
     before: list[str] = []
     kinds: tuple[Kind, ...] = ("visual", "collision")
-    if draft is not None:
+    if source is not None:
         for kind in kinds:
-            sight = view_of(draft, kind=kind, strict=True)
-            if not sight.is_empty:
-                before.append(figure(_portrait(sight), f"{kind} shapes", 380))
+            view = view_of(source, kind=kind, strict=True)
+            if not view.is_empty:
+                before.append(figure(_portrait(view), f"{kind} shapes", 380))
     after = [
-        figure(_portrait(sight), kind, 380)
+        figure(_portrait(view), kind, 380)
         for kind in KINDS
-        if not (sight := view_of_robot(robot, kind)).is_empty
+        if not (view := view_of_robot(robot, kind)).is_empty
     ]
-    sides = [("As it came in", before), ("As it is now", after)]
+    sides = [("Source", before), ("Result", after)]
     shown = [
         f'<div style="flex:{len(figures)}"><h3>{name}</h3><div class="pictures">{"".join(figures)}</div>'
         "</div>"
@@ -174,11 +172,11 @@ def _before_and_after(robot: RobotModel, draft: UrdfElements | None) -> list[str
     return ["<h2>The robot</h2>", f'<div class="sides">{"".join(shown)}</div>'] if shown else []
 
 
-def _portrait(sight: SceneView) -> bytes:
-    return sight.picture(around=sight.points(), width=380, height=400)
+def _portrait(view: SceneView) -> bytes:
+    return view.picture(around=view.points(), width=380, height=400)
 
 
-def _look_at(warnings: Sequence[Any]) -> list[str]:
+def _warnings(warnings: Sequence[Any]) -> list[str]:
     if not warnings:
         return []
     rows = []
@@ -186,7 +184,7 @@ def _look_at(warnings: Sequence[Any]) -> list[str]:
         named = [element for element in elements if element]
         who = ", ".join(named[:4]) + (f" and {len(named) - 4} more" if len(named) > 4 else "")
         rows.append(f"<li>{f'<b>{escape(who)}</b>: ' if who else ''}{escape(message)}</li>")
-    return ["<h2>Look at next</h2>", '<ul class="look">', *rows, "</ul>"]
+    return ["<h2>Warnings</h2>", '<ul class="warnings">', *rows, "</ul>"]
 
 
 def _gates(validation: ValidationReport | None) -> list[str]:
@@ -195,9 +193,9 @@ def _gates(validation: ValidationReport | None) -> list[str]:
     ordered = sorted(validation.gates, key=lambda gate: (gate.passed, bool(gate.skipped)))
     cards = "".join(_gate(gate) for gate in ordered)
     return [
-        "<h2>Does it work?</h2>",
-        f'<p class="facts">Tried on a floor, {validation.seconds:.1f} s; '
-        f"roboyard validate {escape(validation.robot)} does it again.</p>",
+        "<h2>Validation</h2>",
+        f'<p class="facts">In simulation on a floor, {validation.seconds:.1f} s; '
+        f"repeat with: roboyard validate {escape(validation.robot)}</p>",
         f'<div class="gates">{cards}</div>',
     ]
 
@@ -207,12 +205,12 @@ def _gate(gate: Gate) -> str:
 
     title = f"<b>{escape(gate.title)}</b>"
     if gate.skipped:
-        return f'<div class="gate none">{title}<p class="dim">not asked: {escape(gate.skipped)}</p></div>'
+        return f'<div class="gate none">{title}<p class="dim">skipped: {escape(gate.skipped)}</p></div>'
     figures = f"{gate.figure:.4g} {gate.unit} ({gate.sense} {gate.threshold:g})"
     parts = [title, f"<p>{escape(figures)}</p>"]
     if not gate.passed:
         parts += [f"<p>{escape(line)}</p>" for line in gate.findings[:8]]
-        parts.append(f"<p><b>What to look at:</b> {escape(gate.advice)}</p>")
+        parts.append(f"<p><b>Remedy:</b> {escape(gate.advice)}</p>")
     if gate.detail:
         parts.append(f'<p class="dim">{escape(gate.detail)}</p>')
     if gate.curve is not None and len(gate.curve.x) > 1 and gate.curve.lines:
@@ -220,11 +218,13 @@ def _gate(gate: Gate) -> str:
     return f'<div class="gate{"" if gate.passed else " bad"}">{"".join(parts)}</div>'
 
 
-def _came_in(facts: Mapping[str, Any]) -> list[str]:
-    """What the audit found in the vendor's file, a row for each kind, and what became of it."""
+def _findings(facts: Mapping[str, Any]) -> list[str]:
+    """Return a table of the audit's findings on the vendor's file and how each was resolved, a row for each
+    kind.
+    """
     findings = facts.get("source", {}).get("findings", [])
     fixes = facts.get("fixes", [])
-    still = {finding.get("code") for finding in facts.get("unresolved", facts.get("remaining", []))}
+    unresolved = {finding.get("code") for finding in facts.get("unresolved", facts.get("remaining", []))}
     codes = dict.fromkeys(str(item.get("code", "")) for item in (*findings, *fixes))
     rows = []
     for code in codes:
@@ -236,16 +236,16 @@ def _came_in(facts: Mapping[str, Any]) -> list[str]:
             where = f"{where} (line {first['line']})"
         count = max(len(same), len(done))
         what = str(first.get("message", code)) + (f" — and {count - 1} more like this" if count > 1 else "")
-        now = f"put right: {_short(done[0].get('before'))} → {_short(done[0].get('after'))}" if done else ""
+        now = f"fixed: {_short(done[0].get('before'))} → {_short(done[0].get('after'))}" if done else ""
         if not done:
-            now = "as it was" if code in still else _SETTLED.get(code, "settled by the import")
+            now = "unchanged" if code in unresolved else _RESOLVED.get(code, "resolved by the import")
         rows.append((what, where, str(first.get("severity", "")), now))
     if not rows:
         return []
-    heads = ("what was found", "where first", "how bad", "what became of it")
-    parts = ["<h2>What came in, and what became of it</h2>", table(heads, rows[:MAX_ROWS])]
+    heads = ("finding", "first place", "severity", "result")
+    parts = ["<h2>Findings in the source</h2>", table(heads, rows[:MAX_ROWS])]
     if len(rows) > MAX_ROWS:
-        parts.append(f'<p class="dim">{len(rows) - MAX_ROWS} more kinds stand in import_log.json.</p>')
+        parts.append(f'<p class="dim">{len(rows) - MAX_ROWS} more kinds are in import_log.json.</p>')
     return parts
 
 
@@ -259,6 +259,6 @@ def _files(facts: Mapping[str, Any]) -> list[str]:
     rows = []
     for kind in dict.fromkeys((*files, *results)):
         problems = results.get(kind)
-        said = "not read back" if problems is None else "; ".join(problems) or "read back and found equal"
-        rows.append((kind, ", ".join(files.get(kind, ())), said))
+        result = "not read back" if problems is None else "; ".join(problems) or "read back and equal"
+        rows.append((kind, ", ".join(files.get(kind, ())), result))
     return ["<h2>Files</h2>", table(("format", "file", "result"), rows)] if rows else []

@@ -1,4 +1,4 @@
-"""Pictures of an imported robot: what is seen, what touches, what a planner takes it for."""
+"""Pictures of an imported robot: visual shapes, collision shapes and planning spheres."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from roboyard.shapes import primitives
 from roboyard.shapes.simplify import for_small_pictures
 from roboyard.transforms import Array, matrix_from_quaternion
 
-Kind = Literal["visual shapes", "collision shapes", "planner's spheres"]
-KINDS: tuple[Kind, ...] = ("visual shapes", "collision shapes", "planner's spheres")
+Kind = Literal["visual shapes", "collision shapes", "planning spheres"]
+KINDS: tuple[Kind, ...] = ("visual shapes", "collision shapes", "planning spheres")
 HULL_RGBA: tuple[RGBA, ...] = (
     (0.35, 0.72, 0.42, 1.0),
     (0.31, 0.56, 0.85, 1.0),
@@ -32,12 +32,12 @@ HULL_RGBA: tuple[RGBA, ...] = (
     (0.82, 0.76, 0.34, 1.0),
     (0.55, 0.50, 0.85, 1.0),
 )
-"""Neighbouring collision shapes in different colours, so that hulls can be told apart."""
+"""Colours of consecutive collision shapes, so that hulls are distinguishable."""
 SPHERE_RGBA: RGBA = (0.95, 0.55, 0.12, 0.55)
 GHOST: RGBA = (0.55, 0.60, 0.68, 1.0)
-"""The link itself, behind its spheres."""
+"""Colour of the link behind its spheres."""
 SEGMENTS = 20
-"""Round the equator of a planner's sphere; a robot has hundreds, each drawn in several see-through layers."""
+"""Segments of a sphere's equator; a robot has hundreds, each drawn in several transparent layers."""
 
 
 def view_of_robot(
@@ -47,9 +47,13 @@ def view_of_robot(
     *,
     frames: Mapping[str, Array] | None = None,
 ) -> SceneView:
-    """The robot (or some of its links) with each joint at its nearest to zero, ready to be photographed.
+    """Return a view of the robot, or of some of its links, ready to be rendered.
 
-    `frames` are those of `resting_frames`, or another posture's.
+    Args:
+        robot: the robot.
+        kind: the shapes to show.
+        only: names of the links to show; all by default.
+        frames: (4, 4) pose of each link in the root link's frame; those of `resting_frames` by default.
     """
     frames = frames if frames is not None else resting_frames(robot.description)
     return gathered(
@@ -60,9 +64,10 @@ def view_of_robot(
 
 
 def resting_frames(description: RobotDescription) -> dict[str, Array]:
-    """(4, 4) poses of all links in the root's frame, each joint at zero or at the limit nearest to it.
+    """Return the (4, 4) pose of each link in the root link's frame, each joint at zero or the limit nearest
+    to it.
 
-    The vendor's file is drawn like this too, so that both pictures show one posture.
+    The vendor's file is drawn in this posture too.
     """
     joints = vector_joints(description)
     return forward_kinematics(description, {joint.name: nearest_to_zero(joint) for joint in joints})
@@ -71,15 +76,23 @@ def resting_frames(description: RobotDescription) -> dict[str, Array]:
 def link_pictures(
     robot: RobotModel, link: str, frames: Mapping[str, Array], *, width: int, height: int
 ) -> dict[Kind, bytes]:
-    """PNG of one link alone in each way that it has, all from one place."""
-    sights: dict[Kind, SceneView] = {
+    """Return a PNG of one link for each kind of shape that it has, all from the same viewpoint.
+
+    Args:
+        robot: the robot.
+        link: name of the link.
+        frames: (4, 4) pose of each link in the root link's frame.
+        width: pixels.
+        height: pixels.
+    """
+    views: dict[Kind, SceneView] = {
         kind: view_of_robot(robot, kind, (link,), frames=frames) for kind in KINDS
     }
-    around = np.concatenate([sight.points() for sight in sights.values()])
+    around = np.concatenate([view.points() for view in views.values()])
     return {
-        kind: sight.picture(around=around, width=width, height=height, plain=True)
-        for kind, sight in sights.items()
-        if not sight.is_empty
+        kind: view.picture(around=around, width=width, height=height, plain=True)
+        for kind, view in views.items()
+        if not view.is_empty
     }
 
 
@@ -90,25 +103,25 @@ def _shapes(robot: RobotModel, link: Link, kind: Kind, frame: int) -> Iterator[R
         for index, shape in enumerate(seen):
             yield replace(shape, rgba=HULL_RGBA[index % len(HULL_RGBA)])
         return
-    balls: list[RenderShape] = []
-    if kind == "planner's spheres":
-        spheres = () if robot.planning is None else robot.planning.spheres.get(link.name, ())
-        balls = [_ball(ball, frame) for ball in spheres if ball.radius > 0]
-        if not balls:
+    spheres: list[RenderShape] = []
+    if kind == "planning spheres":
+        planned = () if robot.planning is None else robot.planning.spheres.get(link.name, ())
+        spheres = [_sphere(sphere, frame) for sphere in planned if sphere.radius > 0]
+        if not spheres:
             return
     for visual in link.visuals:
-        shape = _drawn(visual, frame, GHOST if balls else None)
+        shape = _drawn(visual, frame, GHOST if spheres else None)
         if shape is not None:
             yield shape
-    yield from balls
+    yield from spheres
 
 
-def _ball(ball: CollisionSphere, frame: int) -> RenderShape:
-    d = 2.0 * ball.radius
+def _sphere(sphere: CollisionSphere, frame: int) -> RenderShape:
+    d = 2.0 * sphere.radius
     return RenderShape(
         mesh=primitives.sphere(segments=SEGMENTS),
         scale=(d, d, d),
-        position=np.asarray(ball.center, dtype=float),
+        position=np.asarray(sphere.center, dtype=float),
         rotation=np.eye(3),
         frame=frame,
         owner=(0, frame),
@@ -117,9 +130,9 @@ def _ball(ball: CollisionSphere, frame: int) -> RenderShape:
 
 
 def _drawn(shape: Visual | Collision, frame: int, rgba: RGBA | None) -> RenderShape | None:
-    """A shape in `rgba`, or (visual ones) in its own colours; None for what has no end or no size."""
+    """Return a shape in `rgba`, or a visual one in its own colours; None for infinite or empty geometry."""
     geometry, scale = shape.geometry, (1.0, 1.0, 1.0)
-    if isinstance(geometry, Mesh):  # the renderer scales, so that one mesh is prepared but once
+    if isinstance(geometry, Mesh):  # the renderer scales, so that one mesh is prepared once
         geometry, scale = replace(geometry, scale=scale), geometry.scale
     mesh = geometry_mesh(geometry)
     if mesh is None or not len(mesh.faces):

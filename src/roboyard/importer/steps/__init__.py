@@ -1,1 +1,1 @@
-"""The steps of an import, in the order in which `roboyard.importer.build` takes them, one a file."""
+"""Steps of an import, one a file; `roboyard.importer.build` runs them in order."""

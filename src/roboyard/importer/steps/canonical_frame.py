@@ -1,8 +1,7 @@
-"""The root link's origin moves to the bottom of the robot's bounding box, so that a robot set down at z = 0
-stands.
+"""Move the root link's origin to the bottom of the robot's bounding box, so that it stands at z = 0.
 
-Everything in the root link's frame moves up by as much: its shapes, its centre of mass, the joints that hang
-from it and the sensors on it. x and y stay, and so does every link below relative to every other.
+The root link's shapes, centre of mass, child joints and sensors move up by the same amount. x, y and the
+poses of all other links relative to each other stay the same.
 """
 
 from __future__ import annotations
@@ -15,8 +14,8 @@ from roboyard.importer.context import ImportContext
 from roboyard.morphology.bounds import robot_bounds
 
 
-def canonical_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """The robot with its lowest point, joints at zero, at z = 0 of the root link."""
+def move_root_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot with its lowest point, joints at zero, at z = 0 of the root link."""
     bounds = robot_bounds(robot.description)
     if bounds is None:
         return robot
@@ -24,7 +23,7 @@ def canonical_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
     if not context.config.canonical_frame:
         if abs(lowest) > 1e-6:
             context.log.note(
-                f"the root link's frame stays as it was; the robot's lowest point is at z = {lowest:.6g} m"
+                f"the root link's frame is unchanged; the robot's lowest point is at z = {lowest:.6g} m"
             )
         return robot
     if abs(lowest) < 1e-9:

@@ -1,9 +1,9 @@
-"""Collision shapes: keep the good ones, make hulls where there are none or where the visual mesh stands in.
+"""Collision shapes: kept where they are usable, else convex hulls.
 
-Which way each link goes, first match: `no_collision_links`, `coacd_links`, `convex_links`,
+The method of each link is the first that matches: `no_collision_links`, `coacd_links`, `convex_links`,
 `no_decompose_links`; else a link whose collision shape is a primitive, or a mesh other than its visual one,
-keeps it, and the others get hulls by `decompose_method`. Links that a list forces get hulls of their visual
-meshes; the others of their collision meshes where they have any.
+keeps it, and the others get hulls by `decompose_method`. Links in `coacd_links` and `convex_links` get hulls
+of their visual meshes; the others of their collision meshes where they have any.
 """
 
 from __future__ import annotations
@@ -25,32 +25,33 @@ from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.transforms import Array
 
-Way = Literal["none", "keep", "coacd", "convex"]
+Method = Literal["none", "keep", "coacd", "convex"]
 MAX_VERTICES = 60
-"""Of a hull: what PhysX takes on a graphics card."""
+"""Most vertices of a hull: the limit of PhysX on a GPU."""
 TIME_BUDGET = 50.0
-"""Seconds that an import may take on two cores; ten less than a minute, to spare on slower machines."""
+"""Time for an import on two cores (s): ten seconds below a minute, as a reserve for slower machines."""
 REST, REST_OF_LINK = 4.0, 0.35
-"""Seconds that everything but CoACD takes: for any robot, and for each of its links (spheres, files, trials
-and pictures; measured on robots of 31 to 61 links with 44 000 to 460 000 triangles)."""
+"""Time of all steps but CoACD (s): for any robot, and for each link (spheres, files, validation and pictures;
+measured on robots of 31 to 61 links with 44 000 to 460 000 triangles).
+"""
 LEAST_SHARE = 0.2
-"""Share of the budget that CoACD has in any case."""
+"""Smallest share of the time that CoACD gets."""
 INSIDE_TOLERANCE = 1e-4
-"""Share of the larger hull's size by which a smaller one may stick out and still count as inside it."""
+"""Share of the larger hull's size by which a smaller one may protrude and still count as inside."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Plan:
-    """What happens to one link."""
+    """Method for one link's collision shapes."""
 
-    way: Way
+    method: Method
     why: str
     sources: tuple[Visual | Collision, ...] = ()
-    """Shapes that hulls are made of."""
+    """Shapes from which hulls are made."""
 
 
-def collision(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """Collision shapes as the configuration wants them; what each link really looks like goes to `solids`."""
+def make_collision_shapes(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot with its configured collision shapes, and each link's original form in `solids`."""
     links = robot.description.links
     plans = {link.name: _plan(link, context) for link in links}
     hulls = _decompose(plans, context)
@@ -60,9 +61,9 @@ def collision(robot: RobotModel, context: ImportContext) -> RobotModel:
     for link in links:
         plan = plans[link.name]
         solids[link.name] = _solid(link, plan)
-        if plan.way == "none":
+        if plan.method == "none":
             new: tuple[Collision, ...] = ()
-        elif plan.way == "keep":
+        elif plan.method == "keep":
             new = link.collisions
         else:
             new = _hull_shapes(link, plan, hulls, context)
@@ -75,12 +76,12 @@ def collision(robot: RobotModel, context: ImportContext) -> RobotModel:
 
 
 def time_for_coacd(links: int) -> float:
-    """Seconds after the import's beginning at which CoACD has to be done to leave the rest its time."""
+    """Return the time after the start of an import by which CoACD must be done (s)."""
     return max(TIME_BUDGET - REST - REST_OF_LINK * links, LEAST_SHARE * TIME_BUDGET)
 
 
 def has_dedicated_collision(link: Link) -> bool:
-    """True where a collision shape is a primitive, or a mesh file that no visual of the link uses."""
+    """Return whether a collision shape is a primitive, or a mesh file that no visual of the link uses."""
     seen = {v.geometry.path for v in link.visuals if isinstance(v.geometry, Mesh)}
     return any(
         not isinstance(c.geometry, Mesh) or (c.geometry.path is not None and c.geometry.path not in seen)
@@ -91,25 +92,25 @@ def has_dedicated_collision(link: Link) -> bool:
 def _plan(link: Link, context: ImportContext) -> _Plan:
     settings = context.config.collision
     if link.name in settings.no_collision_links:
-        return _Plan(way="none", why="in no_collision_links")
-    forced: tuple[tuple[Way, Sequence[str]], ...] = (
+        return _Plan(method="none", why="in no_collision_links")
+    forced: tuple[tuple[Method, Sequence[str]], ...] = (
         ("coacd", settings.coacd_links),
         ("convex", settings.convex_links),
     )
-    for way, names in forced:
+    for method, names in forced:
         if link.name in names:
             sources = link.visuals or link.collisions
-            return _Plan(way=way, why=f"in {way}_links", sources=sources)
+            return _Plan(method=method, why=f"in {method}_links", sources=sources)
     if link.name in settings.no_decompose_links:
-        return _Plan(way="keep", why="in no_decompose_links")
+        return _Plan(method="keep", why="in no_decompose_links")
     if not link.visuals and not link.collisions:
-        return _Plan(way="keep", why="has no shapes")
+        return _Plan(method="keep", why="has no shapes")
     if has_dedicated_collision(link):
-        return _Plan(way="keep", why="came with its own collision shapes")
+        return _Plan(method="keep", why="has collision shapes of its own")
     why = "collides as its visual mesh" if link.collisions else "has no collision shape"
     if settings.decompose_method is None:
-        return _Plan(way="keep", why=f"{why}; decompose_method is null")
-    return _Plan(way=settings.decompose_method, why=why, sources=link.collisions or link.visuals)
+        return _Plan(method="keep", why=f"{why}; decompose_method is null")
+    return _Plan(method=settings.decompose_method, why=why, sources=link.collisions or link.visuals)
 
 
 def _mesh_key(geometry: Mesh) -> tuple[object, ...]:
@@ -118,40 +119,40 @@ def _mesh_key(geometry: Mesh) -> tuple[object, ...]:
 
 def _decompose(
     plans: dict[str, _Plan], context: ImportContext
-) -> dict[tuple[Way, tuple[object, ...]], Decomposition]:
-    """Each mesh taken apart once per method."""
-    found: dict[tuple[Way, tuple[object, ...]], Decomposition] = {}
-    for way in ("convex", "coacd"):
-        wanted: dict[tuple[object, ...], TriangleMesh] = {}
+) -> dict[tuple[Method, tuple[object, ...]], Decomposition]:
+    """Decompose each mesh once per method."""
+    found: dict[tuple[Method, tuple[object, ...]], Decomposition] = {}
+    for method in ("convex", "coacd"):
+        meshes: dict[tuple[object, ...], TriangleMesh] = {}
         for plan in plans.values():
-            if plan.way != way:
+            if plan.method != method:
                 continue
             for shape in plan.sources:
                 geometry = shape.geometry
                 if isinstance(geometry, Mesh) and geometry.path is not None:
-                    wanted[_mesh_key(geometry)] = scaled(load_mesh(geometry.path), geometry.scale)
+                    meshes[_mesh_key(geometry)] = scaled(load_mesh(geometry.path), geometry.scale)
 
-        def progress(index: int, done: int, _: Decomposition, count: int = len(wanted)) -> None:
-            context.log.tell(done / count, f"{done} of {count} meshes")
+        def progress(index: int, done: int, _: Decomposition, count: int = len(meshes)) -> None:
+            context.log.report_progress(done / count, f"{done} of {count} meshes")
 
         results = decompose_many(
-            list(wanted.values()),
-            way,
+            list(meshes.values()),
+            method,
             workers=context.workers,
             progress=progress,
             hull_count=context.config.collision.hull_count,
             max_vertices=MAX_VERTICES,
             total_limit=time_for_coacd(len(plans)) - (time.monotonic() - context.started),
         )
-        for key, result in zip(wanted, results, strict=True):
-            found[(way, key)] = result
+        for key, result in zip(meshes, results, strict=True):
+            found[(method, key)] = result
     return found
 
 
 def _hull_shapes(
     link: Link,
     plan: _Plan,
-    hulls: dict[tuple[Way, tuple[object, ...]], Decomposition],
+    hulls: dict[tuple[Method, tuple[object, ...]], Decomposition],
     context: ImportContext,
 ) -> tuple[Collision, ...]:
     kept: list[Collision] = []
@@ -161,13 +162,13 @@ def _hull_shapes(
         if isinstance(geometry, Box | Sphere | Cylinder | Capsule | Plane):
             kept.append(Collision(geometry=geometry, origin=shape.origin))
         elif isinstance(geometry, Mesh) and geometry.path is not None:
-            result = hulls[(plan.way, _mesh_key(geometry))]
+            result = hulls[(plan.method, _mesh_key(geometry))]
             pieces += [(hull, shape) for hull in result.hulls]
             for note in result.notes:
                 context.log.note(f"{geometry.path.name}: {note}", f'link "{link.name}"')
     dropped = redundant([_world(hull, shape) for hull, shape in pieces])
     if dropped:
-        context.log.note(f"{len(dropped)} hulls inside others left out", f'link "{link.name}"')
+        context.log.note(f"{len(dropped)} hulls inside others skipped", f'link "{link.name}"')
     made = [piece for index, piece in enumerate(pieces) if index not in dropped]
     for index, (hull, shape) in enumerate(made):
         kept.append(hull_collision(link.name, index, hull, context, origin_of=shape))
@@ -177,7 +178,9 @@ def _hull_shapes(
 def hull_collision(
     link: str, index: int, hull: TriangleMesh, context: ImportContext, *, origin_of: Visual | Collision
 ) -> Collision:
-    """A collision shape whose mesh is written to `meshes/collision/<link>_col_<index>.obj`; `_` for `/`."""
+    """Write a hull to `meshes/collision/<link>_col_<index>.obj` (`_` for `/`), and return the collision
+    shape.
+    """
     plain = link.replace("/", "_")
     name = f"{plain}_col_{index}"
     path = context.urdf_folder / "meshes" / "collision" / f"{name}.obj"
@@ -190,13 +193,17 @@ def hull_collision(
 
 
 def _world(hull: TriangleMesh, shape: Visual | Collision) -> Array:
-    """(n, 3) vertices in the link's frame."""
+    """Return the (n, 3) vertices of a hull in the link's frame (m)."""
     pose = shape.origin.matrix()
     return hull.vertices @ pose[:3, :3].T + pose[:3, 3]
 
 
 def redundant(clouds: Sequence[Array]) -> set[int]:
-    """Indices of convex point clouds that lie inside another one that stays."""
+    """Return the indices of clouds whose convex hull is inside that of another cloud that is kept.
+
+    Args:
+        clouds: (n, 3) points each (m).
+    """
     from scipy.spatial import ConvexHull, QhullError
 
     order = sorted(range(len(clouds)), key=lambda i: -float(np.prod(np.ptp(clouds[i], axis=0))))
@@ -220,8 +227,8 @@ def redundant(clouds: Sequence[Array]) -> set[int]:
 
 
 def _solid(link: Link, plan: _Plan) -> tuple[Collision, ...]:
-    """Shapes that stand for the link's real form."""
-    if plan.way == "none":
+    """Return the shapes nearest to the link's real form."""
+    if plan.method == "none":
         return ()
     if link.collisions:
         return link.collisions
@@ -231,12 +238,12 @@ def _solid(link: Link, plan: _Plan) -> tuple[Collision, ...]:
 def _facts(
     plan: _Plan,
     shapes: tuple[Collision, ...],
-    hulls: dict[tuple[Way, tuple[object, ...]], Decomposition],
+    hulls: dict[tuple[Method, tuple[object, ...]], Decomposition],
 ) -> dict[str, object]:
-    facts: dict[str, object] = {"way": plan.way, "why": plan.why, "shapes": len(shapes)}
-    if plan.way in ("coacd", "convex"):
+    facts: dict[str, object] = {"method": plan.method, "why": plan.why, "shapes": len(shapes)}
+    if plan.method in ("coacd", "convex"):
         meshes = [s.geometry for s in plan.sources if isinstance(s.geometry, Mesh) and s.geometry.path]
-        used = [hulls[(plan.way, _mesh_key(geometry))] for geometry in meshes]
+        used = [hulls[(plan.method, _mesh_key(geometry))] for geometry in meshes]
         facts["meshes"] = [
             {
                 "file": geometry.path.name if geometry.path else geometry.uri,
@@ -260,13 +267,13 @@ def _rounded(value: float) -> float | None:
 def _summary(plans: dict[str, _Plan], context: ImportContext) -> None:
     groups: dict[tuple[str, str], list[str]] = {}
     for name, plan in plans.items():
-        groups.setdefault((plan.way, plan.why), []).append(name)
+        groups.setdefault((plan.method, plan.why), []).append(name)
     words = {
         "none": "no collision",
-        "keep": "kept as they are",
+        "keep": "unchanged",
         "coacd": "CoACD hulls",
-        "convex": "one hull a mesh",
+        "convex": "one hull per mesh",
     }
-    for (way, why), names in groups.items():
+    for (method, why), names in groups.items():
         shown = ", ".join(names[:8]) + (f", ... ({len(names)} in all)" if len(names) > 8 else "")
-        context.log.note(f"{words[way]}: {shown} ({why})")
+        context.log.note(f"{words[method]}: {shown} ({why})")

@@ -1,4 +1,4 @@
-"""Which joints have a motor, and how it is meant to be driven at first."""
+"""Kinds of drives of a robot's joints."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from roboyard.kinematics.joint_order import SINGLE_DOF_TYPES
 from roboyard.morphology.motor_limits import with_motors
 
 
-def drives(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """Position drives on joints with a range, velocity drives on those that turn for ever and on the base."""
+def add_drives(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot with position drives on joints with limits, and velocity drives on continuous joints
+    and on the base.
+    """
     description, given = with_motors(robot.description)
     if given:
         robot = replace(robot, description=description)
         shown = ", ".join(given[:6]) + (f", ... ({len(given)} in all)" if len(given) > 6 else "")
         context.log.warn(
-            f"effort limits of 0 on {shown} are taken for unknown and set to what moves the load twice over; "
-            f"give the drives' own in the URDF"
+            f"effort limits of 0 on {shown} are replaced by twice the effort that holds the load; "
+            f"set the real limits in the URDF"
         )
     found: dict[str, DriveKind] = {}
     for joint in robot.description.joints:
@@ -37,6 +39,6 @@ def _kind(joint: Joint, context: ImportContext) -> DriveKind:
         return "none"
     limit = joint.limit
     if limit is not None and limit.effort == 0:
-        context.log.warn("an effort limit of 0 allows no motor; it swings freely", f'joint "{joint.name}"')
+        context.log.warn("effort limit 0 allows no motor; the joint moves freely", f'joint "{joint.name}"')
         return "none"
     return "velocity" if joint.type == "continuous" else "position"

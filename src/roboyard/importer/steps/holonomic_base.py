@@ -1,9 +1,9 @@
-"""A base that glides: wheel joints are fixed, six virtual joints carry the robot, x, y and rz driven.
+"""A holonomic base: wheel joints are fixed, and six virtual joints move the robot; x, y and rz are driven.
 
     base_footprint_x -x-> base_footprint_y -y-> base_footprint_z -z-> base_footprint_rx -rx->
     base_footprint_ry -ry-> base_footprint_rz -rz-> the vendor's root link
 
-Joint `base_footprint_<a>_joint` hangs from link `base_footprint_<a>`; all frames coincide at zero.
+The parent of joint `base_footprint_<a>_joint` is link `base_footprint_<a>`; all frames coincide at zero.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ DIRECTIONS: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z
 DRIVEN = ("base_footprint_x_joint", "base_footprint_y_joint", "base_footprint_rz_joint")
 """Virtual joints that have a drive."""
 EFFORT = 1000.0
-"""N and N m: what OmniGibson allows these joints."""
+"""Effort limit of the virtual joints, as in OmniGibson (N and N m)."""
 LINEAR_SPEED, ANGULAR_SPEED = 1.5, math.pi
-"""m/s and rad/s: the same."""
+"""Velocity limits of the virtual joints, as in OmniGibson (m/s and rad/s)."""
 
 
-def holonomic_base(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """The robot on its virtual joints, where `use_holonomic_joints` asks for it."""
+def add_virtual_joints(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot on its virtual joints, where `use_holonomic_joints` is set."""
     base = context.config.base_motion
     if not base.use_holonomic_joints:
         return robot
@@ -37,10 +37,10 @@ def holonomic_base(robot: RobotModel, context: ImportContext) -> RobotModel:
         if joint.name in wheels and joint.is_moving:
             context.log.note("fixed: the base moves by its virtual joints", f'joint "{joint.name}"')
         elif joint.mimic is not None and joint.mimic.joint in wheels and joint.name not in wheels:
-            context.log.warn("mimics a joint that is fixed now; fixed too", f'joint "{joint.name}"')
+            context.log.warn("mimics a joint that became fixed; fixed too", f'joint "{joint.name}"')
     joints = tuple(frozen(j) if j.mimic is not None and j.mimic.joint in wheels else j for j in joints)
     links, virtual = virtual_base(description.root.name)
-    context.log.note(f"six virtual joints carry {description.root.name!r}; x, y and rz are driven")
+    context.log.note(f"six virtual joints move {description.root.name!r}; x, y and rz are driven")
     return replace(
         robot,
         description=replace(description, links=(*links, *description.links), joints=(*virtual, *joints)),
@@ -52,7 +52,7 @@ def holonomic_base(robot: RobotModel, context: ImportContext) -> RobotModel:
 
 
 def virtual_base(root: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
-    """The six links and joints that carry a root link, in order."""
+    """Return the six virtual links and joints above a root link, in order."""
     names = [f"base_footprint_{axis}" for axis in VIRTUAL_AXES]
     joints = []
     for index, axis in enumerate(VIRTUAL_AXES):
@@ -71,7 +71,7 @@ def virtual_base(root: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
 
 
 def frozen(joint: Joint) -> Joint:
-    """The joint, fixed where it stands at zero."""
+    """Return the joint fixed at its zero position."""
     if not joint.is_moving:
         return joint
     return replace(joint, type="fixed", limit=None, mimic=None, damping=0.0, friction=0.0)

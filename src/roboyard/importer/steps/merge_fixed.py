@@ -1,8 +1,8 @@
-"""Merge links into the parents they are fixed to.
+"""Merge links into the parents to which they are fixed.
 
-Shapes move over with their poses, masses and inertias combine exactly, joints below hang from the parent. A
-link that the configuration names for a sensor, an end effector, a gripper, a wheel or the planner stays;
-naming it in a collision list does not keep it.
+Shapes are moved with their poses, masses and inertias are combined exactly, and child joints get the new
+parent. A link that the configuration names for a sensor, an end effector, a gripper, a wheel or the planner
+is kept; a link that only a collision list names is not.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from roboyard.transforms import Array
 ShapeType = TypeVar("ShapeType", Visual, Collision)
 
 
-def merge_fixed(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """The robot without the fixed joints that can go, where `merge_fixed_joints` asks for it."""
+def merge_fixed_links(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot without fixed joints that nothing needs, where `merge_fixed_joints` is set."""
     if not context.config.merge_fixed_joints:
         return robot
     keep = named_links(context.config) | {s.link for s in robot.sensors}
@@ -36,7 +36,7 @@ def merge_fixed(robot: RobotModel, context: ImportContext) -> RobotModel:
 
 
 def named_links(config: ImportConfig) -> set[str]:
-    """Links that the configuration needs under their own name."""
+    """Return the links that the configuration needs under their own names."""
     named = {name for entry in (*config.eef_vis_links, *config.camera_links, *config.lidar_links)
              for name in (entry.link, entry.parent_link) if name}  # fmt: skip
     named |= set(config.base_motion.wheel_links)
@@ -56,7 +56,7 @@ def merge_links(
     """Merge every link on a fixed joint that is not in `keep` into its parent.
 
     Returns:
-        Merged link to the link that took it in, the new description, the new solids.
+        Merged link to the link that contains it now, the new description, the new solids.
     """
     place: dict[str, tuple[str, Array]] = {description.root.name: (description.root.name, np.eye(4))}
     joints: list[Joint] = []
@@ -71,35 +71,35 @@ def merge_links(
         joints.append(joint)
     order = {joint.name: index for index, joint in enumerate(description.joints)}
     joints.sort(key=lambda joint: order[joint.name])
-    guests: dict[str, list[tuple[Link, Array]]] = {}
+    merged_links: dict[str, list[tuple[Link, Array]]] = {}
     for link in description.links:
         host, pose = place[link.name]
         if host != link.name:
-            guests.setdefault(host, []).append((link, pose))
+            merged_links.setdefault(host, []).append((link, pose))
     links = tuple(
-        _joined(link, guests.get(link.name, []))
+        _joined(link, merged_links.get(link.name, []))
         for link in description.links
         if place[link.name][0] == link.name
     )
     solids = solids if isinstance(solids, dict) else {}
     new_solids = {link.name: solids.get(link.name, ()) for link in links}
-    for host, visitors in guests.items():
-        for link, pose in visitors:
+    for host, absorbed in merged_links.items():
+        for link, pose in absorbed:
             new_solids[host] = (*new_solids[host], *_transformed(solids.get(link.name, ()), pose))
     merged = {name: host for name, (host, _) in place.items() if host != name}
     return merged, replace(description, links=links, joints=tuple(joints)), new_solids
 
 
-def _joined(link: Link, guests: list[tuple[Link, Array]]) -> Link:
-    if not guests:
+def _joined(link: Link, merged_links: list[tuple[Link, Array]]) -> Link:
+    if not merged_links:
         return link
     visuals, collisions = list(link.visuals), list(link.collisions)
     parts = [] if link.inertial is None else [(link.inertial, np.eye(4))]
-    for guest, pose in guests:
-        visuals += _transformed(guest.visuals, pose)
-        collisions += _transformed(guest.collisions, pose)
-        if guest.inertial is not None:
-            parts.append((guest.inertial, pose))
+    for other, pose in merged_links:
+        visuals += _transformed(other.visuals, pose)
+        collisions += _transformed(other.collisions, pose)
+        if other.inertial is not None:
+            parts.append((other.inertial, pose))
     inertial = (
         combined_inertial(parts) if len(parts) > 1 or (parts and link.inertial is None) else link.inertial
     )
@@ -107,7 +107,7 @@ def _joined(link: Link, guests: list[tuple[Link, Array]]) -> Link:
 
 
 def combined_inertial(parts: list[tuple[Inertial, Array]]) -> Inertial:
-    """Several inertials as one: (inertial, (4, 4) pose of its link in the common frame)."""
+    """Return several inertials combined, each given with the (4, 4) pose of its link in the common frame."""
     bodies = []
     for inertial, pose in parts:
         frame = pose @ inertial.origin.matrix()

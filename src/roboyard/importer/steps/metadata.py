@@ -1,4 +1,4 @@
-"""How large the robot is: what OmniGibson keeps in `misc/metadata.json`."""
+"""Size of the robot, which OmniGibson reads from `misc/metadata.json`."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from roboyard.importer.context import ImportContext
 from roboyard.morphology.bounds import robot_bounds
 
 
-def metadata(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """The robot with its size; the box is that of the visual shapes, of all shapes where there are none."""
+def measure_size(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot with the bounding box of its visual shapes; of all shapes where it has no visual
+    ones.
+    """
     bounds = robot_bounds(robot.description, collision=False)
     if bounds is None:
         bounds = robot_bounds(robot.description)

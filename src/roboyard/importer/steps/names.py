@@ -1,7 +1,8 @@
-"""Names that other tools cannot bear become plain ones.
+"""Replace names that other tools do not accept.
 
-Blanks, parentheses, accents and the like go. What only USD forbids (`-`, `.`, a digit in front, the `/` of
-ROS name spaces) stays: the USD writer finds its own identifiers and keeps the name beside them.
+Blanks, parentheses, accents and similar characters are removed. Characters that only USD forbids (`-`, `.`, a
+leading digit, the `/` of ROS namespaces) are kept: the USD writer makes its own identifiers and stores the
+name beside them.
 """
 
 from __future__ import annotations
@@ -12,19 +13,19 @@ from dataclasses import replace
 from roboyard.audit.renames import Renames, distinct_names
 from roboyard.description.model import Joint, RobotDescription
 
-_BEARABLE = re.compile(r"/?[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
+_PORTABLE = re.compile(r"/?[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
 
 
 def planned_names(description: RobotDescription) -> Renames:
-    """What is renamed; the new names are distinct from each other and from all that stay."""
+    """Return the renames; the new names differ from each other and from all names that are kept."""
     return Renames(
-        links=distinct_names((link.name for link in description.links), _BEARABLE),
-        joints=distinct_names((joint.name for joint in description.joints), _BEARABLE),
+        links=distinct_names((link.name for link in description.links), _PORTABLE),
+        joints=distinct_names((joint.name for joint in description.joints), _PORTABLE),
     )
 
 
 def renamed(description: RobotDescription, renames: Renames) -> RobotDescription:
-    """The description with new names everywhere a name stands."""
+    """Return the description with the new names everywhere."""
     if not renames.links and not renames.joints:
         return description
     links, joints = renames.links, renames.joints

@@ -1,6 +1,6 @@
-"""What a motion planner needs: spheres, pairs it need not check, a rest posture, joints it leaves alone.
+"""Planning data: spheres, pairs of links not checked for collision, rest posture, locked joints.
 
-The configuration decides wherever it says something; the rest is worked out.
+Values of the configuration are used as given; the others are computed.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from roboyard.importer.planning.link_spheres import fit_links
 from roboyard.importer.planning.rest_posture import lock_joints, rest_posture
 
 
-def planning(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """The robot with its planning data, and the pairs whose shapes overlap at rest."""
+def add_planning_data(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot with its planning data, rest posture and disabled collision pairs."""
     curobo = context.config.curobo
     rest = _rest(robot, context)
     locked = lock_joints(robot, context.config, rest)
@@ -50,7 +50,7 @@ def _rest(robot: RobotModel, context: ImportContext) -> dict[str, float]:
     rest = ik_rest_posture(robot, context.config, straight)
     turned = [f"{name} {rest[name]:.2f}" for name in rest if rest[name] != straight[name]]
     if turned:
-        context.log.note(f"rest: {', '.join(turned)}, as the arm can hardly move its tip when stretched out")
+        context.log.note(f"rest: {', '.join(turned)}, because the stretched arm is near a singularity")
     return rest
 
 
@@ -71,7 +71,7 @@ def _spheres(robot: RobotModel, context: ImportContext) -> dict[str, tuple[Colli
 def _touching(
     robot: RobotModel, rest: Mapping[str, float], context: ImportContext
 ) -> list[tuple[str, str, float]]:
-    """Links whose collision shapes overlap at zero or at rest, with depth (m), in link order."""
+    """Return links whose collision shapes overlap at zero or at rest, with depth (m), in link order."""
     from roboyard.importer.planning.self_collision import contacts_at
     from roboyard.sim import World
 
@@ -87,7 +87,7 @@ def _touching(
     if deepest:
         worst = max(deepest, key=deepest.__getitem__)
         context.log.note(
-            f"{len(deepest)} pairs of links overlap at rest and are kept from pushing "
+            f"{len(deepest)} pairs of links overlap at rest; their collision is disabled "
             f"(deepest: {worst[0]} and {worst[1]}, {deepest[worst] * 1000:.1f} mm)"
         )
     return [(a, b, depth) for (a, b), depth in deepest.items()]
@@ -102,7 +102,7 @@ def _ignore(
 ) -> dict[str, tuple[str, ...]]:
     from roboyard.importer.planning.self_collision import self_collision_matrix
 
-    context.log.tell(0.9, "self-collision")
+    context.log.report_progress(0.9, "self-collision")
     found = self_collision_matrix(robot.description, spheres, rest, touching)
     context.log.facts["self_collision"] = {
         "samples": found.samples,
@@ -112,8 +112,8 @@ def _ignore(
         "never": len(found.never),
     }
     context.log.note(
-        f"self-collision: {len(found.adjacent)} pairs are neighbours, {len(found.at_rest)} touch at rest, "
-        f"{len(found.always)} always meet and {len(found.never)} never do in {found.samples} postures"
+        f"self-collision: {len(found.adjacent)} pairs are adjacent, {len(found.at_rest)} collide at rest, "
+        f"{len(found.always)} always collide and {len(found.never)} never do in {found.samples} postures"
     )
     return found.ignore()
 
@@ -124,7 +124,7 @@ def _compare(
     touching: list[tuple[str, str, float]],
     context: ImportContext,
 ) -> None:
-    """Tell which touching pairs the configuration's list leaves out."""
+    """Warn of overlapping pairs that the configuration does not list."""
     given = {frozenset((a, b)) for a, others in ignore.items() for b in others}
     for a, b, depth in touching:
         if frozenset((a, b)) not in given:

@@ -1,7 +1,7 @@
-"""Meshes with a negative scale become mirrored files with a positive one.
+"""Replace meshes with a negative scale by mirrored files with a positive one.
 
-Isaac Sim mishandles negative scales, and mirrored triangles seen from the wrong side are holes. The new file
-holds the scaled vertices with the winding turned, named after the axes that were mirrored.
+Isaac Sim mishandles negative scales, and mirrored triangles face inwards. The new file holds the scaled
+vertices with the winding reversed; its name ends in the mirrored axes.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from roboyard.importer.context import ImportContext
 from roboyard.shapes.load import load_mesh, scaled
 
 
-def positive_scale(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """No mesh of the result has a negative scale factor; shapes stay where they were."""
+def mirror_meshes(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot without negative mesh scales; all shapes keep their places."""
     made: dict[tuple[Path, tuple[float, float, float]], Path] = {}
 
-    def mended(geometry: Geometry, who: str) -> Geometry:
+    def mirrored(geometry: Geometry, who: str) -> Geometry:
         if not isinstance(geometry, Mesh) or geometry.path is None or min(geometry.scale) >= 0:
             return geometry
         key = (geometry.path, geometry.scale)
@@ -40,8 +40,8 @@ def positive_scale(robot: RobotModel, context: ImportContext) -> RobotModel:
         links.append(
             replace(
                 link,
-                visuals=tuple(replace(v, geometry=mended(v.geometry, who)) for v in link.visuals),
-                collisions=tuple(replace(c, geometry=mended(c.geometry, who)) for c in link.collisions),
+                visuals=tuple(replace(v, geometry=mirrored(v.geometry, who)) for v in link.visuals),
+                collisions=tuple(replace(c, geometry=mirrored(c.geometry, who)) for c in link.collisions),
             )
         )
     return replace(robot, description=replace(robot.description, links=tuple(links)))

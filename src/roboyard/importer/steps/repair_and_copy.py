@@ -1,4 +1,4 @@
-"""Audit the vendor's URDF, mend it, and copy it with all its files into the build folder."""
+"""Audit the vendor's URDF, repair it, and copy it with all its files into the build folder."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from roboyard.importer.steps.names import planned_names, renamed
 from roboyard.repair import Repair, repair_urdf
 
 MAX_LINKS = 1000
-"""A robot beyond this is a mistake, or needs days of sphere fitting."""
+"""Largest number of links; sphere fitting would take days for more."""
 KEPT = ("link-name-odd", "joint-name-odd")
-"""Names are this package's own business: see `names`."""
+"""Codes of findings that repair must not fix; `names` handles them."""
 
 NO_FILE = ("mesh-missing", "mesh-outside")
-"""Told of the vendor's file: only there do the places that were searched mean anything."""
+"""Codes reported for the vendor's file, because the searched folders only make sense there."""
 
 
 def repair_and_copy_files(context: ImportContext) -> RobotModel:
-    """The mended robot; its meshes and images lie in `build/urdf` under plain names.
+    """Return the repaired robot; its meshes and images are in `build/urdf` under plain names.
 
     Raises:
         DescriptionError: the robot cannot be used even after repair.
@@ -35,23 +35,25 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     _record(context, made)
     if made.after.facts.links > MAX_LINKS:
         raise ConfigError(
-            f"{context.urdf.name}: {made.after.facts.links} links are more than an import takes "
+            f"{context.urdf.name}: {made.after.facts.links} links are more than an import allows "
             f"({MAX_LINKS}); split the robot"
         )
-    left = [f for f in made.before.findings if f.code in NO_FILE]
-    left += [f for f in made.after.findings if f.severity == ERROR and f.code not in NO_FILE]
-    if left:
-        raise DescriptionError.collect([_error(context, made, finding) for finding in left])
+    remaining = [f for f in made.before.findings if f.code in NO_FILE]
+    remaining += [f for f in made.after.findings if f.severity == ERROR and f.code not in NO_FILE]
+    if remaining:
+        raise DescriptionError.collect([_error(context, made, finding) for finding in remaining])
     description = load_description(made.elements)
-    for scrap in ("renames.json", "repair_log.json", made.urdf.name):
-        (context.urdf_folder / scrap).unlink(missing_ok=True)
+    for unused in ("renames.json", "repair_log.json", made.urdf.name):
+        (context.urdf_folder / unused).unlink(missing_ok=True)
     misc = context.build / "misc"
     misc.mkdir(exist_ok=True)
     shutil.move(context.urdf_folder / "repair.diff", misc / "repair.diff")
     renames = planned_names(description)
     for kind, plan in (("link", renames.links), ("joint", renames.joints)):
         for old, new in plan.items():
-            context.log.warn(f"renamed from {old!r}, a name other tools cannot bear", f'{kind} "{new}"')
+            context.log.warn(
+                f"renamed from {old!r}, a name that other tools do not accept", f'{kind} "{new}"'
+            )
     description = renamed(description, renames)
     description = replace(_plain(description), name=context.config.name)
     description = _free_grippers(description, context)
@@ -78,7 +80,7 @@ def _record(context: ImportContext, made: Repair) -> None:
         if fix.code not in ("mesh-reference", "mesh-file-name"):
             log.note(f"{fix.before} -> {fix.after} [{fix.code}]", fix.element)
     if made.staged:
-        log.note(f"{len(made.staged)} mesh and image files staged under plain names")
+        log.note(f"{len(made.staged)} mesh and image files copied under plain names")
     for finding in made.left:
         if finding.severity != ERROR and finding.code not in KEPT:
             log.warn(
@@ -87,7 +89,7 @@ def _record(context: ImportContext, made: Repair) -> None:
 
 
 def _error(context: ImportContext, made: Repair, finding: Finding) -> DescriptionError:
-    """The finding against the vendor's file; lines are those of the file the user can see."""
+    """Return the finding as an error of the vendor's file, with that file's line."""
     twins = [f for f in made.before.findings if (f.code, f.element) == (finding.code, finding.element)]
     line = next((twin.line for twin in twins if twin.message == finding.message), None)
     line = line or next((twin.line for twin in twins), None)
@@ -100,7 +102,7 @@ def _error(context: ImportContext, made: Repair, finding: Finding) -> Descriptio
 
 
 def _plain(description: RobotDescription) -> RobotDescription:
-    """Robot-level XML of other tools names links and files that may be called otherwise now; it goes."""
+    """Return the description without robot-level XML of other tools, which may use the old names."""
     links = tuple(
         replace(
             link,
@@ -119,7 +121,7 @@ def _local(geometry: Geometry) -> Geometry:
 
 
 def _free_grippers(description: RobotDescription, context: ImportContext) -> RobotDescription:
-    """Gripper joints that the configuration lists are driven one by one: no mimic, no zeroed limits."""
+    """Return the description with every listed gripper joint driven: no mimic, no limits of zero."""
     named = {joint for g in context.config.curobo.eef_to_gripper_info.values() for joint in g.joints}
     joints = []
     for joint in description.joints:
@@ -137,8 +139,8 @@ def _free_grippers(description: RobotDescription, context: ImportContext) -> Rob
                     GRIPPER_VELOCITY[joint.type == "prismatic"] if limit.velocity == 0 else limit.velocity
                 )
                 context.log.warn(
-                    f"effort and velocity limits of 0 would keep it from moving; set to {effort:g} and "
-                    f"{velocity:g}; give the drive's own in the URDF",
+                    f"effort or velocity limit 0 locks the joint; assumed {effort:g} and {velocity:g}; "
+                    f"set the real limits in the URDF",
                     who,
                 )
                 joint = replace(joint, limit=replace(limit, effort=effort, velocity=velocity))
@@ -147,6 +149,6 @@ def _free_grippers(description: RobotDescription, context: ImportContext) -> Rob
 
 
 GRIPPER_EFFORT = 100.0
-"""N or N m: what OmniGibson takes where a joint gives no effort limit."""
+"""Effort limit that OmniGibson assumes for a joint without one (N or N m)."""
 GRIPPER_VELOCITY = (15.0, 1.0)
-"""rad/s and m/s: the same for velocity, of revolute and prismatic joints."""
+"""Velocity limits that OmniGibson assumes for revolute and prismatic joints (rad/s and m/s)."""

@@ -11,7 +11,7 @@ from roboyard.importer.context import ImportContext
 from roboyard.morphology.analyze import complete_semantics
 
 
-def semantics(robot: RobotModel, context: ImportContext) -> RobotModel:
+def add_semantics(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Return the robot with complete semantics except postures and disabled collision pairs."""
     semantic = complete_semantics(robot.description, stated_semantics(robot.semantic, context.config))
     if not context.config.curobo.eef_to_gripper_info:

@@ -1,8 +1,8 @@
-"""Visual spheres, cameras and lidars, in that order, on links that exist or on new ones.
+"""Add visual spheres, cameras and lidars, in that order, to links that exist or to new ones.
 
-With `parent_link` the link is made, hung from the parent by a fixed joint at the offset, and the sensor sits
-at its origin. Without, the link exists already (maybe since an earlier sensor) and the offset is the sensor's
-own.
+With `parent_link` the link is new: a fixed joint at the offset connects it to the parent, and the sensor is
+at its origin. Without, the link exists already (possibly made for an earlier sensor), and the offset is that
+of the sensor.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from roboyard.importer.context import ImportContext
 PRIM_NAMES: dict[SensorKind, str] = {"visual_sphere": "VisualSphere", "camera": "Camera", "lidar": "Lidar"}
 
 
-def sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """The robot with its sensors."""
+def add_sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot with the configured sensors."""
     config = context.config
     groups: tuple[tuple[SensorKind, Sequence[SensorLink]], ...] = (
         ("visual_sphere", config.eef_vis_links),
@@ -34,7 +34,7 @@ def sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
 
 
 def with_sensor(robot: RobotModel, kind: SensorKind, entry: SensorLink, context: ImportContext) -> RobotModel:
-    """The robot with one more sensor.
+    """Return the robot with one more sensor.
 
     Raises:
         ConfigError: the link exists and should not, or does not and should.
@@ -43,7 +43,7 @@ def with_sensor(robot: RobotModel, kind: SensorKind, entry: SensorLink, context:
     offset = pose_of_offset(entry.offset)
     if entry.parent_link is None:
         if entry.link not in description.link_by_name:
-            raise ConfigError(f"{kind} on {entry.link!r}: there is no such link; give parent_link to make it")
+            raise ConfigError(f"{kind} on {entry.link!r}: there is no such link; add parent_link")
         sensor = Sensor(kind=kind, link=entry.link, offset=offset, name=PRIM_NAMES[kind])
         context.log.note(f"{kind} added", f'link "{entry.link}"')
         return replace(robot, sensors=(*robot.sensors, sensor))
@@ -72,5 +72,5 @@ def with_sensor(robot: RobotModel, kind: SensorKind, entry: SensorLink, context:
 
 
 def pose_of_offset(offset: Offset) -> Pose:
-    """The pose that a configuration's offset means."""
+    """Return the pose of a configuration's offset."""
     return Pose(position=offset.position, quaternion=offset.orientation)

@@ -1,4 +1,4 @@
-"""Wheels collide as their bounding spheres: they roll over edges and never on the rim of a hull."""
+"""Replace collision shapes of wheels by bounding spheres, which roll smoothly, also over edges."""
 
 from __future__ import annotations
 
@@ -15,14 +15,18 @@ from roboyard.morphology.wheels import find_wheels
 from roboyard.shapes.convex.hulls import convex_hull
 
 
-def sphere_wheels(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """Mark each wheel's collision mesh as its bounding sphere; a wheel of several shapes gets one hull."""
+def mark_wheels(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Return the robot with its wheel links; where `use_sphere_wheels` is set, each collides as its bounding
+    sphere.
+
+    A wheel of several shapes gets one convex hull first.
+    """
     base = context.config.base_motion
     wheels = tuple(name for name in base.wheel_links if name in robot.description.link_by_name)
     if not base.wheel_links and not base.use_holonomic_joints:
         wheels = tuple(wheel.link for wheel in find_wheels(robot.description))
         if wheels:
-            context.log.note(f"taken for wheels: {', '.join(wheels)}; base_motion.wheel_links names others")
+            context.log.note(f"wheels detected: {', '.join(wheels)}; set base_motion.wheel_links for others")
     robot = replace(robot, semantic=replace(robot.semantic, wheel_links=wheels))
     if not base.use_sphere_wheels:
         return robot

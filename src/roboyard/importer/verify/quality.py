@@ -1,4 +1,4 @@
-"""How well each link's collision shapes and spheres stand for it, and what overlaps at rest."""
+"""Fit of each link's collision shapes and spheres, and overlaps at rest."""
 
 from __future__ import annotations
 
@@ -16,27 +16,30 @@ from roboyard.shapes.mesh import TriangleMesh
 from roboyard.transforms import Array
 
 VERSION = 1
-"""Raised when the same shapes give other figures than before."""
-BALLOON = 1.0
-"""Excess of a link's collision shapes, as a share of the link's volume, from which the user is told."""
-REACH = 1e-4
-"""m: overlap of neighbours below which they just touch."""
+"""Cache version: increase it when the same shapes give other figures than before."""
+MAX_EXCESS = 1.0
+"""Excess volume of a link's collision shapes from which a warning is logged, as a share of the link's."""
+MIN_OVERLAP = 1e-4
+"""Smallest depth that counts as overlap of adjacent links (m)."""
 FIGURES = ("excess", "missing", "coverage", "sphere_excess")
 
 
-def quality(robot: RobotModel, context: ImportContext) -> RobotModel:
-    """The robot as it is; facts `links` hold each link's figures, warnings name hulls that are mostly air."""
+def measure_quality(robot: RobotModel, context: ImportContext) -> RobotModel:
+    """Record each link's figures in the fact `links`, and warn of hulls that are mostly empty.
+
+    The robot is returned unchanged.
+    """
     overlaps = neighbour_overlaps(robot)
     planned = robot.planning.spheres if robot.planning is not None else {}
     facts: dict[str, dict[str, object]] = {}
     links = robot.description.links
     for index, link in enumerate(links):
-        context.log.tell(index / len(links), link.name)
+        context.log.report_progress(index / len(links), link.name)
         facts[link.name] = _link_facts(robot, link, planned.get(link.name, ()))
         own = {(b if a == link.name else a): d for (a, b), d in overlaps.items() if link.name in (a, b)}
         facts[link.name]["overlaps_mm"] = {name: round(depth * 1e3, 2) for name, depth in own.items()}
     context.log.facts["links"] = facts
-    _tell_of_balloons(facts, context)
+    _warn_of_excess(facts, context)
     return robot
 
 
@@ -47,10 +50,10 @@ def _link_facts(robot: RobotModel, link: Link, spheres: Sequence[CollisionSphere
         "spheres": len(spheres),
     }
     solid = shape_meshes(robot.solids.get(link.name, ())) or shape_meshes(link.visuals)
-    seen = [*solid, *shape_meshes(link.visuals)]
-    if not seen:
+    shown = [*solid, *shape_meshes(link.visuals)]
+    if not shown:
         return facts
-    corners = np.concatenate([mesh.vertices for mesh in seen])
+    corners = np.concatenate([mesh.vertices for mesh in shown])
     facts["size"] = [round(float(extent), 4) for extent in np.ptp(corners, axis=0)]
     hulls = shape_meshes(link.collisions)
     if not solid or not (hulls or spheres):
@@ -66,9 +69,9 @@ def _link_facts(robot: RobotModel, link: Link, spheres: Sequence[CollisionSphere
 def _cover(
     solid: Sequence[TriangleMesh], hulls: Sequence[TriangleMesh], spheres: Sequence[CollisionSphere]
 ) -> Coverage:
-    """`measure_coverage`, kept on disk."""
-    centers = np.array([ball.center for ball in spheres]).reshape(-1, 3)
-    radii = np.array([ball.radius for ball in spheres])
+    """Return the coverage of a link's shapes and spheres, cached on disk."""
+    centers = np.array([sphere.center for sphere in spheres]).reshape(-1, 3)
+    radii = np.array([sphere.radius for sphere in spheres])
     parts: list[object] = [VERSION, centers, radii, len(solid)]
     for mesh in (*solid, *hulls):
         parts += [np.round(mesh.vertices, 9) + 0.0, mesh.faces]
@@ -82,7 +85,7 @@ def _cover(
 
 
 def neighbour_overlaps(robot: RobotModel) -> dict[tuple[str, str], float]:
-    """How deep the collision shapes of links joined by a joint reach into one another at rest; m."""
+    """Return how deep the collision shapes of links connected by a joint overlap at rest (m)."""
     import mujoco
 
     from roboyard.sim import World
@@ -109,28 +112,28 @@ def neighbour_overlaps(robot: RobotModel) -> dict[tuple[str, str], float]:
                 if _apart(world.data, boxes, a, b):
                     continue
                 depth = max(depth, -mujoco.mj_geomDistance(world.model, world.data, a, b, 1.0, line))
-        if depth > REACH:
+        if depth > MIN_OVERLAP:
             found[joint.parent, joint.child] = float(depth)
     return found
 
 
 def _apart(data: object, boxes: Array, a: int, b: int) -> bool:
-    """Whether the balls round two geoms do not meet."""
+    """Return whether the bounding spheres of two geoms do not touch."""
     centers, radii = [], []
     for geom in (a, b):
-        turn = np.asarray(data.geom_xmat[geom]).reshape(3, 3)  # type: ignore[attr-defined]
-        centers.append(data.geom_xpos[geom] + turn @ boxes[geom, :3])  # type: ignore[attr-defined]
+        rotation = np.asarray(data.geom_xmat[geom]).reshape(3, 3)  # type: ignore[attr-defined]
+        centers.append(data.geom_xpos[geom] + rotation @ boxes[geom, :3])  # type: ignore[attr-defined]
         radii.append(float(np.linalg.norm(boxes[geom, 3:])))
     return bool(np.linalg.norm(centers[0] - centers[1]) > sum(radii))
 
 
-def _tell_of_balloons(facts: Mapping[str, Mapping[str, object]], context: ImportContext) -> None:
-    """Warn of links whose collision shapes hold more air than link."""
+def _warn_of_excess(facts: Mapping[str, Mapping[str, object]], context: ImportContext) -> None:
+    """Warn of links whose collision shapes enclose more empty space than link."""
     for name, figures in facts.items():
         excess = figures.get("excess")
-        if isinstance(excess, float) and excess > BALLOON:
+        if isinstance(excess, float) and excess > MAX_EXCESS:
             context.log.warn(
-                f"its collision shapes hold {excess:.1f} times its volume in air; list it in "
+                f"its collision shapes enclose {excess:.1f} times its volume of empty space; list it in "
                 "collision.coacd_links, or raise collision.hull_count",
                 f'link "{name}"',
             )

@@ -1,4 +1,4 @@
-"""Read the package back, and compare it with what was meant."""
+"""Read the written files of a package and compare them with the robot."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.transforms import Array
 
 POSITION, ROTATION = 1e-5, 1e-4
-"""m and (entries of the rotation matrix): how far a link may be off."""
+"""Largest error of a link's position (m) and of the entries of its rotation matrix."""
 MASS = 1e-6
-"""kg/kg"""
+"""Largest relative error of a mass."""
 
 
-def read_back(robot: RobotModel, context: ImportContext, written: UrdfElements) -> None:
-    """Check each file that was written; findings go to the log, nothing is raised."""
+def check_files(robot: RobotModel, context: ImportContext, written: UrdfElements) -> None:
+    """Check each written file; differences are logged as warnings, no error is raised."""
     build, name = context.build, robot.name
     checks: tuple[tuple[str, Callable[[], list[str]]], ...] = (
         ("urdf", lambda: check_urdf(robot, written)),
@@ -33,21 +33,21 @@ def read_back(robot: RobotModel, context: ImportContext, written: UrdfElements) 
     )
     results: dict[str, Any] = {}
     for index, (kind, check) in enumerate(checks):
-        context.log.tell(index / len(checks), kind)
+        context.log.report_progress(index / len(checks), kind)
         try:
             problems = check()
-        except Exception as error:  # a check that cannot run is a finding like any other
+        except Exception as error:  # a check that cannot run is reported like a difference
             problems = [f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"]
         results[kind] = problems
         for problem in problems:
             context.log.warn(f"{kind}: {problem}")
         if not problems:
-            context.log.note(f"{kind}: read back and found equal")
+            context.log.note(f"{kind}: read back and equal")
     context.log.facts["read_back"] = results
 
 
 def check_urdf(robot: RobotModel, written: Path | UrdfElements) -> list[str]:
-    """Links, joints, masses and poses of the written URDF."""
+    """Compare links, joints, masses and poses of the written URDF; returns the differences."""
     from roboyard.description import load_description
 
     found = load_description(written)
@@ -59,12 +59,14 @@ def check_urdf(robot: RobotModel, written: Path | UrdfElements) -> list[str]:
             continue
         mass = other.inertial.mass if other.inertial is not None else 0.0
         if abs(mass - link.inertial.mass) > MASS * max(link.inertial.mass, 1e-9):
-            problems.append(f"link {link.name!r} weighs {mass:g} kg, not {link.inertial.mass:g}")
+            problems.append(
+                f"link {link.name!r} has a mass of {mass:g} kg, expected {link.inertial.mass:g} kg"
+            )
     return problems + _poses(robot.description, forward_kinematics(found))
 
 
 def check_mjcf(robot: RobotModel, file: Path) -> list[str]:
-    """Stock MuJoCo compiles the file; its bodies stand where they should."""
+    """Compile the MJCF with MuJoCo and compare the poses of its bodies; returns the differences."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_path(str(file))
@@ -88,7 +90,7 @@ def check_mjcf(robot: RobotModel, file: Path) -> list[str]:
 
 
 def check_usd(robot: RobotModel, file: Path) -> list[str]:
-    """The stage opens; every link is a rigid body and every joint is there, once."""
+    """Open the USD stage and count its rigid bodies and joints; returns the differences."""
     try:
         usd: Any = import_module("pxr.Usd")
         physics: Any = import_module("pxr.UsdPhysics")
@@ -110,7 +112,9 @@ def check_usd(robot: RobotModel, file: Path) -> list[str]:
 
 
 def check_curobo(robot: RobotModel, file: Path) -> list[str]:
-    """Every name in the planner's file is a link or joint of the robot, or one that the file makes."""
+    """Check that each name in the planner file is a link or joint, or is defined by it; returns the
+    others.
+    """
     import yaml
 
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -139,5 +143,5 @@ def _poses(description: RobotDescription, found: dict[str, Array]) -> list[str]:
             continue
         off = np.abs(found[name] - wanted)
         if off[:3, 3].max() > POSITION or off[:3, :3].max() > ROTATION:
-            problems.append(f"link {name!r} stands {np.linalg.norm(off[:3, 3]):.3g} m off")
+            problems.append(f"link {name!r} is {np.linalg.norm(off[:3, 3]):.3g} m off its pose")
     return problems
