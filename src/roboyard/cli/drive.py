@@ -118,11 +118,6 @@ def drive(
     Asks for robot, scene, controllers and mode if no option gives them.
     """
     from roboyard.errors import ConfigError
-    from roboyard.recording import set_up
-    from roboyard.robots import REGISTERED_ROBOTS
-    from roboyard.scenes import SCENES
-    from roboyard.teleop import drive as run
-    from roboyard.teleop.choices import choose
     from roboyard.teleop.loop import SHORT
 
     if log is not None and (log.suffix != ".npz" or not log.parent.is_dir()):
@@ -138,6 +133,26 @@ def drive(
         return
     if quickstart:
         robot, scene, control_mode = robot or "r1", scene or "home", control_mode or Mode.TELEOP
+    _run_in_terminal(robot, scene, control_mode, short=short_exec, record=record, log=log, seed=seed)
+
+
+def _run_in_terminal(
+    robot: str | None,
+    scene: str | None,
+    control_mode: Mode | None,
+    *,
+    short: bool,
+    record: Path | None,
+    log: Path | None,
+    seed: int | None,
+) -> None:
+    """Ask for missing choices, and drive the robot by keys or at random."""
+    from roboyard.recording import set_up
+    from roboyard.robots import REGISTERED_ROBOTS
+    from roboyard.scenes import SCENES
+    from roboyard.teleop import drive as run
+    from roboyard.teleop.choices import choose
+
     asks = robot is None or scene is None or control_mode is None
     if scene is None:
         scene = choose("Scene?", list(SCENES), "home")
@@ -153,7 +168,7 @@ def drive(
     if control_mode is None:
         control_mode = Mode(choose("Control mode?", [m.value for m in Mode], Mode.TELEOP.value))
     scene_setup = set_up({"scene": scene, "robot": robot, "controllers": controllers})
-    count = run(scene_setup, control_mode.value, short=short_exec, record=record, log=log, seed=seed)
+    count = run(scene_setup, control_mode.value, short=short, record=record, log=log, seed=seed)
     print(f"{robot} in {scene_setup.scene.name}: {count} actions")
     for file in (record, log):
         if file is not None and file.is_file():
