@@ -32,7 +32,7 @@ def test_one_is_as_many(function, arrays):
         np.testing.assert_array_equal(function(*(tuple(array[k]) for array in arrays)), alone)
 
 
-def test_products_turn_as_matrices_do():
+def test_products_rotate_as_matrices_do():
     a, b = transforms.normalized(QUATERNIONS[0]), transforms.normalized(OTHERS[0])
     product = transforms.matrix_from_quaternion(a) @ transforms.matrix_from_quaternion(b)
     np.testing.assert_allclose(

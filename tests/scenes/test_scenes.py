@@ -78,7 +78,7 @@ def test_terrain_steps_match_the_tutorial() -> None:
     assert np.array_equal(visual.geometry.heights, np.reshape(data, (rows, rows)).T)
 
 
-def test_ground_is_where_the_heights_say() -> None:
+def test_ground_height_matches_the_heightfield() -> None:
     scene = terrain(kind="smooth", height=2.0, seed=3)
     geometry = scene.body("terrain").description.root.visuals[0].geometry
     heights, (dx, dy) = geometry.heights, geometry.cell

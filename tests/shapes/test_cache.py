@@ -46,7 +46,7 @@ def test_pickles_are_never_loaded(folder):
     assert load_arrays("kind", "abcd") is None
 
 
-def test_folder_that_cannot_be_made_is_no_error(tmp_path, monkeypatch):
+def test_unwritable_folder_is_no_error(tmp_path, monkeypatch):
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     monkeypatch.setenv("ROBOYARD_CACHE", str(blocked))

@@ -88,7 +88,7 @@ def test_tight_hull_stays_one(method):
     assert (made.method_used, len(made.hulls)) == ("hull", 1)
 
 
-def test_no_method_no_shapes():
+def test_method_none_gives_no_hulls():
     made = decompose(ELL, None)
     assert (made.hulls, made.method_used) == ((), "none")
 

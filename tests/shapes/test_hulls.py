@@ -96,7 +96,7 @@ def test_nearly_flat_and_repeated_points_still_give_a_hull():
     assert convex_hull(repeated).volume == pytest.approx(1.0)
 
 
-def test_unreferenced_and_infinite_vertices_are_left_out():
+def test_unused_and_infinite_vertices_are_ignored():
     box = trimesh.creation.box((1, 1, 1))
     vertices = np.concatenate([box.vertices, [[9, 9, 9], [np.nan, 0, 0]]])
     hull = convex_hull(TriangleMesh(vertices=vertices, faces=box.faces.astype(np.int32)))
@@ -120,7 +120,7 @@ def test_is_convex():
     assert not is_convex(mesh_of(trimesh.util.concatenate([box, box])))
 
 
-def test_hull_of_a_cup_has_its_hollow_as_excess():
+def test_hull_of_a_cup_has_its_cavity_as_excess():
     cup = trimesh.creation.annulus(0.08, 0.1, 0.2)
     grid = voxelize(mesh_of(cup))
     fit = measure_hulls([convex_hull(mesh_of(cup), None).mesh], grid)

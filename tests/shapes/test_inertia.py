@@ -97,11 +97,11 @@ def test_scaling_to_a_mass_scales_the_tensor() -> None:
         (np.array([[1, 0.5, 0], [0.5, 1, 0], [0, 0, 1.2]]), True),
     ],
 )
-def test_what_a_body_can_have(tensor: np.ndarray, physical: bool) -> None:
+def test_physical_inertia_tensors(tensor: np.ndarray, physical: bool) -> None:
     assert inertia.is_physical(tensor) is physical
 
 
-def test_a_rod_rounded_flat_keeps_its_large_moments() -> None:
+def test_rod_with_a_moment_rounded_to_zero_keeps_its_large_moments() -> None:
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     rod = rod_inertia(turn @ np.diag([0.0, 2e-4, 2e-4]) @ turn.T)
     assert rod is not None and inertia.is_physical(rod)
@@ -110,7 +110,7 @@ def test_a_rod_rounded_flat_keeps_its_large_moments() -> None:
         assert rod_inertia(np.diag(np.array(other, dtype=float))) is None
 
 
-def test_moments_that_break_the_triangle_are_raised_just_enough() -> None:
+def test_moments_that_violate_the_triangle_inequality_are_raised_just_enough() -> None:
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     raised = valid_inertia(turn @ np.diag([1.0, 2.0, 5.0]) @ turn.T)
     assert raised is not None and inertia.is_physical(raised, tolerance=0.0)
@@ -130,7 +130,7 @@ def test_the_hull_is_wound_outwards() -> None:
     assert volume == pytest.approx(trimesh.convex.convex_hull(points).volume, rel=1e-9)
 
 
-def test_a_ball_of_points_has_the_moments_of_a_ball() -> None:
+def test_points_of_a_sphere_have_the_moments_of_a_sphere() -> None:
     """Second moments against plain sampling of the solid."""
     ball = trimesh.creation.icosphere(subdivisions=4)
     inside = np.random.default_rng(0).uniform(-1, 1, size=(400_000, 3))

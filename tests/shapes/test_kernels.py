@@ -89,7 +89,7 @@ def test_spheres_that_cover_already_do_not_grow(rng: np.random.Generator) -> Non
     assert radii[0] == 1.0
 
 
-def test_grown_spheres_hold_whole_triangles_not_only_their_corners(rng: np.random.Generator) -> None:
+def test_grown_spheres_enclose_whole_triangles(rng: np.random.Generator) -> None:
     box = primitives.box(0.5, 0.3, 0.2)
     centers, radii = rng.uniform(-0.3, 0.3, (5, 3)), np.full(5, 0.1)
     grow_to_hold(corners_of(box), centers, radii, 0.02, 0.005)

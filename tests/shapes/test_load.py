@@ -91,7 +91,7 @@ def test_scaled_normals_stay_normal(tmp_path):
     assert (mesh.normals @ facing > 0).all()
 
 
-def test_scale_of_one_shares_and_zero_is_refused(tmp_path):
+def test_scale_of_one_shares_the_mesh_and_zero_raises(tmp_path):
     file = tmp_path / "box.stl"
     trimesh.creation.box().export(file)
     mesh = load_mesh(file)
@@ -101,7 +101,7 @@ def test_scale_of_one_shares_and_zero_is_refused(tmp_path):
             scaled(mesh, wrong)
 
 
-def test_vertices_that_no_face_uses_are_left_out(tmp_path):
+def test_unused_vertices_are_skipped(tmp_path):
     file = tmp_path / "a.obj"
     file.write_text("v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 2 3 4\n")
     mesh = load_mesh(file)
@@ -170,7 +170,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_files_are_refused_by_name(tmp_path, name):
+def test_hostile_files_raise_with_their_name(tmp_path, name):
     data, message = HOSTILE[name]
     (tmp_path / name).write_bytes(data)
     with pytest.raises(MeshError, match=message) as caught:
@@ -188,7 +188,7 @@ def test_binary_stl_that_begins_with_solid(tmp_path):
     assert len(load_mesh(file).faces) == 12
 
 
-def test_a_large_obj_loads_well_under_a_second(tmp_path):
+def test_a_large_obj_loads_fast(tmp_path):
     import time
 
     sphere = trimesh.creation.icosphere(subdivisions=6)  # 81,920 triangles

@@ -76,7 +76,7 @@ def test_node_transforms_apply_in_document_order(tmp_path):
     np.testing.assert_allclose(corners(mesh)[0], expected, atol=1e-12)
 
 
-def test_only_what_the_scene_shows_counts(tmp_path):
+def test_only_the_visual_scene_is_read(tmp_path):
     library = (
         '<library_nodes><node id="part"><translate>0 0 1</translate><instance_geometry url="#g"/></node>'
         '<node id="unused"><translate>9 9 9</translate><instance_geometry url="#g"/></node></library_nodes>'
@@ -87,13 +87,13 @@ def test_only_what_the_scene_shows_counts(tmp_path):
     assert mesh.bounds[1].tolist() == [1, 1, 1]
 
 
-def test_nodes_that_contain_themselves_are_refused(tmp_path):
+def test_recursive_nodes_raise(tmp_path):
     nodes = '<node id="n"><instance_node url="#n"/><instance_node url="#n"/></node>'
-    with pytest.raises(Exception, match="nodes nested or repeated without end"):
+    with pytest.raises(Exception, match="nodes nested deeper than"):
         load(tmp_path, document(TRIANGLES, nodes=nodes))
 
 
-def test_mirroring_nodes_turn_the_faces(tmp_path):
+def test_mirroring_nodes_flip_the_faces(tmp_path):
     nodes = '<node><scale>-1 1 1</scale><instance_geometry url="#g"/></node>'
     mesh = load(tmp_path, document(TRIANGLES, nodes=nodes))
     a, b, c = corners(mesh)[0]
@@ -137,7 +137,7 @@ def test_diffuse_colour(tmp_path):
     assert mesh.colors.tolist() == [[255, 128, 0, 255]]
 
 
-def test_texture_and_broken_references_cost_no_triangles(tmp_path):
+def test_broken_references_drop_no_triangles(tmp_path):
     (tmp_path / "meshes").mkdir()
     Image.new("RGB", (2, 2), (7, 8, 9)).save(tmp_path / "meshes" / "skin one.png")
     surface = (

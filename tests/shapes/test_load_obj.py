@@ -42,7 +42,7 @@ def image(file, color, size=(4, 2)):
         "  f 1 2 3 4  # a comment",
     ],
 )
-def test_ways_to_write_a_face(tmp_path, face):
+def test_face_syntaxes(tmp_path, face):
     extra = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\n"
     mesh = load(tmp_path, SQUARE + extra + face + "\n")
     corners = mesh.vertices[mesh.faces]
@@ -54,7 +54,7 @@ def test_ways_to_write_a_face(tmp_path, face):
         assert mesh.normals is None
 
 
-def test_negative_indices_count_from_where_they_stand(tmp_path):
+def test_negative_indices_are_relative_to_their_line(tmp_path):
     mesh = load(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf -3 -2 -1\n")
     np.testing.assert_array_equal(mesh.vertices[mesh.faces[1]], [[5, 0, 0], [6, 0, 0], [5, 1, 0]])
 
@@ -74,7 +74,7 @@ def test_missing_normals_are_derived_beside_given_ones(tmp_path):
     np.testing.assert_array_equal(mesh.normals[mesh.faces[1]], [[0, 0, 1]] * 3)
 
 
-def test_normals_and_coordinates_that_are_not_there_are_done_without(tmp_path):
+def test_missing_normals_and_coordinates_are_ignored(tmp_path):
     mesh = load(tmp_path, SQUARE + "vn 0 0 1\nf 1/1/1 2/2/1 3/3/1\nf 1/9/9 3/9/9 4/9/9\n")
     np.testing.assert_array_equal(mesh.vertices[mesh.faces[1]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]])
     assert mesh.normals is None and mesh.uv is None
@@ -132,7 +132,7 @@ def test_several_textures_and_plain_colours_share_one_image(tmp_path):
     "name",
     ["../../outside/secret.png", "../secret.png", "link.png", "gone.png", "broken.png", "C:\\x\\gone.png"],
 )
-def test_textures_outside_missing_or_broken_cost_only_the_texture(tmp_path, name):
+def test_missing_or_broken_textures_drop_only_the_texture(tmp_path, name):
     image(tmp_path / "outside" / "secret.png", (1, 2, 3, 255))
     image(tmp_path / "robot" / "secret.png", (1, 2, 3, 255))
     folder = tmp_path / "robot" / "parts"
@@ -162,7 +162,7 @@ def test_large_textures_are_reduced(tmp_path):
     assert mesh.texture.shape[1] == 4096
 
 
-def test_meshes_share_the_picture_and_the_library_that_they_name(tmp_path):
+def test_meshes_share_images_and_material_libraries(tmp_path):
     Image.new("RGB", (2, 2), (9, 9, 9)).save(tmp_path / "wood.png")
     (tmp_path / "a.mtl").write_text("newmtl wood\nmap_Kd wood.png\n")
     text = "mtllib a.mtl\n" + SQUARE + "vt 0 0\nvt 1 0\nvt 1 1\nusemtl wood\nf 1/1 2/2 3/3\n"

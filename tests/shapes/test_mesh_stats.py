@@ -25,7 +25,7 @@ def write_stl(file: Path, mesh: trimesh.Trimesh) -> Path:
     return file
 
 
-def test_facts_of_a_concave_closed_mesh(tmp_path: Path) -> None:
+def test_statistics_of_a_concave_closed_mesh(tmp_path: Path) -> None:
     ring = trimesh.creation.annulus(0.1, 0.2, 0.3)
     found = mesh_stats(write_stl(tmp_path / "ring.stl", ring))
     assert found.is_closed
@@ -37,7 +37,7 @@ def test_facts_of_a_concave_closed_mesh(tmp_path: Path) -> None:
     assert found.solid == "closed mesh"
 
 
-def test_a_second_look_comes_from_the_cache(tmp_path: Path, cache: Path, monkeypatch) -> None:
+def test_second_call_uses_the_cache(tmp_path: Path, cache: Path, monkeypatch) -> None:
     file = write_stl(tmp_path / "box.stl", trimesh.creation.box((1, 2, 3)))
     first = mesh_stats(file)
     assert len(list(cache.iterdir())) == 1
@@ -51,7 +51,7 @@ def test_a_second_look_comes_from_the_cache(tmp_path: Path, cache: Path, monkeyp
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
 
 
-def test_changed_content_is_looked_at_again(tmp_path: Path) -> None:
+def test_changed_content_is_read_again(tmp_path: Path) -> None:
     file = write_stl(tmp_path / "box.stl", trimesh.creation.box((1, 2, 3)))
     assert mesh_stats(file).volume == pytest.approx(6)
     write_stl(file, trimesh.creation.box((1, 1, 1)).subdivide())
@@ -59,7 +59,7 @@ def test_changed_content_is_looked_at_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 not a zip", None])
-def test_a_damaged_or_unwritable_cache_just_costs_time(tmp_path: Path, cache: Path, damage) -> None:
+def test_damaged_or_unwritable_cache_is_no_error(tmp_path: Path, cache: Path, damage) -> None:
     file = write_stl(tmp_path / "box.stl", trimesh.creation.box((1, 2, 3)))
     if damage is None:
         cache.parent.mkdir(exist_ok=True)
@@ -81,7 +81,7 @@ def test_scaled_properties_are_those_of_the_scaled_mesh(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.inertia, ring.moment_inertia, rtol=1e-4, atol=1e-7)
 
 
-def test_what_is_no_mesh_raises(tmp_path: Path) -> None:
+def test_invalid_meshes_raise(tmp_path: Path) -> None:
     (tmp_path / "x.step").write_text("ISO")
     (tmp_path / "x.stl").write_text("")
     for name in ("x.step", "x.stl", "gone.stl"):

@@ -31,7 +31,7 @@ def test_contains_ignores_how_meshes_are_wound():
     assert contains([mesh_of(a), mesh_of(b)], at).tolist() == [True, True, True, False]
 
 
-def test_ball_by_a_smaller_and_a_larger_ball():
+def test_sphere_by_a_smaller_and_a_larger_sphere():
     ball = mesh_of(trimesh.creation.icosphere(3, 0.1))
     small = measure_spheres(ball, [[0, 0, 0]], [0.08], samples=2000)
     assert small.coverage == pytest.approx(0.8**3, abs=0.04)

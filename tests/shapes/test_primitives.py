@@ -49,7 +49,7 @@ def test_equal_arguments_share_one_mesh_that_cannot_be_written():
         primitives.box().vertices[0, 0] = 3.0
 
 
-def test_a_heightfield_stands_where_its_grid_says():
+def test_heightfield_positions_match_its_grid():
     heights = np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]])
     mesh = primitives.heightfield(heights, 4.0, 1.0)
     assert mesh.vertices[0].tolist() == [-2.0, -0.5, 0.0]
@@ -61,7 +61,7 @@ def test_a_heightfield_stands_where_its_grid_says():
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()
 
 
-def test_impossible_sizes_are_refused():
+def test_invalid_sizes_raise():
     with pytest.raises(ValueError, match="radius must be positive"):
         primitives.sphere(0.0)
     with pytest.raises(ValueError, match="length must be positive"):

@@ -31,7 +31,7 @@ def volume(mesh: TriangleMesh) -> float:
     return float((a * np.cross(b, c)).sum() / 6.0)
 
 
-def test_the_form_stays_and_the_number_of_faces_falls() -> None:
+def test_simplified_meshes_keep_their_form_with_fewer_faces() -> None:
     dense = globe(120)
     coarse = clustered(dense, 40)
     assert len(coarse.faces) < 0.2 * len(dense.faces)
@@ -40,7 +40,7 @@ def test_the_form_stays_and_the_number_of_faces_falls() -> None:
     assert np.allclose(coarse.bounds, dense.bounds, atol=1 / 40)
 
 
-def test_every_face_keeps_a_colour_of_those_it_stands_for() -> None:
+def test_every_face_keeps_a_colour_of_the_merged_faces() -> None:
     dense = globe(60)
     coarse = clustered(dense, 30)
     assert dense.colors is not None and coarse.colors is not None
@@ -60,7 +60,7 @@ def test_the_sides_of_a_thin_sheet_both_stay_and_seams_of_a_texture_do_not_close
     assert len(clustered(seamed, 100).vertices) == 6
 
 
-def test_light_meshes_are_left_alone_and_dense_ones_made_once() -> None:
+def test_small_meshes_are_unchanged_and_dense_ones_cached() -> None:
     box, dense = primitives.box(1.0, 1.0, 1.0), globe(120)
     assert for_small_pictures(box) is box
     assert len(dense.faces) > DENSE and for_small_pictures(dense) is for_small_pictures(dense)

@@ -35,7 +35,7 @@ LINKS = {
 
 
 @pytest.mark.parametrize("name", LINKS)
-def test_eight_spheres_cover_well_and_bulge_little(name):
+def test_eight_spheres_have_high_coverage_and_little_excess(name):
     mesh = mesh_of(LINKS[name])
     fit = fit_spheres(mesh, 8)
     exact = measure_spheres(mesh, fit.centers, fit.radii, samples=3000)
@@ -57,7 +57,7 @@ def test_safe_leaves_no_surface_point_a_millimetre_outside(name):
     assert fit.excess < 0.75
 
 
-def test_tight_takes_more_spheres_and_bulges_less():
+def test_tight_preset_uses_more_spheres_with_less_excess():
     mesh = mesh_of(elbow())
     balanced, tight = fit_spheres(mesh), fit_spheres(mesh, preset="tight")
     assert len(tight.radii) > len(balanced.radii)
@@ -71,7 +71,7 @@ def test_more_spheres_fit_closer():
     assert excess == sorted(excess, reverse=True)
 
 
-def test_ball_is_one_sphere():
+def test_sphere_mesh_is_one_sphere():
     fit = fit_spheres(mesh_of(trimesh.creation.icosphere(3, 0.07).apply_translation((1, 2, 3))))
     assert fit.centers == pytest.approx(np.array([[1, 2, 3]]), abs=1e-3)
     assert fit.radii == pytest.approx([0.07], rel=0.03)
@@ -85,7 +85,7 @@ def test_larger_and_longer_links_get_more_spheres():
     assert number(0.1, 0.1, 0.1) < number(0.05, 0.05, 0.4)
 
 
-def test_hollow_and_small_parts_take_no_more_spheres_than_a_planner_can_use():
+def test_hollow_and_small_parts_use_a_limited_number_of_spheres():
     """A cup of 2 mm walls has hardly any volume, and a finger's 3 mm ribs are negligible."""
     cup = trimesh.creation.annulus(r_min=0.048, r_max=0.05, height=0.1)
     bottom = trimesh.creation.cylinder(0.05, 0.002).apply_translation((0, 0, -0.05))
@@ -189,7 +189,7 @@ def test_the_price_of_surface_keeps_it_inside():
     assert priced.protrusion < 0.7 * free.protrusion
 
 
-def test_large_boxes_are_covered_to_the_corners_without_bulging():
+def test_large_boxes_are_covered_to_the_corners_without_protrusion():
     for size in ((1.0, 1.0, 1.0), (1.0, 0.6, 0.3), (0.05, 0.05, 0.05)):
         fit = fit_spheres(mesh_of(trimesh.creation.box(size)))
         assert fit.surface_coverage > 0.95, size
@@ -197,7 +197,7 @@ def test_large_boxes_are_covered_to_the_corners_without_bulging():
         assert exact.protrusion < 0.25 or max(size) < 0.1
 
 
-def test_wrong_requests_say_what_to_give():
+def test_invalid_arguments_raise():
     mesh = mesh_of(LINKS["box"])
     with pytest.raises(ConfigError, match="did you mean 'tight'"):
         fit_spheres(mesh, preset="tigth")  # type: ignore[arg-type]
@@ -220,7 +220,7 @@ def cost_twin(x, points, weight, tau, tail):
     return float((np.abs(weight) * (u * u * (3 - 2 * u) + beyond)).sum())
 
 
-def test_cost_and_gradient_agree_with_a_numpy_twin_and_differences():
+def test_cost_and_gradient_agree_with_numpy_and_finite_differences():
     rng = np.random.default_rng(0)
     points = rng.random((400, 3)).astype(np.float32)
     weight = np.where(rng.random(400) < 0.5, 1.0, -0.3)
@@ -238,7 +238,7 @@ def test_cost_and_gradient_agree_with_a_numpy_twin_and_differences():
         assert gradient[k] == pytest.approx(slope / 2e-6, abs=2e-2)
 
 
-def test_surface_cost_and_gradient_agree_with_a_ball_and_differences():
+def test_surface_cost_and_gradient_agree_with_a_sphere_and_finite_differences():
     """The solid is a ball, whose distance is known: share outside of a sphere cut by it is a cap's."""
     size, shape = 0.02, 100
     at = (np.indices((shape,) * 3).transpose(1, 2, 3, 0) + 0.5) * size

@@ -42,7 +42,7 @@ def test_volume_and_distance_agree_with_exact_ones(shape):
     assert off.max() < 1.0
 
 
-def test_distance_grows_by_the_way_outside_the_grid():
+def test_distance_grows_linearly_outside_the_grid():
     grid = voxelize(mesh_of(trimesh.creation.icosphere(3, 0.1)))
     far = np.array([[5.0, 0.0, 0.0], [0.0, -3.0, 4.0]])
     assert grid.distance(far) == pytest.approx([4.9, 4.9], rel=0.01)
@@ -63,7 +63,7 @@ def test_meshes_wound_opposite_ways_still_unite():
     assert voxelize([mesh_of(a), mesh_of(b)]).volume == pytest.approx(0.012, rel=0.02)
 
 
-def test_hollow_shell_keeps_its_hollow_unless_asked():
+def test_cavities_are_filled_only_with_fill_cavities():
     outer, inner = trimesh.creation.icosphere(3, 0.1), trimesh.creation.icosphere(3, 0.07)
     inner.invert()
     shell = joined(outer, inner)
@@ -73,7 +73,7 @@ def test_hollow_shell_keeps_its_hollow_unless_asked():
     assert "enclosed cavity counted as solid" in filled.notes
 
 
-def test_missing_faces_leave_the_solid():
+def test_missing_faces_keep_the_solid():
     ball = trimesh.creation.icosphere(3, 0.1)
     holed = mesh_of(ball)
     keep = np.random.default_rng(1).random(len(ball.faces)) > 0.03
@@ -81,7 +81,7 @@ def test_missing_faces_leave_the_solid():
     assert voxelize(holed).volume == pytest.approx(ball.volume, rel=0.03)
 
 
-def test_missing_cap_leaves_the_solid():
+def test_missing_cap_keeps_the_solid():
     cup = trimesh.creation.cylinder(0.1, 0.2)
     cup.update_faces(cup.face_normals[:, 2] < 0.9)
     assert voxelize(mesh_of(cup)).volume == pytest.approx(np.pi * 0.01 * 0.2, rel=0.03)
@@ -124,13 +124,13 @@ def test_any_scale(size):
     assert grid.volume == pytest.approx(2 * size**3, rel=0.03)
 
 
-def test_no_finite_vertex_is_refused():
+def test_mesh_without_finite_vertex_raises():
     bad = TriangleMesh(vertices=np.full((3, 3), np.nan), faces=np.array([[0, 1, 2]], dtype=np.int32))
     with pytest.raises(MeshError, match="no finite vertex"):
         voxelize(bad)
 
 
-def test_interior_samples_lie_inside_and_fill_evenly():
+def test_interior_samples_are_inside_and_uniform():
     box = trimesh.creation.box((0.3, 0.1, 0.2))
     samples = voxelize(mesh_of(box)).interior_samples(4000, np.random.default_rng(0))
     assert len(samples) == 4000

@@ -1,7 +1,7 @@
 """Mass, centre of mass and inertia of solids of uniform density.
 
 Closed forms for the primitives, exact integration over a closed mesh, the convex hull of a mesh that is not
-closed, the bounding box of one that is flat. Everything here takes plain numbers and arrays.
+closed, the bounding box of one that is flat. All functions use plain numbers and arrays.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 DEFAULT_DENSITY = 1000.0
-"""kg/m³: water. Links are metal and plastic (1000 to 8000) round air; most lie between 300 and 3000."""
+"""Density of water (kg/m³). Links are metal and plastic (1000 to 8000) around air: mostly 300 to 3000."""
 
 THIN = 1e-3
-"""m: thickness that a flat mesh is taken to have."""
+"""Thickness assumed for a flat mesh (m)."""
 
 Solid = Literal["primitive", "closed mesh", "convex hull", "bounding box"]
 

@@ -142,12 +142,12 @@ def _floats(source: ET.Element, ids: Mapping[str | None, ET.Element]) -> Floats:
     if array is None:
         array = source.find("float_array")
     if array is None:
-        raise ValueError("a <source> has no numbers")
+        raise ValueError(f"<source> {source.get('id')!r} has no numbers")
     numbers = np.array((array.text or "").split(), dtype=np.float64)
     stride = int(accessor.get("stride", "1")) if accessor is not None else 3
     offset = int(accessor.get("offset", "0")) if accessor is not None else 0
     if not 1 <= stride <= 64 or offset < 0:
-        raise ValueError("a <source> has an unusable stride or offset")
+        raise ValueError(f"a <source> has the invalid stride {stride} or offset {offset}")
     numbers = numbers[offset:]
     return numbers[: len(numbers) // stride * stride].reshape(-1, stride)
 

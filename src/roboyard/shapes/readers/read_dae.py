@@ -106,7 +106,9 @@ def _instances(
         node, parent, depth = stack.pop()
         visited += 1
         if depth > MAX_DEPTH or visited > MAX_INSTANCES:
-            raise ValueError("nodes nested or repeated without end")
+            raise ValueError(
+                f"nodes nested deeper than {MAX_DEPTH} or more than {MAX_INSTANCES}, got {visited}"
+            )
         transform = parent @ _transform(node)
         below: list[tuple[ET.Element, NDArray[np.float64], int]] = []
         for child in node:
