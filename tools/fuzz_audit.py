@@ -36,12 +36,12 @@ LONGEST = 20_000
 
 
 def _invariants() -> Any:
-    """The test's module; it stands in no package."""
+    """The test's module, which is in no package."""
     return importlib.import_module("test_fuzz")
 
 
 def changed(data: bytes, draw: random.Random) -> bytes:
-    """The bytes with a few cut, doubled or overwritten."""
+    """Return the bytes with a few removed, doubled or overwritten."""
     out = bytearray(data)
     for _ in range(draw.randint(1, 6)):
         start = draw.randint(0, len(out))
@@ -57,7 +57,7 @@ def changed(data: bytes, draw: random.Random) -> bytes:
 
 
 def attempt(data: bytes) -> None:
-    """Hold one case to the invariants; keep it where it breaks them."""
+    """Check the invariants for one case; keep it where it breaks them."""
     try:
         _invariants().survives(data)
     except Exception:
@@ -84,7 +84,7 @@ def main() -> None:
     options = (f"-max_total_time={seconds}", f"-max_len={LONGEST}", "-len_control=0")
 
     def mutated(data: bytes, size: int, seed: int) -> bytes:
-        """What the fuzzer found so far, changed; a whole robot where that is little, and now and then."""
+        """Return a mutation of the fuzzer's input, or of a whole robot where that is short and at random."""
         draw = random.Random(seed)
         known = data if len(data) > 100 and draw.random() < 0.8 else draw.choice(seeds).encode()
         return changed(known, draw)[:size]

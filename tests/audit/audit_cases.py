@@ -69,7 +69,7 @@ def robot(*parts, name=' name="arm"') -> str:
 
 
 def arm(tip=None, base=None, more="", **joint_options) -> str:
-    """A base and a tip on one joint; sound unless told otherwise."""
+    """A base and a tip on one joint; without faults by default."""
     return robot(link("base", base), link("tip", tip), joint(**joint_options), more)
 
 
@@ -455,7 +455,7 @@ CASES: dict[str, tuple[Case, Case]] = {
     "mesh-units-differ": (separate(0.1, 100.0), separate(0.1, 0.12)),
     "mesh-flat": (part(grid(2)), part(0.1 * CUBE * (1, 1, 0.01))),
     "mesh-open": (part((0.1 * CUBE)[1:]), part()),
-    "mesh-companion-missing": (obj("gone.mtl", with_library=False), obj("here.mtl", with_library=True)),
+    "mesh-external-missing": (obj("gone.mtl", with_library=False), obj("here.mtl", with_library=True)),
     "mesh-heavy": (part(grid(224), shape=visual), part(grid(223), shape=visual)),
     "mesh-reference": (
         part(name="meshes/part.stl", uri="package://arm/meshes/part.stl"),

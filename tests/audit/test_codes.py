@@ -12,7 +12,7 @@ from roboyard.description import load_description
 TESTED_ELSEWHERE = {"file-unreadable", "not-loadable"}  # no robot at all; any robot
 
 
-def test_a_sound_robot_has_no_findings(tmp_path: Path) -> None:
+def test_a_robot_without_faults_has_no_findings(tmp_path: Path) -> None:
     result = audit_urdf(write_case(arm(), tmp_path))
     assert result.findings == ()
     assert result.status == "ok"
@@ -44,8 +44,8 @@ def test_the_near_fault_is_not(code: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("code", [code for code in CASES if code != "too-many-links"])
-def test_the_verdict_agrees_with_the_reader(code: str, tmp_path: Path) -> None:
-    """What the audit lets pass, the reader reads."""
+def test_the_status_agrees_with_the_reader(code: str, tmp_path: Path) -> None:
+    """A file without errors in its audit can be read."""
     from roboyard.errors import DescriptionError
 
     file = write_case(CASES[code][0], tmp_path)

@@ -1,4 +1,4 @@
-"""Broken input of every kind: a verdict, never an exception; what passes can be read, repaired, read again.
+"""Broken input of every kind: an audit, never an exception; what passes can be read, repaired, read again.
 
 ROBOYARD_FUZZ_EXAMPLES=10000 looks longer.
 """
@@ -149,17 +149,17 @@ def survives(data: bytes) -> None:
 
 @FUZZ
 @given(elements(tag="robot").map(ET.tostring))
-def test_any_tree_gets_a_verdict(data: bytes) -> None:
+def test_any_tree_gets_an_audit(data: bytes) -> None:
     survives(data)
 
 
 @FUZZ
 @given(mutated())
-def test_any_change_to_a_robot_gets_a_verdict(data: bytes) -> None:
+def test_any_change_to_a_robot_gets_an_audit(data: bytes) -> None:
     survives(data)
 
 
 @FUZZ
 @given(st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "replace")))
-def test_any_bytes_get_a_verdict(data: bytes) -> None:
+def test_any_bytes_get_an_audit(data: bytes) -> None:
     survives(data)

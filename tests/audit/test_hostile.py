@@ -201,7 +201,7 @@ def test_a_pipe_beside_the_robot_is_not_waited_for(name: str, tmp_path: Path) ->
         return arm(tip=INERTIAL + both(mesh("part.obj", "0.1 0.1 0.1")))
 
     found = in_a_child(write_case(write, tmp_path), tmp_path / "out")
-    assert found["codes"][0] == ("mesh-missing" if name == "part.obj" else "mesh-companion-missing")
+    assert found["codes"][0] == ("mesh-missing" if name == "part.obj" else "mesh-external-missing")
     assert found["cpu_s"] < 5.0
 
 

@@ -1,4 +1,4 @@
-"""Numbers that no one should write: each is read as what it plainly is, or refused in words."""
+"""Odd numbers: each is read where its meaning is plain, and is an error otherwise."""
 
 import warnings
 from pathlib import Path
@@ -61,7 +61,7 @@ PLACES = {
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_odd_numbers_get_a_verdict_without_a_warning(place: str, tmp_path: Path) -> None:
+def test_odd_numbers_get_a_finding_without_a_warning(place: str, tmp_path: Path) -> None:
     for k, number in enumerate(ODD):
         folder = tmp_path / str(k)
         folder.mkdir()
@@ -83,7 +83,7 @@ def test_odd_numbers_get_a_verdict_without_a_warning(place: str, tmp_path: Path)
 @pytest.mark.parametrize(
     "text", ["0x10", "1d5", "10mm", "1_000", "1e", "1.5.2", "0,5", "1,5 0,5", "1,5 0 0,5"]
 )
-def test_what_may_mean_two_things_is_not_guessed_at(text: str, tmp_path: Path) -> None:
+def test_text_with_two_meanings_is_not_guessed_at(text: str, tmp_path: Path) -> None:
     whole = text if " " in text else f"{text} {text} {text}"
     result = audit_urdf(write_case(arm(origin=f'<origin xyz="{whole}"/>'), tmp_path))
     assert [(f.code, f.severity) for f in result.findings] == [("number-wrong", ERROR)]

@@ -15,7 +15,7 @@ def only(text: str, code: str, folder: Path) -> Finding:
     return found[0]
 
 
-def test_no_slide_is_told_to_become_continuous(tmp_path: Path) -> None:
+def test_no_prismatic_joint_is_advised_to_become_continuous(tmp_path: Path) -> None:
     bounds = '<limit lower="{}" upper="{}" effort="1" velocity="1"/>'
     for code, limit in (
         ("limit-missing", ""),
@@ -26,7 +26,7 @@ def test_no_slide_is_told_to_become_continuous(tmp_path: Path) -> None:
         assert "continuous" in only(arm(kind="revolute", limit=limit), code, tmp_path).remedy
 
 
-def test_many_materials_are_one_untidy_finding(tmp_path: Path) -> None:
+def test_many_materials_are_one_info_finding(tmp_path: Path) -> None:
     colours = "".join(f'<material name="m{k}"><color rgba="{k} 0 0 1"/></material>' for k in (0, 1, 0.5))
     finding = only(arm(tip=INERTIAL + visual(more=colours)), "element-repeated", tmp_path)
     assert finding.severity == INFO

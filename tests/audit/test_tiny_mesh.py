@@ -1,4 +1,4 @@
-"""A mesh scaled down to nothing is told of, and does not keep the robot out of a world."""
+"""A mesh scaled to almost no size is reported, and the robot can still be added to a world."""
 
 from pathlib import Path
 

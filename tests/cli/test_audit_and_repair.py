@@ -34,7 +34,7 @@ def test_findings_have_line_element_remedy_and_code(tmp_path: Path, capsys) -> N
     assert out[3].startswith('arm.urdf:4: warning: joint "j": a revolute joint needs a <limit>')
 
 
-def test_a_blocking_finding_that_repair_mends_exits_0(tmp_path: Path, capsys) -> None:
+def test_an_error_that_repair_fixes_exits_0(tmp_path: Path, capsys) -> None:
     assert main(["audit", str(write_case(CASES["mass-missing"][0], tmp_path))]) == 0
     out = capsys.readouterr().out
     assert out.startswith("arm.urdf: usable after repair")
@@ -105,7 +105,7 @@ def test_a_terminal_gets_a_table(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.setenv("COLUMNS", "160")
     assert main(["audit", str(write_case(CASES["axis-zero"][0], tmp_path))]) == 1
     out = capsys.readouterr().out
-    assert "what is wrong" in out
+    assert "fault" in out
     assert "axis-zero" in out
     assert out.index("error") < out.index("axis-zero")
 
@@ -113,7 +113,7 @@ def test_a_terminal_gets_a_table(tmp_path: Path, capsys, monkeypatch) -> None:
 # --------------------------------------------------------------------------------------------------- repair
 
 
-def test_repair_tells_each_mend_and_what_is_left(tmp_path: Path, capsys) -> None:
+def test_repair_reports_each_fix_and_the_remaining_findings(tmp_path: Path, capsys) -> None:
     text = arm_with_joint(
         axis='<axis xyz="0 0 2"/>', limit='<limit lower="1" upper="-1" effort="1" velocity="1"/>'
     )
@@ -130,7 +130,7 @@ def test_repair_of_what_stays_unusable_exits_1(tmp_path: Path, capsys) -> None:
     assert "gone.stl" in capsys.readouterr().out
 
 
-def test_repair_json_lists_mends(tmp_path: Path, capsys) -> None:
+def test_repair_json_lists_fixes(tmp_path: Path, capsys) -> None:
     file = write_case(CASES["joint-name-odd"][0], tmp_path)
     assert main(["repair", str(file), "--out", str(tmp_path / "out"), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)

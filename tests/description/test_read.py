@@ -52,9 +52,9 @@ def test_links_and_joints_keep_file_order_and_any_name(arm):
 
 def test_elements_remember_file_and_line(arm):
     lines = ARM.read_text(encoding="utf-8").splitlines()
-    for thing in (*arm.links, *arm.joints):
-        assert thing.source.file == ARM
-        assert f'name="{thing.name}"' in lines[thing.source.line - 1]
+    for element in (*arm.links, *arm.joints):
+        assert element.source.file == ARM
+        assert f'name="{element.name}"' in lines[element.source.line - 1]
     assert "<visual name" in lines[arm.links[0].visuals[0].source.line - 1]
     assert "<inertial>" in lines[arm.links[0].inertial.source.line - 1]
 

@@ -49,11 +49,11 @@ ERRORS = {
 }
 
 REPAIRS = {
-    "blank_line_before_declaration": "blank space before the XML declaration left out",
-    "text_before_root": "text before the root element left out",
-    "text_after_root": "text after the end of <robot> left out",
-    "declaration_in_the_middle": "XML declaration that is not at the start left out",
-    "dashes_in_comment": 'comments that hold "--" left out',
+    "blank_line_before_declaration": "blank space before the XML declaration removed",
+    "text_before_root": "text before the root element removed",
+    "text_after_root": "text after the end of <robot> removed",
+    "declaration_in_the_middle": "XML declaration that is not at the start removed",
+    "dashes_in_comment": 'comments that hold "--" removed',
     "bare_ampersand": 'bare "&" read as itself',
     "attribute_twice": "attributes given twice, the first one counts (line 4: name)",
     "latin_1_comment": "line 2: bytes that are not valid UTF-8; read as Windows-1252",
@@ -127,7 +127,7 @@ def test_unusable_mimic_is_kept_as_xml():
     assert [(element.tag, element.get("joint")) for element in joint.extra] == [("mimic", "ghost")]
 
 
-def test_mended_text_keeps_names_and_lines():
+def test_repaired_text_keeps_names_and_lines():
     robot = load_description(DATA / "repairs" / "bare_ampersand.urdf")
     assert robot.links[0].name == "nuts & bolts"
     robot = load_description(DATA / "repairs" / "blank_line_before_declaration.urdf")
@@ -139,7 +139,7 @@ def test_mended_text_keeps_names_and_lines():
 def test_missing_file_and_folder(tmp_path):
     with pytest.raises(DescriptionError, match=r"nowhere\.urdf: no such file in .*; check the path"):
         load_description(tmp_path / "nowhere.urdf")
-    with pytest.raises(DescriptionError, match="this is a folder; give the URDF file in it"):
+    with pytest.raises(DescriptionError, match="is a folder; give the URDF file in it"):
         load_description(tmp_path)
 
 

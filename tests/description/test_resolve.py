@@ -160,7 +160,7 @@ def test_outside_is_named_with_the_remedy(tmp_path):
     base = tmp_path / "arm"
     base.mkdir()
     found = resolver(base).resolve("../outside/a.stl")
-    assert "lies outside the robot's folders" in found.problem
+    assert "is outside the robot's folders" in found.problem
     allowed = resolver(base, search_paths=[tmp_path / "outside"])
     assert allowed.resolve("../outside/a.stl").path == tmp_path / "outside" / "a.stl"
 
@@ -266,7 +266,7 @@ def test_mesh_folders_of_neighbours_and_parents(tmp_path):
     assert resolver(base).resolve("../../arms/arm/meshes/visual/a.obj").path.samefile(arm)
     assert resolver(base).resolve("meshes/b.obj").path == above
     for uri in ("../../arms/arm/meshes/secret.txt", "../../arms/arm/other.obj"):
-        assert "lies outside the robot's folders" in resolver(base).resolve(uri).problem
+        assert "is outside the robot's folders" in resolver(base).resolve(uri).problem
 
 
 def test_installed_packages_may_be_links_to_their_sources(tmp_path):

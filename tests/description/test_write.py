@@ -23,18 +23,18 @@ from roboyard.errors import DescriptionError
 DATA = Path(__file__).parents[1] / "data" / "urdf"
 
 
-def plain(thing):
+def plain(value):
     """The data of a description without where it was read, XML by value."""
-    if isinstance(thing, ET.Element):
-        text = (thing.text or "").strip()
-        return (thing.tag, sorted(thing.attrib.items()), text, [plain(child) for child in thing])
-    if dataclasses.is_dataclass(thing):
+    if isinstance(value, ET.Element):
+        text = (value.text or "").strip()
+        return (value.tag, sorted(value.attrib.items()), text, [plain(child) for child in value])
+    if dataclasses.is_dataclass(value):
         skipped = ("source", "notes")
-        fields = (field.name for field in dataclasses.fields(thing) if field.name not in skipped)
-        return {name: plain(getattr(thing, name)) for name in fields}
-    if isinstance(thing, tuple):
-        return [plain(item) for item in thing]
-    return thing
+        fields = (field.name for field in dataclasses.fields(value) if field.name not in skipped)
+        return {name: plain(getattr(value, name)) for name in fields}
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    return value
 
 
 REPAIRED = sorted((DATA / "repairs").glob("*.urdf"))

@@ -80,7 +80,7 @@ def test_bounds(monkeypatch, tmp_path):
         read_xml(file)
 
 
-def test_text_that_cannot_be_mended_names_the_first_fault():
+def test_text_that_cannot_be_repaired_names_the_first_fault():
     with pytest.raises(DescriptionError) as caught:
         read_xml("\n<robot>\n<link name=base/>\n</robot>")
     assert caught.value.line == 3
@@ -97,7 +97,7 @@ def test_calls_that_xacro_left_in_its_output_are_left_out_with_a_note():
       <xacro:sensors_usb port="none"/></robot>"""
     root, notes = read_xml(text)
     assert [child.tag for child in root] == ["link"]
-    assert notes == ("<xacro:sensors_usb> in line 2, a call of a macro that xacro did not know, is left out",)
+    assert notes == ("<xacro:sensors_usb> in line 2, a call of a macro that is unknown to xacro, is skipped",)
     for unexpanded in (text.replace(comment, ""), text.replace("sensors_usb", "macro")):
         root, notes = read_xml(unexpanded)
         assert len(root) == 2 and not notes

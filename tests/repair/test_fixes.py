@@ -12,7 +12,7 @@ from roboyard.errors import DescriptionError
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.repair import FIXES, repair_urdf
 
-MENDABLE = [code for code, check in CHECKS.items() if check.fixable]
+FIXABLE = [code for code, check in CHECKS.items() if check.fixable]
 READABLE = [
     code for code in CASES if code not in ("xml-unsafe", "xml-syntax", "root-not-robot", "too-many-links")
 ]
@@ -34,12 +34,12 @@ def random_positions(robot: RobotDescription) -> dict[str, float]:
     return {j.name: rng.uniform(-2, 2) for j in robot.joints if j.type in one_axis and j.mimic is None}
 
 
-def test_every_mendable_code_has_a_mend() -> None:
-    assert set(MENDABLE) == set(FIXES)
+def test_every_fixable_code_has_a_fix() -> None:
+    assert set(FIXABLE) == set(FIXES)
 
 
-@pytest.mark.parametrize("code", MENDABLE)
-def test_the_fault_is_mended_and_logged(code: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("code", FIXABLE)
+def test_the_fault_is_fixed_and_logged(code: str, tmp_path: Path) -> None:
     file = write_case(CASES[code][0], tmp_path)
     assert all(finding.fixable for finding in audit_urdf(file).of(code))
     result = repair_urdf(file, tmp_path / "out")
@@ -105,7 +105,7 @@ def test_a_usable_robot_is_read_strictly_after_repair(code: str, tmp_path: Path)
     assert load_description(result.urdf, strict=True).notes == ()
 
 
-@pytest.mark.parametrize("code", MENDABLE)
+@pytest.mark.parametrize("code", FIXABLE)
 def test_keep_leaves_a_code_as_it_is(code: str, tmp_path: Path) -> None:
     if code in ("xml-tolerated", "mesh-found-nearby"):
         pytest.skip("writing the robot at all puts this right")
@@ -114,7 +114,7 @@ def test_keep_leaves_a_code_as_it_is(code: str, tmp_path: Path) -> None:
     assert code not in {fix.code for fix in result.fixes}
 
 
-def test_only_mends_what_is_named(tmp_path: Path) -> None:
+def test_only_fixes_the_named_codes(tmp_path: Path) -> None:
     text = str(CASES["axis-not-unit"][0]).replace('name="j"', 'name="joint 1"')
     result = repair_urdf(write_case(text, tmp_path), tmp_path / "out", only=["axis-not-unit"])
     assert {fix.code for fix in result.fixes} == {"axis-not-unit"}

@@ -1,4 +1,4 @@
-"""What a repair writes, computes, refuses and leaves alone."""
+"""Files that a repair writes, values that it computes, and input that it refuses or keeps."""
 
 import json
 import xml.etree.ElementTree as ET
@@ -113,7 +113,7 @@ def test_an_impossible_tensor_without_shapes_is_changed_as_little_as_helps(tmp_p
     np.testing.assert_allclose(repaired.matrix(), np.diag([0.02, 0.02, 0.04]), rtol=1e-5, atol=1e-12)
 
 
-def test_companions_of_a_mesh_come_along(tmp_path: Path) -> None:
+def test_external_files_of_a_mesh_are_copied(tmp_path: Path) -> None:
     file = write_case(obj("here.mtl", with_library=True), tmp_path)
     (file.parent / "textures").mkdir()
     (file.parent / "textures" / "my wood.png").write_bytes(b"png")
@@ -124,7 +124,7 @@ def test_companions_of_a_mesh_come_along(tmp_path: Path) -> None:
     assert (folder / "here.mtl").read_text() == "newmtl red\nmap_Kd -s 1 1 1 my_wood.png\n"
 
 
-def test_renames_are_told_and_followed(tmp_path: Path) -> None:
+def test_renames_are_reported_and_followed(tmp_path: Path) -> None:
     text = robot(
         link("base-1"),
         link("base_1"),

@@ -35,7 +35,7 @@ class Finding:
     element: str
     """As in `joint "elbow"`; empty for the file as a whole."""
     message: str
-    """What is wrong, in one sentence, with what was found."""
+    """The fault in one sentence, with the value found."""
     remedy: str
     """How to fix it."""
     line: int | None = None

@@ -8,7 +8,7 @@ test:
             if joint.axis is not None and not any(joint.axis):
                 yield Fault(at=joint, message="<axis> is (0, 0, 0)")
 
-The docstring's first line is what `docs/findings.md` says of the code.
+The docstring's first line describes the code in `docs/findings.md`.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 LONGEST_MESSAGE, LONGEST_ELEMENT = 400, 120
-"""Characters; what a file says is repeated in messages, however long it is."""
+"""Characters; messages repeat text of the file, which may be of any length."""
 
 
-class LocatedElement(Protocol):
-    """What a fault can point at: links, joints, shapes, ..."""
+class HasLocation(Protocol):
+    """Element that a fault can point at: link, joint, shape, ..."""
 
     @property
     def who(self) -> str:
@@ -42,22 +42,22 @@ class LocatedElement(Protocol):
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Links to look at."""
+        """Links that it concerns."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Fault:
-    """What a check yields; code, severity and remedy are the check's where they are not given."""
+    """Result of a check; severity and remedy default to those of the check."""
 
-    at: LocatedElement | None = None
+    at: HasLocation | None = None
     message: str
     remedy: str | None = None
     severity: Severity | None = None
     fixable: bool | None = None
     links: tuple[str, ...] | None = None
     line: int | None = None
-    """Where it differs from the place's own."""
+    """Line, where it differs from that of `at`."""
 
 
 Faults = Iterator[Fault]
@@ -84,7 +84,7 @@ class Check:
         return (self.run.__doc__ or "").strip().splitlines()[0]
 
     def finding(self, fault: Fault) -> Finding:
-        """The fault as a finding of this check."""
+        """Return the fault as a finding of this check."""
         at = fault.at
         links = fault.links
         if links is None:
@@ -105,7 +105,7 @@ class Check:
 
 
 def shortened(text: str, most: int) -> str:
-    """The text, its middle left out where it has more characters than this."""
+    """Return the text, without its middle if it has more than `most` characters."""
     if len(text) <= most:
         return text
     half = (most - 5) // 2

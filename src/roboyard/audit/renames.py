@@ -21,7 +21,7 @@ class Renames:
 
 
 def planned_renames(urdf: UrdfElements) -> Renames:
-    """What `repair` renames: every name that is no USD identifier, kept distinct from all others."""
+    """Return the names that `repair` changes: each that is no USD identifier, distinct from all others."""
     return Renames(
         links=distinct_names((link.name for link in urdf.links), _PLAIN),
         joints=distinct_names((joint.name for joint in urdf.joints), _PLAIN),
@@ -29,7 +29,7 @@ def planned_renames(urdf: UrdfElements) -> Renames:
 
 
 def identifier(name: str) -> str:
-    """The nearest name of ASCII letters, digits and `_`; accents fall off, other letters become codes."""
+    """Return the nearest name of ASCII letters, digits and `_`, without accents; others become codes."""
     plain = unicodedata.normalize("NFKD", name)
     parts: list[str] = []
     for character in plain:
@@ -46,7 +46,7 @@ def identifier(name: str) -> str:
 
 
 def distinct_names(names: Iterable[str], kept: re.Pattern[str]) -> dict[str, str]:
-    """New names for all that do not fit `kept`, distinct from each other and from those that stay."""
+    """Return new names for all that do not match `kept`, distinct from each other and from the kept ones."""
     wanted = [name for name in dict.fromkeys(names) if name]
     taken = {name for name in wanted if kept.fullmatch(name)}
     renames: dict[str, str] = {}

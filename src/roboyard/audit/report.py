@@ -11,7 +11,7 @@ MAX_ALIKE = 12
 
 
 def shown_findings(audit: Audit, *, everything: bool = False) -> Iterator[tuple[Finding, int]]:
-    """The findings to show, in order, and how many more of the same code follow the last of each."""
+    """Yield the findings to show, in order, and how many more of the same code follow the last of each."""
     counts: dict[str, int] = {}
     for finding in audit.findings:
         counts[finding.code] = counts.get(finding.code, 0) + 1
@@ -25,13 +25,13 @@ def shown_findings(audit: Audit, *, everything: bool = False) -> Iterator[tuple[
 
 
 def summary(audit: Audit) -> str:
-    """One line: the status and how many findings of each severity."""
+    """Return one line: the status and how many findings of each severity."""
     counts = ", ".join(f"{count} {severity.label}" for severity, count in audit.counts().items() if count)
     return f"{audit.file.name}: {audit.status}" + (f" ({counts})" if counts else "")
 
 
 def facts_line(audit: Audit) -> str:
-    """One line: how large the robot is."""
+    """Return one line: the size of the robot."""
     facts = audit.facts
     mass = "" if facts.mass is None else f", {facts.mass:.4g} kg"
     return (
@@ -42,7 +42,7 @@ def facts_line(audit: Audit) -> str:
 
 
 def report_lines(audit: Audit, *, everything: bool = False) -> list[str]:
-    """The whole audit, one line a finding: `file:line: severity: element: message; remedy [code]`."""
+    """Return the audit, one line for each finding: `file:line: severity: element: message; remedy [code]`."""
     lines = [summary(audit)]
     if audit.facts.links:
         lines.append(facts_line(audit))

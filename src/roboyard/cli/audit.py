@@ -84,7 +84,7 @@ def _print_table(result: Audit, *, everything: bool) -> None:
     table = Table(show_lines=False, expand=False)
     table.add_column("line", justify="right", style="dim")
     table.add_column("element", overflow="fold", max_width=32)
-    table.add_column("what is wrong", overflow="fold", ratio=3)
+    table.add_column("fault", overflow="fold", ratio=3)
     table.add_column("remedy", overflow="fold", ratio=2)
     table.add_column("code", style="dim", overflow="fold", max_width=24)
     severity: Severity | None = None

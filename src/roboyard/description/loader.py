@@ -137,7 +137,7 @@ def _xml_source(source: Path | str | ET.ElementTree | ET.Element) -> XmlSource:
     if isinstance(source, ET.ElementTree):
         root = source.getroot()
         if root is None:
-            raise DescriptionError("the tree is empty; a URDF starts with a <robot> element")
+            raise DescriptionError(f"the tree is empty ({source!r}); a URDF starts with a <robot> element")
         return XmlSource(root=root)
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         root, notes = read_xml(source)

@@ -1,6 +1,6 @@
 """A robot description as plain, immutable data, in file order.
 
-Every downstream room (simulator, importer, writers, planner) takes these types. Lengths are metres, angles
+The simulator, the importer, the writers and the planner use these types. Lengths are metres, angles
 radians, masses kilograms; rotations are quaternions (x, y, z, w). Each element remembers the line it came
 from, so that later errors can point at it, and carries the XML that Roboyard does not read: whole child
 elements in `extra`, or the unread part of one (`<limit current="3"/>`), which the writer merges back in.
@@ -74,12 +74,16 @@ class Pose:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Box:
+    """Box, centred."""
+
     size: Vector3
     """Full extents along x, y, z; m."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Sphere:
+    """Sphere, centred."""
+
     radius: float
     """m"""
 
@@ -113,6 +117,8 @@ class Plane:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Mesh:
+    """Mesh of a file, or made in memory."""
+
     uri: str
     """As written in the file."""
     path: Path | None
@@ -138,6 +144,8 @@ Geometry = Box | Sphere | Cylinder | Capsule | Plane | Mesh | Heightfield
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Material:
+    """Colour and texture of a visual."""
+
     name: str | None = None
     rgba: RGBA | None = None
     texture: Path | None = None
@@ -150,6 +158,8 @@ class Material:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Visual:
+    """Shape that is rendered."""
+
     geometry: Geometry
     origin: Pose = Pose()
     """Of the shape in the link frame."""
@@ -162,6 +172,8 @@ class Visual:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Collision:
+    """Shape that collides."""
+
     geometry: Geometry
     origin: Pose = Pose()
     """Of the shape in the link frame."""
@@ -175,6 +187,8 @@ class Collision:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Inertial:
+    """Mass, centre of mass and inertia of a link."""
+
     mass: float
     """kg"""
     origin: Pose = Pose()
@@ -205,6 +219,8 @@ class Contact:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Link:
+    """Rigid body of the robot."""
+
     name: str
     inertial: Inertial | None = None
     visuals: tuple[Visual, ...] = ()
@@ -241,6 +257,8 @@ class Mimic:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Joint:
+    """Joint between a parent and a child link."""
+
     name: str
     type: JointType
     parent: str
@@ -296,14 +314,16 @@ class RobotDescription:
     attributes: Attributes = ()
     source: Source = Source()
     notes: tuple[str, ...] = field(default=())
-    """What the reader had to put right to read the file (sloppy numbers, non-unit axes, ...)."""
+    """Corrections made by the reader (sloppy numbers, non-unit axes, ...)."""
 
     @cached_property
     def link_by_name(self) -> Mapping[str, Link]:
+        """Name to link."""
         return {link.name: link for link in self.links}
 
     @cached_property
     def joint_by_name(self) -> Mapping[str, Joint]:
+        """Name to joint."""
         return {joint.name: joint for joint in self.joints}
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Collision shapes: are there any, do they fit, do they overlap."""
+"""Collision shapes that are missing, unsuitable or overlapping."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from roboyard.description.urdf.xml import line_of
 from roboyard.transforms import Array
 
 SHRINK = 0.9
-"""Shapes overlap when they still do at this size, so that neighbours that merely touch are left alone."""
+"""Shapes overlap when they still do at this size, so that neighbours that merely touch are not reported."""
 MAX_LISTED = 12
 MAX_TESTS = 3000
 
@@ -38,7 +38,7 @@ def collision_none(urdf: UrdfElements) -> Faults:
 @check(
     "collision-missing",
     INFO,
-    remedy="add a collision shape, unless nothing should touch this link",
+    remedy="add a collision shape, unless this link should not collide",
     example="<link> with <visual> alone",
 )
 def collision_missing(urdf: UrdfElements) -> Faults:

@@ -1,4 +1,4 @@
-"""Faults that leave nothing to look at."""
+"""Faults of the file as a whole, after which no other check runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MAX_LINKS = 10_000
 
 
 def _refusal(urdf: UrdfElements, *words: str) -> Faults:
-    """The reader's refusal as a fault, where it holds one of the words."""
+    """The reader's refusal as a fault, where it contains one of the texts."""
     error = urdf.refusal
     if error is None:
         return
@@ -51,7 +51,7 @@ def xml_unsafe(urdf: UrdfElements) -> Faults:
     example='<robot name="arm"><link name="base"></robot>',
 )
 def xml_syntax(urdf: UrdfElements) -> Faults:
-    """The file is not well-formed XML, and what it means is not plain either."""
+    """The file is not well-formed XML, and its meaning is not clear."""
     yield from _refusal(urdf, "not well-formed", "the file is empty")
 
 

@@ -1,4 +1,4 @@
-"""Primitives, and shapes as such."""
+"""Geometries of visuals and collisions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SIZES = {
     example="<visual><geometry/></visual>",
 )
 def geometry_missing(urdf: UrdfElements) -> Faults:
-    """A visual or collision holds no shape; it is ignored."""
+    """A visual or collision has no shape; it is ignored."""
     for shape in urdf.shapes:
         if shape.geometry is None:
             yield Fault(at=shape, message=f"<{shape.kind}> has no geometry; it is ignored")
@@ -39,7 +39,7 @@ def geometry_missing(urdf: UrdfElements) -> Faults:
     example="<geometry><cone .../></geometry>",
 )
 def geometry_unknown(urdf: UrdfElements) -> Faults:
-    """A geometry is none that URDF (or Bullet) knows."""
+    """A geometry is not one of URDF or Bullet."""
     for shape in urdf.shapes:
         if shape.geometry is not None and shape.geometry.tag not in (*PRIMITIVES, "mesh"):
             message = f"unknown geometry <{str(shape.geometry.tag)[:60]}> in its {shape.kind}"
@@ -85,7 +85,7 @@ def geometry_size_zero(urdf: UrdfElements) -> Faults:
     for shape in urdf.shapes:
         if shape.size is not None and shape.geometry is not None and 0 <= min(shape.size) < NOTHING:
             if shape.geometry.tag == "capsule" and shape.size[0] >= NOTHING:
-                continue  # a capsule of no length is a ball
+                continue  # a capsule of no length is a sphere
             shown = " ".join(f"{value:g}" for value in shape.size)
             message = f"<{shape.geometry.tag}> in its {shape.kind} has a size of zero ({shown})"
             yield Fault(at=shape, line=line_of(shape.geometry), message=message)

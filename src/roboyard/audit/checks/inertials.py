@@ -1,4 +1,4 @@
-"""Masses and inertia tensors: are they there, and are they possible."""
+"""Masses and inertia tensors that are missing or impossible."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def inertial_missing(urdf: UrdfElements) -> Faults:
     for link in urdf.links:
         if link.inertial is None and link.name and link.shapes and needs_mass(urdf, link):
             if not link.visuals and body_of[link.name] in seen:
-                continue  # collision shapes alone around a link that is seen: a safety volume, not matter
+                continue  # collision shapes alone around a visible link: a safety volume, not mass
             fixable = link_solid(link) is not None
             message = "it moves and has shapes but no <inertial>"
             remedy = None if fixable else "add <inertial>; no size of its shapes is known to compute it from"
@@ -163,7 +163,7 @@ def inertia_missing(urdf: UrdfElements) -> Faults:
     example='<mass value="1"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>',
 )
 def inertia_zero(urdf: UrdfElements) -> Faults:
-    """A link has mass, but its inertia tensor is zero: simulators refuse it or explode."""
+    """A link has mass, but its inertia tensor is zero: simulators refuse it or diverge."""
     body_of = urdf.tree.body_of
     turned = {body_of[link.name] for link, _, tensor in with_tensor(urdf) if link.name and tensor.any()}
     for link, mass, tensor in with_tensor(urdf):
@@ -191,7 +191,7 @@ def inertia_zero(urdf: UrdfElements) -> Faults:
     example='<inertia ixx="0.01" ixy="0.05" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>',
 )
 def inertia_not_positive(urdf: UrdfElements) -> Faults:
-    """An inertia tensor is not positive definite: turning the body would take or give energy for nothing."""
+    """An inertia tensor is not positive definite: rotation would have negative energy."""
     for link, _, tensor in with_tensor(urdf):
         moments = principal_moments(tensor)
         if tensor.any() and moments[0] <= 0:

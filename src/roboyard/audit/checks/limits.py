@@ -10,12 +10,12 @@ from roboyard.description.urdf.elements import JointElement
 from roboyard.description.urdf.parse import UrdfElements
 
 ENDLESS = 1000.0
-"""rad or m beyond which a bound stops nothing."""
+"""Bound beyond which a joint counts as unlimited (rad or m)."""
 _ADD_LIMIT = 'add <limit lower="..." upper="..." effort="..." velocity="..."/>'
 
 
 def _for_slides(joint: JointElement, remedy: str) -> str | None:
-    """The remedy for a joint that slides, which cannot be continuous; None: the check's own."""
+    """The remedy for a prismatic joint, which cannot be continuous; None for the remedy of the check."""
     return remedy if joint.type == "prismatic" else None
 
 
@@ -26,10 +26,10 @@ def _for_slides(joint: JointElement, remedy: str) -> str | None:
     example='<joint name="j" type="revolute"> without <limit>',
 )
 def limit_missing(urdf: UrdfElements) -> Faults:
-    """A revolute or prismatic joint has no `<limit>`; Roboyard lets it move without end, others lock it."""
+    """A revolute or prismatic joint has no `<limit>`; Roboyard does not limit it, others lock it."""
     for joint in urdf.joints:
         if joint.type in ("revolute", "prismatic") and joint.limit is None:
-            message = f"a {joint.type} joint needs a <limit>; it moves without end"
+            message = f"a {joint.type} joint needs a <limit>; it is not limited"
             yield Fault(at=joint, message=message, remedy=_for_slides(joint, _ADD_LIMIT))
 
 
@@ -46,9 +46,7 @@ def limit_bounds_missing(urdf: UrdfElements) -> Faults:
             continue
         absent = [key for key in ("lower", "upper") if not (joint.limit.get(key) or "").strip()]
         if len(absent) == 2:
-            yield Fault(
-                at=joint, message="<limit> gives neither lower nor upper; the joint moves without end"
-            )
+            yield Fault(at=joint, message="<limit> gives neither lower nor upper; the joint is not limited")
         elif absent:
             yield Fault(at=joint, message=f"<limit> gives no {absent[0]}; it is read as 0")
 
@@ -66,7 +64,7 @@ def limit_reversed(urdf: UrdfElements) -> Faults:
             lower, upper = joint.lower or 0.0, joint.upper or 0.0
             if lower > upper:
                 message = f"lower limit {lower:g} is above upper limit {upper:g} {joint.unit}"
-                remedy = _for_slides(joint, "swap them, or leave both out for no limits")
+                remedy = _for_slides(joint, "swap them, or remove both for no limits")
                 yield Fault(at=joint, message=message, remedy=remedy)
 
 
@@ -146,7 +144,7 @@ def limit_incomplete(urdf: UrdfElements) -> Faults:
     example='<joint type="continuous"> with <limit lower="-1" upper="1" .../>',
 )
 def continuous_with_limits(urdf: UrdfElements) -> Faults:
-    """A continuous joint carries a range, which it does not obey."""
+    """A continuous joint has a range, which is ignored."""
     for joint in urdf.joints:
         if joint.type == "continuous" and joint.limit is not None:
             given = [key for key in ("lower", "upper") if joint.limit.get(key) is not None]
@@ -161,13 +159,15 @@ def continuous_with_limits(urdf: UrdfElements) -> Faults:
     example='<limit lower="-1e16" upper="1e16" .../>',
 )
 def limit_endless(urdf: UrdfElements) -> Faults:
-    """A bound is so far away (over 1000 rad or m) that it stops nothing."""
+    """A bound is beyond 1000 rad or m, which no joint reaches."""
     for joint in urdf.joints:
         bounds = [b for b in (joint.lower, joint.upper) if b is not None and math.isfinite(b)]
         if joint.type in ("revolute", "prismatic") and any(abs(bound) > ENDLESS for bound in bounds):
             shown = ", ".join(f"{bound:g}" for bound in bounds)
-            remedy = _for_slides(joint, "give the range the joint really has, or leave both out")
-            yield Fault(at=joint, message=f"limits of {shown} {joint.unit} stop nothing", remedy=remedy)
+            remedy = _for_slides(joint, "give the range the joint really has, or remove both")
+            yield Fault(
+                at=joint, message=f"limits of {shown} {joint.unit} are beyond any motion", remedy=remedy
+            )
 
 
 @check(
@@ -177,7 +177,7 @@ def limit_endless(urdf: UrdfElements) -> Faults:
     example='<limit lower="-3" upper="-0.1" .../>',
 )
 def limit_excludes_zero(urdf: UrdfElements) -> Faults:
-    """Zero lies outside the limits, so that the pose with all joints at zero cannot be taken."""
+    """Zero is outside the limits, so that the robot cannot reach the pose with all joints at zero."""
     for joint in urdf.joints:
         if joint.type in ("revolute", "prismatic") and joint.has_range and joint.mimic is None:
             lower, upper = joint.lower or 0.0, joint.upper or 0.0

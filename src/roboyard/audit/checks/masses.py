@@ -1,4 +1,4 @@
-"""Masses and inertias: are they plausible for the link's size and its neighbours."""
+"""Masses and inertias that are implausible for the link's size or its neighbours."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def inertia_out_of_scale(urdf: UrdfElements) -> Faults:
     example='<inertial><origin xyz="12 0 3"/> on a link of 0.1 m',
 )
 def center_of_mass_far(urdf: UrdfElements) -> Faults:
-    """The centre of mass lies far outside the link's shapes (by over half their size)."""
+    """The centre of mass is far outside the link's shapes (by over half their size)."""
     for link, inertial in inertials_of(urdf):
         if link.bounds is None or not inertial.mass:
             continue
@@ -62,7 +62,7 @@ def center_of_mass_far(urdf: UrdfElements) -> Faults:
         outside = np.maximum(np.maximum(lower - center, center - upper), 0.0)
         distance = float(np.linalg.norm(outside))
         if distance > slack:
-            message = f"its centre of mass lies {distance:.3g} m outside its shapes"
+            message = f"its centre of mass is {distance:.3g} m outside its shapes"
             yield Fault(at=link, line=line_of(inertial.element), message=message)
 
 
@@ -103,7 +103,7 @@ def _body_masses(urdf: UrdfElements) -> dict[int, float]:
     example="(a hand of 20 kg on a wrist of 0.01 kg)",
 )
 def mass_neighbours(urdf: UrdfElements) -> Faults:
-    """A moving body carries a neighbour over 500 times as heavy as itself."""
+    """A moving body carries a neighbour of over 500 times its mass."""
     masses = _body_masses(urdf)
     tree = urdf.tree
     for joint in urdf.moving_joints:
@@ -124,14 +124,14 @@ def mass_neighbours(urdf: UrdfElements) -> Faults:
     example="(an arm whose links sum to 40,000: grams)",
 )
 def mass_total(urdf: UrdfElements) -> Faults:
-    """The whole robot weighs under a gram or over 20 t."""
+    """The total mass is under 1 g or over 20 t."""
     masses = [link.inertial.mass for link in urdf.links if link.inertial is not None and link.inertial.mass]
     total = sum(mass for mass in masses if mass > 0)
     if not any(True for _ in urdf.moving_joints) or total == 0:
         return
     if total > HEAVIEST or total < LIGHTEST_ROBOT:
         robot = Location(who="robot", line=line_of(urdf.root))
-        yield Fault(at=robot, message=f"its links weigh {total:.4g} kg together")
+        yield Fault(at=robot, message=f"its total mass is {total:.4g} kg")
 
 
 @check(

@@ -52,10 +52,10 @@ def color_alpha_missing(urdf: UrdfElements) -> Faults:
     example='<color rgba="1 0 0 0"/>',
 )
 def color_invisible(urdf: UrdfElements) -> Faults:
-    """A colour's alpha is zero: the shape is not seen."""
+    """A colour's alpha is zero: the shape is invisible."""
     for material in urdf.materials:
         if material.rgba is not None and len(material.rgba) == 4 and material.rgba[3] == 0:
-            yield Fault(at=material, message="alpha is 0; it is not seen")
+            yield Fault(at=material, message="alpha is 0; the shape is invisible")
 
 
 def _is_bare(material: MaterialElement) -> bool:
@@ -71,10 +71,10 @@ def _is_bare(material: MaterialElement) -> bool:
 def material_undefined(urdf: UrdfElements) -> Faults:
     """A visual names a material that is defined nowhere; it gets the default colour."""
     defined = {material.name for material in urdf.materials if not _is_bare(material)}
-    told: set[str] = set()
+    reported: set[str] = set()
     for material in urdf.materials:
-        if material.link and _is_bare(material) and material.name not in defined | told:
-            told.add(material.name)
+        if material.link and _is_bare(material) and material.name not in defined | reported:
+            reported.add(material.name)
             yield Fault(at=material, message="it is named but defined nowhere")
 
 
@@ -85,15 +85,15 @@ def material_undefined(urdf: UrdfElements) -> Faults:
     example='<material name="m"><color rgba="1 0 0 1"/></material> and again with another colour',
 )
 def material_redefined(urdf: UrdfElements) -> Faults:
-    """One material name stands for two colours; programs differ on which one counts."""
+    """One material name has two colours; programs differ on which one counts."""
     first: dict[str, MaterialElement] = {}
-    told: set[str] = set()
+    reported: set[str] = set()
     for material in urdf.materials:
         if not material.name or material.rgba is None:
             continue
         known = first.setdefault(material.name, material)
-        if known.rgba != material.rgba and material.name not in told:
-            told.add(material.name)
+        if known.rgba != material.rgba and material.name not in reported:
+            reported.add(material.name)
             yield Fault(at=material, message=f"it has another colour in line {known.line}")
 
 

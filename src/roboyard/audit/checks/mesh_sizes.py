@@ -1,4 +1,4 @@
-"""Scales of meshes: are they in metres."""
+"""Scales and units of meshes."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def mesh_units_differ(urdf: UrdfElements) -> Faults:
 
 
 def is_plainly_in_millimetres(big: list[ShapeElement], small: list[ShapeElement]) -> bool:
-    """True where the larger shapes are meshes over 3 m and the smaller ones are not: no guess is left."""
+    """True where the larger shapes are meshes over 3 m and the smaller ones are not."""
     return all(shape.mesh is not None for shape in big) and _size(big) > 3.0 > _size(small)
 
 

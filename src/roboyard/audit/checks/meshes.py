@@ -1,4 +1,4 @@
-"""Mesh files: are they there, can they be read, are they sound."""
+"""Mesh files that are missing, unreadable or faulty."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def mesh_missing(urdf: UrdfElements) -> Faults:
     """A mesh file is not found, in any folder that belongs to the robot or was given."""
     for shape, mesh, more in first_uses(urdf):
         problem = mesh.found.problem or ""
-        if mesh.found.path is None and mesh.uri.strip() and "lies outside" not in problem:
+        if mesh.found.path is None and mesh.uri.strip() and "is outside" not in problem:
             message, _, remedy = problem.rpartition("; ")
             yield Fault(
                 at=shape,
@@ -98,11 +98,11 @@ def mesh_missing(urdf: UrdfElements) -> Faults:
     example='<mesh filename="../../../etc/passwd"/>',
 )
 def mesh_outside(urdf: UrdfElements) -> Faults:
-    """A mesh file lies outside the robot's folders, links resolved; it is not opened."""
+    """A mesh file is outside the robot's folders, links resolved; it is not opened."""
     for shape, mesh, more in first_uses(urdf):
         problem = mesh.found.problem or ""
-        if mesh.found.path is None and "lies outside" in problem:
-            message = f"mesh {mesh.uri!r} lies outside the robot's folders, so it is not opened{more}"
+        if mesh.found.path is None and "is outside" in problem:
+            message = f"mesh {mesh.uri!r} is outside the robot's folders, so it is not opened{more}"
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
 
 
@@ -159,13 +159,13 @@ def mesh_not_finite(urdf: UrdfElements) -> Faults:
             yield Fault(at=shape, line=line_of(mesh.element), message=message)
 
 
-_TOLD = ("unknown mesh format", "git-lfs pointer", "the file is empty", "has no triangles", "not finite")
+_OWN_CODE = ("unknown mesh format", "git-lfs pointer", "the file is empty", "has no triangles", "not finite")
 
 
 @check("mesh-unreadable", ERROR, remedy="export the mesh again", example="(a binary STL cut in half)")
 def mesh_unreadable(urdf: UrdfElements) -> Faults:
     """A mesh file is broken, too large or may not be read."""
-    yield from _unreadable(urdf, *_TOLD, others=True)
+    yield from _unreadable(urdf, *_OWN_CODE, others=True)
 
 
 @check(
@@ -175,7 +175,7 @@ def mesh_unreadable(urdf: UrdfElements) -> Faults:
     example="(a collision mesh in one plane)",
 )
 def mesh_flat(urdf: UrdfElements) -> Faults:
-    """A collision mesh lies in a plane or on a line: nothing to collide with."""
+    """A collision mesh is flat or a line: it has no volume."""
     for shape, mesh in urdf.mesh_shapes:
         if (
             shape.kind == "collision"
@@ -207,13 +207,13 @@ def mesh_open(urdf: UrdfElements) -> Faults:
 
 
 @check(
-    "mesh-companion-missing",
+    "mesh-external-missing",
     INFO,
     remedy="add the file beside the mesh",
     example="(an OBJ whose mtllib names gone.mtl)",
 )
-def mesh_companion_missing(urdf: UrdfElements) -> Faults:
-    """A material library or image that a mesh file names is not there; its colours are left out."""
+def mesh_external_missing(urdf: UrdfElements) -> Faults:
+    """A material library or image that a mesh file names is missing; its colours are skipped."""
     for shape, mesh, path in _by_file(urdf):
         names = () if mesh.stats is None else mesh.stats.names
         for name in missing_files(path, names)[:4]:
@@ -238,12 +238,12 @@ def mesh_heavy(urdf: UrdfElements) -> Faults:
 @check(
     "mesh-reference",
     INFO,
-    remedy="repair stages the meshes beside the URDF and refers to them by relative path",
+    remedy="repair copies the meshes beside the URDF and refers to them by relative path",
     fixable=True,
     example='<mesh filename="package://arm_description/meshes/base.stl"/>',
 )
 def mesh_reference(urdf: UrdfElements) -> Faults:
-    """Meshes are named by package://, file:// or an absolute path: they break when the robot is moved."""
+    """Meshes are named by package://, file:// or an absolute path: moving the robot breaks them."""
     uses = [(s, m) for s, m in urdf.mesh_shapes if "://" in m.uri or m.uri.strip().startswith("/")]
     if uses:
         shape, mesh = uses[0]
@@ -254,7 +254,7 @@ def mesh_reference(urdf: UrdfElements) -> Faults:
 @check(
     "mesh-file-name",
     INFO,
-    remedy="repair stages it under a plain name",
+    remedy="repair copies it under a plain name",
     fixable=True,
     example='<mesh filename="meshes/left arm (1).stl"/>',
 )
@@ -272,7 +272,7 @@ _SPOKEN = {" ": "blanks", "\t": "tabs", "(": "parentheses", ")": "parentheses", 
 
 
 def _listed(characters: list[str]) -> str:
-    """Words for characters: blanks, parentheses and “é”."""
+    """A list of characters in words: blanks, parentheses and “é”."""
     words = list(
         dict.fromkeys(
             _SPOKEN.get(c) or (f"“{c}”" if c.isprintable() else f"U+{ord(c):04X}") for c in characters

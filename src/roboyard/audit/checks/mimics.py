@@ -52,7 +52,7 @@ def mimic_unknown(urdf: UrdfElements) -> Faults:
     example='<joint name="j" ...><mimic joint="j"/>',
 )
 def mimic_itself(urdf: UrdfElements) -> Faults:
-    """A joint follows itself, which says nothing; it moves freely."""
+    """A joint follows itself; it moves freely."""
     for joint in _mimics(urdf):
         if joint.mimic_of == joint.name:
             yield Fault(at=joint, message="mimic: it follows itself")
@@ -100,7 +100,7 @@ def mimic_cycle(urdf: UrdfElements) -> Faults:
     example="(j follows k and k follows l)",
 )
 def mimic_chain(urdf: UrdfElements) -> Faults:
-    """A joint follows one that follows another; many programs look only one step back."""
+    """A joint follows one that follows another; many programs follow only one step."""
     for joint in _mimics(urdf):
         leader = urdf.joint_by_name.get(joint.mimic_of)
         if leader is None or leader is joint or leader.mimic is None or leader.mimic_of == leader.name:
@@ -117,7 +117,7 @@ def mimic_chain(urdf: UrdfElements) -> Faults:
     example='<mimic joint="k" multiplier="0"/>',
 )
 def mimic_multiplier(urdf: UrdfElements) -> Faults:
-    """A multiplier is zero, or so large or small (100 times) that it must be a slip."""
+    """A multiplier is zero, or so large or small (100 times) that it must be a mistake."""
     for joint in _mimics(urdf):
         size = abs(joint.multiplier)
         leader = urdf.joint_by_name.get(joint.mimic_of)

@@ -1,4 +1,4 @@
-"""Names that other formats cannot bear."""
+"""Names that other formats do not allow."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from roboyard.description.urdf.elements import JointElement, LinkElement
 from roboyard.description.urdf.parse import UrdfElements
 
 
-def _odd(things: tuple[LinkElement, ...] | tuple[JointElement, ...], renames: Mapping[str, str]) -> Faults:
-    for thing in things:
-        if thing.name in renames:
-            message = (
-                f"the name {thing.name!r} is no USD or identifier name; it becomes {renames[thing.name]!r}"
-            )
-            yield Fault(at=thing, message=message)
+def _odd(elements: tuple[LinkElement, ...] | tuple[JointElement, ...], renames: Mapping[str, str]) -> Faults:
+    for element in elements:
+        if element.name in renames:
+            new = renames[element.name]
+            message = f"the name {element.name!r} is no USD or identifier name; it becomes {new!r}"
+            yield Fault(at=element, message=message)
 
 
 @check(
@@ -65,10 +64,10 @@ def link_name_reserved(urdf: UrdfElements) -> Faults:
 )
 def name_too_long(urdf: UrdfElements) -> Faults:
     """A name is over 200 characters long."""
-    for thing in (*urdf.links, *urdf.joints):
-        if len(thing.name) > 200:
-            short = thing.name[:40] + "..."
-            kind = "link" if isinstance(thing, LinkElement) else "joint"
+    for element in (*urdf.links, *urdf.joints):
+        if len(element.name) > 200:
+            short = element.name[:40] + "..."
+            kind = "link" if isinstance(element, LinkElement) else "joint"
             yield Fault(
-                line=thing.line, message=f"{kind} {short!r} has a name of {len(thing.name)} characters"
+                line=element.line, message=f"{kind} {short!r} has a name of {len(element.name)} characters"
             )

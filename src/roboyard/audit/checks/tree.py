@@ -1,4 +1,4 @@
-"""Links, joints, and how they hang together."""
+"""Links, joints, and the tree that they form."""
 
 from __future__ import annotations
 
@@ -41,21 +41,21 @@ def joint_name_missing(urdf: UrdfElements) -> Faults:
             yield Fault(at=Location(who="joint", line=joint.line), message="a <joint> has no name")
 
 
-def _duplicates(things: Sequence[LinkElement] | Sequence[JointElement]) -> Faults:
+def _duplicates(elements: Sequence[LinkElement] | Sequence[JointElement]) -> Faults:
     first: dict[str, int | None] = {}
-    for thing in things:
-        if not thing.name:
+    for element in elements:
+        if not element.name:
             continue
-        if thing.name in first:
-            yield Fault(at=thing, message=f"the name is used twice (first in line {first[thing.name]})")
+        if element.name in first:
+            yield Fault(at=element, message=f"the name is used twice (first in line {first[element.name]})")
         else:
-            first[thing.name] = thing.line
+            first[element.name] = element.line
 
 
 @check(
     "link-name-duplicate",
     ERROR,
-    remedy="rename one of them, and the joints that mean it",
+    remedy="rename one of them, and its references in joints",
     example='<link name="arm"/><link name="arm"/>',
 )
 def link_name_duplicate(urdf: UrdfElements) -> Faults:
@@ -81,7 +81,7 @@ def joint_name_duplicate(urdf: UrdfElements) -> Faults:
     example='<joint name="j" type="hinge">',
 )
 def joint_type_unknown(urdf: UrdfElements) -> Faults:
-    """A joint has no type, or one that URDF does not know."""
+    """A joint has no type, or an unknown one."""
     for joint in urdf.joints:
         if not joint.type:
             yield Fault(at=joint, message="it has no type")
@@ -158,7 +158,7 @@ def link_two_parents(urdf: UrdfElements) -> Faults:
     example="(a is b's parent and b is a's)",
 )
 def links_loop(urdf: UrdfElements) -> Faults:
-    """Links hang from each other in a ring, so that no root reaches them."""
+    """Links form a loop that no root reaches."""
     for ring in urdf.tree.loops:
         named = " -> ".join(f'"{name}"' for name in ring[:6]) + (" -> ..." if len(ring) > 6 else "")
         first, *_, last = (*ring, *ring)
@@ -193,7 +193,7 @@ def several_roots(urdf: UrdfElements) -> Faults:
     example='(type="floating" between two links of an arm)',
 )
 def joint_floating(urdf: UrdfElements) -> Faults:
-    """A floating joint inside the tree: what hangs from it falls off, and most importers refuse it."""
+    """A floating joint inside the tree: the links below it fall off, and most importers refuse it."""
     for joint in urdf.joints:
         if joint.type != "floating":
             continue
@@ -205,7 +205,7 @@ def joint_floating(urdf: UrdfElements) -> Faults:
             and parent.inertial is None
         )
         if not is_world:
-            yield Fault(at=joint, message="a floating joint inside the tree holds nothing together")
+            yield Fault(at=joint, message="a floating joint inside the tree does not connect its links")
 
 
 @check(
@@ -218,4 +218,4 @@ def joint_type_rare(urdf: UrdfElements) -> Faults:
     """A planar or spherical joint, which few other programs read."""
     for joint in urdf.joints:
         if joint.type in ("planar", "spherical"):
-            yield Fault(at=joint, message=f"few programs know {joint.type} joints")
+            yield Fault(at=joint, message=f"few programs support {joint.type} joints")

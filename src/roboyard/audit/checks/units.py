@@ -49,9 +49,9 @@ def limit_degrees(urdf: UrdfElements) -> Faults:
     example='<origin xyz="0 0 250"/>',
 )
 def origin_far(urdf: UrdfElements) -> Faults:
-    """A joint lies over 20 m from its parent: millimetres, mostly."""
+    """A joint is over 20 m from its parent, mostly in millimetres."""
     for joint in urdf.joints:
         distance = math.hypot(*joint.origin[:3, 3])
         if distance > 20.0:
-            message = f"<origin> lies {distance:g} m from its parent; is it in millimetres?"
+            message = f"<origin> is {distance:g} m from its parent; is it in millimetres?"
             yield Fault(at=joint, message=message)

@@ -1,4 +1,4 @@
-"""Elements, attributes and numbers as such."""
+"""Elements, attributes and numbers, independent of their meaning."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ def robot_name_missing(urdf: UrdfElements) -> Faults:
     example='<joint ...><origin xyz="0 0 1"/><origin xyz="0 0 2"/>',
 )
 def element_repeated(urdf: UrdfElements) -> Faults:
-    """An element that counts once stands twice; only the first one is read."""
+    """An element that may occur once is repeated; only the first one is read."""
     for element, owner in read_elements(urdf):
         if element.tag == "geometry":
             shapes = [child.tag for child in element if child.tag in CHILDREN["geometry"]]
@@ -244,7 +244,7 @@ def element_unread(urdf: UrdfElements) -> Faults:
 )
 def attribute_unread(urdf: UrdfElements) -> Faults:
     """An attribute that Roboyard does not read, misspelt perhaps; it is kept."""
-    idle = {  # what a fixed joint says of its motion
+    idle = {  # parameters of motion of a fixed joint
         id(part) for joint in urdf.joints if joint.type == "fixed" for part in joint.element
     }
     counts: dict[tuple[str, str, str | None], list[Location]] = {}

@@ -15,7 +15,7 @@ from roboyard.shapes.readers.references import NAME_PATTERNS, named_files
 
 
 def plain_name(name: str) -> str:
-    """A file name of ASCII letters, digits and `._-` alone; the suffix stays."""
+    """Return a file name of ASCII letters, digits and `._-` alone; the suffix stays."""
     path = PurePosixPath(name.replace("\\", "/"))
     stem = unicodedata.normalize("NFKD", path.stem)
     text = "".join(c for c in stem if not unicodedata.combining(c))
@@ -25,10 +25,10 @@ def plain_name(name: str) -> str:
 
 @dataclass(kw_only=True, eq=False)
 class FileCopier:
-    """A folder that files are gathered in; each source is copied once.
+    """Copies files to a folder, each source once.
 
-    A mesh that names other files (materials, images, buffers) gets a folder of its own, in which they lie
-    beside it under their bare names; the references in it are rewritten to those.
+    A mesh that names other files (materials, images, buffers) gets a folder of its own, with
+    those files beside it under their bare names; the references in it are rewritten to those.
     """
 
     folder: Path
@@ -39,18 +39,18 @@ class FileCopier:
     """Source to its path relative to `folder`."""
     taken: set[str] = field(default_factory=set)
     reserved: frozenset[str] = frozenset()
-    """File names, case folded, that no copy may have: those of missing files, or it would stand for them."""
+    """Names of missing files, case folded; no copy gets one, or it would be taken for the missing file."""
 
     def mesh(self, source: Path) -> str:
-        """Copy a mesh with what it names; returns its path relative to the folder, with `/`."""
+        """Copy a mesh with the files it names; returns its path relative to the folder, with `/`."""
         if source not in self.staged:
             name = plain_name(source.name) if self.plain else source.name
-            companions = dict(named_files(source))
-            self.staged[source] = self._place("meshes", name, own_folder=bool(companions))
+            externals = dict(named_files(source))
+            self.staged[source] = self._place("meshes", name, own_folder=bool(externals))
             target = self.folder / self.staged[source]
             target.parent.mkdir(parents=True, exist_ok=True)
-            bare = _bare_names(companions.values(), target.name)
-            _copy_rewritten(source, target, {n: bare[file] for n, file in companions.items()})
+            bare = _bare_names(externals.values(), target.name)
+            _copy_rewritten(source, target, {n: bare[file] for n, file in externals.items()})
             for file, new in bare.items():
                 named = {n: bare[other] for n, other in named_files(source, file)}
                 _copy_rewritten(file, target.parent / new, named)

@@ -1,4 +1,4 @@
-"""Find the files that a robot description names, and only those it may name.
+"""Find the files that a robot description names, within the folders that it may read.
 
 A description is untrusted input. A mesh or texture is opened only inside one of these roots, symbolic links
 resolved before the check:
@@ -9,7 +9,7 @@ resolved before the check:
   `../../arms/panda/meshes`, ...);
 - for `package://NAME/...`: a folder called NAME that is, or stands beside, one of the 8 folders above the
   description (never a file system's root or a user's home); a package of that name anywhere in the workspace
-  that the description lies in (see `roboyard.description.files.workspaces`);
+  of the description (see `roboyard.description.files.workspaces`);
 - what the caller gives: `packages`, `search_paths`; what the environment gives: `ROS_PACKAGE_PATH`,
   `GAZEBO_MODEL_PATH`, `AMENT_PREFIX_PATH`; and packages anywhere below those.
 
@@ -128,7 +128,7 @@ class Resolver:
             return moved
         if refused is not None:
             problem = (
-                f"{refused} lies outside the robot's folders, so it is not opened; "
+                f"{refused} is outside the robot's folders, so it is not opened; "
                 f"move it there or pass its folder in search_paths"
             )
             return Resolved(path=None, problem=problem)
@@ -248,7 +248,7 @@ class Resolver:
 
     @cached_property
     def _installed(self) -> tuple[Path, ...]:
-        """Where the environment says that packages are installed; what their links lead to is trusted."""
+        """Folders of installed packages, from the environment; the targets of their links are trusted."""
         environment = os.environ if self.environment is None else self.environment
         prefixes = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
         return tuple(Path(os.path.abspath(prefix)) / "share" for prefix in prefixes if prefix)  # noqa: PTH100
@@ -285,7 +285,7 @@ class Resolver:
 
 
 def _is_in_mesh_folder(file: Path, folder: Path) -> bool:
-    """True where `file` lies in a folder beneath `folder` that is called as mesh folders are.
+    """True where `file` is in a folder beneath `folder` that is called as mesh folders are.
 
     That is a folder directly below; for files called as meshes and images are, also one up to three levels
     below, as in a collection of robots.

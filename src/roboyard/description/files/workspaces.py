@@ -12,13 +12,13 @@ from pathlib import Path
 MAX_DEPTH = 6
 """Levels below the root that are searched."""
 MAX_FOLDERS = 20_000
-"""Folders that are looked into before the search gives up."""
+"""Folders searched at most."""
 _IGNORED = ("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE", "rospack_nosubdirs")
 _WORKSPACE_MARKS = ("devel", "install", "build", "log", ".catkin_tools", ".rosinstall")
 
 
 def package_name(folder: Path) -> str | None:
-    """The name in a folder's `package.xml`; None without one."""
+    """Return the name in a folder's `package.xml`; None without one."""
     file = folder / "package.xml"
     try:
         if not file.is_file() or file.stat().st_size > 1 << 20:
@@ -32,10 +32,10 @@ def package_name(folder: Path) -> str | None:
 
 @lru_cache(maxsize=64)
 def packages_below(root: Path) -> dict[str, Path]:
-    """Packages below `root` by name, the one nearest to it where two share a name.
+    """Return packages below `root` by name, the one nearest to it where two share a name.
 
-    A package is a folder with a `package.xml`; nothing is looked for inside one, nor in hidden folders and
-    those that a file tells the tools to ignore. Symbolic links are not followed.
+    A package is a folder with a `package.xml`; packages, hidden folders and folders with an
+    ignore file are not searched. Symbolic links are not followed.
     """
     found: dict[str, Path] = {}
     todo = deque([(root, 0)])
@@ -62,7 +62,7 @@ def packages_below(root: Path) -> dict[str, Path]:
 
 
 def package_folders(above: Sequence[Path]) -> tuple[Path, ...]:
-    """Folders that may hold packages at any depth, nearest first: `src`, `share` and `install` ones.
+    """Return folders that may hold packages at any depth, nearest first: `src`, `share` and `install` ones.
 
     Args:
         above: the description's folder and those above it, nearest first.
@@ -72,7 +72,7 @@ def package_folders(above: Sequence[Path]) -> tuple[Path, ...]:
 
 
 def workspace_sources(above: Sequence[Path]) -> tuple[Path, ...]:
-    """The `src` of each workspace that the description lies in: it stands beside what building leaves.
+    """Return the `src` of each workspace that holds the description, found by the build folders beside it.
 
     Installed packages are often links to files in there. `above` is as for `package_folders`.
     """

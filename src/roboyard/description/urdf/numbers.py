@@ -212,7 +212,7 @@ def _prefix(token: str) -> float | None:
 
 
 def _leading(token: str) -> float | None:
-    """The number that a token starts with, whatever follows it, as C's strtod reads it."""
+    """The number that a token starts with, with any text after it, as C's strtod reads it."""
     match = _PREFIX.match(token)
     value = float(match[0]) if match else math.nan
     return value if math.isfinite(value) else None

@@ -167,11 +167,14 @@ def _geometry(geometry: Geometry) -> ET.Element:
             return ET.Element("plane", normal=_text(normal))
         case Mesh(uri=uri, scale=scale):
             if not uri:
-                raise DescriptionError("a mesh made in memory has no file name; save it and set Mesh.uri")
+                raise DescriptionError(
+                    f"a mesh made in memory has no file name ({uri!r}); save it and set Mesh.uri"
+                )
             factors = {} if scale == (1.0, 1.0, 1.0) else {"scale": _text(scale)}
             return ET.Element("mesh", {"filename": uri, **factors})
         case Heightfield():
-            raise DescriptionError("URDF has no heightfields; write the terrain as a mesh")
+            size = " x ".join(map(str, geometry.heights.shape))
+            raise DescriptionError(f"URDF has no heightfields ({size}); write the terrain as a mesh")
         case _:
             assert_never(geometry)
 

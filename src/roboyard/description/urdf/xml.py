@@ -1,8 +1,8 @@
-"""Read an XML file that nobody vouches for into elements that know their line.
+"""Read an untrusted XML file into elements with line numbers.
 
 No DTD, no entity of the file's own, nothing external; size, depth and number of elements are bounded, and no
 step recurses. Prefixes are kept as written (`xacro:macro`), declared or not. Files that vendors ship although
-they are not well-formed are mended where the meaning is plain (see `xml_repair`), and every mending is noted.
+they are not well-formed are corrected where the meaning is plain (see `xml_repair`), with a note each.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class LocatedElement(ET.Element):
 
 
 def line_of(element: ET.Element) -> int | None:
-    """1-based line of an element's start tag; None for one that did not come out of a file."""
+    """1-based line of an element's start tag; None for an element made in memory."""
     return getattr(element, "line", None)
 
 
@@ -52,7 +52,7 @@ def _copy_element(element: ET.Element) -> ET.Element:
 
 
 def read_xml(source: Path | str) -> tuple[ET.Element, tuple[str, ...]]:
-    """Root element of a file (`Path`) or of XML text (`str`), and notes on what had to be mended.
+    """Return the root element of a file (`Path`) or of XML text (`str`), and notes on each correction.
 
     Raises:
         DescriptionError: the file cannot be read, is no XML, declares a DTD or entities, or is beyond the
@@ -70,14 +70,14 @@ def read_xml(source: Path | str) -> tuple[ET.Element, tuple[str, ...]]:
         root = _parse(data, file)
         return root, without_left_calls(root, data)
     except _NotWellFormed as error:
-        mended = _mend(data, file)
-        if mended is None:
+        repaired = _repair(data, file)
+        if repaired is None:
             raise DescriptionError(
-                f"not well-formed XML, column {error.column}: {error.reason}; mend the file at this place",
+                f"not well-formed XML, column {error.column}: {error.reason}; correct the file at this place",
                 file=file,
                 line=error.line,
             ) from None
-        return mended
+        return repaired
 
 
 class _NotWellFormed(Exception):
@@ -89,9 +89,9 @@ class _NotWellFormed(Exception):
 def _read_bytes(file: Path) -> bytes:
     try:
         if file.is_dir():
-            raise DescriptionError("this is a folder; give the URDF file in it", file=file)
-        if file.exists() and not file.is_file():  # a pipe would keep us waiting, a device would never end
-            raise DescriptionError("cannot be read: it is no regular file", file=file)
+            raise DescriptionError(f"{file} is a folder; give the URDF file in it", file=file)
+        if file.exists() and not file.is_file():  # reading a pipe would block, reading a device would not end
+            raise DescriptionError(f"{file} cannot be read: it is no regular file; give a file", file=file)
         with file.open("rb") as stream:
             return stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
@@ -101,16 +101,16 @@ def _read_bytes(file: Path) -> bytes:
         raise DescriptionError(f"cannot be read: {reason}", file=file) from None
 
 
-def _mend(data: bytes, file: Path | None) -> tuple[ET.Element, tuple[str, ...]] | None:
+def _repair(data: bytes, file: Path | None) -> tuple[ET.Element, tuple[str, ...]] | None:
     """Parse again after each repair that changes the text; None where none of them helps."""
     text, note = decode(data)
     notes = [note] if note else []
     for repair in (None, *REPAIRS):
         if repair is not None:
-            mended, what = repair(text)
-            if mended == text:
+            repaired, what = repair(text)
+            if repaired == text:
                 continue
-            text = mended
+            text = repaired
             notes.append(what)
         try:
             root = _parse(text.encode("utf-8", "replace"), file, "utf-8")
@@ -179,7 +179,7 @@ class _Builder:
         self.last = self.open.pop()
 
     def flush(self) -> None:
-        """Give the text read since the last tag to the element it belongs to."""
+        """Assign the text read since the last tag to its element."""
         if not self.chunks:
             return
         text = "".join(self.chunks)

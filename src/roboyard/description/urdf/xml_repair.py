@@ -1,6 +1,6 @@
-"""Mend XML that is not well-formed but whose meaning is plain, as the tolerant parsers of robot tools do.
+"""Repair XML that is not well-formed but whose meaning is plain, as the tolerant parsers of robot tools do.
 
-Each repair takes the text and gives the mended text and what to tell the user. Repairs never add or remove a
+Each repair takes the text and returns the repaired text and a note. Repairs never add or remove a
 line break, so that line numbers stay those of the file, and change nothing in well-formed text.
 """
 
@@ -47,28 +47,28 @@ def leading_junk(text: str) -> tuple[str, str]:
     what = "blank space" if not head.strip() else "text"
     if rest.startswith("<?xml"):
         rest = _DECLARATION.sub(lambda m: _blank(m[0]), rest, count=1)
-        return _blank(head) + rest, f"{what} before the XML declaration left out"
-    return _blank(head) + rest, f"{what} before the root element left out"
+        return _blank(head) + rest, f"{what} before the XML declaration removed"
+    return _blank(head) + rest, f"{what} before the root element removed"
 
 
 def misplaced_declaration(text: str) -> tuple[str, str]:
     """XML declarations anywhere but at the very start."""
-    mended = text[:1] + _DECLARATION.sub(lambda m: _blank(m[0]), text[1:])
-    return mended, "XML declaration that is not at the start left out"
+    repaired = text[:1] + _DECLARATION.sub(lambda m: _blank(m[0]), text[1:])
+    return repaired, "XML declaration that is not at the start removed"
 
 
 def comments(text: str) -> tuple[str, str]:
     """`--` inside comments."""
 
-    def mend(match: re.Match[str]) -> str:
+    def repair(match: re.Match[str]) -> str:
         inside = match[0][4:-3]
         return f"<!--{_blank(inside)}-->" if "--" in inside or inside.endswith("-") else match[0]
 
-    return _COMMENT.sub(mend, text), 'comments that hold "--" left out'
+    return _COMMENT.sub(repair, text), 'comments that hold "--" removed'
 
 
 def trailing_junk(text: str) -> tuple[str, str]:
-    """What follows the end of the root element, as long as it holds no further element."""
+    """Text after the end of the root element, without further elements."""
     end = text.rfind("</robot>")
     if end < 0:
         return text, ""
@@ -76,7 +76,7 @@ def trailing_junk(text: str) -> tuple[str, str]:
     rest = text[end:]
     if not rest.strip() or re.search(r"<[A-Za-z_]", rest):
         return text, ""
-    return text[:end] + _blank(rest), "text after the end of <robot> left out"
+    return text[:end] + _blank(rest), "text after the end of <robot> removed"
 
 
 def control_characters(text: str) -> tuple[str, str]:
@@ -84,7 +84,7 @@ def control_characters(text: str) -> tuple[str, str]:
     found = _FORBIDDEN.findall(text)
     if len(found) > 16:
         return text, ""
-    return _FORBIDDEN.sub("", text), f"{len(found)} control characters left out"
+    return _FORBIDDEN.sub("", text), f"{len(found)} control characters removed"
 
 
 def ampersands(text: str) -> tuple[str, str]:
@@ -96,7 +96,7 @@ def duplicate_attributes(text: str) -> tuple[str, str]:
     """Attributes given twice in one tag: the first one counts."""
     names: list[str] = []
 
-    def mend_tag(tag: re.Match[str]) -> str:
+    def repair_tag(tag: re.Match[str]) -> str:
         seen: set[str] = set()
 
         def keep_first(attribute: re.Match[str]) -> str:
@@ -108,8 +108,8 @@ def duplicate_attributes(text: str) -> tuple[str, str]:
 
         return _ATTRIBUTE.sub(keep_first, tag[0])
 
-    mended = _START_TAG.sub(mend_tag, text)
-    return mended, f"attributes given twice, the first one counts ({', '.join(names[:4])})"
+    repaired = _START_TAG.sub(repair_tag, text)
+    return repaired, f"attributes given twice, the first one counts ({', '.join(names[:4])})"
 
 
 REPAIRS: tuple[Repair, ...] = (
