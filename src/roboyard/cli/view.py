@@ -1,4 +1,4 @@
-"""`roboyard view`: a robot on a web page, with everything there is to check."""
+"""`roboyard view`: inspect a robot in the browser."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Examples:
 
 \b
   roboyard view arm7            a bundled robot
-  roboyard view my_robot.urdf   yours
-  roboyard view mine            one that you imported
+  roboyard view my_robot.urdf   your robot file
+  roboyard view mine            an imported robot
 """
 
 
@@ -24,35 +24,36 @@ def view(
     robot: Annotated[
         str,
         typer.Argument(
-            help="A URDF, or the name of a robot.",
+            help="A robot file, or the name of a robot.",
             metavar="ROBOT",
             show_default=False,
             autocompletion=viewed_names,
         ),
     ],
-    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="First port to try; the next free one is taken.")] = 8080,
-    free: Annotated[bool, typer.Option("--free", help="Do not bolt the base to the world.")] = False,
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="First port to try; the next free port is used.")] = 8080,
+    free: Annotated[bool, typer.Option("--free", help="Do not fix the base to the world.")] = False,
     self_collision: Annotated[
-        bool, typer.Option("--self-collision", help="Let links of the robot touch one another.")
+        bool, typer.Option("--self-collision", help="Let links of the robot collide with each other.")
     ] = False,
     spheres: Annotated[
         Path | None,
-        typer.Option(help="Planner's YAML with collision_spheres to show.", show_default=False),
+        typer.Option(help="Planner file (YAML) with collision_spheres to show.", show_default=False),
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option(help="Import configuration that edits go into.", show_default=False),
+        typer.Option(help="Import configuration to save edits to.", show_default=False),
     ] = None,
     package: PackageOption = None,
     open_browser: Annotated[
-        bool, typer.Option("--open/--no-open", help="Open a browser where there is a display.")
+        bool, typer.Option("--open/--no-open", help="Open a browser if there is a display.")
     ] = True,
 ) -> None:
-    """Look a robot over on a web page.
+    """Inspect a robot in the browser.
 
-    Shapes, inertias, frames, joints, sensors, findings, and checks of all these; runs until Ctrl-C.
-    Whoever can reach the port can move the robot on the page, so keep it on this machine (the default).
+    Shows shapes, inertias, frames, joints, sensors, findings and checks; runs until Ctrl-C. Every computer
+    that can reach the port can move the robot on the page, so keep the default address unless the network is
+    trusted.
     """
     from roboyard.cli.packages import read_packages
     from roboyard.viewer.inspector import Inspector, find_robot
