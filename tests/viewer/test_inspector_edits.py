@@ -74,22 +74,22 @@ def typed(inspector: Inspector, page: Any, wait: Any, element: Any, value: Any) 
 
 
 def test_notes_are_what_the_configuration_says(config: Path, gripper: Path) -> None:
-    notes = read_edit_state(RobotSource(name="gripper", urdf=gripper, config=config))
-    first, second = notes.mounts
+    edits = read_edit_state(RobotSource(name="gripper", urdf=gripper, config=config))
+    first, second = edits.sensors
     assert (first.kind, first.link, first.parent) == ("camera_links", "eye", "palm")
-    assert notes.place_of(first)[0] == "palm"
-    link, pose = notes.place_of(second)  # on a link that the first one makes
+    assert edits.place_of(first)[0] == "palm"
+    link, pose = edits.place_of(second)  # on a link that the first one makes
     assert link == "palm"
     np.testing.assert_allclose(pose[:3, 3], [0.05, 0, 0.12])
-    assert notes.balls["palm"] == [EditedSphere(center=(0.0, 0.0, 0.0), radius=0.06)]
-    assert notes.planner_pairs == {("left", "palm"), ("palm", "right")}
+    assert edits.spheres["palm"] == [EditedSphere(center=(0.0, 0.0, 0.0), radius=0.06)]
+    assert edits.planner_pairs == {("left", "palm"), ("palm", "right")}
 
 
 def test_a_live_picture_is_what_a_camera_there_sees(inspect, config: Path, browser, wait) -> None:
     from roboyard.sensors import CameraSensor
 
     inspector = inspect(config=config)
-    panel = inspector.panels.mounts
+    panel = inspector.panels.sensors
     blank = panel.picture.image.copy()
     inspector.tick(0.01)
     np.testing.assert_array_equal(panel.picture.image, blank)  # nobody watches
@@ -97,11 +97,13 @@ def test_a_live_picture_is_what_a_camera_there_sees(inspect, config: Path, brows
     wait(lambda: inspector.viewer.watchers == 1)
     typed(inspector, page, wait, panel.position, (0.0, -0.9, 0.5))
     typed(inspector, page, wait, panel.turn, (70.0, 0.0, 0.0))
-    mount = inspector.panels.notes.mounts[0]
-    assert mount.position == (0.0, -0.9, 0.5)
+    sensor = inspector.panels.edits.sensors[0]
+    assert sensor.position == (0.0, -0.9, 0.5)
     inspector.tick(0.01)
     link = inspector.body.link("palm")
-    sensor = CameraSensor(link, position=mount.position, orientation=mount.quaternion, width=320, height=240)
+    sensor = CameraSensor(
+        link, position=sensor.position, orientation=sensor.quaternion, width=320, height=240
+    )
     np.testing.assert_array_equal(panel.picture.image, sensor.image().rgb)
     assert len(np.unique(panel.picture.image.reshape(-1, 3), axis=0)) > 3
 
@@ -114,14 +116,14 @@ def test_a_frustum_stands_where_its_camera_is(inspect, config: Path) -> None:
     np.testing.assert_allclose(first.position, [0.05, 0, 0.1])
     np.testing.assert_allclose(second.position, [0.05, 0, 0.12])
     np.testing.assert_allclose(np.abs(first.wxyz), [0, 1, 0, 0])  # drawn as looking along +z, y down
-    inspector.panels.mounts.move(inspector.panels.notes.mounts[0], (0.0, 0.0, 0.3), (0, 0, 0, 1))
+    inspector.panels.sensors.move(inspector.panels.edits.sensors[0], (0.0, 0.0, 0.3), (0, 0, 0, 1))
     np.testing.assert_allclose(inspector.overlays.nodes("sensors and hands")[1].position, [0, 0, 0.32])
 
 
 def test_a_dragged_handle_moves_the_sensor(inspect, config: Path, browser, wait) -> None:
     inspector = inspect(config=config)
     page = browser(inspector.viewer)
-    panel = inspector.panels.mounts
+    panel = inspector.panels.sensors
     typed(inspector, page, wait, panel.handle_box, True)
     handle = panel._gizmo.handle
     np.testing.assert_allclose(handle.position, [0.05, 0, 0.1])
@@ -134,7 +136,7 @@ def test_a_dragged_handle_moves_the_sensor(inspect, config: Path, browser, wait)
     )
     wait(lambda: handle.position[0] == 0.1 and inspector._requests.qsize() > 1)
     inspector.tick(0.01)
-    assert inspector.panels.notes.mounts[0].position == (0.1, 0.2, 0.3)
+    assert inspector.panels.edits.sensors[0].position == (0.1, 0.2, 0.3)
     assert tuple(panel.position.value) == (0.1, 0.2, 0.3)
 
 
@@ -143,9 +145,9 @@ def test_an_edit_written_back_is_in_the_file_and_nothing_else_is(
 ) -> None:
     inspector = inspect(config=config)
     page = browser(inspector.viewer)
-    typed(inspector, page, wait, inspector.panels.mounts.position, (0.06, 0.0, 0.1))
-    inspector.panels.balls.pick("palm", 0)
-    typed(inspector, page, wait, inspector.panels.balls.radius, 0.055)
+    typed(inspector, page, wait, inspector.panels.sensors.position, (0.06, 0.0, 0.1))
+    inspector.panels.spheres.pick("palm", 0)
+    typed(inspector, page, wait, inspector.panels.spheres.radius, 0.055)
     assert config.read_text() == CONFIG  # nobody pressed the button
     assert inspector.panels.save.is_changed
     page.send(
@@ -168,23 +170,23 @@ def test_an_edit_written_back_is_in_the_file_and_nothing_else_is(
 
 def test_spheres_come_and_go(inspect, config: Path) -> None:
     inspector = inspect(config=config)
-    panel, notes = inspector.panels.balls, inspector.panels.notes
+    panel, edits = inspector.panels.spheres, inspector.panels.edits
     panel.pick("left", 0)
     assert inspector.overlays.is_on("planning spheres")
     panel.add()
-    assert notes.balls["left"] == [
+    assert edits.spheres["left"] == [
         EditedSphere(center=(0.1, 0.0, 0.0), radius=0.02),
         EditedSphere(center=(0.1, 0.0, 0.02), radius=0.02),
     ]
-    node = inspector.overlays.balls.nodes["left"]
+    node = inspector.overlays.spheres.nodes["left"]
     np.testing.assert_allclose(node.batched_positions[1], [0.1, 0, 0.02])
     panel.delete()
     panel.delete()
-    assert "left" not in notes.balls
-    assert "left" not in inspector.overlays.balls.nodes
+    assert "left" not in edits.spheres
+    assert "left" not in inspector.overlays.spheres.nodes
     panel.pick("right", None)
     panel.add()
-    assert notes.balls["right"][0].center == (0.1, 0.0, 0.0)  # at its centre of mass
+    assert edits.spheres["right"][0].center == (0.1, 0.0, 0.0)  # at its centre of mass
     inspector.panels.save.write()
     written = yaml.safe_load(config.read_text())["curobo"]["collision_spheres"]
     assert set(written) == {"palm", "right"}
@@ -193,15 +195,15 @@ def test_spheres_come_and_go(inspect, config: Path) -> None:
 
 def test_pairs_come_and_go(inspect, config: Path) -> None:
     inspector = inspect(config=config)
-    panel, notes = inspector.panels.pairs, inspector.panels.notes
+    panel, edits = inspector.panels.pairs, inspector.panels.edits
     panel.add([("left", "right")])
-    assert ("left", "right") in notes.physics_pairs & notes.planner_pairs
+    assert ("left", "right") in edits.physics_pairs & edits.planner_pairs
     panel.pick(("left", "palm"))
     assert panel.planner_box.value
     assert not panel.physics_box.value
     panel.planner_box.value = False
     panel._ticked()
-    assert ("left", "palm") not in notes.planner_pairs
+    assert ("left", "palm") not in edits.planner_pairs
     with pytest.raises(ConfigError, match="two links"):
         panel.add([("left", "left")])
     inspector.panels.save.write()
@@ -210,14 +212,14 @@ def test_pairs_come_and_go(inspect, config: Path) -> None:
         ("palm", "right"),
         ("left", "right"),
     }
-    assert "go into the definition that an import makes" in inspector.panels.save.told.content
+    assert "go into the definition that an import makes" in inspector.panels.save.message.content
 
 
 def test_a_bare_urdf_gets_a_new_configuration_and_never_anothers(inspect, gripper: Path) -> None:
     inspector = inspect()
     save = inspector.panels.save
     assert save.write() == []
-    panel = inspector.panels.mounts
+    panel = inspector.panels.sensors
     panel.new_link.value, panel.new_parent.value = "eye", "palm"
     panel._add()
     with pytest.raises(ConfigError, match="there is a link 'eye' already"):
@@ -237,21 +239,21 @@ def test_a_bare_urdf_gets_a_new_configuration_and_never_anothers(inspect, grippe
 
 def test_planner_files_and_definitions_are_edited_in_place(tmp_path: Path) -> None:
     arm, held = "[{center: [0, 0, 0], radius: 0.1}]", "[{center: [0, 0, 0], radius: -1}]"
-    ball = f"collision_spheres: {{arm: {arm}, held: {held}}}"
+    sphere = f"collision_spheres: {{arm: {arm}, held: {held}}}"
     ignore = "self_collision_ignore: {arm: [hand], hand: [tip]}"
     flat, nested, xrdf = tmp_path / "a.yaml", tmp_path / "nested" / "a.yaml", tmp_path / "a.xrdf"
     nested.parent.mkdir()
-    flat.write_text(f"# flat\nrobot_cfg:\n  {ball}  # by hand\n  {ignore}\n")
-    nested.write_text(f"robot_cfg:\n  kinematics:\n    {ball}\n    {ignore}\n")
+    flat.write_text(f"# flat\nrobot_cfg:\n  {sphere}  # by hand\n  {ignore}\n")
+    nested.write_text(f"robot_cfg:\n  kinematics:\n    {sphere}\n    {ignore}\n")
     xrdf.write_text(
         f"geometry: {{g: {{spheres: {{arm: {arm}}}}}}}\nself_collision: {{ignore: {{arm: [hand]}}}}\n"
     )
     before = EditState(
-        balls={"arm": [EditedSphere(center=(0.0, 0.0, 0.0), radius=0.1)]},
+        spheres={"arm": [EditedSphere(center=(0.0, 0.0, 0.0), radius=0.1)]},
         planner_pairs={("arm", "hand"), ("hand", "tip")},
     )
     after = before.copy()
-    after.balls["arm"][0].radius = 0.2
+    after.spheres["arm"][0].radius = 0.2
     after.planner_pairs = {("arm", "hand"), ("arm", "tip")}
     assert set(write_planner_files(tmp_path, after, before)) == {flat, nested, xrdf}
     assert flat.read_text().startswith("# flat\n")
@@ -279,7 +281,7 @@ def test_the_import_button_imports_what_was_edited_and_shows_it(
 ) -> None:
     monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
     inspector = inspect(config=config)
-    inspector.panels.mounts.move(inspector.panels.notes.mounts[0], (0.05, 0.0, 0.25), (0, 0, 0, 1))
+    inspector.panels.sensors.move(inspector.panels.edits.sensors[0], (0.05, 0.0, 0.25), (0, 0, 0, 1))
     inspector.panels.pairs.add([("left", "right")])
     inspector.panels.save.import_again()
     before = inspector.panels
@@ -287,7 +289,7 @@ def test_the_import_button_imports_what_was_edited_and_shows_it(
     assert inspector.body.link("eye").parent.name == "palm"
     palm, eye = (inspector.body.link(name).pose[0] for name in ("palm", "eye"))
     np.testing.assert_allclose(eye - palm, [0.05, 0, 0.25], atol=1e-9)
-    assert "Imported into" in inspector.panels.save.told.content
+    assert "Imported into" in inspector.panels.save.message.content
     found = find_robot("gripper")
     assert found.config == config  # the package remembers
     assert ("left", "right") in read_edit_state(found).physics_pairs
@@ -296,7 +298,7 @@ def test_the_import_button_imports_what_was_edited_and_shows_it(
     inspector.tick(0.1)
     assert inspector.world.time > 0.05
     # and again from the package, in place
-    inspector.panels.mounts.move(inspector.panels.notes.mounts[0], (0.05, 0.0, 0.2), (0, 0, 0, 1))
+    inspector.panels.sensors.move(inspector.panels.edits.sensors[0], (0.05, 0.0, 0.2), (0, 0, 0, 1))
     before = inspector.panels
     before.save.import_again()
     wait(lambda: inspector.tick(0.01) or inspector.panels is not before, 60)
@@ -310,10 +312,10 @@ def test_an_import_that_fails_leaves_the_robot_and_says_why(
     monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
     inspector = inspect(config=config)
     panels = inspector.panels
-    panels.notes.mounts.append(SensorPose(kind="camera_links", link="x", parent="nowhere"))
+    panels.edits.sensors.append(SensorPose(kind="camera_links", link="x", parent="nowhere"))
     panels.save.import_again()
     wait(lambda: inspector.tick(0.01) or not panels.save.import_button.disabled, 30)
-    assert "nowhere" in panels.save.told.content
+    assert "nowhere" in panels.save.message.content
     assert inspector.panels is panels
     assert not (tmp_path / "data" / "omnigibson-robot-assets" / "models").exists()
 
@@ -342,24 +344,24 @@ def test_checks_find_what_is_wrong_and_point_at_it(inspect, gripper: Path, brows
     wait(lambda: len(inspector.viewer.server.get_clients()) == 1)
     checks = inspector.panels.checks
     checks.run_all()
-    fits = checks.verdicts["collision shapes fit"]
-    assert {offence.link for offence in fits.offences} == {"left", "right"}
-    assert any("stands out" in offence.told for offence in fits.offences)
-    assert any("no collision shape" in offence.told for offence in fits.offences)
-    assert checks.verdicts["the base frame is at the bottom"].offences
-    assert checks.verdicts["wheels are round and on the floor"].is_open
-    assert checks.verdicts["the robot settles"].passed
+    fits = checks.results["collision shapes fit"]
+    assert {violation.link for violation in fits.violations} == {"left", "right"}
+    assert any("stands out" in violation.text for violation in fits.violations)
+    assert any("no collision shape" in violation.text for violation in fits.violations)
+    assert checks.results["the base frame is at the bottom"].violations
+    assert checks.results["wheels are round and on the floor"].is_open
+    assert checks.results["the drives hold the posture"].passed
     assert checks.buttons["collision shapes fit"].label.startswith("✗")
-    assert "to look at" in checks.summary.content
+    assert "failed" in checks.summary.content
     page.send(
         type="GuiUpdateMessage",
         uuid=checks.buttons["collision shapes fit"]._impl.uuid,
         updates={"value": True},
     )
     wait(lambda: inspector.tick(0.01) or inspector.links.choice.value.strip().startswith(("left", "right")))
-    assert inspector.links.choice.value.strip().startswith(fits.offences[0].link)
+    assert inspector.links.choice.value.strip().startswith(fits.violations[0].link)
     moved = page.listen(lambda m: m["type"] == "SetCameraLookAtMessage" and not m["initial"])
-    left = inspector.world.bounds_of(np.array([inspector.body.link(fits.offences[0].link).mujoco_id]))
+    left = inspector.world.bounds_of(np.array([inspector.body.link(fits.violations[0].link).mujoco_id]))
     np.testing.assert_allclose(moved["look_at"], left.mean(axis=0), atol=1e-6)
 
 
@@ -374,12 +376,12 @@ def test_links_that_overlap_are_told_until_they_may(inspect, gripper: Path) -> N
     gripper.write_text(text.replace('xyz="0.05 0.03 0.0"', 'xyz="-0.05 0 0"'))
     inspector = inspect()
     checks = inspector.panels.checks
-    checks.run("links keep clear of one another")
-    verdict = checks.verdicts["links keep clear of one another"]
-    assert [offence.told.split(" overlap")[0] for offence in verdict.offences] == ["left and palm"]
+    checks.run("no unexpected self-collision")
+    result = checks.results["no unexpected self-collision"]
+    assert [violation.text.split(" overlap")[0] for violation in result.violations] == ["left and palm"]
     inspector.panels.pairs.add_touching()
-    checks.run("links keep clear of one another")
-    assert checks.verdicts["links keep clear of one another"].passed
+    checks.run("no unexpected self-collision")
+    assert checks.results["no unexpected self-collision"].passed
 
 
 def test_round_is_round() -> None:
@@ -395,8 +397,8 @@ def test_round_is_round() -> None:
 
 def test_a_live_scan_puts_points_where_the_rays_end(inspect: Callable[..., Inspector], config: Path) -> None:
     inspector = inspect(config=config)
-    panel, scans = inspector.panels.mounts, inspector.overlays.mounts.scans
-    lidar = next(mount for mount in panel._notes.mounts if mount.kind == "lidar_links")
+    panel, scans = inspector.panels.sensors, inspector.overlays.sensors.scans
+    lidar = next(sensor for sensor in panel._edits.sensors if sensor.kind == "lidar_links")
     panel.update(watched=True)
     assert not panel.scan_box.visible
     panel.pick(lidar)
@@ -408,7 +410,7 @@ def test_a_live_scan_puts_points_where_the_rays_end(inspect: Callable[..., Inspe
     panel.update(watched=False)
     assert not len(scans.points)  # nobody sees it
     panel.update(watched=True)
-    name, pose = panel._notes.place_of(lidar)
+    name, pose = panel._edits.place_of(lidar)
     position, quaternion = inspector.body.link(name).pose
     origin = np.array(position) + matrix_from_quaternion(quaternion) @ pose[:3, 3]
     floor = scans.points[np.abs(scans.points[:, 2]) < 1e-5]

@@ -137,7 +137,7 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
         page.click(*page.place_of(field))
         page.evaluate(f"({field}).select()")
         page._call("Input.insertText", text="0.25")
-        until(inspector.tick, lambda: inspector.panels.notes.mounts[0].position[2] == 0.25)
+        until(inspector.tick, lambda: inspector.panels.edits.sensors[0].position[2] == 0.25)
         click("Save")
         click("Write the edits")
         until(inspector.tick, lambda: not inspector.panels.save.is_changed)

@@ -12,6 +12,7 @@ from roboyard.description.model import RobotDescription
 from roboyard.robots import RegisteredRobot, Robot, add_robot
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.sensor_frames import CameraFrame
+from roboyard.sim.body import Body
 from roboyard.sim.world import World
 from roboyard.transforms import Array
 
@@ -86,11 +87,11 @@ def all_contacts(robot: Robot) -> set[tuple[str, str]]:
     return found
 
 
-def own_contacts(robot: Robot) -> list[tuple[str, str, float]]:
-    """Return the pairs of links of the robot that overlap, with their depth (m), the deepest first."""
-    robot.world.detect_contacts()
+def own_contacts(world: World, body: Body) -> list[tuple[str, str, float]]:
+    """Return the pairs of links of a robot that overlap, with their depth (m), the deepest first."""
+    world.detect_contacts()
     deepest: dict[tuple[str, str], float] = {}
-    for contact in robot.world.contacts(robot.body, robot.body):
+    for contact in world.contacts(body, body):
         pair = tuple(sorted((contact.link_a.name, contact.link_b.name)))
         key = (pair[0], pair[1])
         deepest[key] = max(deepest.get(key, 0.0), -contact.distance)

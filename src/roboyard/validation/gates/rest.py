@@ -27,7 +27,7 @@ JOINT_DRIFT = 5e-3
 def self_collision_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     """Count the pairs of links that overlap in the reset posture."""
     robot = test_world.robot()
-    pairs = [(a, b, depth) for a, b, depth in own_contacts(robot) if depth > OVERLAP]
+    pairs = [(a, b, depth) for a, b, depth in own_contacts(robot.world, robot.body) if depth > OVERLAP]
     return (
         Gate(
             name="self_collision",

@@ -37,7 +37,7 @@ def tuck_gates(test_world: TestWorld) -> tuple[Gate, ...]:
         robot.reset()
         robot.tuck() if mode == "tuck" else robot.untuck()
         posture = robot.joint_positions
-        overlaps = [pair for pair in own_contacts(robot) if pair[2] > OVERLAP]
+        overlaps = [pair for pair in own_contacts(robot.world, robot.body) if pair[2] > OVERLAP]
         findings += [f"{mode}ed: {a} and {b} overlap by {depth * 1e3:.1f} mm" for a, b, depth in overlaps]
         robot.world.step(round(SECONDS / robot.world.timestep))
         held = [i for g in robot.groups.values() if g.kind != "base" for i in g.indices]

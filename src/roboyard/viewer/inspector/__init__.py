@@ -1,4 +1,4 @@
-"""The inspector: a robot on a page with everything there is to check before it is used."""
+"""The inspector: a robot in the browser with its checks and edits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Inspector`: one robot on a page, with switches, sliders and findings; it owns its world and steps it."""
+"""`Inspector`: one robot on a page with its overlays, sliders, findings and edits, in a world of its own."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from roboyard.viewer.page.server import DEFAULT_PORT
 from roboyard.viewer.viewer import Viewer
 
 TICK = 1.0 / 60.0
-"""s: how often the page's wishes are looked at."""
+"""Period at which requests of the page are executed (s)."""
 LONGEST_CATCH_UP = 0.1
-"""s: simulated time falls behind real time rather than that a tick takes longer."""
+"""Longest simulated time of one tick (s); a slower simulation falls behind real time."""
 CLEARANCE = 0.001
-"""m between the robot's lowest point and the floor."""
+"""Initial distance between the robot's lowest point and the floor (m)."""
 STATUS_PERIOD = 0.25
-"""s"""
-COMPLAINT_PERIOD = 5.0
-"""s that a complaint stays on the page at least."""
+"""Period of updates of the status line (s)."""
+ERROR_PERIOD = 5.0
+"""Least time for which an error stays on the page (s)."""
 
 
 class Inspector:
-    """A robot on a floor, paused until someone plays. All edits happen in the thread that calls `tick`."""
+    """A robot on a floor, initially paused. All requests are executed in the thread that calls `tick`."""
 
     def __init__(
         self,
@@ -46,21 +46,21 @@ class Inspector:
         packages: Mapping[str, Path] | None = None,
         quiet: bool = False,
     ) -> None:
-        """Read, audit and show a robot.
+        """Load, audit and show a robot.
 
         Args:
-            source: which robot; see `find_robot`.
-            host: address to listen at.
+            source: files of the robot; see `find_robot`.
+            host: address to listen on.
             port: first port to try.
-            fixed_base: bolt the root link to the world.
-            self_collision: let links of the robot touch one another.
-            packages: folders of `package://` names.
+            fixed_base: fix the root link to the world.
+            self_collision: let links of the robot collide with each other.
+            packages: package name to folder, for `package://` references.
             quiet: do not print the address.
 
         Raises:
-            DescriptionError: the URDF cannot be used; the message says what is wrong and how to mend it.
+            DescriptionError: the URDF is invalid; the message names the cause and the remedy.
             MissingExtraError: viser is not installed.
-            ConfigError: a planner file is wrong, or nothing can listen at `host` and `port`.
+            ConfigError: a planner file is invalid, or the server cannot listen on `host` and `port`.
         """
         self._fixed_base, self._self_collision = fixed_base, self_collision
         self._packages = packages
@@ -72,14 +72,14 @@ class Inspector:
         self.is_playing = False
         self.world = World()
         self.world.add_plane()
-        self._put(read_robot(source, self._packages))
+        self._spawn(read_robot(source, self._packages))
         self.viewer = Viewer(self.world, host, port, title=source.name, quiet=quiet, on_click=self._on_click)
         self._add_time(self.viewer.server.gui)
         self._add_panels({})
         self._show_status()
 
-    def _put(self, robot: ReadRobot) -> None:
-        """Stand a robot on the floor."""
+    def _spawn(self, robot: ReadRobot) -> None:
+        """Spawn a robot on the floor."""
         self.body: Body = self.world.add_urdf(
             robot.description,
             name=robot.source.name,
@@ -87,13 +87,13 @@ class Inspector:
             self_collision=self._self_collision,
         )
         self._robot, self.audit = robot, robot.audit
-        self._stand()
+        self._place_on_floor()
         self._start = self.world.save_state()
 
-    def load(self, source: RobotSource, told: str = "") -> None:
-        """Another robot, or the same one from new files, in the place of this one; `told` stands under Save.
+    def load(self, source: RobotSource, message: str = "") -> None:
+        """Replace the robot, or load it again from new files; `message` is shown in the tab Save.
 
-        Raises as the constructor does; the old robot stays then.
+        Raises the errors of the constructor; the old robot stays then.
         """
         robot, before = read_robot(source, self._packages), self._robot
         self._end_wiggle()
@@ -102,18 +102,18 @@ class Inspector:
         self.panels.remove()
         self.world.remove(self.body)
         try:
-            self._put(robot)
+            self._spawn(robot)
         except RoboyardError:
-            self._put(before)
+            self._spawn(before)
             raise
         finally:
             self.viewer.sync(wait=True)
             self._add_panels(shown)
-        self.panels.save.told.content = told
-        self._after_moving()
+        self.panels.save.message.content = message
+        self._after_motion()
 
-    def _stand(self) -> None:
-        """Put the robot on the floor, joints at zero or as near to it as their limits let them."""
+    def _place_on_floor(self) -> None:
+        """Place the robot on the floor, joints at zero or at the limit nearest to it."""
         body = self.body
         limits = body.joint_limits
         body.joint_positions = np.clip(0.0, limits[:, 0], limits[:, 1])
@@ -126,8 +126,8 @@ class Inspector:
         self._status = gui.add_markdown("")
         with gui.add_folder("Time"):
             self.play_button = gui.add_button("Play", color="green")
-            self.step_button = gui.add_button("Step", hint="one time step")
-            self.reset_button = gui.add_button("Reset", hint="back to how it was loaded")
+            self.step_button = gui.add_button("Step", hint="simulate one time step")
+            self.reset_button = gui.add_button("Reset", hint="restore the initial state")
             self.gravity_box = gui.add_checkbox("gravity", True)
             self.hold_box = gui.add_checkbox("drives hold the joints", True)
         self.play_button.on_click(lambda _: self.do(lambda: self.play(not self.is_playing)))
@@ -137,14 +137,14 @@ class Inspector:
         self.hold_box.on_update(lambda event: self.do(lambda on=event.target.value: self.joints.hold(on)))
 
     def _add_panels(self, shown: Mapping[str, bool]) -> None:
-        """The tabs of the robot; `shown` says which boxes of the tab Show are ticked."""
+        """Add the tabs of the robot; `shown` has the values of the switches in the tab Show."""
         self.panels = Panels(
             viewer=self.viewer,
             world=self.world,
             body=self.body,
             source=self._robot.source,
             audit=self.audit,
-            notes=self._robot.notes,
+            edits=self._robot.edits,
             do=self.do,
             wiggle=self.wiggle,
             reload=self.load,
@@ -163,14 +163,14 @@ class Inspector:
         body_id, index = owner
         self.do(lambda: self.links.pick(self.body.links[index] if body_id == self.body.id else None))
 
-    # ----------------------------------------------------------------------------------------------- wishes
+    # --------------------------------------------------------------------------------------------- requests
 
-    def do(self, wish: Callable[[], None]) -> None:
-        """Have something done at the next tick; may be called from any thread."""
-        self._requests.do(wish)
+    def do(self, request: Callable[[], None]) -> None:
+        """Queue a request for the next tick; may be called from any thread."""
+        self._requests.do(request)
 
     def play(self, playing: bool) -> None:
-        """Let time run, or stop it."""
+        """Run or pause the simulation."""
         if playing:
             self._end_wiggle()
         self.is_playing = playing
@@ -181,26 +181,26 @@ class Inspector:
         self._show_status()
 
     def step_once(self) -> None:
-        """One time step; stops playing."""
+        """Pause and simulate one time step."""
         if self.is_playing:
             self.play(False)
         self._end_wiggle()
         self.joints.play(True)
         self.world.step()
         self.joints.play(False)
-        self._after_moving()
+        self._after_motion()
 
     def reset(self) -> None:
-        """Back to how the robot was loaded, paused."""
+        """Restore the initial state and pause."""
         self._end_wiggle()
         self.play(False)
         self.world.restore_state(self._start)
         self.joints.show_positions()
         self.plot.clear()
-        self._after_moving()
+        self._after_motion()
 
     def wiggle(self) -> None:
-        """Take every joint to its limits and back, without physics; a second call ends it."""
+        """Move every joint to its limits and back, without physics; a second call stops it."""
         if self._wiggle is not None:
             self._end_wiggle()
             return
@@ -229,22 +229,22 @@ class Inspector:
             last = now
             rest = TICK - (perf_counter() - now)
             if rest > 0 and self._requests.wait(rest):
-                self._after_moving()
+                self._after_motion()
 
     def _execute(self, request: Callable[[], None]) -> bool:
         done = self._requests.execute(request)
         if done:
-            self._after_moving()
+            self._after_motion()
         return done
 
-    def _show_error(self, words: str) -> None:
-        self._last_status = perf_counter() + COMPLAINT_PERIOD
-        self._status.content = f"**{plain(words)}**"
+    def _show_error(self, message: str) -> None:
+        self._last_status = perf_counter() + ERROR_PERIOD
+        self._status.content = f"**{plain(message)}**"
 
     def tick(self, elapsed: float) -> None:
-        """Fulfil what the page asked for, then let `elapsed` seconds pass, if time runs."""
+        """Execute the page's requests, then simulate `elapsed` seconds unless paused."""
         if self._requests.execute_all():
-            self._after_moving()
+            self._after_motion()
         if self.is_playing:
             self._behind = min(self._behind + elapsed, LONGEST_CATCH_UP)
             steps = int(self._behind / self.world.timestep)
@@ -253,19 +253,19 @@ class Inspector:
                 if self._execute(lambda: self.world.step(steps)):
                     self.plot.sample(self.world.time, self.body.joint_velocities)
                 else:
-                    told = self._status.content
+                    error = self._status.content
                     self.play(False)
-                    self._status.content = told
+                    self._status.content = error
         elif self._wiggle is not None:
             name = next(self._wiggle, None)
             if name is None:
                 self._end_wiggle()
             else:
                 self._status.content = f"Wiggling **{name}**"
-            self._after_moving()
-        self.panels.mounts.update(watched=self.viewer.watchers > 0)
+            self._after_motion()
+        self.panels.sensors.update(watched=self.viewer.watchers > 0)
 
-    def _after_moving(self) -> None:
+    def _after_motion(self) -> None:
         self.viewer.sync()
         self.overlays.update()
         if self._wiggle is None and perf_counter() - self._last_status > STATUS_PERIOD:
@@ -283,6 +283,6 @@ class Inspector:
         self._stopped = True
 
     def close(self) -> None:
-        """Take the page down."""
+        """Close the page."""
         self.stop()
         self.viewer.close()

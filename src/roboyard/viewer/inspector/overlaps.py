@@ -1,22 +1,23 @@
-"""Which links of a robot overlap one another in a posture."""
+"""Pairs of links of a robot that overlap in its current posture."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from roboyard.sim import World
+from roboyard.validation.test_world import own_contacts
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
 
 
 def overlaps(body: Body, least: float = 0.0) -> list[tuple[str, str, float]]:
-    """Pairs of links that overlap in the present posture by more than `least` m, the deepest first.
+    """Return the pairs of links that overlap by more than `least` (m), the deepest first.
 
-    Neighbours (links joined by a joint, and those held together by fixed ones) are left out, as everywhere.
+    Neighbours (links joined by a joint, or by fixed joints) are skipped, as in the simulation.
 
     Returns:
-        Names of both links, and the depth in m.
+        Names of both links in alphabetical order, and the depth (m).
     """
     assert body.description is not None
     world = World(visual_geoms=False)
@@ -24,10 +25,4 @@ def overlaps(body: Body, least: float = 0.0) -> list[tuple[str, str, float]]:
     for joint in body.joints:
         if joint.is_scalar:
             copy.joint(joint.name).position = joint.position
-    world.detect_contacts()
-    deepest: dict[tuple[str, str], float] = {}
-    for contact in world.contacts(copy, copy):
-        a, b = sorted((contact.link_a.name, contact.link_b.name))
-        deepest[a, b] = max(deepest.get((a, b), 0.0), -contact.distance)
-    found = [(a, b, depth) for (a, b), depth in deepest.items() if depth > least]
-    return sorted(found, key=lambda entry: -entry[2])
+    return [entry for entry in own_contacts(world, copy) if entry[2] > least]

@@ -1,4 +1,4 @@
-"""Everything of a robot that may be wrong, read before anything changes on the page."""
+"""Load all files of a robot before the page changes, so that an error leaves the page as it is."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from roboyard.viewer.inspector.robot_source import RobotSource
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ReadRobot:
-    """What was read of one robot."""
+    """The loaded files of one robot."""
 
     source: RobotSource
-    notes: EditState
+    edits: EditState
     description: RobotDescription
     audit: Audit
 
 
 def read_robot(source: RobotSource, packages: Mapping[str, Path] | None) -> ReadRobot:
-    """Read and audit a robot.
+    """Load and audit a robot.
 
     Raises:
-        DescriptionError: the URDF cannot be used.
-        ConfigError: a file beside it is wrong.
+        DescriptionError: the URDF is invalid.
+        ConfigError: the configuration, a planner file or the definition is invalid.
     """
     return ReadRobot(
         source=source,
-        notes=read_edit_state(source),
+        edits=read_edit_state(source),
         description=load_description(source.urdf, packages=packages, missing_meshes="note"),
         audit=audit_urdf(source.urdf, packages=packages),
     )

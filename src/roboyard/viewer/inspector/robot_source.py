@@ -1,4 +1,4 @@
-"""Which robot is meant by a word on the command line, and what lies beside it."""
+"""Find the files of a robot named on the command line."""
 
 from __future__ import annotations
 
@@ -14,68 +14,70 @@ PLANNER_FILES = "**/*_curobo_default.yaml"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RobotSource:
-    """A robot to look at."""
+    """The files of a robot."""
 
     name: str
     urdf: Path
     planner_file: Path | None = None
-    """Where its planning spheres are, where it has any."""
+    """Planner file with its planning spheres."""
     config: Path | None = None
-    """Its import configuration, where it is known."""
+    """Its import configuration."""
     definition: Path | None = None
+    """Its definition file."""
     cameras: Path | None = None
     """File that names its cameras (the MJCF of an import)."""
     folder: Path | None = None
     """Its package, `<data>/<dataset>/models/<name>`."""
     is_bundled: bool = False
-    """It belongs to Roboyard: its files are read and never written."""
+    """Whether it belongs to Roboyard; its files are never written."""
 
     def spheres(self) -> Mapping[str, Spheres]:
-        """Link name to planning spheres.
+        """Return link name to planning spheres.
 
         Raises:
-            ConfigError: the planner file is wrong.
+            ConfigError: the planner file is invalid.
         """
         return {} if self.planner_file is None else read_spheres(self.planner_file)
 
     @property
     def config_target(self) -> Path:
-        """Where edits of the configuration go unless someone names another file."""
+        """Default file for the edits of the configuration."""
         if self.config is not None and not self.is_bundled:
             return self.config
         return Path(f"{self.name}_import.yaml")
 
 
-def find_robot(word: str, planner_file: Path | None = None, config: Path | None = None) -> RobotSource:
-    """A URDF by its path, else a registered robot, else a bundled robot or thing by its name.
+def find_robot(name: str, planner_file: Path | None = None, config: Path | None = None) -> RobotSource:
+    """Return the files of a URDF by path, of a registered robot, or of a bundled robot or object by name.
 
     Args:
-        word: as it was typed.
+        name: path or name.
         planner_file: a planner's YAML with `collision_spheres`; by default the registered robot's own.
-        config: its import configuration; by default the one that the registered robot was imported with.
+        config: its import configuration; by default that of the registered robot.
 
     Raises:
-        RoboyardError: there is no such file and no such name; the message lists the nearest.
+        RoboyardError: no such file or name; the message lists the nearest names.
     """
     from roboyard.assets import OBJECTS, ROBOTS, asset_path
     from roboyard.robots.registry import REGISTERED_ROBOTS
 
-    path = Path(word)
+    path = Path(name)
     if path.is_file():
         return RobotSource(name=path.stem, urdf=path, planner_file=planner_file, config=config)
     if path.suffix or len(path.parts) > 1:
-        raise RoboyardError(f"there is no file {word!r}")
-    if word in REGISTERED_ROBOTS:
-        return _registered(word, planner_file, config)
+        raise RoboyardError(f"there is no file {name!r}")
+    if name in REGISTERED_ROBOTS:
+        return _registered(name, planner_file, config)
     bundled = ROBOTS | OBJECTS
-    if word in bundled:
+    if name in bundled:
         return RobotSource(
-            name=word, urdf=asset_path(word), planner_file=planner_file, config=config, is_bundled=True
+            name=name, urdf=asset_path(name), planner_file=planner_file, config=config, is_bundled=True
         )
-    raise RoboyardError(unknown_name("file or robot", word, [*REGISTERED_ROBOTS, *bundled]))
+    raise RoboyardError(unknown_name("file or robot", name, [*REGISTERED_ROBOTS, *bundled]))
 
 
 def _registered(name: str, planner_file: Path | None, config: Path | None) -> RobotSource:
+    """Return the files of a registered robot."""
     from roboyard.assets import SOURCE_CONFIGS, asset_path
     from roboyard.robots.registry import REGISTERED_ROBOTS
 
@@ -94,7 +96,7 @@ def _registered(name: str, planner_file: Path | None, config: Path | None) -> Ro
 
 
 def package_source(folder: Path, name: str, config: Path | None = None) -> RobotSource:
-    """A robot's package, wherever it lies."""
+    """Return the files of a robot package in any folder."""
     planner_files = sorted(folder.glob(PLANNER_FILES))
     mjcf = folder / "mjcf" / f"{name}.xml"
     return RobotSource(
@@ -109,7 +111,7 @@ def package_source(folder: Path, name: str, config: Path | None = None) -> Robot
 
 
 def _imported_with(folder: Path) -> Path | None:
-    """The configuration that a package was made with, as its log remembers; None where it is gone."""
+    """Return the configuration in the log of an import; None if that file no longer exists."""
     import json
 
     try:

@@ -1,4 +1,4 @@
-"""Do collision shapes fit what is seen? Do wheels touch the floor, and are they round? Is the base below?"""
+"""Checks that collision shapes fit the visuals, wheels are round and on the floor, the base frame is low."""
 
 from __future__ import annotations
 
@@ -14,91 +14,89 @@ from roboyard.viewer.inspector.checks.status import (
 )
 
 SMALL = 0.03
-"""m: links smaller than this may go without a collision shape"""
+"""Largest size of a link that needs no collision shape (m)."""
 MARGIN, SHARE = 0.01, 0.25
-"""m, and of a link's size: how far a collision shape may stand out or fall short"""
+"""Largest distance between the boxes of collision shapes and visuals: in m, or as a fraction of the size."""
 ON_FLOOR = 0.003
-"""m"""
+"""Largest height of a wheel above the floor (m)."""
 ROUND = 0.03
-"""Of the radius"""
+"""Largest variation of a wheel's diameter, as a fraction of it."""
 AT_BOTTOM = 0.005
-"""m"""
+"""Largest height of the base frame above the lowest point (m)."""
 
 
-def collision_fits(subject: CheckContext) -> CheckResult:
-    """Compare the box around each link's collision shapes with the box around what is seen of it."""
-    offences, compared = [], 0
-    bare = set(_without_collision(subject))
-    for link in subject.description.links:
-        seen = points_of(subject.body, link.name, collision=False)
-        felt = points_of(subject.body, link.name, collision=True)
+def collision_fits(context: CheckContext) -> CheckResult:
+    """Compare the bounding boxes of each link's collision shapes and visuals."""
+    violations, compared = [], 0
+    bare = set(_without_collision(context))
+    for link in context.description.links:
+        seen = points_of(context.body, link.name, collision=False)
+        solid = points_of(context.body, link.name, collision=True)
         if not len(seen):
             continue
         size = np.ptp(seen, axis=0)
-        if not len(felt):
+        if not len(solid):
             if size.max() > SMALL and link.name not in bare:
-                told = f"{link.name} is {size.max() * 100:.0f} cm large and has no collision shape"
-                offences.append(Violation(told=told, link=link.name))
+                text = f"{link.name} is {size.max() * 100:.0f} cm large and has no collision shape"
+                violations.append(Violation(text=text, link=link.name))
             continue
         compared += 1
         allowed = np.maximum(MARGIN, SHARE * size)
-        out = np.maximum(seen.min(axis=0) - felt.min(axis=0), felt.max(axis=0) - seen.max(axis=0))
-        short = np.maximum(felt.min(axis=0) - seen.min(axis=0), seen.max(axis=0) - felt.max(axis=0))
-        for gap, how in ((out, "stands out from"), (short, "falls short of")):
+        out = np.maximum(seen.min(axis=0) - solid.min(axis=0), solid.max(axis=0) - seen.max(axis=0))
+        short = np.maximum(solid.min(axis=0) - seen.min(axis=0), seen.max(axis=0) - solid.max(axis=0))
+        for gap, how in ((out, "stands out from"), (short, "ends inside")):
             k = int(np.argmax(gap - allowed))
             if gap[k] > allowed[k]:
-                told = f"the collision shape of {link.name} {how} what is seen by {gap[k] * 1000:.0f} mm"
-                offences.append(Violation(told=f"{told} along {'xyz'[k]}", link=link.name))
-    return CheckResult(told=f"{compared} links compared with what is seen of them.", offences=offences)
+                text = f"the collision shape of {link.name} {how} its visuals by {gap[k] * 1000:.0f} mm"
+                violations.append(Violation(text=f"{text} along {'xyz'[k]}", link=link.name))
+    return CheckResult(text=f"{compared} links compared with their visuals.", violations=violations)
 
 
-def _without_collision(subject: CheckContext) -> list[str]:
-    """Links that somebody said go without."""
-    named = None if subject.definition is None else subject.definition.disabled_collision_link_names
-    return [*(named or ()), *subject.notes.bare_links]
+def _without_collision(context: CheckContext) -> list[str]:
+    """Return the links without collision shapes by the definition or the configuration."""
+    named = None if context.definition is None else context.definition.disabled_collision_link_names
+    return [*(named or ()), *context.edits.bare_links]
 
 
-def wheels(subject: CheckContext) -> CheckResult:
-    """Lowest point of each wheel against the robot's lowest, and its radius all around."""
-    names = list(subject.wheels) or _guessed_wheels(subject)
+def wheels(context: CheckContext) -> CheckResult:
+    """Compare each wheel's lowest point with the robot's, and its diameter in all directions."""
+    names = list(context.wheels) or _guessed_wheels(context)
     if not names:
-        return CheckResult(
-            told="This robot has no wheels that anyone named or that look like some.", is_open=True
-        )
-    body = subject.body
+        return CheckResult(text="No wheels are named in the definition or detected.", is_open=True)
+    body = context.body
     floor = min(
         float(points[:, 2].min())
         for link in body.links
         if len(points := world_points(body, link.name, collision=True))
     )
-    offences = []
+    violations = []
     for name in names:
-        felt = world_points(body, name, collision=True)
-        if not len(felt):
-            offences.append(Violation(told=f"{name} has no collision shape to stand on", link=name))
+        solid = world_points(body, name, collision=True)
+        if not len(solid):
+            violations.append(Violation(text=f"{name} has no collision shape", link=name))
             continue
-        above = float(felt[:, 2].min()) - floor
+        above = float(solid[:, 2].min()) - floor
         if above > ON_FLOOR:
-            offences.append(Violation(told=f"{name} ends {above * 1000:.1f} mm above the floor", link=name))
-        off = out_of_round(points_of(body, name, collision=True), _axes(subject, name))
+            violations.append(Violation(text=f"{name} ends {above * 1000:.1f} mm above the floor", link=name))
+        off = out_of_round(points_of(body, name, collision=True), _axes(context, name))
         if off > ROUND:
-            told = f"{name} is no wheel to roll on: its radius varies by {off:.0%}"
-            offences.append(Violation(told=told, link=name))
-    return CheckResult(told=f"{len(names)} wheels: {', '.join(names)}.", offences=offences)
+            text = f"{name} is not round: its diameter varies by {off:.0%}"
+            violations.append(Violation(text=text, link=name))
+    return CheckResult(text=f"{len(names)} wheels: {', '.join(names)}.", violations=violations)
 
 
-def _axes(subject: CheckContext, name: str) -> list[Array]:
-    """Directions that a wheel may turn about: its joint's, or where that is fixed any of its frame's."""
-    joint = subject.body.joint_of(subject.body.link(name))
+def _axes(context: CheckContext, name: str) -> list[Array]:
+    """Return the possible rotation axes of a wheel: its joint's, or all of its frame for a fixed joint."""
+    joint = context.body.joint_of(context.body.link(name))
     if joint is not None and joint.type in ("continuous", "revolute"):
         return [np.asarray(joint.axis, dtype=float)]
     return list(np.eye(3))
 
 
 def out_of_round(points: Array, axes: list[Array]) -> float:
-    """How much the radius of (n, 3) points about the roundest of some axes varies, as a share of it.
+    """Return the variation of the diameter of (n, 3) points about the roundest of some axes, as a fraction.
 
-    The radius in a direction is the reach of the convex hull, so that what lies inside counts for nothing.
+    The diameter in a direction is that of the convex hull, so that points inside do not count.
     """
     angles = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     best = np.inf
@@ -109,14 +107,14 @@ def out_of_round(points: Array, axes: list[Array]) -> float:
         second = np.cross(along, first)
         around = np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second)
         reach = (points @ around.T).max(axis=0)
-        width = reach + np.roll(reach, len(angles) // 2)  # wherever the centre is
+        width = reach + np.roll(reach, len(angles) // 2)  # independent of the centre
         best = min(best, float(np.ptp(width) / max(width.max(), 1e-9)))
     return best
 
 
-def _guessed_wheels(subject: CheckContext) -> list[str]:
-    """Links on endless, level axes that reach down to the robot's lowest point."""
-    body, found = subject.body, []
+def _guessed_wheels(context: CheckContext) -> list[str]:
+    """Return links on continuous, horizontal joints that reach the robot's lowest point."""
+    body, found = context.body, []
     lowest = float(body.bounds[0, 2])
     for joint in body.joints:
         if joint.type != "continuous":
@@ -130,14 +128,14 @@ def _guessed_wheels(subject: CheckContext) -> list[str]:
     return found
 
 
-def base_frame(subject: CheckContext) -> CheckResult:
-    """Height of the base frame over the robot's lowest point."""
-    body, definition = subject.body, subject.definition
+def base_frame(context: CheckContext) -> CheckResult:
+    """Measure the height of the base frame above the robot's lowest point."""
+    body, definition = context.body, context.definition
     name = None if definition is None else definition.base_footprint_link_name
     base = body.link(name) if name is not None and name in {k.name for k in body.links} else body.links[0]
     above = float(base.pose[0][2] - body.bounds[0, 2])
-    told = f"The frame of {base.name} is {above * 1000:.1f} mm above the robot's lowest point."
+    text = f"The frame of {base.name} is {above * 1000:.1f} mm above the robot's lowest point."
     if abs(above) <= AT_BOTTOM:
-        return CheckResult(told=told)
-    advice = "an import with canonical_frame puts it at the bottom"
-    return CheckResult(told=told, offences=[Violation(told=f"{told[:-1]}; {advice}", link=base.name)])
+        return CheckResult(text=text)
+    advice = "import with canonical_frame to move it to the bottom"
+    return CheckResult(text=text, violations=[Violation(text=f"{text[:-1]}; {advice}", link=base.name)])

@@ -1,4 +1,4 @@
-"""What a check is given, and what it answers."""
+"""Input and result of a check."""
 
 from __future__ import annotations
 
@@ -20,51 +20,53 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CheckContext:
-    """The robot on the page, standing as it stands now."""
+    """The robot on the page in its current state."""
 
     body: Body
+    """The robot; checks read it and never change it."""
     audit: Audit
-    notes: EditState
+    edits: EditState
     definition: RobotDefinition | None = None
     wheels: Sequence[str] = ()
-    """Links that somebody says are wheels."""
+    """Names of wheel links, from the definition."""
     fingers: Sequence[str] = ()
-    """Joints that somebody says are a gripper's."""
+    """Names of finger joints, from the definition."""
 
     @property
     def description(self) -> RobotDescription:
-        """What the body was made of."""
+        """Description that the body was built from."""
         assert self.body.description is not None
         return self.body.description
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Violation:
-    """One thing to look at."""
+    """One violation of a check."""
 
-    told: str
+    text: str
+    """Element, value and, where known, the remedy."""
     link: str | None = None
-    """Where to look."""
+    """Name of the link to look at."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CheckResult:
-    """The answer of one check."""
+    """The result of one check."""
 
-    told: str
-    """What was measured, in a sentence."""
-    offences: Sequence[Violation] = field(default=())
+    text: str
+    """The measurement, in a sentence."""
+    violations: Sequence[Violation] = field(default=())
     is_open: bool = False
-    """There was nothing to judge."""
+    """Whether there was nothing to check."""
 
     @property
     def passed(self) -> bool:
-        """Whether nothing was found."""
-        return not self.offences and not self.is_open
+        """Whether the check found no violation."""
+        return not self.violations and not self.is_open
 
 
 def points_of(body: Body, name: str, *, collision: bool) -> Array:
-    """(n, 3) vertices of a link's shapes in the link's frame; m. Empty where it has none."""
+    """Return the (n, 3) vertices of a link's shapes in the link frame (m)."""
     from roboyard.sim.appearance.shape_appearance import render_shape
 
     assert body.description is not None
@@ -79,7 +81,7 @@ def points_of(body: Body, name: str, *, collision: bool) -> Array:
 
 
 def world_points(body: Body, name: str, *, collision: bool) -> Array:
-    """The same in the world."""
+    """Return the (n, 3) vertices of a link's shapes in the world frame (m)."""
     from roboyard.transforms import matrix_from_quaternion
 
     position, quaternion = body.link(name).pose

@@ -16,8 +16,8 @@ from roboyard.transforms import Array, pose_matrix
 if TYPE_CHECKING:
     from roboyard.viewer.inspector.robot_source import RobotSource
 
-MountKind = Literal["camera_links", "lidar_links", "eef_vis_links"]
-KINDS: Mapping[MountKind, str] = {"camera_links": "camera", "lidar_links": "lidar", "eef_vis_links": "hand"}
+SensorKind = Literal["camera_links", "lidar_links", "eef_vis_links"]
+KINDS: Mapping[SensorKind, str] = {"camera_links": "camera", "lidar_links": "lidar", "eef_vis_links": "hand"}
 """Key of the import configuration, and what it is called on the page."""
 Pair = tuple[str, str]
 """Two links, by alphabet."""
@@ -27,7 +27,7 @@ Pair = tuple[str, str]
 class SensorPose:
     """A camera, a lidar or the frame of a hand."""
 
-    kind: MountKind
+    kind: SensorKind
     link: str
     parent: str | None = None
     """With it `link` is made, at the offset below the parent; without, the offset counts from `link`."""
@@ -54,8 +54,8 @@ class EditedSphere:
 class EditState:
     """Everything that is edited, as it stands."""
 
-    mounts: list[SensorPose] = field(default_factory=list)
-    balls: dict[str, list[EditedSphere]] = field(default_factory=dict)
+    sensors: list[SensorPose] = field(default_factory=list)
+    spheres: dict[str, list[EditedSphere]] = field(default_factory=dict)
     """Link name to its planning spheres."""
     planner_pairs: set[Pair] = field(default_factory=set)
     """Pairs that the planner does not check (`self_collision_ignore`)."""
@@ -68,13 +68,13 @@ class EditState:
         """As it stands now, on its own."""
         return copy.deepcopy(self)
 
-    def place_of(self, mount: SensorPose) -> tuple[str, Array]:
-        """A link and the (4, 4) pose of a mount in its frame; mounts may sit on links that mounts make."""
-        name, pose = (mount.link if mount.parent is None else mount.parent), mount.pose
-        makers = {one.link: one for one in self.mounts if one.parent is not None}
+    def place_of(self, sensor: SensorPose) -> tuple[str, Array]:
+        """A link and the (4, 4) pose of a sensor in its frame; sensors may sit on links that sensors make."""
+        name, pose = (sensor.link if sensor.parent is None else sensor.parent), sensor.pose
+        makers = {one.link: one for one in self.sensors if one.parent is not None}
         for _ in range(len(makers)):
             maker = makers.get(name)
-            if maker is None or maker is mount:
+            if maker is None or maker is sensor:
                 break
             assert maker.parent is not None
             name, pose = maker.parent, maker.pose @ pose
@@ -92,10 +92,10 @@ def read_edit_state(source: RobotSource) -> EditState:
     Raises:
         ConfigError: a file cannot be used.
     """
-    notes = EditState()
+    edits = EditState()
     config = _checked(source.config) if source.config is not None else None
     if config is not None:
-        notes.mounts = [
+        edits.sensors = [
             SensorPose(
                 kind=kind,
                 link=entry.link,
@@ -106,23 +106,23 @@ def read_edit_state(source: RobotSource) -> EditState:
             for kind in KINDS
             for entry in getattr(config, kind)
         ]
-        notes.balls = {
-            link: [EditedSphere(center=ball.center, radius=ball.radius) for ball in balls]
-            for link, balls in config.curobo.collision_spheres.items()
+        edits.spheres = {
+            link: [EditedSphere(center=sphere.center, radius=sphere.radius) for sphere in spheres]
+            for link, spheres in config.curobo.collision_spheres.items()
         }
-        notes.bare_links = tuple(config.collision.no_collision_links)
+        edits.bare_links = tuple(config.collision.no_collision_links)
         ignored = config.curobo.self_collision_ignore
-        notes.planner_pairs = {pair(a, b) for a, others in ignored.items() for b in others}
+        edits.planner_pairs = {pair(a, b) for a, others in ignored.items() for b in others}
     elif source.cameras is not None:
-        notes.mounts = _cameras(source.cameras)
+        edits.sensors = _cameras(source.cameras)
     if source.planner_file is not None:
-        _read_planner(source.planner_file, notes)
+        _read_planner(source.planner_file, edits)
     if source.definition is not None:
         from roboyard.robots.definition.load import load_definition
 
         pairs = load_definition(source.definition).disabled_collision_pairs or ()
-        notes.physics_pairs = {pair(a, b) for a, b in pairs}
-    return notes
+        edits.physics_pairs = {pair(a, b) for a, b in pairs}
+    return edits
 
 
 def _checked(file: Path) -> Any:
@@ -145,11 +145,11 @@ def _cameras(mjcf: Path) -> list[SensorPose]:
     ]
 
 
-def _read_planner(file: Path, notes: EditState) -> None:
+def _read_planner(file: Path, edits: EditState) -> None:
     from roboyard.config.yaml_lines import read_yaml
     from roboyard.viewer.inspector.edits.planner_spheres import read_spheres
 
-    notes.balls = {
+    edits.spheres = {
         link: [
             EditedSphere(center=_three(c), radius=float(r))
             for c, r in zip(some.centers, some.radii, strict=True)
@@ -158,7 +158,7 @@ def _read_planner(file: Path, notes: EditState) -> None:
     }
     for table in ignore_tables(read_yaml(file).data):
         try:
-            notes.planner_pairs = {pair(str(a), str(b)) for a, others in table.items() for b in others or ()}
+            edits.planner_pairs = {pair(str(a), str(b)) for a, others in table.items() for b in others or ()}
         except TypeError as error:
             raise ConfigError(f"{file.name}: self_collision_ignore: each link has a list of links") from error
 

@@ -35,13 +35,13 @@ DIGITS = 6
 
 
 def write_config(
-    target: Path, notes: EditState, before: EditState, *, source: Path | None, urdf: Path, name: str
+    target: Path, edits: EditState, before: EditState, *, source: Path | None, urdf: Path, name: str
 ) -> Path:
     """Bring an import configuration up to date, or write a new one; its path.
 
     Args:
         target: the file to write; what was there is kept as `.bak`.
-        notes: as they are to be.
+        edits: as they are to be.
         before: as they were read.
         source: the configuration that they were read from; None where there was none.
         urdf: the vendor's file, for a new configuration.
@@ -64,42 +64,42 @@ def write_config(
                 raise ConfigError(f"{target}: exists already; name another file")
             data["urdf_path"] = _path_from(_urdf_of(data, source), target.parent)
     for kind in KINDS:
-        mounts, old = ([m for m in some.mounts if m.kind == kind] for some in (notes, before))
-        if mounts != old or (source is None and mounts):
-            data[kind] = _mount_entries(mounts, old, data.get(kind) or [])
-    _curobo(data, notes, before)
+        sensors, old = ([m for m in some.sensors if m.kind == kind] for some in (edits, before))
+        if sensors != old or (source is None and sensors):
+            data[kind] = _sensor_entries(sensors, old, data.get(kind) or [])
+    _curobo(data, edits, before)
     return _write(target, text, data)
 
 
-def _curobo(data: dict[str, Any], notes: EditState, before: EditState) -> None:
+def _curobo(data: dict[str, Any], edits: EditState, before: EditState) -> None:
     block = dict(data.get("curobo") or {})
-    if notes.balls != before.balls:
+    if edits.spheres != before.spheres:
         table = block.get("collision_spheres") or {}
         if isinstance(table, list):  # Lula's list of one-key mappings
-            table = {link: balls for item in table for link, balls in item.items()}
+            table = {link: spheres for item in table for link, spheres in item.items()}
         # a table that is given takes the place of everything that would be worked out
-        block["collision_spheres"] = _ball_table(table, notes, before if table else EditState())
-    if notes.planner_pairs != before.planner_pairs:
+        block["collision_spheres"] = _sphere_table(table, edits, before if table else EditState())
+    if edits.planner_pairs != before.planner_pairs:
         table = dict(block.get("self_collision_ignore") or {})
         given = before.planner_pairs if table else set()
-        block["self_collision_ignore"] = _ignore_table(table, notes.planner_pairs, given)
+        block["self_collision_ignore"] = _ignore_table(table, edits.planner_pairs, given)
     if block:
         data["curobo"] = block
 
 
-def write_planner_files(folder: Path, notes: EditState, before: EditState) -> list[Path]:
+def write_planner_files(folder: Path, edits: EditState, before: EditState) -> list[Path]:
     """Bring every planner file below a package's `curobo` folder up to date; those that changed."""
     written = []
-    if notes.balls == before.balls and notes.planner_pairs == before.planner_pairs:
+    if edits.spheres == before.spheres and edits.planner_pairs == before.planner_pairs:
         return written
     for file in sorted(path for path in folder.rglob("*") if path.suffix in (".yaml", ".yml", ".xrdf")):
         data = _data(file)
         for table in sphere_tables(data):
-            new = _ball_table(table, notes, before)
+            new = _sphere_table(table, edits, before)
             table.clear()
             table.update(new)
         for table in ignore_tables(data):
-            new = _ignore_table(table, notes.planner_pairs, before.planner_pairs)
+            new = _ignore_table(table, edits.planner_pairs, before.planner_pairs)
             table.clear()
             table.update(new)
         text = _text(file)
@@ -108,58 +108,58 @@ def write_planner_files(folder: Path, notes: EditState, before: EditState) -> li
     return written
 
 
-def write_definition(file: Path, notes: EditState, before: EditState) -> Path | None:
+def write_definition(file: Path, edits: EditState, before: EditState) -> Path | None:
     """Bring `disabled_collision_pairs` of a definition up to date; its path, None where nothing changed."""
-    if notes.physics_pairs == before.physics_pairs:
+    if edits.physics_pairs == before.physics_pairs:
         return None
     data = _data(file)
     kept = [
-        list(one) for one in data.get("disabled_collision_pairs") or () if pair(*one) in notes.physics_pairs
+        list(one) for one in data.get("disabled_collision_pairs") or () if pair(*one) in edits.physics_pairs
     ]
     there = {pair(*one) for one in kept}
-    data["disabled_collision_pairs"] = kept + [list(one) for one in sorted(notes.physics_pairs - there)]
+    data["disabled_collision_pairs"] = kept + [list(one) for one in sorted(edits.physics_pairs - there)]
     return _write(file, _text(file), data)
 
 
 # ------------------------------------------------------------------------------------------------- entries
 
 
-def _mount_entries(mounts: list[SensorPose], old: list[SensorPose], given: list[Any]) -> list[Any]:
+def _sensor_entries(sensors: list[SensorPose], old: list[SensorPose], given: list[Any]) -> list[Any]:
     """Entries of the configuration; those that are as before stay as they were written."""
     entries = []
-    for k, mount in enumerate(mounts):
-        if mount in old and len(given) == len(old):
-            entries.append(given[old.index(mount)])
+    for k, sensor in enumerate(sensors):
+        if sensor in old and len(given) == len(old):
+            entries.append(given[old.index(sensor)])
             continue
-        entry = dict(given[k]) if k < len(given) and given[k].get("link") == mount.link else {}
-        was = old[k] if entry and k < len(old) else SensorPose(kind=mount.kind, link=mount.link)
+        entry = dict(given[k]) if k < len(given) and given[k].get("link") == sensor.link else {}
+        was = old[k] if entry and k < len(old) else SensorPose(kind=sensor.kind, link=sensor.link)
         offset = dict(entry.get("offset") or {})
-        if mount.position != was.position:
-            offset["position"] = _rounded(mount.position)
-        if mount.quaternion != was.quaternion:
-            offset["orientation"] = _rounded(mount.quaternion)
-        entries.append({**entry, "link": mount.link, "parent_link": mount.parent, "offset": offset})
+        if sensor.position != was.position:
+            offset["position"] = _rounded(sensor.position)
+        if sensor.quaternion != was.quaternion:
+            offset["orientation"] = _rounded(sensor.quaternion)
+        entries.append({**entry, "link": sensor.link, "parent_link": sensor.parent, "offset": offset})
     return entries
 
 
-def _ball_table(table: Mapping[str, Any], notes: EditState, before: EditState) -> dict[str, Any]:
+def _sphere_table(table: Mapping[str, Any], edits: EditState, before: EditState) -> dict[str, Any]:
     """Link name to spheres: the links whose spheres changed anew, all others as they are."""
     new = dict(table)
-    for link in {**before.balls, **notes.balls}:
-        balls, old = notes.balls.get(link, []), before.balls.get(link, [])
-        if balls == old:
+    for link in {**before.spheres, **edits.spheres}:
+        spheres, old = edits.spheres.get(link, []), before.spheres.get(link, [])
+        if spheres == old:
             continue
-        if not balls:
+        if not spheres:
             new.pop(link, None)
         else:
             # spheres of no size are the planner's own room for a thing in the hand
             kept = [one for one in new.get(link) or () if not one.get("radius", 0) > 0]
-            new[link] = [_entry(ball) for ball in balls] + kept
+            new[link] = [_entry(sphere) for sphere in spheres] + kept
     return new
 
 
-def _entry(ball: EditedSphere) -> dict[str, Any]:
-    return {"center": _rounded(ball.center), "radius": round(ball.radius, DIGITS)}
+def _entry(sphere: EditedSphere) -> dict[str, Any]:
+    return {"center": _rounded(sphere.center), "radius": round(sphere.radius, DIGITS)}
 
 
 def _ignore_table(table: Mapping[str, Any], pairs: set[Pair], before: set[Pair]) -> dict[str, Any]:

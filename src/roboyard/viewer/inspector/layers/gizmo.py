@@ -33,8 +33,8 @@ class Gizmo:
         on_move: OnMove,
         turns: bool = True,
     ) -> None:
-        """Put the handle at a pose below the node at `path`; `on_move` is told when someone drags it."""
-        self.let_go()
+        """Put the handle at a pose below the node at `path`; `on_move` is message when someone drags it."""
+        self.release()
         handle = self._viewer.server.scene.add_transform_controls(
             f"{path}/handle",
             scale=self._size,
@@ -57,7 +57,7 @@ class Gizmo:
             self.handle.position = np.asarray(position, dtype=float)
             self.handle.wxyz = to_wxyz(np.asarray(quaternion, dtype=float))
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Take the handle away."""
         if self.handle is not None:
             self.handle.remove()

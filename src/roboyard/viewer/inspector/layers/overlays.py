@@ -26,7 +26,7 @@ BLUE = (40, 110, 230)
 RED = (230, 40, 30)
 ORANGE = (250, 140, 20)
 COM_DENSITY = 8000.0
-"""kg/m³ of the ball that stands for a link's mass."""
+"""kg/m³ of the sphere that stands for a link's mass."""
 FORCE_LENGTH = 0.2
 """Of the robot's size: length of the arrow of a force equal to the robot's weight."""
 
@@ -35,9 +35,9 @@ class Overlays:
     """One switch for each kind; nodes are made when a kind is first switched on and move with their links."""
 
     def __init__(
-        self, viewer: Viewer, body: Body, notes: EditState, on_pick: Callable[[str, int], None]
+        self, viewer: Viewer, body: Body, edits: EditState, on_pick: Callable[[str, int], None]
     ) -> None:
-        """Begin with nothing drawn; `on_pick` is told link and number of a clicked planning sphere."""
+        """Begin with nothing drawn; `on_pick` is message link and number of a clicked planning sphere."""
         self._viewer = viewer
         self._scene = viewer.server.scene
         self._body = body
@@ -53,11 +53,11 @@ class Overlays:
             "joint axes": self._axes,
             "contacts": self._contacts,
         }
-        self.balls = SphereLayer(viewer, body, notes, on_pick)
-        self.mounts = SensorLayer(viewer, body, notes, self.size)
+        self.spheres = SphereLayer(viewer, body, edits, on_pick)
+        self.sensors = SensorLayer(viewer, body, edits, self.size)
         self._layers: dict[str, SphereLayer | SensorLayer] = {
-            "planning spheres": self.balls,
-            "sensors and hands": self.mounts,
+            "planning spheres": self.spheres,
+            "sensors and hands": self.sensors,
         }
 
     @property
@@ -95,7 +95,7 @@ class Overlays:
         with self._viewer.server.atomic():
             for layer in self._layers.values():
                 layer.clear()
-            self.mounts.scans.clear()
+            self.sensors.scans.clear()
             for nodes in self._made.values():
                 for node in nodes:
                     node.remove()
@@ -175,17 +175,19 @@ class Overlays:
             if link.mass > 0:
                 radius = float(np.cbrt(link.mass / COM_DENSITY * 3 / (4 * np.pi)))
                 made.append(
-                    self._ball(
+                    self._sphere(
                         f"{self._viewer.path_of(link)}/centre of mass",
                         radius,
                         YELLOW,
                         model.body_ipos[link.mujoco_id],
                     )
                 )
-        made.append(self._ball("/inspector/centre of mass", 0.02 * self.size, RED, self._body.center_of_mass))
+        made.append(
+            self._sphere("/inspector/centre of mass", 0.02 * self.size, RED, self._body.center_of_mass)
+        )
         return made
 
-    def _ball(self, name: str, radius: float, color: tuple[int, int, int], position: Array) -> Any:
+    def _sphere(self, name: str, radius: float, color: tuple[int, int, int], position: Array) -> Any:
         return self._scene.add_icosphere(
             name,
             radius=radius,

@@ -1,4 +1,4 @@
-"""Cameras as pyramids, lidars as rings, hands as frames: drawn where the notes say, and what they see."""
+"""Cameras as pyramids, lidars as rings, hands as frames: drawn where the edits say, and what they see."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ NEAREST = 0.05
 
 
 class SensorLayer:
-    """Nodes of all mounts; made when they are first shown, made again when they change."""
+    """Nodes of all sensors; made when they are first shown, made again when they change."""
 
-    def __init__(self, viewer: Viewer, body: Body, notes: EditState, size: float) -> None:
+    def __init__(self, viewer: Viewer, body: Body, edits: EditState, size: float) -> None:
         """Begin with nothing shown; `size` of the robot in m scales what is drawn."""
-        self._viewer, self._body, self._notes = viewer, body, notes
+        self._viewer, self._body, self._edits = viewer, body, edits
         self._length = 0.07 * size
         self.nodes: list[Any] = []
         self.is_on = False
         self.picked: SensorPose | None = None
         self.scans = Scans(viewer.server)
 
-    def path_of(self, mount: SensorPose) -> tuple[str, Array] | None:
-        """Node that a mount hangs from and its (4, 4) pose there; None where the robot lacks the link."""
-        name, pose = self._notes.place_of(mount)
+    def path_of(self, sensor: SensorPose) -> tuple[str, Array] | None:
+        """Node that a sensor hangs from and its (4, 4) pose there; None where the robot lacks the link."""
+        name, pose = self._edits.place_of(sensor)
         node = self.node_of(name)
         return None if node is None else (node, pose)
 
@@ -72,14 +72,14 @@ class SensorLayer:
             return
         with self._viewer.server.atomic():
             self.clear()
-            for k, mount in enumerate(self._notes.mounts):
-                place = self.path_of(mount)
+            for k, sensor in enumerate(self._edits.sensors):
+                place = self.path_of(sensor)
                 if place is not None:
-                    self.nodes.append(self._add(f"{place[0]}/mount {k + 1}", mount, place[1]))
+                    self.nodes.append(self._add(f"{place[0]}/sensor {k + 1}", sensor, place[1]))
 
-    def _add(self, name: str, mount: SensorPose, pose: Array) -> Any:
-        scene, color = self._viewer.server.scene, PICKED if mount is self.picked else PLAIN
-        if mount.kind == "camera_links":
+    def _add(self, name: str, sensor: SensorPose, pose: Array) -> Any:
+        scene, color = self._viewer.server.scene, PICKED if sensor is self.picked else PLAIN
+        if sensor.kind == "camera_links":
             return scene.add_camera_frustum(
                 name,
                 fov=FOVY,
@@ -92,7 +92,7 @@ class SensorLayer:
                 receive_shadow=False,
                 **_at(pose @ TO_OPTICAL),
             )
-        if mount.kind == "lidar_links":
+        if sensor.kind == "lidar_links":
             angles = np.linspace(0.0, 2.0 * math.pi, RINGS + 1)
             ring = (
                 0.6 * self._length * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
@@ -109,7 +109,7 @@ class SensorLayer:
             **_at(pose),
         )
 
-    def picture(self, mount: SensorPose, width: int, height: int, kind: str) -> NDArray[np.uint8] | None:
+    def picture(self, sensor: SensorPose, width: int, height: int, kind: str) -> NDArray[np.uint8] | None:
         """(height, width, 3) uint8 that a camera sees now; None where the robot lacks its link.
 
         `kind` is "colour", "depth" or "segmentation".
@@ -117,26 +117,26 @@ class SensorLayer:
         from roboyard.sensors import CameraSensor
         from roboyard.viewer.inspector.panels.camera_panel import shown_as
 
-        name, pose = self._notes.place_of(mount)
+        name, pose = self._edits.place_of(sensor)
         if not any(link.name == name for link in self._body.links):
             return None
-        sensor = CameraSensor(
+        camera = CameraSensor(
             self._body.link(name),
             position=pose[:3, 3],
             orientation=quaternion_from_matrix(pose[:3, :3]),
             width=width,
             height=height,
         )
-        return shown_as(sensor.image(), kind)
+        return shown_as(camera.image(), kind)
 
-    def scan(self, mount: SensorPose) -> None:
+    def scan(self, sensor: SensorPose) -> None:
         """Show where the rays of a lidar end now; nothing where the robot lacks its link.
 
         The pattern is the one that an import writes, and what the robot itself blocks shows from 5 cm on.
         """
         from roboyard.sensors import IMPORTED_PATTERN, Lidar
 
-        name, pose = self._notes.place_of(mount)
+        name, pose = self._edits.place_of(sensor)
         if not any(link.name == name for link in self._body.links):
             self.scans.clear()
             return
@@ -150,9 +150,9 @@ class SensorLayer:
         self.scans.show([lidar])
 
 
-def world_pose(body: Body, notes: EditState, mount: SensorPose) -> Array | None:
-    """(4, 4) pose of a mount in the world now; None where the robot lacks its link."""
-    name, pose = notes.place_of(mount)
+def world_pose(body: Body, edits: EditState, sensor: SensorPose) -> Array | None:
+    """(4, 4) pose of a sensor in the world now; None where the robot lacks its link."""
+    name, pose = edits.place_of(sensor)
     link = next((link for link in body.links if link.name == name), None)
     if link is None:
         return None

@@ -1,4 +1,4 @@
-"""Planning spheres, drawn where the notes say; a click picks one."""
+"""Planning spheres in the scene; a click picks one."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ class SphereLayer:
     """One node for each link with spheres."""
 
     def __init__(
-        self, viewer: Viewer, body: Body, notes: EditState, on_pick: Callable[[str, int], None]
+        self, viewer: Viewer, body: Body, edits: EditState, on_pick: Callable[[str, int], None]
     ) -> None:
-        """Begin with nothing shown; `on_pick` is told link and number of a clicked sphere, in any thread."""
-        self._viewer, self._body, self._notes, self._on_pick = viewer, body, notes, on_pick
+        """Start hidden; `on_pick` is called in any thread with link name and index of a clicked sphere."""
+        self._viewer, self._body, self._edits, self._on_pick = viewer, body, edits, on_pick
         self.nodes: dict[str, Any] = {}
         self.is_on = False
         self.picked: EditedSphere | None = None
 
     def path_of(self, name: str) -> str:
-        """Node of a link."""
+        """Return the path of a link's node."""
         return self._viewer.path_of(self._body.link(name))
 
     def show(self, on: bool) -> None:
-        """Draw them all, or none."""
+        """Show or hide all spheres."""
         self.is_on = on
         with self._viewer.server.atomic():
             for node in self.nodes.values():
@@ -42,13 +42,13 @@ class SphereLayer:
                 self.draw(link.name)
 
     def clear(self) -> None:
-        """Take all nodes out of the scene."""
+        """Remove all nodes from the scene."""
         for node in self.nodes.values():
             node.remove()
         self.nodes.clear()
 
     def draw(self, name: str) -> None:
-        """Draw the spheres of one link anew."""
+        """Update the spheres of one link."""
         from roboyard.shapes import primitives
 
         if not self.is_on:
@@ -56,19 +56,19 @@ class SphereLayer:
         old = self.nodes.pop(name, None)
         if old is not None:
             old.remove()
-        balls = self._notes.balls.get(name)
-        if not balls:
+        spheres = self._edits.spheres.get(name)
+        if not spheres:
             return
         unit = primitives.sphere(1.0, 20)
         node = self._viewer.server.scene.add_batched_meshes_simple(
             f"{self.path_of(name)}/planning spheres",
             unit.vertices,
             unit.faces,
-            np.tile([1.0, 0.0, 0.0, 0.0], (len(balls), 1)),
-            np.array([ball.center for ball in balls]),
-            batched_scales=np.array([ball.radius for ball in balls]),
+            np.tile([1.0, 0.0, 0.0, 0.0], (len(spheres), 1)),
+            np.array([sphere.center for sphere in spheres]),
+            batched_scales=np.array([sphere.radius for sphere in spheres]),
             batched_colors=np.array(
-                [PICKED if ball is self.picked else BLUE for ball in balls], dtype=np.uint8
+                [PICKED if sphere is self.picked else BLUE for sphere in spheres], dtype=np.uint8
             ),
             opacity=0.4,
             cast_shadow=False,

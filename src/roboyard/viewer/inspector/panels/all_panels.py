@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from roboyard.robots.definition.schema import RobotDefinition
 
 Do = Callable[[Callable[[], None]], None]
-BALLS, MOUNTS = "planning spheres", "sensors and hands"
+SPHERES, SENSORS = "planning spheres", "sensors and hands"
 HANDLE = 0.12
 """Of the robot's size: a handle"""
 NEAREST, TIMES = 0.25, 3.0
@@ -49,7 +49,7 @@ class Panels:
         body: Body,
         source: RobotSource,
         audit: Audit,
-        notes: EditState,
+        edits: EditState,
         do: Do,
         wiggle: Callable[[], None],
         reload: Callable[[RobotSource, str], None],
@@ -62,16 +62,16 @@ class Panels:
             body: the robot.
             source: where it came from.
             audit: of its file.
-            notes: what can be edited; the panels change it in place.
+            edits: what can be edited; the panels change it in place.
             do: has things done in the world's thread.
             wiggle: begins or ends the wiggling.
             reload: shows another robot, and says something about it.
         """
         self._viewer, self._world, self._body, self._audit = viewer, world, body, audit
-        self._source, self.notes = source, notes
+        self._source, self.edits = source, edits
         self._definition = _definition_of(source)
         self._do = do
-        self.overlays = Overlays(viewer, body, notes, self._pick_ball)
+        self.overlays = Overlays(viewer, body, edits, self._pick_sphere)
         self._gizmo = Gizmo(viewer, do, HANDLE * self.overlays.size)
         self.switches: dict[str, Any] = {}
         self._on_switch: dict[str, Callable[[bool], None]] = {}
@@ -86,7 +86,7 @@ class Panels:
         with self._tabs.add_tab(f"Findings ({len(audit.findings)})"):
             gui.add_markdown(findings_text(audit))
         with self._tabs.add_tab("Checks"):
-            self.checks = CheckPanel(gui, self.subject, do, self.point)
+            self.checks = CheckPanel(gui, self.context, do, self.point)
         with self._tabs.add_tab("Joints"):
             self.wiggle_button = gui.add_button("Wiggle every joint")
             self.joints = JointPanel(gui, body, do)
@@ -95,17 +95,17 @@ class Panels:
         with self._tabs.add_tab("Camera"):
             self.camera = CameraPanel(gui, world, do)
         with self._tabs.add_tab("Sensors"):
-            self.mounts = SensorPanel(
-                gui, body, notes, self.overlays.mounts, self._gizmo, do, lambda: self._reveal(MOUNTS)
+            self.sensors = SensorPanel(
+                gui, body, edits, self.overlays.sensors, self._gizmo, do, lambda: self._reveal(SENSORS)
             )
         with self._tabs.add_tab("Spheres"):
-            self.balls = SpherePanel(
-                gui, body, notes, self.overlays.balls, self._gizmo, do, lambda: self._reveal(BALLS)
+            self.spheres = SpherePanel(
+                gui, body, edits, self.overlays.spheres, self._gizmo, do, lambda: self._reveal(SPHERES)
             )
         with self._tabs.add_tab("Pairs"):
-            self.pairs = PairPanel(gui, body, notes, do, viewer.highlight, lambda: overlaps(body))
+            self.pairs = PairPanel(gui, body, edits, do, viewer.highlight, lambda: overlaps(body))
         with self._tabs.add_tab("Save"):
-            self.save = SavePanel(gui, source, notes, do, reload)
+            self.save = SavePanel(gui, source, edits, do, reload)
         self.wiggle_button.on_click(lambda _: do(wiggle))
 
     def _add_switch(self, label: str, on: bool, switch: Callable[[bool], None]) -> None:
@@ -122,10 +122,10 @@ class Panels:
             self.switches[kind].value = True
             self.overlays.switch(kind, True)
 
-    def _pick_ball(self, link: str, index: int) -> None:
-        self._do(lambda: self.balls.pick(link, index))
+    def _pick_sphere(self, link: str, index: int) -> None:
+        self._do(lambda: self.spheres.pick(link, index))
 
-    def subject(self) -> CheckContext:
+    def context(self) -> CheckContext:
         """The robot as it stands now, for the checks."""
         definition = self._definition
         wheels: list[str] = []
@@ -140,7 +140,7 @@ class Panels:
         return CheckContext(
             body=self._body,
             audit=self._audit,
-            notes=self.notes,
+            edits=self.edits,
             definition=definition,
             wheels=[name for name in wheels if name in names],
             fingers=fingers,
@@ -158,7 +158,7 @@ class Panels:
 
     def remove(self) -> None:
         """Take everything away."""
-        self._gizmo.let_go()
+        self._gizmo.release()
         self.overlays.remove()
         self._tabs.remove()
         self._viewer.highlight(None)

@@ -1,4 +1,4 @@
-"""A button for each thing that people are told to check by eye; it checks, says what it found, and points."""
+"""One button per check, which runs it, lists the violations and shows their links."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from roboyard.viewer.inspector.checks import CHECKS, CheckContext, CheckResult, 
 from roboyard.viewer.page.markdown import plain
 
 MOST_SHOWN = 6
-"""Offences told; the rest is counted"""
+"""Violations listed; further ones are counted."""
 
 
 class CheckPanel:
-    """Pressed again, a button points at the next thing that it found."""
+    """Buttons of all checks; pressed again, a button shows the link of the next violation."""
 
     def __init__(
         self,
         gui: Any,
-        subject: Callable[[], CheckContext],
+        context: Callable[[], CheckContext],
         do: Callable[[Callable[[], None]], None],
         point: Callable[[str], None],
     ) -> None:
-        """Add the buttons; `subject` gives the robot as it stands, `point` shows a link."""
-        self._subject, self._do, self._point = subject, do, point
-        self.verdicts: dict[str, CheckResult] = {}
+        """Add the buttons; `context` returns the robot's current state, `point` shows a link."""
+        self._context, self._do, self._point = context, do, point
+        self.results: dict[str, CheckResult] = {}
         self._pointed: dict[str, int] = {}
         self.all_button = gui.add_button("Check everything", color="blue")
-        self.summary = gui.add_markdown("In the posture in which the robot stands now.")
+        self.summary = gui.add_markdown("Checks the current posture.")
         self.buttons: dict[str, Any] = {}
         self.texts: dict[str, Any] = {}
         for title in CHECKS:
@@ -38,40 +38,42 @@ class CheckPanel:
         self.all_button.on_click(lambda _: self._do(self.run_all))
 
     def run_all(self) -> None:
-        """Try everything; points at nothing."""
+        """Run all checks; shows no link."""
         for title in CHECKS:
-            self._judge(title)
-        failed = sum(bool(verdict.offences) for verdict in self.verdicts.values())
-        open_ = sum(verdict.is_open for verdict in self.verdicts.values())
-        passed = len(self.verdicts) - failed - open_
-        self.summary.content = f"**{passed} in order, {failed} to look at, {open_} without an answer.**"
+            self._check(title)
+        failed = sum(bool(result.violations) for result in self.results.values())
+        open_ = sum(result.is_open for result in self.results.values())
+        passed = len(self.results) - failed - open_
+        self.summary.content = f"**{passed} passed, {failed} failed, {open_} not applicable.**"
 
     def run(self, title: str) -> None:
-        """Try one thing, and point at what it found; at the next one each time."""
-        verdict = self._judge(title)
-        places = [offence.link for offence in verdict.offences if offence.link is not None]
-        if places:
+        """Run one check and show the link of a violation, the next one at each call."""
+        result = self._check(title)
+        links = [violation.link for violation in result.violations if violation.link is not None]
+        if links:
             index = self._pointed.get(title, -1) + 1
-            self._pointed[title] = index % len(places)
-            self._point(places[self._pointed[title]])
+            self._pointed[title] = index % len(links)
+            self._point(links[self._pointed[title]])
 
-    def _judge(self, title: str) -> CheckResult:
+    def _check(self, title: str) -> CheckResult:
+        """Run a check and show its result."""
         try:
-            verdict = CHECKS[title](self._subject())
+            result = CHECKS[title](self._context())
         except RoboyardError as error:
-            verdict = CheckResult(told="This could not be tried.", offences=[Violation(told=str(error))])
-        self.verdicts[title] = verdict
-        mark, color = ("–", "gray") if verdict.is_open else ("✓", "green") if verdict.passed else ("✗", "red")
+            result = CheckResult(text="The check failed to run.", violations=[Violation(text=str(error))])
+        self.results[title] = result
+        mark, color = ("–", "gray") if result.is_open else ("✓", "green") if result.passed else ("✗", "red")
         button = self.buttons[title]
         button.label, button.color = f"{mark} {title}", color
-        self.texts[title].content = _told(verdict)
+        self.texts[title].content = _text(result)
         self.texts[title].visible = True
-        return verdict
+        return result
 
 
-def _told(verdict: CheckResult) -> str:
-    lines = [plain(verdict.told), ""]
-    lines += [f"- {plain(offence.told)}" for offence in verdict.offences[:MOST_SHOWN]]
-    if len(verdict.offences) > MOST_SHOWN:
-        lines.append(f"- ... and {len(verdict.offences) - MOST_SHOWN} more")
+def _text(result: CheckResult) -> str:
+    """Format a result as Markdown."""
+    lines = [plain(result.text), ""]
+    lines += [f"- {plain(violation.text)}" for violation in result.violations[:MOST_SHOWN]]
+    if len(result.violations) > MOST_SHOWN:
+        lines.append(f"- ... and {len(result.violations) - MOST_SHOWN} more")
     return "\n".join(lines)

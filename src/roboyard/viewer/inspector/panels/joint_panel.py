@@ -38,16 +38,16 @@ class JointPanel:
         lower, upper = slider_range(joint)
         unit = "m" if joint.type == "prismatic" else "rad"
         limit = joint.limit
-        told = [f"{joint.type}, {unit}"]
-        told.append("no limits" if joint.limits is None else f"from {lower:.4g} to {upper:.4g}")
+        message = [f"{joint.type}, {unit}"]
+        message.append("no limits" if joint.limits is None else f"from {lower:.4g} to {upper:.4g}")
         if limit is not None and limit.effort is not None:
-            told.append(f"effort {limit.effort:.4g}")
+            message.append(f"effort {limit.effort:.4g}")
         if limit is not None and limit.velocity is not None:
-            told.append(f"velocity {limit.velocity:.4g}")
+            message.append(f"velocity {limit.velocity:.4g}")
         follows = joint.name in self._followers
         if follows:
             leader, multiplier, offset = self._followers[joint.name]
-            told.append(f"follows {leader}: {multiplier:.4g} q + {offset:.4g}")
+            message.append(f"follows {leader}: {multiplier:.4g} q + {offset:.4g}")
         moving = upper > lower
         slider = gui.add_slider(
             joint.name,
@@ -55,7 +55,7 @@ class JointPanel:
             max=upper if moving else lower + 1e-3,
             step=max(round((upper - lower) / 1000, 4), 1e-4),
             initial_value=float(np.clip(joint.position, lower, upper)),
-            hint="; ".join(told),
+            hint="; ".join(message),
             disabled=follows or not moving,
         )
 

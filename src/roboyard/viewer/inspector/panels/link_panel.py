@@ -43,10 +43,10 @@ class LinkPanel:
     def pick(self, link: Link | None) -> None:
         """Show what is known of a link."""
         self.choice.value = NOTHING if link is None else self._label_of[link.index]
-        self.facts.content = "" if link is None else self._told(link)
+        self.facts.content = "" if link is None else self._facts_of(link)
         self._on_pick(link)
 
-    def _told(self, link: Link) -> str:
+    def _facts_of(self, link: Link) -> str:
         joint = self._body.joint_of(link)
         lines = [f"**{plain(link.name)}**", ""]
         if joint is not None:

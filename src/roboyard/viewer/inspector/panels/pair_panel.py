@@ -23,7 +23,7 @@ class PairPanel:
         self,
         gui: Any,
         body: Body,
-        notes: EditState,
+        edits: EditState,
         do: Callable[[Callable[[], None]], None],
         highlight: Callable[[Link | None], None],
         touching: Callable[[], list[tuple[str, str, float]]],
@@ -33,14 +33,14 @@ class PairPanel:
         Args:
             gui: of the page.
             body: the robot.
-            notes: what is edited.
+            edits: what is edited.
             do: has things done in the world's thread.
             highlight: shows a link.
             touching: pairs that overlap in the present posture, with depths in m.
         """
-        self._body, self._notes, self._do = body, notes, do
+        self._body, self._edits, self._do = body, edits, do
         self._highlight, self._touching = highlight, touching
-        self.told = gui.add_markdown("")
+        self.message = gui.add_markdown("")
         self.choice = gui.add_dropdown("pair", (NONE,), initial_value=NONE)
         self.physics_box = gui.add_checkbox("may touch in the simulation", False)
         self.planner_box = gui.add_checkbox("not checked by the planner", False)
@@ -51,12 +51,12 @@ class PairPanel:
             self.add_button = gui.add_button("Add the pair")
             self.touching_button = gui.add_button("Add what overlaps now", hint="in the present posture")
 
-        def told(change: Callable[[], None]) -> Callable[[Any], None]:
+        def by_user(change: Callable[[], None]) -> Callable[[Any], None]:
             return lambda event: self._do(change) if event.client_id is not None else None
 
-        self.choice.on_update(told(lambda: self.pick(self._chosen())))
-        self.physics_box.on_update(told(self._ticked))
-        self.planner_box.on_update(told(self._ticked))
+        self.choice.on_update(by_user(lambda: self.pick(self._chosen())))
+        self.physics_box.on_update(by_user(self._ticked))
+        self.planner_box.on_update(by_user(self._ticked))
         self.add_button.on_click(
             lambda _: self._do(lambda: self.add([pair(str(self.first.value), str(self.second.value))]))
         )
@@ -67,7 +67,7 @@ class PairPanel:
 
     def _pairs(self) -> list[Pair]:
         """All that the list shows, those that were just added and ticked off included."""
-        return sorted(self._notes.physics_pairs | self._notes.planner_pairs | set(self._added))
+        return sorted(self._edits.physics_pairs | self._edits.planner_pairs | set(self._added))
 
     def _chosen(self) -> Pair | None:
         return next((one for one in self._pairs() if BETWEEN.join(one) == self.choice.value), None)
@@ -78,9 +78,9 @@ class PairPanel:
         self.choice.options = tuple(BETWEEN.join(one) for one in pairs) or (NONE,)
         if self.picked not in pairs:
             self.picked = pairs[0] if pairs else None
-        self.told.content = (
-            f"**{len(self._notes.physics_pairs)} pairs may touch in the simulation, "
-            f"{len(self._notes.planner_pairs)} are not checked by the planner.**"
+        self.message.content = (
+            f"**{len(self._edits.physics_pairs)} pairs may touch in the simulation, "
+            f"{len(self._edits.planner_pairs)} are not checked by the planner.**"
         )
         self._show()
 
@@ -94,16 +94,16 @@ class PairPanel:
     def _show(self) -> None:
         one = self.picked
         self.choice.value = NONE if one is None else BETWEEN.join(one)
-        self.physics_box.value = one in self._notes.physics_pairs
-        self.planner_box.value = one in self._notes.planner_pairs
+        self.physics_box.value = one in self._edits.physics_pairs
+        self.planner_box.value = one in self._edits.planner_pairs
 
     def _ticked(self) -> None:
         if self.picked is None:
             return
         self._added.append(self.picked)  # it stays in the list until the page is loaded anew
         for box, pairs in (
-            (self.physics_box, self._notes.physics_pairs),
-            (self.planner_box, self._notes.planner_pairs),
+            (self.physics_box, self._edits.physics_pairs),
+            (self.planner_box, self._edits.planner_pairs),
         ):
             (pairs.add if box.value else pairs.discard)(self.picked)
         self.refresh()
@@ -117,8 +117,8 @@ class PairPanel:
         for a, b in pairs:
             if a == b:
                 raise ConfigError("a pair is two links; choose another second one")
-        self._notes.physics_pairs.update(pairs)
-        self._notes.planner_pairs.update(pairs)
+        self._edits.physics_pairs.update(pairs)
+        self._edits.planner_pairs.update(pairs)
         if pairs:
             self.picked = pairs[-1]
         self.refresh()
@@ -127,4 +127,4 @@ class PairPanel:
         """Let every pair touch that overlaps now."""
         found = [pair(a, b) for a, b, _ in self._touching()]
         self.add(found)
-        self.told.content += f" {len(found)} pairs overlap now."
+        self.message.content += f" {len(found)} pairs overlap now."

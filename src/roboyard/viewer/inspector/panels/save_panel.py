@@ -38,13 +38,13 @@ class SavePanel:
         self,
         gui: Any,
         source: RobotSource,
-        notes: EditState,
+        edits: EditState,
         do: Callable[[Callable[[], None]], None],
         reload: Callable[[RobotSource, str], None],
     ) -> None:
         """Add the panel's elements; `reload` shows another robot on the page, and words."""
-        self._source, self._notes, self._do, self._reload = source, notes, do, reload
-        self._before = notes.copy()
+        self._source, self._edits, self._do, self._reload = source, edits, do, reload
+        self._before = edits.copy()
         self._config = source.config
         self._thread: threading.Thread | None = None
         is_own = source.folder is not None and not source.is_bundled
@@ -62,14 +62,14 @@ class SavePanel:
             self.trial_box = gui.add_checkbox("try it out and write a report", False, hint="takes longer")
             self.import_button = gui.add_button("Write the edits and import", color="blue")
             self.progress = gui.add_progress_bar(0.0, visible=False)
-        self.told = gui.add_markdown("")
+        self.message = gui.add_markdown("")
         self.write_button.on_click(lambda _: do(self._write))
         self.import_button.on_click(lambda _: do(self.import_again))
 
     @property
     def is_changed(self) -> bool:
         """Whether anything was edited since it was last written."""
-        return self._notes != self._before
+        return self._edits != self._before
 
     def _write(self) -> None:
         self.write()
@@ -80,35 +80,35 @@ class SavePanel:
         Raises:
             ConfigError: a file cannot be written.
         """
-        notes, before, source = self._notes, self._before, self._source
+        edits, before, source = self._edits, self._before, self._source
         written: list[Path] = []
         in_config = any(
-            getattr(notes, part) != getattr(before, part) for part in ("mounts", "balls", "planner_pairs")
+            getattr(edits, part) != getattr(before, part) for part in ("sensors", "spheres", "planner_pairs")
         )
         if in_config:
             target = Path(str(self.target.value).strip() or source.config_target).expanduser()
             if not target.absolute().parent.is_dir():
                 raise ConfigError(f"there is no folder {str(target.absolute().parent)!r}; name another file")
             self._config = write_config(
-                target, notes, before, source=self._config, urdf=source.urdf, name=source.name
+                target, edits, before, source=self._config, urdf=source.urdf, name=source.name
             )
             written.append(self._config)
         if source.folder is not None and not source.is_bundled:
-            written += write_planner_files(source.folder / "curobo", notes, before)
+            written += write_planner_files(source.folder / "curobo", edits, before)
             if source.definition is not None:
-                file = write_definition(source.definition, notes, before)
+                file = write_definition(source.definition, edits, before)
                 written += [] if file is None else [file]
-        unsaved = notes.physics_pairs != before.physics_pairs and (
+        unsaved = edits.physics_pairs != before.physics_pairs and (
             source.definition is None or source.is_bundled
         )
         pairs = before.physics_pairs
-        self._before = notes.copy()
+        self._before = edits.copy()
         if unsaved:
             self._before.physics_pairs = pairs  # nowhere to write them before an import has made a definition
         names = ", ".join(plain(path.name) for path in written)
-        self.told.content = f"Wrote {names}." if written else "There is nothing to write."
+        self.message.content = f"Wrote {names}." if written else "There is nothing to write."
         if unsaved:
-            self.told.content += " Pairs of the simulation go into the definition that an import makes."
+            self.message.content += " Pairs of the simulation go into the definition that an import makes."
         return written
 
     def import_again(self) -> None:
@@ -134,7 +134,7 @@ class SavePanel:
             definition=source.definition.read_text(encoding="utf-8") if keep and source.definition else None,
         )
         self.import_button.disabled, self.progress.visible = True, True
-        self.told.content = "Importing ..."
+        self.message.content = "Importing ..."
         self._thread = threading.Thread(target=self._run, args=(job,), name="roboyard-import", daemon=True)
         self._thread.start()
 
@@ -148,7 +148,7 @@ class SavePanel:
             if step not in steps:
                 steps.append(step)
             self.progress.value = min(100.0 * (len(steps) - 1 + share) / max(len(steps) + 1, 14), 100.0)
-            self.told.content = f"Importing: {plain(step.replace('_', ' '))} {plain(what)}"
+            self.message.content = f"Importing: {plain(step.replace('_', ' '))} {plain(what)}"
 
         try:
             result = import_robot(
@@ -170,8 +170,8 @@ class SavePanel:
             words = str(error) if isinstance(error, RoboyardError) else f"{type(error).__name__}: {error}"
             self._do(lambda: self._failed(words))
             return
-        told = f"Imported into {plain(str(result.folder))}; {len(result.warnings)} things to look at."
-        self._do(lambda: self._finish(source, told))
+        message = f"Imported into {plain(str(result.folder))}; {len(result.warnings)} things to look at."
+        self._do(lambda: self._finish(source, message))
 
     def _finish_pairs(self, definition: Path) -> None:
         """The definition is the import's or the old one: put the page's pairs into it."""
@@ -181,20 +181,20 @@ class SavePanel:
         data = read_yaml(definition).data
         there = {pair(*one) for one in (data or {}).get("disabled_collision_pairs") or ()}
         before = EditState(physics_pairs=there)
-        removed = self._before.physics_pairs - self._notes.physics_pairs
-        wanted = (there | self._notes.physics_pairs) - removed
+        removed = self._before.physics_pairs - self._edits.physics_pairs
+        wanted = (there | self._edits.physics_pairs) - removed
         write_definition(definition, EditState(physics_pairs=wanted), before)
 
-    def _finish(self, source: RobotSource, told: str) -> None:
+    def _finish(self, source: RobotSource, message: str) -> None:
         """Show the new robot, or why it cannot be shown."""
         try:
-            self._reload(source, told)
+            self._reload(source, message)
         except RoboyardError as error:
             self._failed(str(error))
 
     def _failed(self, words: str) -> None:
         self.import_button.disabled, self.progress.visible = False, False
-        self.told.content = f"**{plain(words)}**"
+        self.message.content = f"**{plain(words)}**"
 
 
 _HINT = "into the configuration, the planner files and the definition; what was there is kept as .bak"

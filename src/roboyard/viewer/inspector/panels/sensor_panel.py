@@ -10,7 +10,7 @@ import numpy as np
 
 from roboyard.errors import ConfigError
 from roboyard.transforms import matrix_from_quaternion, quaternion_from_rpy, rpy_from_matrix
-from roboyard.viewer.inspector.edits.edit_state import KINDS, EditState, MountKind, SensorPose
+from roboyard.viewer.inspector.edits.edit_state import KINDS, EditState, SensorKind, SensorPose
 from roboyard.viewer.inspector.layers.gizmo import Gizmo
 from roboyard.viewer.inspector.layers.sensor_layer import SensorLayer
 from roboyard.viewer.inspector.panels.camera_panel import HEIGHT, WIDTH, blank
@@ -31,7 +31,7 @@ class SensorPanel:
         self,
         gui: Any,
         body: Body,
-        notes: EditState,
+        edits: EditState,
         layer: SensorLayer,
         gizmo: Gizmo,
         do: Callable[[Callable[[], None]], None],
@@ -39,7 +39,7 @@ class SensorPanel:
     ) -> None:
         """Add the panel's elements; `reveal` has the layer shown."""
         self._reveal = reveal
-        self._body, self._notes, self._layer, self._gizmo, self._do = body, notes, layer, gizmo, do
+        self._body, self._edits, self._layer, self._gizmo, self._do = body, edits, layer, gizmo, do
         self._last_picture = 0.0
         links = tuple(link.name for link in body.links)
         self.choice = gui.add_dropdown("sensor or hand", (NONE,), initial_value=NONE)
@@ -74,13 +74,13 @@ class SensorPanel:
         self.refresh()
 
     def _listen(self) -> None:
-        def told(change: Callable[[], None]) -> Callable[[Any], None]:
+        def by_user(change: Callable[[], None]) -> Callable[[Any], None]:
             return lambda event: self._do(change) if event.client_id is not None else None
 
-        self.choice.on_update(told(lambda: self.pick(self.named(self.choice.value))))
-        self.position.on_update(told(self._typed))
-        self.turn.on_update(told(self._typed))
-        self.handle_box.on_update(told(self._handle_ticked))
+        self.choice.on_update(by_user(lambda: self.pick(self.named(self.choice.value))))
+        self.position.on_update(by_user(self._typed))
+        self.turn.on_update(by_user(self._typed))
+        self.handle_box.on_update(by_user(self._handle_ticked))
         self.add_button.on_click(lambda _: self._do(self._add))
         self.delete_button.on_click(lambda _: self._do(self._delete))
 
@@ -90,78 +90,78 @@ class SensorPanel:
         return self._layer.picked
 
     def labels(self) -> list[str]:
-        """One for each mount, all different."""
+        """One for each sensor, all different."""
         labels: list[str] = []
-        for mount in self._notes.mounts:
-            on = mount.link if mount.parent is None else f"{mount.link}, on {mount.parent}"
-            label = wanted = f"{KINDS[mount.kind]} {on}"
+        for sensor in self._edits.sensors:
+            on = sensor.link if sensor.parent is None else f"{sensor.link}, on {sensor.parent}"
+            label = wanted = f"{KINDS[sensor.kind]} {on}"
             while label in labels:
                 label = f"{wanted} ({labels.count(label) + 2})"
             labels.append(label)
         return labels
 
     def named(self, label: str) -> SensorPose | None:
-        """The mount of a label."""
-        return dict(zip(self.labels(), self._notes.mounts, strict=True)).get(label)
+        """The sensor of a label."""
+        return dict(zip(self.labels(), self._edits.sensors, strict=True)).get(label)
 
     def refresh(self) -> None:
         """Bring the list up to date; picks the first where none is picked."""
         labels = tuple(self.labels()) or (NONE,)
         if self.choice.options != labels:
             self.choice.options = labels
-        if self.picked is None and self._notes.mounts:
-            self._layer.picked = self._notes.mounts[0]
+        if self.picked is None and self._edits.sensors:
+            self._layer.picked = self._edits.sensors[0]
         self.pick(self.picked)
 
-    def pick(self, mount: SensorPose | None) -> None:
+    def pick(self, sensor: SensorPose | None) -> None:
         """Show and edit another one."""
-        self._layer.picked = mount
-        if mount is None:
+        self._layer.picked = sensor
+        if sensor is None:
             self.choice.value = self.choice.options[0]
         else:
-            index = next(k for k, one in enumerate(self._notes.mounts) if one is mount)
+            index = next(k for k, one in enumerate(self._edits.sensors) if one is sensor)
             self.choice.value = self.choice.options[index]
-            self._show_numbers(mount)
-        is_camera = mount is not None and mount.kind == "camera_links"
+            self._show_numbers(sensor)
+        is_camera = sensor is not None and sensor.kind == "camera_links"
         for element in (self.live_box, self.kind, self.picture):
             element.visible = is_camera
-        self.scan_box.visible = mount is not None and mount.kind == "lidar_links"
+        self.scan_box.visible = sensor is not None and sensor.kind == "lidar_links"
         self._layer.draw()
         self._show_handle()
         self._last_picture = 0.0
 
-    def _show_numbers(self, mount: SensorPose) -> None:
-        self.position.value = tuple(round(v, 6) for v in mount.position)
-        rpy = np.degrees(rpy_from_matrix(matrix_from_quaternion(mount.quaternion)))
+    def _show_numbers(self, sensor: SensorPose) -> None:
+        self.position.value = tuple(round(v, 6) for v in sensor.position)
+        rpy = np.degrees(rpy_from_matrix(matrix_from_quaternion(sensor.quaternion)))
         self.turn.value = tuple(round(float(v), 4) for v in rpy)
 
     def _typed(self) -> None:
-        mount = self.picked
-        if mount is None or not np.isfinite([*self.position.value, *self.turn.value]).all():
+        sensor = self.picked
+        if sensor is None or not np.isfinite([*self.position.value, *self.turn.value]).all():
             return
         x, y, z = (float(v) for v in self.position.value)
-        mount.position = (x, y, z)
+        sensor.position = (x, y, z)
         quaternion = quaternion_from_rpy(np.radians(self.turn.value))
-        mount.quaternion = tuple(float(v) for v in quaternion)  # type: ignore[assignment]
-        self._moved(mount)
-        self._gizmo.put(*self._anchored(mount)[1:])
+        sensor.quaternion = tuple(float(v) for v in quaternion)  # type: ignore[assignment]
+        self._moved(sensor)
+        self._gizmo.put(*self._anchored(sensor)[1:])
 
-    def move(self, mount: SensorPose, position: Any, quaternion: Any) -> None:
-        """Give a mount another offset; m and x, y, z, w."""
-        mount.position = tuple(float(v) for v in position)  # type: ignore[assignment]
-        mount.quaternion = tuple(float(v) for v in quaternion)  # type: ignore[assignment]
-        if mount is self.picked:
-            self._show_numbers(mount)
-        self._moved(mount)
+    def move(self, sensor: SensorPose, position: Any, quaternion: Any) -> None:
+        """Give a sensor another offset; m and x, y, z, w."""
+        sensor.position = tuple(float(v) for v in position)  # type: ignore[assignment]
+        sensor.quaternion = tuple(float(v) for v in quaternion)  # type: ignore[assignment]
+        if sensor is self.picked:
+            self._show_numbers(sensor)
+        self._moved(sensor)
 
     def _moved(self, _: SensorPose) -> None:
         self._layer.draw()
         self._last_picture = 0.0
 
-    def _anchored(self, mount: SensorPose) -> tuple[str, Any, Any]:
+    def _anchored(self, sensor: SensorPose) -> tuple[str, Any, Any]:
         """Link that the offset counts from, and the offset."""
-        own = mount.link if mount.parent is None else mount.parent
-        return own, mount.position, mount.quaternion
+        own = sensor.link if sensor.parent is None else sensor.parent
+        return own, sensor.position, sensor.quaternion
 
     def _handle_ticked(self) -> None:
         if self.handle_box.value:
@@ -169,49 +169,49 @@ class SensorPanel:
         self._show_handle()
 
     def _show_handle(self) -> None:
-        mount = self.picked
-        if mount is None or not self.handle_box.value:
-            self._gizmo.let_go()
+        sensor = self.picked
+        if sensor is None or not self.handle_box.value:
+            self._gizmo.release()
             return
-        name, position, quaternion = self._anchored(mount)
+        name, position, quaternion = self._anchored(sensor)
         path = self._layer.node_of(name)
         if path is not None:
             self._gizmo.hold(
-                path, position, quaternion, on_move=lambda p, q, mount=mount: self.move(mount, p, q)
+                path, position, quaternion, on_move=lambda p, q, sensor=sensor: self.move(sensor, p, q)
             )
 
     def _add(self) -> None:
-        kind: MountKind = next(key for key, word in KINDS.items() if word == self.new_kind.value)
+        kind: SensorKind = next(key for key, word in KINDS.items() if word == self.new_kind.value)
         name, on = self.new_link.value.strip(), str(self.new_parent.value)
-        taken = {link.name for link in self._body.links} | {mount.link for mount in self._notes.mounts}
+        taken = {link.name for link in self._body.links} | {sensor.link for sensor in self._edits.sensors}
         if name in taken:
             raise ConfigError(f"there is a link {name!r} already; give the new one another name")
-        mount = SensorPose(kind=kind, link=name or on, parent=on if name else None)
-        self._notes.mounts.append(mount)
-        self._layer.picked = mount
+        sensor = SensorPose(kind=kind, link=name or on, parent=on if name else None)
+        self._edits.sensors.append(sensor)
+        self._layer.picked = sensor
         self._reveal()
         self.refresh()
 
     def _delete(self) -> None:
         if self.picked is not None:
-            self._notes.mounts[:] = [one for one in self._notes.mounts if one is not self.picked]
+            self._edits.sensors[:] = [one for one in self._edits.sensors if one is not self.picked]
             self._layer.picked = None
             self.refresh()
 
     def update(self, *, watched: bool) -> None:
         """Take a live picture or scan, when one is due and somebody watches."""
-        mount, now = self.picked, perf_counter()
-        is_lidar = mount is not None and mount.kind == "lidar_links"
+        sensor, now = self.picked, perf_counter()
+        is_lidar = sensor is not None and sensor.kind == "lidar_links"
         if not (is_lidar and self.scan_box.value):
             self._layer.scans.clear()
-        if mount is None or not watched or now - self._last_picture < PERIOD:
+        if sensor is None or not watched or now - self._last_picture < PERIOD:
             return
         if is_lidar and self.scan_box.value:
             self._last_picture = now
-            self._layer.scan(mount)
-        if mount.kind != "camera_links" or not self.live_box.value:
+            self._layer.scan(sensor)
+        if sensor.kind != "camera_links" or not self.live_box.value:
             return
         self._last_picture = now
-        picture = self._layer.picture(mount, WIDTH, HEIGHT, str(self.kind.value))
+        picture = self._layer.picture(sensor, WIDTH, HEIGHT, str(self.kind.value))
         if picture is not None and not np.array_equal(picture, self.picture.image):
             self.picture.image = picture

@@ -26,7 +26,7 @@ class SpherePanel:
         self,
         gui: Any,
         body: Body,
-        notes: EditState,
+        edits: EditState,
         layer: SphereLayer,
         gizmo: Gizmo,
         do: Callable[[Callable[[], None]], None],
@@ -34,26 +34,26 @@ class SpherePanel:
     ) -> None:
         """Add the panel's elements; `reveal` has the layer shown."""
         self._reveal = reveal
-        self._body, self._notes, self._layer, self._gizmo, self._do = body, notes, layer, gizmo, do
+        self._body, self._edits, self._layer, self._gizmo, self._do = body, edits, layer, gizmo, do
         links = tuple(link.name for link in body.links)
-        self.told = gui.add_markdown("")
-        first = next((name for name in links if notes.balls.get(name)), links[0])
+        self.message = gui.add_markdown("")
+        first = next((name for name in links if edits.spheres.get(name)), links[0])
         self.link_choice = gui.add_dropdown("link", links, initial_value=first)
-        self.ball_choice = gui.add_dropdown("sphere", (NONE,), initial_value=NONE)
+        self.sphere_choice = gui.add_dropdown("sphere", (NONE,), initial_value=NONE)
         self.center = gui.add_vector3("centre (m)", (0.0, 0.0, 0.0), step=0.001)
         self.radius = gui.add_number("radius (m)", 0.05, min=SMALLEST, step=0.001)
         self.handle_box = gui.add_checkbox("handle in the scene", True)
         self.add_button = gui.add_button("Add a sphere", hint="to this link; like the picked one, beside it")
         self.delete_button = gui.add_button("Delete the picked one")
 
-        def told(change: Callable[[], None]) -> Callable[[Any], None]:
+        def by_user(change: Callable[[], None]) -> Callable[[Any], None]:
             return lambda event: self._do(change) if event.client_id is not None else None
 
-        self.link_choice.on_update(told(lambda: self.pick(self.link, 0 if self._balls() else None)))
-        self.ball_choice.on_update(told(self._chosen))
-        self.center.on_update(told(self._typed))
-        self.radius.on_update(told(self._typed))
-        self.handle_box.on_update(told(self._show_handle))
+        self.link_choice.on_update(by_user(lambda: self.pick(self.link, 0 if self._spheres() else None)))
+        self.sphere_choice.on_update(by_user(self._chosen))
+        self.center.on_update(by_user(self._typed))
+        self.radius.on_update(by_user(self._typed))
+        self.handle_box.on_update(by_user(self._show_handle))
         self.add_button.on_click(lambda _: self._do(self.add))
         self.delete_button.on_click(lambda _: self._do(self.delete))
         self._index: int | None = None
@@ -64,14 +64,14 @@ class SpherePanel:
         """The link whose spheres are listed."""
         return str(self.link_choice.value)
 
-    def _balls(self) -> list[EditedSphere]:
-        return self._notes.balls.get(self.link, [])
+    def _spheres(self) -> list[EditedSphere]:
+        return self._edits.spheres.get(self.link, [])
 
     @property
     def picked(self) -> EditedSphere | None:
         """The sphere that is edited."""
-        balls = self._balls()
-        return balls[self._index] if self._index is not None and self._index < len(balls) else None
+        spheres = self._spheres()
+        return spheres[self._index] if self._index is not None and self._index < len(spheres) else None
 
     def pick(self, link: str, index: int | None) -> None:
         """Edit a sphere of a link; None: show the link without one."""
@@ -82,37 +82,37 @@ class SpherePanel:
             self._reveal()
         self.link_choice.value = link
         self._index = index
-        self._layer.picked = ball = self.picked
-        balls = self._balls()
-        self.ball_choice.options = tuple(str(k + 1) for k in range(len(balls))) or (NONE,)
-        self.ball_choice.value = self.ball_choice.options[index or 0]
-        if ball is not None:
-            self.center.value, self.radius.value = ball.center, ball.radius
+        self._layer.picked = sphere = self.picked
+        spheres = self._spheres()
+        self.sphere_choice.options = tuple(str(k + 1) for k in range(len(spheres))) or (NONE,)
+        self.sphere_choice.value = self.sphere_choice.options[index or 0]
+        if sphere is not None:
+            self.center.value, self.radius.value = sphere.center, sphere.radius
         for name in {before, link}:
             self._layer.draw(name)
         self._show_handle()
         self._count()
 
     def _chosen(self) -> None:
-        value = str(self.ball_choice.value)
+        value = str(self.sphere_choice.value)
         self.pick(self.link, int(value) - 1 if value.isdecimal() else None)
 
     def _typed(self) -> None:
-        ball = self.picked
+        sphere = self.picked
         numbers = [*self.center.value, self.radius.value]
-        if ball is None or not np.isfinite(numbers).all():
+        if sphere is None or not np.isfinite(numbers).all():
             return
         x, y, z, radius = (float(v) for v in numbers)
-        ball.center, ball.radius = (x, y, z), max(radius, SMALLEST)
+        sphere.center, sphere.radius = (x, y, z), max(radius, SMALLEST)
         self._layer.draw(self.link)
-        self._gizmo.put(ball.center)
+        self._gizmo.put(sphere.center)
 
-    def move(self, ball: EditedSphere, position: Any) -> None:
+    def move(self, sphere: EditedSphere, position: Any) -> None:
         """Put a sphere elsewhere in its link's frame; m."""
         x, y, z = (round(float(v), 6) for v in position)
-        ball.center = (x, y, z)
-        if ball is self.picked:
-            self.center.value = ball.center
+        sphere.center = (x, y, z)
+        if sphere is self.picked:
+            self.center.value = sphere.center
         self._layer.draw(self.link)
 
     def add(self) -> None:
@@ -123,9 +123,9 @@ class SpherePanel:
             new = EditedSphere(center=center, radius=near.radius)
         else:
             new = EditedSphere(center=self._middle(), radius=max(float(self.radius.value), SMALLEST))
-        balls = self._notes.balls.setdefault(self.link, [])
-        balls.append(new)
-        self.pick(self.link, len(balls) - 1)
+        spheres = self._edits.spheres.setdefault(self.link, [])
+        spheres.append(new)
+        self.pick(self.link, len(spheres) - 1)
 
     def _middle(self) -> tuple[float, float, float]:
         """The centre of mass of the link, which lies in or near it; its origin where it has no mass."""
@@ -136,26 +136,28 @@ class SpherePanel:
 
     def delete(self) -> None:
         """The picked sphere goes."""
-        ball = self.picked
-        if ball is None:
+        sphere = self.picked
+        if sphere is None:
             return
-        balls = [one for one in self._balls() if one is not ball]
-        if balls:
-            self._notes.balls[self.link] = balls
+        spheres = [one for one in self._spheres() if one is not sphere]
+        if spheres:
+            self._edits.spheres[self.link] = spheres
         else:
-            del self._notes.balls[self.link]
-        self.pick(self.link, min(self._index or 0, len(balls) - 1) if balls else None)
+            del self._edits.spheres[self.link]
+        self.pick(self.link, min(self._index or 0, len(spheres) - 1) if spheres else None)
 
     def _show_handle(self) -> None:
-        ball = self.picked
-        if ball is None or not (self.handle_box.value and self._layer.is_on):
-            self._gizmo.let_go()
+        sphere = self.picked
+        if sphere is None or not (self.handle_box.value and self._layer.is_on):
+            self._gizmo.release()
             return
         path = self._layer.path_of(self.link)
-        self._gizmo.hold(path, ball.center, turns=False, on_move=lambda p, _, ball=ball: self.move(ball, p))
+        self._gizmo.hold(
+            path, sphere.center, turns=False, on_move=lambda p, _, sphere=sphere: self.move(sphere, p)
+        )
 
     def _count(self) -> None:
-        count = sum(map(len, self._notes.balls.values()))
-        self.told.content = (
-            f"**{count} spheres on {len(self._notes.balls)} links.** Pick one here or on the robot."
+        count = sum(map(len, self._edits.spheres.values()))
+        self.message.content = (
+            f"**{count} spheres on {len(self._edits.spheres)} links.** Pick one here or on the robot."
         )
