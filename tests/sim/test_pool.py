@@ -8,6 +8,7 @@ import pytest
 from pool_worlds import assert_same_model, mesh, twin_of
 
 from roboyard.errors import ModelError
+from roboyard.sensors import ForceTorqueSensor, Imu
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET, PLAIN
 from roboyard.sim.pool.body_pool import IDLE_STEPS, STREAK
@@ -296,6 +297,17 @@ def test_reading_the_model_delays_the_next_pooled_bodies():
     assert not world.pool.free
     _grow(world, STREAK + 1)
     assert world.pool.free
+
+
+def test_sensor_readings_keep_the_pool():
+    world = World()
+    bodies = _grow(world, 8)
+    free = world.pool.free
+    assert free
+    falling = bodies[-1].links[0]
+    np.testing.assert_allclose(Imu(falling).observe()["acceleration"], 0.0, atol=1e-9)
+    np.testing.assert_allclose(ForceTorqueSensor(falling).observe()["force"], 0.0, atol=1e-9)
+    assert world.pool.free == free
 
 
 def test_robots_between_boxes_get_no_pooled_bodies():
