@@ -109,7 +109,7 @@ def test_a_walker_is_supported_and_an_arm_mounted(walker: RobotDescription, arm:
 def test_a_robot_without_base_mass_is_mounted(cart: RobotDescription) -> None:
     links = tuple(replace(link, inertial=None) if link.name == "base" else link for link in cart.links)
     support = decide(PointModel(replace(cart, links=links)))
-    assert (support.kind, support.reason) == ("mounted", "its base weighs nothing in its file")
+    assert (support.kind, support.reason) == ("mounted", "its base has no mass in its file")
 
 
 def test_an_arm_whose_gripper_hangs_below_its_base_is_mounted() -> None:

@@ -249,7 +249,7 @@ def test_one_wrong_value_hides_no_other_problem(tmp_path):
         import_robot(file, out=tmp_path / "data")
     lines = str(caught.value).splitlines()
     assert [line.split(": ")[0] for line in lines] == [f"two.yaml:{k}" for k in (4, 5, 7, 8)]
-    assert "nojoint" in lines[0] and lines[1].endswith("must be a list or a mapping of keys to values")
+    assert "nojoint" in lines[0] and lines[1].endswith("must be a list or a mapping of keys to values; got 3")
 
 
 def test_wrong_flags_are_named(tmp_path):

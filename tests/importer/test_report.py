@@ -181,7 +181,7 @@ def test_facts_are_in_the_rows_of_their_links():
         "excess volume": "25% of the link",
         "spheres": "1",
         "covered by spheres": "60%",
-        "reaches into tip": "4.2 mm",
+        "overlaps tip": "4.2 mm",
     }.items():
         assert first[first.index(name) + 1] == value
     assert words[words.index("mjcf") + 1] == "body 'tip' is missing"

@@ -1,4 +1,4 @@
-"""Writers: an imported robot becomes files that other programs read.
+"""Writers of other programs' files; each translates a `RobotModel` and decides nothing.
 
 | module | writes | read by |
 | --- | --- | --- |
@@ -9,6 +9,6 @@
 | `xrdf` | what a planner needs beside the URDF | Isaac Sim, cuMotion |
 | `definition` | RobotDefinition skeleton | OmniGibson, Roboyard |
 
-Each has a function `write(robot, where, ...)` that returns a `Written`: the files, and a note for everything
-the format has no place for. Writers translate and decide nothing; docs/concept_mapping.md has all the tables.
+Each has a function `write(robot, path, ...)` that returns an `ExportResult`: the files, and a note for
+everything that the format cannot hold. docs/concept_mapping.md has all the tables.
 """

@@ -16,7 +16,7 @@
 | joints not planned | `lock_joints` with positions | same | same, without mimics |
 | spheres, padding | `collision_spheres`, `collision_sphere_buffer`, `self_collision_buffer` | same | same |
 | pairs not checked | `self_collision_ignore` | same | same |
-| object in the hand | `extra_links`, `extra_collision_spheres` | same | and `grasp_contact_link_names` |
+| grasped object | `extra_links`, `extra_collision_spheres` | same | and `grasp_contact_link_names` |
 | axes | `usd_flip_joints` empty | letter of each axis | - |
 | files | - | - | `urdf_path` relative to this file |
 
@@ -43,11 +43,11 @@ _ORDER_NOTE = "Every joint vector is in the order of the joint names of cspace."
 
 
 def write(robot: RobotModel, folder: Path | str, *, urdf: Path | str | None = None) -> ExportResult:
-    """Write all configurations of a robot; nothing where it has no planning data.
+    """Write all configurations of a robot; none without planning data.
 
     Args:
-        robot: what to write.
-        folder: gets the files.
+        robot: the robot.
+        folder: where the files are written.
         urdf: the URDF that `<name>.yml` names; `../urdf/<name>.urdf` by default.
     """
     if robot.planning is None:
@@ -81,20 +81,20 @@ def _write(
 
 def _notes(robot: RobotModel) -> tuple[str, ...]:
     odd = [j for j in robot.description.joints if j.type in ("planar", "floating", "spherical")]
-    return tuple(f'joint "{j.name}": {j.type} joints cannot be planned; left out' for j in odd)
+    return tuple(f'joint "{j.name}": {j.type} joints cannot be planned; skipped' for j in odd)
 
 
 def _variants(planner: Planner) -> dict[str, dict[str, Any]]:
-    """Configurations by name; every one has all keys."""
+    """Return the configurations by name; each has all keys."""
     default = _flat(planner)
     if planner.robot.semantic.base != "holonomic":
         return {"default": default}
     rest = {joint.name: planner.rest(joint) for joint in planner.joints}
     body = {name: value for name, value in rest.items() if "base_footprint" not in name}
-    glide = {name: rest[name] for name in planner.robot.semantic.base_joints if name in rest}
+    virtual = {name: rest[name] for name in planner.robot.semantic.base_joints if name in rest}
     torso = {name: rest[name] for name in planner.robot.semantic.trunk_joints if name in rest}
     locked = default["lock_joints"]
-    arm = {**default, "lock_joints": {**glide, **locked}}
+    arm = {**default, "lock_joints": {**virtual, **locked}}
     return {
         "default": default,
         "base": {
@@ -156,7 +156,7 @@ def _nested(flat: dict[str, Any], planner: Planner) -> dict[str, Any]:
 
 
 def _axis_letters(planner: Planner) -> dict[str, str]:
-    """Joint to the letter of its axis; joints whose axis lies along none have no letter."""
+    """Return the letter of each joint's axis; joints along no coordinate axis have none."""
     letters = {}
     for joint in planner.joints:
         along = np.flatnonzero(np.rint(joint.axis))
@@ -201,7 +201,7 @@ def _current(planner: Planner, urdf: Path) -> dict[str, Any]:
 
 
 def _extra_links(planner: Planner) -> dict[str, dict[str, Any]]:
-    """Links that an object in the hand hangs from; poses are position, then quaternion with w first."""
+    """Return the links to which grasped objects attach; poses are position, then quaternion (w, x, y, z)."""
     return {
         name: {
             "parent_link_name": parent,

@@ -69,7 +69,7 @@ def _controllers(groups: dict[str, str]) -> str:
     text = "# Order of the groups in the action vector, and the controller of each.\n"
     text += dump({"raw_controller_order": list(groups), "default_controllers": groups})
     if not groups:
-        text += "# No arm, gripper, trunk or base was recognised: add its block below, then its group here.\n"
+        text += "# No arm, gripper, trunk or base was detected: add its block below, then its group here.\n"
     return text
 
 
@@ -103,7 +103,7 @@ def _base(robot: RobotModel) -> str:
     if semantic.base == "holonomic":
         spheres = any(robot.approximations.get(link) == "boundingSphere" for link in wheels)
         block = {"holonomic_base": {"force_sphere_wheel_approximation": spheres}, "locomotion": joints}
-        return "# A base that glides on its virtual joints.\n" + dump(block)
+        return "# A holonomic base on virtual joints.\n" + dump(block)
     if semantic.base == "differential" and semantic.wheel_pair is not None:
         pair = semantic.wheel_pair
         two_wheel = {"wheel_radius": round(pair.radius, 4), "wheel_axle_length": round(pair.length, 4)}
@@ -122,7 +122,7 @@ def _trunk(robot: RobotModel) -> str:
         "trunk_link_names": [joint.child for joint in trunk],
         "trunk_joint_names": [joint.name for joint in trunk],
     }
-    return "# What all arms stand on.\n" + dump({"articulated_trunk": names})
+    return "# Joints that move all arms.\n" + dump({"articulated_trunk": names})
 
 
 def _manipulation(robot: RobotModel) -> str:

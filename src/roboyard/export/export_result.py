@@ -1,4 +1,4 @@
-"""What a writer reports."""
+"""Result of a writer."""
 
 from __future__ import annotations
 
@@ -13,4 +13,4 @@ class ExportResult:
     files: tuple[Path, ...]
     """The main file first."""
     notes: tuple[str, ...] = ()
-    """One line for each thing left out or approximated."""
+    """One line for each part of the robot that is skipped or approximated."""

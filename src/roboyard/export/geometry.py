@@ -1,4 +1,4 @@
-"""Geometries as triangles, and the looks of their faces."""
+"""Colours, normals and parts of triangle meshes, and names of shapes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ DEFAULT_RGBA: RGBA = (0.7, 0.7, 0.7, 1.0)
 
 
 def faces_by_color(mesh: TriangleMesh) -> list[tuple[RGBA, np.ndarray]]:
-    """Colours of a mesh with the indices of their faces, most faces first; empty for one without colours."""
+    """Return each colour of a mesh with the (k,) indices of its faces, most faces first; empty without
+    colours.
+    """
     if mesh.colors is None:
         return []
     packed = np.ascontiguousarray(mesh.colors).view(np.uint32).ravel()
@@ -31,12 +33,12 @@ def _rgba(color: np.ndarray) -> RGBA:
 
 
 def face_areas(mesh: TriangleMesh) -> Array:
-    """(m,) area of each face; m²."""
+    """Return the (m,) area of each face (m²)."""
     return np.linalg.norm(_crosses(mesh), axis=1) / 2
 
 
 def face_normals(mesh: TriangleMesh) -> Array:
-    """(m, 3) outward unit normal of each face; +z for faces without area."""
+    """Return the (m, 3) outward unit normal of each face; +z for faces without area."""
     cross = _crosses(mesh)
     length = np.linalg.norm(cross, axis=1, keepdims=True)
     return np.where(length > 0, cross / np.where(length > 0, length, 1.0), (0.0, 0.0, 1.0))
@@ -48,7 +50,7 @@ def _crosses(mesh: TriangleMesh) -> Array:
 
 
 def submesh(mesh: TriangleMesh, faces: np.ndarray) -> TriangleMesh:
-    """Some faces of a mesh, with the vertices they use."""
+    """Return the part of a mesh with the given (k,) face indices, and only the vertices these use."""
     used, index = np.unique(mesh.faces[faces], return_inverse=True)
     return replace(
         mesh,
@@ -61,7 +63,7 @@ def submesh(mesh: TriangleMesh, faces: np.ndarray) -> TriangleMesh:
 
 
 def stem(visual_name: str | None, geometry: Geometry) -> str:
-    """What to call a shape: its own name, its file's, or what it is."""
+    """Return a name for a shape: its own, that of its file, or its type."""
     if visual_name:
         return visual_name
     if isinstance(geometry, Mesh):
@@ -71,7 +73,9 @@ def stem(visual_name: str | None, geometry: Geometry) -> str:
 
 
 def zero_poses(description: RobotDescription) -> dict[str, Array]:
-    """(4, 4) of every link in the root link's frame, all joints at zero, followers with an offset too."""
+    """Return the (4, 4) pose of every link in the root link's frame with all joints at zero, mimic joints
+    too.
+    """
     from roboyard.kinematics.description_poses import forward_kinematics
     from roboyard.kinematics.joint_models import position_size
 

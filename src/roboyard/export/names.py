@@ -27,7 +27,7 @@ def identifier(name: str, fallback: str = "unnamed") -> str:
 def identifiers(names: Iterable[str], taken: Iterable[str] = (), fallback: str = "unnamed") -> dict[str, str]:
     """An identifier for each name, all distinct, none in `taken`.
 
-    Names that are identifiers already keep theirs whatever comes before them; the others get the nearest
+    Names that are identifiers already are kept, also after similar ones; the others get the nearest
     free one (`arm.1` becomes `arm_1`, or `arm_1_2` where that is taken).
     """
     wanted = list(dict.fromkeys(names))

@@ -1,4 +1,4 @@
-"""What planner files have in common, worked out once."""
+"""Values that all planner files have in common."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ if TYPE_CHECKING:
     from roboyard.description.robot_model import PlanningData, RobotModel
 
 SPHERE_BUFFER = 0.002
-"""m: padding of every sphere against the world."""
+"""Padding of every sphere against the world (m)."""
 ATTACHED_SPHERES = 32
-"""Spheres kept free for an object in the hand."""
+"""Number of spheres reserved for a grasped object."""
 MAX_JERK, MAX_ACCELERATION = 500.0, 15.0
-"""Of every joint, in rad or m and seconds."""
+"""Limits of every joint (rad/s³ or m/s³, rad/s² or m/s²)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Planner:
-    """A robot as a planner sees it."""
+    """A robot with the values that planner files state."""
 
     robot: RobotModel
     data: PlanningData
 
     @property
     def root(self) -> str:
-        """Path of the robot's prim."""
+        """Path of the robot's USD prim."""
         return f"/{identifier(self.robot.name, 'robot')}"
 
     @property
     def base_link(self) -> str:
-        """Where planning starts: the root of the tree, virtual joints included."""
+        """Root link of the planner's tree, above the virtual joints."""
         return self.robot.description.root.name
 
     @property
@@ -51,11 +51,11 @@ class Planner:
 
     @property
     def locked(self) -> dict[str, float]:
-        """Joint name to where it is kept."""
+        """Joint name to the position at which it is locked (rad or m)."""
         return {name: float(value) for name, value in self.data.lock_joints.items()}
 
     def rest(self, joint: Joint) -> float:
-        """Rest position; zero, or the limit nearest to it, where none is given."""
+        """Return a joint's rest position (rad or m); zero or the limit nearest to it where none is given."""
         value = self.robot.semantic.rest.get(joint.name)
         if value is not None:
             return float(value)
@@ -63,20 +63,23 @@ class Planner:
         return 0.0 if limits is None else float(np.clip(0.0, *limits))
 
     def spheres(self) -> dict[str, list[dict[str, Any]]]:
-        """Link name to spheres, links in the order they were given."""
+        """Return the spheres of each link as plain data, links in their given order (m)."""
         return {
             link: [
-                {"center": [float(c) for c in ball.center], "radius": float(ball.radius)} for ball in balls
+                {"center": [float(c) for c in sphere.center], "radius": float(sphere.radius)}
+                for sphere in spheres
             ]
-            for link, balls in self.data.spheres.items()
+            for link, spheres in self.data.spheres.items()
         }
 
     def attached(self) -> dict[str, str]:
-        """Link that stands for an object in the hand, to the end effector it hangs from."""
+        """Return the link of each grasped object with the end effector that holds it."""
         return {f"attached_object_{e.link}": e.link for e in self.robot.semantic.end_effectors}
 
     def ignore(self, *, attached: bool) -> dict[str, list[str]]:
-        """Links whose collision is not checked; with `attached`, grippers may touch what they hold."""
+        """Return the pairs of links not checked for collision; with `attached` also grippers and grasped
+        objects.
+        """
         pairs = {link: list(others) for link, others in self.data.ignore.items()}
         if attached:
             for effector in self.robot.semantic.end_effectors:

@@ -5,7 +5,7 @@
 | the robot | `<folder>/<name>.urdf`, `<robot name="...">` |
 | links, joints, materials | as `roboyard.description.write_urdf` writes them, unread XML included |
 | mesh file | `meshes/...`, copied once with the materials and images it names, plain file name |
-| mesh already inside the folder | stays where it is |
+| mesh already inside the folder | used from there |
 | mesh made in memory | `meshes/<shape>.obj` |
 | texture | `textures/...` |
 | sensors, drives, planning data | not in URDF; see the other writers |
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 
 def write(robot: RobotModel, folder: Path | str) -> ExportResult:
-    """Write `<folder>/<name>.urdf` with its meshes and textures; every reference in it is relative.
+    """Write `<folder>/<name>.urdf` with its meshes and textures; every reference is relative.
 
     Raises:
-        DescriptionError: the robot holds a heightfield, which URDF has not.
+        DescriptionError: the robot has a heightfield, which URDF cannot describe.
         OSError: a file cannot be written.
     """
     place = Path(folder)
@@ -47,7 +47,7 @@ def write(robot: RobotModel, folder: Path | str) -> ExportResult:
 
 
 def _localized(description: RobotDescription, name: str, beside: _Beside) -> RobotDescription:
-    """The description with every mesh and image in the folder, named relative to it."""
+    """Return the description with every mesh and image in the folder, by relative path."""
     return replace(
         description,
         name=name,
@@ -75,51 +75,49 @@ def _collision(collision: Collision, link: Link, beside: _Beside) -> Collision:
 
 @dataclass(kw_only=True, eq=False)
 class _Beside:
-    """Gathers the files beside the URDF, each once."""
+    """Files beside the URDF, each written once."""
 
     folder: Path
     stage: FileCopier
     made: dict[int, tuple[TriangleMesh, str]] = field(default_factory=dict)
     """Meshes made in memory by identity (kept alive here), with their relative path."""
     kept: dict[Path, str] = field(default_factory=dict)
-    """Files that lay in the folder before."""
+    """Files that were in the folder before."""
     notes: list[str] = field(default_factory=list)
 
     def reserve(self, description: RobotDescription) -> None:
-        """Keep the names of files that lie in the folder already."""
+        """Reserve the names of files that are in the folder already."""
         for link in description.links:
             for shape in (*link.visuals, *link.collisions):
                 if isinstance(shape.geometry, Mesh) and shape.geometry.path is not None:
                     self._inside(shape.geometry.path)
 
     def files(self) -> tuple[Path, ...]:
-        """Every file that was written or kept, without the companions of meshes."""
+        """Return every file that was written or kept, without materials and images of meshes."""
         relative = [*self.stage.staged.values(), *(uri for _, uri in self.made.values()), *self.kept.values()]
         return tuple(self.folder / uri for uri in relative)
 
     def geometry(self, shape: Visual | Collision, link: str) -> Geometry:
-        """The shape's geometry; a mesh with a relative file name."""
+        """Return the shape's geometry; a mesh with a relative file name."""
         mesh = shape.geometry
         if not isinstance(mesh, Mesh):
             return mesh
         if mesh.data is not None:
             return replace(mesh, uri=self._export(mesh.data, f"{link}_{stem(shape.name, mesh)}"))
         if mesh.path is None:
-            self.notes.append(
-                f'link "{link}": mesh "{mesh.uri}" was not found; its reference stays as it was'
-            )
+            self.notes.append(f'link "{link}": mesh "{mesh.uri}" was not found; its reference is unchanged')
             return mesh
         return replace(mesh, uri=self._inside(mesh.path) or self.stage.mesh(mesh.path))
 
     def material(self, material: Material) -> Material:
-        """The material; its image with a relative file name."""
+        """Return the material; its image with a relative file name."""
         if material.texture is None:
             return material
         uri = self._inside(material.texture) or self.stage.image(material.texture)
         return replace(material, texture_uri=uri)
 
     def _inside(self, path: Path) -> str | None:
-        """Path relative to the folder of a file that lies in it already."""
+        """Return the relative path of a file that is in the folder already; else None."""
         resolved, root = path.resolve(), self.folder.resolve()
         if not resolved.is_relative_to(root):
             return None

@@ -1,8 +1,8 @@
-"""Motors of joints whose file says nothing of them: an effort limit of 0 where 0 stands for "not known".
+"""Effort limits for joints whose file gives 0 for "unknown".
 
-Exporters and whole families of descriptions write `effort="0"` for every joint. Taken at its word no joint of
-such a robot could ever be driven. Where a good part of its limited joints say so, each of them gets what
-holds everything behind it stretched out level, twice. Single joints at 0 among others with figures mean it.
+Some exporters write `effort="0"` for every joint, so that none could be driven. Where at least a third of the
+limited joints have effort 0, each of these gets twice the effort that holds everything it carries, stretched
+out horizontally. A few joints at 0 among others with limits keep 0.
 """
 
 from __future__ import annotations
@@ -15,37 +15,40 @@ import numpy as np
 from roboyard.description.model import Joint, RobotDescription
 
 COMMON = 1 / 3
-"""Share of the limited joints at an effort of 0 from which on 0 means that it is not known."""
-SPARE = 2.0
-"""Effort / effort that holds the load: half is left to speed it up."""
+"""Share of limited joints with effort 0 from which 0 counts as unknown."""
+SAFETY_FACTOR = 2.0
+"""Effort limit as a multiple of the effort that holds the load; half of it accelerates."""
 PAYLOAD = 0.05
-"""Share of the strongest motor's effort that each has at least: a wrist carries more than its own flange."""
-LEAST = {"revolute": 1.0, "prismatic": 10.0}
-"""N m and N: what the smallest motors give."""
+"""Smallest effort limit as a share of the largest: a wrist carries more than its own flange."""
+MIN_EFFORT = {"revolute": 1.0, "prismatic": 10.0}
+"""Smallest effort limits (N m and N)."""
 VELOCITY = {"revolute": np.pi, "prismatic": 0.5}
-"""rad/s and m/s, where the velocity limit is 0 too."""
+"""Velocity limits for joints whose velocity limit is 0 too (rad/s and m/s)."""
 GRAVITY = 9.81
 
 
 def with_motors(description: RobotDescription) -> tuple[RobotDescription, tuple[str, ...]]:
-    """The description with limits for joints that say nothing of their motors, and the names of these."""
-    limited = [joint for joint in description.joints if joint.type in LEAST and joint.mimic is None]
-    silent = [joint for joint in limited if joint.limit is not None and joint.limit.effort == 0]
-    if not silent or len(silent) < COMMON * len(limited):
+    """Return the description with effort limits for joints whose limit is unknown, and the names of these."""
+    limited = [joint for joint in description.joints if joint.type in MIN_EFFORT and joint.mimic is None]
+    unknown = [joint for joint in limited if joint.limit is not None and joint.limit.effort == 0]
+    if not unknown or len(unknown) < COMMON * len(limited):
         return description, ()
     loads = _loads(description)
-    names = {joint.name for joint in silent}
+    names = {joint.name for joint in unknown}
     least = {
         kind: max(
-            LEAST[kind], PAYLOAD * SPARE * max((loads[j.name] for j in silent if j.type == kind), default=0)
+            MIN_EFFORT[kind],
+            PAYLOAD * SAFETY_FACTOR * max((loads[j.name] for j in unknown if j.type == kind), default=0),
         )
-        for kind in LEAST
+        for kind in MIN_EFFORT
     }
     joints = tuple(
-        _driven(joint, max(least[joint.type], SPARE * loads[joint.name])) if joint.name in names else joint
+        _driven(joint, max(least[joint.type], SAFETY_FACTOR * loads[joint.name]))
+        if joint.name in names
+        else joint
         for joint in description.joints
     )
-    return replace(description, joints=joints), tuple(joint.name for joint in silent)
+    return replace(description, joints=joints), tuple(joint.name for joint in unknown)
 
 
 def _driven(joint: Joint, effort: float) -> Joint:
@@ -55,7 +58,7 @@ def _driven(joint: Joint, effort: float) -> Joint:
 
 
 def _loads(description: RobotDescription) -> Mapping[str, float]:
-    """Joint name to the effort that holds what it carries at full stretch: N m, of sliding joints N."""
+    """Return the effort that holds what each joint carries at full stretch (N m; N for prismatic joints)."""
     mass: dict[str, float] = {}
     moment: dict[str, float] = {}
     for link in description.links:

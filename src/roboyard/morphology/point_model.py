@@ -1,4 +1,4 @@
-"""A robot as points and masses on its links: enough to ask where it reaches and where its weight lies."""
+"""A robot as points and masses on its links, for its extent and its centre of mass in any posture."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class PointModel:
         self._centres = [np.array(link.inertial.origin.position) for link in weighed if link.inertial]
 
     def poses(self, posture: Mapping[str, ArrayLike]) -> dict[str, Array]:
-        """Link name to (..., 4, 4)."""
+        """Return the (..., 4, 4) pose of each link in the root link's frame."""
         return forward_kinematics(self.description, {**self.home, **posture})
 
     def points(self, poses: Mapping[str, Array], links: Sequence[str] | None = None) -> Array:
-        """(..., k, 3) outline points of some links (all by default)."""
+        """Return the (..., k, 3) outline points of some links, all by default (m)."""
         names = [name for name in (self.outlines if links is None else links) if name in self.outlines]
         if not names:
             return np.empty((*poses[self.description.root.name].shape[:-2], 0, 3))
@@ -57,11 +57,13 @@ class PointModel:
         return np.concatenate([np.broadcast_to(p, (*batch, *p.shape[-2:])) for p in found], axis=-2)
 
     def lowest(self, poses: Mapping[str, Array], links: Sequence[str] | None = None) -> Array:
-        """(...) height of the lowest outline point of some links; +inf where they have none."""
+        """Return the (...) height of the lowest outline point of some links (m); +inf where they have
+        none.
+        """
         return self.points(poses, links)[..., 2].min(axis=-1, initial=np.inf)
 
     def centre_of_mass(self, poses: Mapping[str, Array]) -> Array:
-        """(..., 3); the origin for a robot without mass."""
+        """Return the (..., 3) centre of mass (m); the origin for a robot without mass."""
         total = self._masses.sum()
         if not total > 0:
             return np.zeros((*poses[self.description.root.name].shape[:-2], 3))
@@ -80,8 +82,8 @@ class PointModel:
         """Driven joint to the inertia of all that it moves, each link taken as a point: kg m² about a hinge's
         axis, or kg on a slide.
 
-        The largest at home and in many postures within the limits: an arm in line with a joint's axis weighs
-        next to nothing on it until the elbow bends.
+        The largest at home and in many postures within the limits: an arm in line with a joint's axis has
+        almost no inertia about it until the elbow bends.
         """
         draw = np.random.default_rng(0).uniform(size=(POSTURES, len(self.joints)))
         draw[0] = [_share_at_home(joint, self.home[joint.name]) for joint in self.joints]

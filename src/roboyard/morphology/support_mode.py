@@ -2,7 +2,7 @@
 
 | kind | when | in the demo |
 | --- | --- | --- |
-| free | its weight lies over its feet or wheels, which its joints do not lift | free on the floor |
+| free | its centre of mass is over its feet or wheels, which its joints do not lift | free on the floor |
 | supported | joints between its base and its feet carry it (legs) | dropped, then fixed by its base |
 | mounted | anything else: arms, hands, heads, robots whose root is the world | base fixed |
 """
@@ -91,11 +91,11 @@ def decide(figure: PointModel) -> SupportMode:
         return found("mounted", f'its root link is "{root.name}"')
     touching = {link.name for link in figure.description.links if link.collisions}
     if not touching.intersection(feet):
-        return found("mounted", "what reaches the floor has no collision shapes")
+        return found("mounted", "the links that reach the floor have no collision shapes")
     if not figure.joints:
         return found("free", "it has no joints to drive")
     if figure.base_mass <= 0.0:
-        return found("mounted", "its base weighs nothing in its file")
+        return found("mounted", "its base has no mass in its file")
     legs = _carrying_joints(figure, feet, float(lowest), tolerance)
     if legs:
         lifted = {
@@ -105,17 +105,21 @@ def decide(figure: PointModel) -> SupportMode:
         if found("free", "", rest).margin < LEAST_MARGIN * size:
             held = found("supported", f"its joints carry it ({_first_of(legs)})")
             if held.margin < 0 and _is_one_limb(figure, feet):  # an arm whose hand hangs lower than its base
-                return found("mounted", f'its weight does not lie over what reaches the floor ("{feet[0]}")')
+                return found(
+                    "mounted", f'its centre of mass is not over the link that reaches the floor ("{feet[0]}")'
+                )
             return held
         feet = rest
     stance = found("free", "", feet)
     if stance.margin < LEAST_MARGIN * size:
-        return found("mounted", "its weight does not lie over its base", feet)
+        return found("mounted", "its centre of mass is not over its base", feet)
     if not any(figure.path(name) for name in feet):
         tipping = _tipping_joints(figure, stance)
         if tipping:
             return found("mounted", f'its base is fixed and "{tipping[0]}" would tip it over', feet)
-    return found("free", f"its weight lies {100 * stance.margin:.1f} cm inside what it stands on", feet)
+    return found(
+        "free", f"its centre of mass is {100 * stance.margin:.1f} cm inside its support polygon", feet
+    )
 
 
 def _is_one_limb(figure: PointModel, feet: tuple[str, ...]) -> bool:

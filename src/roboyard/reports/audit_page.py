@@ -12,7 +12,7 @@ from roboyard.audit.findings import Audit, Finding, Severity
 from roboyard.audit.report import facts_line
 from roboyard.audit.run import audit_urdf
 from roboyard.description.urdf.parse import UrdfElements, parse_urdf
-from roboyard.reports.html import figure, page, verdict
+from roboyard.reports.html import badge, figure, page
 from roboyard.reports.pictures import RGBA, Kind, view_of
 
 MAX_PICTURES = 24
@@ -53,7 +53,7 @@ def audit_page(audit: Audit, draft: UrdfElements) -> str:
     title = audit.robot or audit.file.stem
     parts = [
         f"<h1>{escape(title)}</h1>",
-        f"<p>{verdict(audit.status, 'good' if audit.is_usable else 'bad')}"
+        f"<p>{badge(audit.status, 'good' if audit.is_usable else 'bad')}"
         f"<code>{escape(audit.file.name)}</code></p>",
     ]
     if audit.facts.links:
@@ -71,9 +71,9 @@ def _overview(draft: UrdfElements) -> list[str]:
     out = []
     for kind, caption in kinds:
         if any(shape.kind == kind for shape in draft.shapes):
-            sight = view_of(draft, kind=kind)
-            if not sight.is_empty:
-                out.append(figure(sight.picture(), caption, 480))
+            view = view_of(draft, kind=kind)
+            if not view.is_empty:
+                out.append(figure(view.picture(), caption, 480))
     return out
 
 
@@ -101,14 +101,14 @@ def _pictures(alike: Sequence[Finding], draft: UrdfElements) -> list[str]:
     if not marked:
         return []
     kind: Kind = "collision" if "collision" in alike[0].code else "visual"
-    sight = view_of(draft, kind=kind, marked=marked, color=_COLORS[alike[0].severity])
-    seen = [name for name in marked if name in sight.bounds]
+    view = view_of(draft, kind=kind, marked=marked, color=_COLORS[alike[0].severity])
+    seen = [name for name in marked if name in view.bounds]
     if not seen:
         return []
     named = ", ".join(sorted(seen)[:4]) + (", ..." if len(seen) > 4 else "")
-    out = [figure(sight.picture(width=480, height=360), named, 360)]
-    if _share(sight.bounds, seen) < 0.35:
-        out.append(figure(sight.picture(seen, width=480, height=360), "close up", 360))
+    out = [figure(view.picture(width=480, height=360), named, 360)]
+    if _share(view.bounds, seen) < 0.35:
+        out.append(figure(view.picture(seen, width=480, height=360), "close up", 360))
     return out
 
 

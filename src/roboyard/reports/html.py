@@ -1,4 +1,4 @@
-"""What the pages share: one look, pictures inside the file, everything from outside escaped."""
+"""HTML building blocks of the pages: style, embedded pictures, tables; all text from outside is escaped."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:76rem;padding
 background:var(--back)}
 h1{margin:0 0 .2rem}h2{margin:2.2rem 0 .6rem;padding-bottom:.2rem;border-bottom:1px solid var(--line)}
 h3{margin:1rem 0 .3rem}.facts,.dim{color:var(--dim)}
-.verdict{display:inline-block;padding:.1rem .7rem;border-radius:1rem;color:#fff;font-weight:600;
-margin:0 .4rem .3rem 0}.verdict.good{background:#23803a}.verdict.bad{background:#b51d1d}
-.verdict.look{background:#b26200}.verdict.none{background:#7a8594}
+.badge{display:inline-block;padding:.1rem .7rem;border-radius:1rem;color:#fff;font-weight:600;
+margin:0 .4rem .3rem 0}.badge.good{background:#23803a}.badge.bad{background:#b51d1d}
+.badge.look{background:#b26200}.badge.none{background:#7a8594}
 table{border-collapse:collapse}th,td{text-align:left;vertical-align:top;padding:.3rem .7rem .3rem 0;
 border-bottom:1px solid var(--line)}th{color:var(--dim);font-weight:600}
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
@@ -60,9 +60,9 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def verdict(text: str, kind: str) -> str:
+def badge(text: str, kind: str) -> str:
     """A coloured label; `kind` is good, bad, look or none."""
-    return f'<span class="verdict {kind}">{escape(text)}</span>'
+    return f'<span class="badge {kind}">{escape(text)}</span>'
 
 
 def plural(count: int, word: str) -> str:

@@ -4,7 +4,7 @@
 | --- | --- |
 | link | `<body>` of the same name and frame, never fused |
 | root | fixed to the world; on a `<freejoint>` if asked to float, or on wheels |
-| inertial | `<inertial>` with principal moments; geoms weigh nothing |
+| inertial | `<inertial>` with principal moments; geoms have no mass |
 | moving part without mass | a trace of the robot's mass, since MuJoCo cannot move nothing |
 | visual | geom of class `visual` (group 2, no contact); a mesh of several colours becomes a geom for each |
 | collision | geom of class `collision` (group 3); a mesh its convex hull, bounding sphere or box |

@@ -18,7 +18,7 @@ from roboyard.shapes.mesh import TriangleMesh
 
 MESHES, TEXTURES = "meshes", "textures"
 MIN_VERTICES = 4
-"""What MuJoCo asks of a mesh."""
+"""Requirements of MuJoCo on a mesh."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -94,7 +94,7 @@ class Assets:
     def _free(self, kind: str, name: str) -> str:
         used = self.names.setdefault(kind, set())
         wanted = identifier(name, kind)
-        # file systems may not tell upper from lower case
+        # file systems may ignore case
         folded = free_name(wanted.casefold(), used)
         used.add(folded)
         return wanted + folded[len(wanted.casefold()) :]

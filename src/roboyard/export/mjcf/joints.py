@@ -105,7 +105,7 @@ def _rounded(value: float) -> float:
 
 
 def moved_inertia(description: RobotDescription) -> Mapping[str, float]:
-    """What each joint of one number has to accelerate at zero, all joints beyond it held.
+    """Return the inertia that each single-DOF joint accelerates at zero, all joints beyond it fixed.
 
     Returns:
         Joint name to the moment about its axis (kg m²), or to the mass (kg) for prismatic joints.

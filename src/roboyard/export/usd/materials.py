@@ -37,7 +37,7 @@ class MaterialWriter:
         rgba = material.rgba if material is not None else None
         image = material_pixels(material) if material is not None else None
         if image is None and material is not None and material.texture is not None:
-            self.notes.append(f"image {material.texture.name} cannot be read; left out")
+            self.notes.append(f"image {material.texture.name} cannot be read; skipped")
         mesh = placed.mesh
         has_uv = mesh is not None and mesh.uv is not None
         if image is None and rgba is None and mesh is not None and mesh.texture is not None and has_uv:

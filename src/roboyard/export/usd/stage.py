@@ -85,7 +85,9 @@ def _write_units(stage: Any) -> None:
 
 
 def _write_metadata(root: Any, robot: RobotModel) -> None:
-    """What OmniGibson reads when it loads a model; empty lists are empty vector arrays there."""
+    """Write the custom data that OmniGibson reads from a model; it expects empty vector arrays for empty
+    lists.
+    """
     place(root, (0, 0, 0), (0, 0, 0, 1))
     kinds = Sdf.ValueTypeNames
     set_attribute(root, "ig:nativeBB", kinds.Vector3f, vec3f(robot.metadata.bbox_size))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.importer.import_log import unique_warnings
 from roboyard.importer.report.links import link_rows
 from roboyard.importer.report.pictures import KINDS, view_of_robot
-from roboyard.reports.html import figure, page, plural, table, verdict
+from roboyard.reports.html import badge, figure, page, plural, table
 from roboyard.reports.pictures import Kind, SceneView, view_of
 
 if TYPE_CHECKING:
@@ -102,24 +102,22 @@ def import_page(
 def _badges(facts: Mapping[str, Any], warnings: Sequence[Any], validation: ValidationReport | None) -> str:
     parts = []
     if validation is None:
-        parts.append(verdict("not validated", "none"))
+        parts.append(badge("not validated", "none"))
     elif validation.passed:
-        parts.append(verdict("every gate passed", "good"))
+        parts.append(badge("every gate passed", "good"))
     else:
         count = plural(len(validation.failed), "gate")
-        parts.append(verdict(f"{count} of {len(validation.gates)} failed", "bad"))
+        parts.append(badge(f"{count} of {len(validation.gates)} failed", "bad"))
     read_back = facts.get("read_back", {})
     if read_back:
         wrong = sum(1 for problems in read_back.values() if problems)
         parts.append(
-            verdict(f"{plural(wrong, 'file')} differ when read back", "bad")
+            badge(f"{plural(wrong, 'file')} differ when read back", "bad")
             if wrong
-            else verdict("files read back without difference", "good")
+            else badge("files read back without difference", "good")
         )
     count = len(unique_warnings(warnings))
-    parts.append(
-        verdict(f"{plural(count, 'warning')}", "look") if warnings else verdict("no warnings", "good")
-    )
+    parts.append(badge(f"{plural(count, 'warning')}", "look") if warnings else badge("no warnings", "good"))
     return f"<p>{''.join(parts)}</p>"
 
 
