@@ -11,7 +11,7 @@ _FLOATS = {n: Struct(f"{n}f") for n in (1, 3, 4, 7, 8, 14)}
 
 
 def rounded(*numbers: float) -> Numbers:
-    """Return 1, 3, 4, 7, 8 or 14 numbers rounded to 32-bit floats; NaN for all if one is too large.
+    """Return 1, 3, 4, 7, 8 or 14 numbers rounded to 32-bit floats; infinite if too large.
 
     Raises:
         TypeError: an argument is not a number.

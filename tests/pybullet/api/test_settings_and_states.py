@@ -1,0 +1,231 @@
+"""Engine parameters, stepping, saved states, user data and the debug camera against PyBullet 3.2.7."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import roboyard.pybullet as p
+
+
+def message_of(call: Callable[[], Any]) -> list[str]:
+    try:
+        return ["no error", repr(call())]
+    except Exception as problem:
+        return [type(problem).__name__, str(problem)]
+
+
+def ball(p: Any, at: Any = (0, 0, 1)) -> int:
+    return p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), basePosition=at)
+
+
+def record_parameters(p: Any, folder: Path) -> Any:
+    found = [p.getPhysicsEngineParameters()]
+    p.setGravity(1, 2, -3)
+    p.setTimeStep(0.01)
+    p.setPhysicsEngineParameter(numSolverIterations=20, numSubSteps=2)
+    found.append(p.getPhysicsEngineParameters())
+    p.setPhysicsEngineParameter(fixedTimeStep=0.005, numNonContactInnerIterations=3)
+    found.append(p.getPhysicsEngineParameters())
+    p.resetSimulation()
+    return [*found, p.getPhysicsEngineParameters()]
+
+
+def record_falls(p: Any, folder: Path) -> Any:
+    found = {}
+    for name, options in {
+        "default": {},
+        "large steps": {"fixedTimeStep": 1 / 60},
+        "substeps": {"fixedTimeStep": 1 / 60, "numSubSteps": 4},
+    }.items():
+        p.resetSimulation()
+        p.setTimeStep(1 / 240)
+        p.setPhysicsEngineParameter(numSubSteps=0)
+        p.setPhysicsEngineParameter(**options)
+        p.setGravity(0, 0, -9.81)
+        body = ball(p, [0, 0, 10])
+        for _ in range(20):
+            p.stepSimulation()
+        found[name] = [p.getBasePositionAndOrientation(body)[0], p.getBaseVelocity(body)[0]]
+    return found
+
+
+def record_states(p: Any, folder: Path) -> Any:
+    p.setGravity(0, 0, -10)
+    body = ball(p)
+    p.stepSimulation()
+    first = p.saveState()
+    for _ in range(10):
+        p.stepSimulation()
+    second = p.saveState()
+    p.restoreState(first)
+    back = p.getBasePositionAndOrientation(body)
+    p.restoreState(stateId=second)
+    forth = p.getBasePositionAndOrientation(body)
+    p.removeState(first)
+    return [first, second, back, forth, message_of(lambda: p.restoreState(first)), p.saveState()]
+
+
+def record_user_data(p: Any, folder: Path) -> Any:
+    body, other = ball(p), ball(p)
+    ids = [
+        p.addUserData(body, "name", "first"),
+        p.addUserData(body, "size", "2"),
+        p.addUserData(other, "name", "second"),
+        p.addUserData(body, "name", "changed"),
+    ]
+    found = [p.getUserData(each) for each in ids]
+    infos = [p.getUserDataInfo(body, i) for i in range(p.getNumUserData(body))]
+    lookups = [p.getUserDataId(body, "name"), p.getUserDataId(body, "none"), p.getUserDataId(other, "name")]
+    p.removeUserData(ids[0])
+    return [ids, found, sorted(map(list, infos)), lookups, p.getNumUserData(body), p.getUserData(ids[0])]
+
+
+def record_errors(p: Any, folder: Path) -> Any:
+    ball(p)
+    return [
+        message_of(lambda: p.restoreState(77)),
+        message_of(lambda: p.removeState(77)),
+        message_of(lambda: p.addUserData(9, "key", "value")),
+        message_of(lambda: p.getUserDataInfo(0, 5)),
+        message_of(lambda: p.loadURDF("missing.urdf")),
+        message_of(lambda: p.loadSDF("missing.sdf")),
+        message_of(lambda: p.loadMJCF("missing.xml")),
+        message_of(lambda: p.applyExternalForce(0, -1, [0, 0, 1], [0, 0, 0], 7)),
+        message_of(lambda: p.applyExternalForce(0, -1, [0, 0], [0, 0, 0], 1)),
+        message_of(lambda: p.applyExternalTorque(0, -1, [0, 0], 1)),
+        message_of(lambda: p.applyExternalForce(9, -1, [0, 0, 1], [0, 0, 0], 1)),
+    ]
+
+
+def record_forces(p: Any, folder: Path) -> Any:
+    found = []
+    for frame in (p.WORLD_FRAME, p.LINK_FRAME):
+        p.resetSimulation()
+        shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3])
+        body = p.createMultiBody(
+            2,
+            shape,
+            basePosition=[1, 2, 3],
+            baseOrientation=[0, 0, 0.6, 0.8],
+            baseInertialFramePosition=[0.1, 0, 0],
+        )
+        p.applyExternalForce(body, -1, [1, 2, 3], [0.1, 0.2, 0.3], frame)
+        p.applyExternalTorque(body, -1, [0.1, 0.2, 0.3], frame)
+        p.stepSimulation()
+        found.append(p.getBaseVelocity(body))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("scenario", "tolerance"),
+    [
+        (record_parameters, 1e-12),
+        (record_falls, 1e-5),
+        (record_states, 1e-9),
+        (record_user_data, 0),
+        (record_errors, 0),
+    ],
+)
+def test_results_are_pybullets(agrees: Any, scenario: Any, tolerance: float) -> None:
+    agrees(scenario, tolerance)
+
+
+def test_forces_in_the_world_frame_are_pybullets(agrees: Any) -> None:
+    agrees(record_forces, 1e-4)
+
+
+def test_a_restored_state_repeats_the_same_motion(client: int) -> None:
+    p.setGravity(0, 0, -10)
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    body = ball(p, (0, 0, 0.3))
+    p.resetBaseVelocity(body, [1, 0, 0], [0, 3, 0])
+    state = p.saveState()
+
+    def run() -> Any:
+        for _ in range(100):
+            p.stepSimulation()
+        return p.getBasePositionAndOrientation(body), p.getBaseVelocity(body)
+
+    first = run()
+    p.restoreState(state)
+    assert run() == first
+
+
+def test_a_saved_file_needs_the_same_bodies(client: int, tmp_path: Path) -> None:
+    body = ball(p)
+    file = str(tmp_path / "state.bullet")
+    p.saveBullet(file)
+    p.resetBasePositionAndOrientation(body, [5, 5, 5], [0, 0, 0, 1])
+    p.restoreState(fileName=file)
+    assert p.getBasePositionAndOrientation(body)[0] == pytest.approx((0, 0, 1))
+    ball(p)
+    with pytest.raises(p.error, match="Couldn't restore state") as caught:
+        p.restoreState(fileName=file)
+    assert "saved with other bodies" in caught.value.__notes__[0]
+    with pytest.raises(p.error, match="Couldn't save"):
+        p.saveBullet(str(tmp_path / "no" / "folder"))
+    with pytest.raises(p.error, match=r"Couldn't load \.bullet file"):
+        p.loadBullet(file)
+    (tmp_path / "text").write_text("no state")
+    with pytest.raises(p.error) as caught:
+        p.restoreState(fileName=str(tmp_path / "text"))
+    assert "was not written by saveBullet" in caught.value.__notes__[0]
+
+
+def test_user_data_goes_with_its_body(client: int) -> None:
+    body = ball(p)
+    entry = p.addUserData(body, "key", "value", linkIndex=-1, visualShapeIndex=2)
+    assert p.getUserDataInfo(body, 0) == (entry, b"key", body, -1, 2)
+    p.removeBody(body)
+    assert p.getUserData(entry) is None
+    assert p.getNumUserData(body) == 0
+    with pytest.raises(p.error, match="Error in removeUserData"):
+        p.removeUserData(entry)
+
+
+@pytest.mark.parametrize("pitch", [-80.0, -35.0, 0.0, 40.0])
+@pytest.mark.parametrize("yaw", [0.0, 50.0, -120.0])
+def test_the_debug_camera_looks_at_its_target(client: int, yaw: float, pitch: float) -> None:
+    target = [1.0, 2.0, 3.0]
+    p.resetDebugVisualizerCamera(4.0, yaw, pitch, target)
+    camera = p.getDebugVisualizerCamera()
+    view = [camera[2][4 * column : 4 * column + 4] for column in range(4)]
+    seen = [sum(view[k][row] * value for k, value in enumerate([*target, 1.0])) for row in range(3)]
+    assert seen == pytest.approx([0, 0, -4], abs=1e-5), "in camera axes the target is 4 m ahead"
+    assert camera[8:11] == pytest.approx((yaw, pitch, 4.0))
+
+
+def test_switches_of_the_visualizer_are_kept(client: int) -> None:
+    from roboyard.pybullet.connections import CLIENTS
+
+    p.configureDebugVisualizer(p.COV_ENABLE_SHADOWS, 0)
+    p.configureDebugVisualizer(lightPosition=[1, 2, 3], shadowMapResolution=512, rgbBackground=[0, 0, 1])
+    p.configureDebugVisualizer(p.COV_ENABLE_Y_AXIS_UP, 1)
+    camera = CLIENTS[client].visualizer
+    assert camera.switches == {p.COV_ENABLE_SHADOWS: 0, p.COV_ENABLE_Y_AXIS_UP: 1}
+    assert camera.settings == {
+        "lightPosition": (1, 2, 3), "shadowMapResolution": 512, "rgbBackground": (0, 0, 1)
+    }  # fmt: skip
+    assert p.getDebugVisualizerCamera()[4] == (0.0, 1.0, 0.0)
+
+
+def test_settings_without_effect_are_accepted(client: int) -> None:
+    from roboyard.pybullet.connections import CLIENTS
+
+    p.setDefaultContactERP(0.3)
+    p.setInternalSimFlags(3)
+    p.setPhysicsEngineParameter(erp=0.1, warmStartingFactor=0.5, enableSAT=1)
+    p.setTimeOut(3)
+    p.setRealTimeSimulation(1)
+    others = CLIENTS[client].parameters.others
+    assert others == {
+        "contactERP": 0.3, "internalSimFlags": 3, "erp": 0.1, "warmStartingFactor": 0.5, "enableSAT": 1
+    }  # fmt: skip
+    assert p.getPhysicsEngineParameters()["useRealTimeSimulation"] == 1
+    for call in (lambda: p.setTimeOut("soon"), lambda: p.setGravity("a", 0, 0), lambda: p.setTimeStep(None)):
+        with pytest.raises(TypeError):
+            call()
