@@ -1,11 +1,11 @@
 """R1 at work in the flat: it opens a kitchen drawer, picks the mug from the table, carries it to the living
 room and opens the bedroom door.
 
-Only the robot's own controllers are used: base, trunk, hands by inverse kinematics, grippers. The drawer and
-the door are led by their handles and the mug is carried by nothing but the friction of the fingers. Places
-are written down, motions between them are straight (or, with the door, around its hinge).
+Only the robot's own controllers are used: base, trunk, arms by inverse kinematics, grippers. The drawer and
+the door are moved by their handles, and the mug is held by the friction of the fingers alone. Waypoints are
+constants; motions between them are straight (or, for the door, about its hinge).
 
-python examples/r1_at_home.py [picture.png | film.gif]
+python examples/r1_at_home.py [picture.png | video.gif]
 """
 
 from __future__ import annotations
@@ -17,110 +17,111 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from way_points import Actor, Base, Hand, Target, about_z, pointing
+from way_points import Actor, Base, GripperPose, Target, about_z, pointing
 
 from roboyard.recording import SceneSetup, VideoWriter, set_up
 from roboyard.rendering import STUDIO, Camera, save_png
 from roboyard.transforms import Array
 
 STOOP = (-0.6, 1.6, -1.0, 0.0)
-"""rad: trunk with bent knees over the wheels; hands then reach tables and worktops."""
+"""Bent trunk posture in which grippers reach tables and worktops (rad)."""
 READY = {"left": (0.45, 0.28, 1.0), "right": (0.45, -0.28, 1.0)}
-"""m before the base, in its frame: where hands are carried."""
+"""Gripper positions while driving, in the base frame (m)."""
 EAST, NORTH, UP = np.eye(3)
 BAR = np.array([3.777, -2.0, 0.7605])
-"""m: middle of the handle of the upper drawer at the kitchen's east."""
+"""Middle of the handle of the upper drawer at the kitchen's east (m)."""
 GRASP = np.array([0.0, 0.0, 0.066])
-"""m: where the mug is taken, from its foot"""
+"""Grasp point of the mug, from its bottom (m)."""
 HINGE, LEVER = np.array([-2.215, 0.6, 0.0]), np.array([0.855, -0.067, 1.02])
-"""m: hinge of the bedroom door, and its lever from there while it is closed."""
+"""Hinge of the bedroom door, and its lever relative to it while closed (m)."""
 OPEN = np.radians(58.0)
+"""Opening angle of the door (rad)."""
 
 
 def get_ready(actor: Actor) -> None:
-    """Stoop a little, both hands before the chest."""
+    """Bend the trunk, with both grippers before the chest."""
     ahead = pointing(about_z(actor.base[2]) @ EAST, -about_z(actor.base[2]) @ NORTH)
-    hands = {arm: Hand(actor.in_world(place), ahead) for arm, place in READY.items()}
-    actor.move(Target(hands, trunk=STOOP), 3.0)
+    grippers = {arm: GripperPose(actor.in_world(place), ahead) for arm, place in READY.items()}
+    actor.move(Target(grippers, trunk=STOOP), 3.0)
 
 
 def open_drawer(actor: Actor) -> None:
-    """Pull the drawer out by its bar, with the right hand."""
+    """Pull the drawer open by its handle, with the right gripper."""
     flat = pointing(EAST, UP)
     actor.go((3.0, -1.9, 0.0))
     place: Base = (3.05, -1.85, 0.0)
-    actor.move(Target({"right": Hand(BAR - 0.14 * EAST, flat)}, place), 2.0)
-    actor.move(Target({"right": Hand(BAR - 0.018 * EAST, flat)}, place), 1.0)
+    actor.move(Target({"right": GripperPose(BAR - 0.14 * EAST, flat)}, place), 2.0)
+    actor.move(Target({"right": GripperPose(BAR - 0.018 * EAST, flat)}, place), 1.0)
     actor.grip("right", close=True)
-    pulled = Hand(actor.hand("right").position - 0.3 * EAST, flat)
+    pulled = GripperPose(actor.gripper("right").position - 0.3 * EAST, flat)
     actor.move(Target({"right": pulled}, (2.75, -1.85, 0.0)), 2.5)
     actor.grip("right", close=False)
-    actor.move(Target({"right": Hand(pulled.position - 0.12 * EAST, flat)}, (2.7, -1.85, 0.0)), 1.0)
-    actor.move(Target({"right": Hand(actor.in_world(READY["right"]), pointing(EAST, -NORTH))}), 1.0)
+    actor.move(Target({"right": GripperPose(pulled.position - 0.12 * EAST, flat)}, (2.7, -1.85, 0.0)), 1.0)
+    actor.move(Target({"right": GripperPose(actor.in_world(READY["right"]), pointing(EAST, -NORTH))}), 1.0)
 
 
 def pick_mug(actor: Actor, mug: Array) -> None:
-    """Take the mug that stands at `mug` (3,) m with the left hand, and lift it by 15 cm."""
+    """Grasp the mug at the (3,) position `mug` (m) with the left gripper, and lift it by 15 cm."""
     along = Rotation.from_euler("y", 25.0, degrees=True).apply(EAST)
     tilted = pointing(along, -NORTH)
     place: Base = (2.47, -0.87, 0.0)
     actor.go((2.3, -1.7, 0.0))
     actor.go((2.35, -0.87, 0.0))
-    actor.move(Target({"left": Hand(mug + GRASP - 0.16 * along, tilted)}, place), 1.5)
-    actor.move(Target({"left": Hand(mug + GRASP - 0.012 * along, tilted)}, place), 1.2)
+    actor.move(Target({"left": GripperPose(mug + GRASP - 0.16 * along, tilted)}, place), 1.5)
+    actor.move(Target({"left": GripperPose(mug + GRASP - 0.012 * along, tilted)}, place), 1.2)
     actor.grip("left", close=True)
-    actor.move(Target({"left": Hand(actor.hand("left").position + 0.15 * UP, tilted)}), 1.0)
+    actor.move(Target({"left": GripperPose(actor.gripper("left").position + 0.15 * UP, tilted)}), 1.0)
 
 
 def carry_to_living_room(actor: Actor) -> None:
-    """Away from the table and through the opening between the rooms."""
+    """Drive away from the table and through the opening between the rooms."""
     actor.move(Target(base=(1.97, -0.87, 0.0)), 1.5)
-    kept = actor.hand("left").rotation
-    actor.move(Target({"left": Hand(actor.in_world((0.5, 0.28, 1.0)), kept)}), 1.5)
+    kept = actor.gripper("left").rotation
+    actor.move(Target({"left": GripperPose(actor.in_world((0.5, 0.28, 1.0)), kept)}), 1.5)
     actor.go((2.0, -1.3, np.pi))
     actor.go((0.7, -1.3, np.pi))
     actor.go((-1.3, -1.0, np.pi))
 
 
 def open_door(actor: Actor) -> None:
-    """Take the door by its lever with the right hand and lead it round its hinge."""
+    """Grasp the door by its lever with the right gripper, and rotate it about its hinge."""
     heading = np.pi / 2
     actor.go((-1.56, -0.55, heading))
-    near = Hand(actor.in_world((0.36, 0.28, 0.98)), actor.hand("left").rotation)
+    near = GripperPose(actor.in_world((0.36, 0.28, 0.98)), actor.gripper("left").rotation)
     actor.move(Target({"left": near}), 1.0)
     actor.move(Target({"right": at_lever(0.0, away=0.14)}, (-1.56, -0.1, heading)), 2.0)
     actor.move(Target({"right": at_lever(0.0)}, (-1.56, 0.0, heading)), 1.5)
     actor.grip("right", close=True)
     actor.follow(lambda u: Target({"right": at_lever(u * OPEN)}, (-1.56, 0.55 * u, heading)), seconds=4.0)
     actor.grip("right", close=False)
-    back = actor.hand("right")
-    actor.move(Target({"right": Hand(back.position - 0.12 * NORTH, back.rotation)}), 1.0)
+    back = actor.gripper("right")
+    actor.move(Target({"right": GripperPose(back.position - 0.12 * NORTH, back.rotation)}), 1.0)
 
 
-def at_lever(angle: float, away: float = 0.018) -> Hand:
-    """A hand that holds the lever of the door while it stands open by `angle` (rad)."""
+def at_lever(angle: float, away: float = 0.018) -> GripperPose:
+    """Return the pose of a gripper on the lever of the door opened by `angle` (rad), `away` (m) from it."""
     along = about_z(0.6 * angle) @ NORTH
-    return Hand(HINGE + about_z(angle) @ LEVER - away * along, pointing(along, UP))
+    return GripperPose(HINGE + about_z(angle) @ LEVER - away * along, pointing(along, UP))
 
 
 @dataclass(frozen=True)
-class Told:
-    """What came of it."""
+class Result:
+    """The result of the script."""
 
     places: Mapping[str, tuple[float, float]]
-    """Where R1 stood at the end of each part; x, y, m"""
+    """Position x, y of R1 at the end of each part (m)."""
     drawer: float
-    """m that the drawer is open"""
+    """Opening of the drawer (m)."""
     lifted: tuple[float, float]
-    """m that the mug is above the table, when lifted and a second later"""
+    """Height of the mug above the table, when lifted and a second later (m)."""
     carried: float
-    """m between the mug and the hand that carries it, at the end"""
+    """Distance between the mug and its gripper at the end (m)."""
     door: float
-    """rad that the door is open"""
+    """Opening of the door (rad)."""
 
 
-def play(stage: SceneSetup, watch: Callable[[str], None] | None = None) -> Told:
-    """The whole script; `watch` is called after every control step, with the name of the part."""
+def play(stage: SceneSetup, watch: Callable[[str], None] | None = None) -> Result:
+    """Run the script; `watch` is called after every control step, with the name of the part."""
     part = "kitchen"
     actor = Actor(stage, lambda: watch(part) if watch is not None else None)
     places: dict[str, tuple[float, float]] = {}
@@ -149,11 +150,11 @@ def play(stage: SceneSetup, watch: Callable[[str], None] | None = None) -> Told:
     open_door(actor)
     places[part] = actor.base[:2]
     joints = stage.scene.joints
-    return Told(
+    return Result(
         places=places,
         drawer=joints["kitchen_east/drawer_2"].position,
         lifted=(lifted, held),
-        carried=float(np.linalg.norm(mug.position + GRASP - actor.hand("left").position)),
+        carried=float(np.linalg.norm(mug.position + GRASP - actor.gripper("left").position)),
         door=joints["bedroom_door/hinge"].position,
     )
 
@@ -165,36 +166,38 @@ VIEWS = {
     "living room": ((-2.6, -3.2, 2.5), (-0.1, -1.1, 0.6)),
     "door": ((-3.0, -1.5, 2.2), (-1.5, 0.4, 0.8)),
 }
-"""Where to watch each part from, and what to look at; m"""
+"""Camera position and target for each part (m)."""
 
 
 def view(part: str, width: int, height: int) -> Camera:
-    """A camera for one part of the script."""
+    """Return the camera for one part of the script."""
     return Camera.look_at(*VIEWS[part], width=width, height=height)
 
 
 def main(output: Path | None = None) -> None:
+    """Run the script, and write a picture or a video of it."""
     stage = set_up({"scene": "home", "robot": "r1"})
     world = stage.scene.world
-    film = VideoWriter(output, fps=8) if output is not None and output.suffix != ".png" else None
+    video = VideoWriter(output, fps=8) if output is not None and output.suffix != ".png" else None
     due = world.time
 
     def watch(part: str) -> None:
         nonlocal due
-        if film is not None and world.time >= due:  # four times as fast as it happens
-            film.add(world.render(view(part, 320, 240), samples=4, background=STUDIO))
+        if video is not None and world.time >= due:  # four times real time
+            video.add(world.render(view(part, 320, 240), samples=4, background=STUDIO))
             due += 0.5
 
-    told = play(stage, watch)
-    for name, (x, y) in told.places.items():
-        print(f"{name}: R1 stands at {x:.2f} {y:.2f}")
-    print(f"{world.time:.0f} s; the drawer is open by {100 * told.drawer:.0f} cm, the door by", end=" ")
+    result = play(stage, watch)
+    for name, (x, y) in result.places.items():
+        print(f"{name}: R1 is at {x:.2f} {y:.2f}")
+    print(f"{world.time:.0f} s; the drawer is open by {100 * result.drawer:.0f} cm, the door by", end=" ")
     print(
-        f"{np.degrees(told.door):.0f} degrees; the mug was lifted by {100 * told.lifted[1]:.0f} cm", end=" "
+        f"{np.degrees(result.door):.0f} degrees; the mug was lifted by {100 * result.lifted[1]:.0f} cm",
+        end=" ",
     )
-    print("and is still in the hand" if told.carried < 0.05 else "and was lost on the way")
-    if film is not None:
-        film.close()
+    print("and is still in the gripper" if result.carried < 0.05 else "and was lost on the way")
+    if video is not None:
+        video.close()
     elif output is not None:
         save_png(output, world.render(view("door", 640, 480), samples=4, background=STUDIO))
 
