@@ -1,4 +1,4 @@
-"""The compiled sums of `roboyard.robots.stability.kernels`, written plainly."""
+"""Reference implementation of `roboyard.robots.stability.kernels` in NumPy."""
 
 from __future__ import annotations
 

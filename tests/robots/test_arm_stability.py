@@ -1,4 +1,4 @@
-"""Arms led by their tips do not tip a robot on wheels, however fast and far they are told to reach."""
+"""Arms under task-space control do not tip a robot on wheels over, at any commanded pose."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from roboyard.robots.stability.support_polygon import support_polygon_of
 from roboyard.sim import World
 
 PAYLOAD = 2.0
-"""kg in each hand"""
+"""Load in each gripper (kg)."""
 
 
 def loaded(name: str, **keys) -> Robot:
-    """R1 with a load in each hand, its trunk leant forwards as far as it goes."""
+    """Return R1 with a load in each gripper, its trunk bent forwards to the limit."""
     world = World()
     world.add_plane()
     settings = {
@@ -43,7 +43,7 @@ def loaded(name: str, **keys) -> Robot:
 
 
 def worst_tilt(robot: Robot, seed: int) -> float:
-    """Rad, while both arms are told one pose within their reach after the other."""
+    """Return the largest tilt (rad) while both arms are commanded to random reachable poses."""
     draw, action, worst = np.random.default_rng(seed), robot.no_op_action(), 0.0
     for _ in range(10):
         for name in ("arm_left", "arm_right"):
@@ -61,17 +61,17 @@ def worst_tilt(robot: Robot, seed: int) -> float:
 
 
 @pytest.mark.parametrize("name", ["InverseKinematicsController", "OperationalSpaceController"])
-def test_quick_arms_with_loads_do_not_tip_a_leaning_robot(name: str) -> None:
+def test_fast_arms_with_loads_do_not_tip_a_bent_robot(name: str) -> None:
     assert worst_tilt(loaded(name), seed=2) < 0.1
 
 
 @pytest.mark.parametrize("name", ["InverseKinematicsController", "OperationalSpaceController"])
-def test_without_their_guard_they_do(name: str) -> None:
+def test_without_keep_balance_they_do(name: str) -> None:
     assert worst_tilt(loaded(name, keep_balance=False), seed=2) > 0.2
 
 
 @pytest.mark.parametrize("speed", [1.0, 3.0])
-def test_swing_of_a_turning_robot_is_its_centrifugal_push(speed: float) -> None:
+def test_swing_of_a_turning_robot_is_its_centrifugal_shift(speed: float) -> None:
     """The moment that MuJoCo asks for, against the closed form of a rigid body that turns about its base."""
     world = World()
     world.add_plane()

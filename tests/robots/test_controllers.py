@@ -58,7 +58,7 @@ def test_positions_are_scaled_from_unit_commands_to_limits() -> None:
     assert settle(controller, state()).value == pytest.approx([3.0, 1.0])
 
 
-def test_a_reference_keeps_to_speed_and_acceleration() -> None:
+def test_a_reference_respects_velocity_and_acceleration_limits() -> None:
     controller = make("JointController", command_output_limits=None, command_input_limits=None)
     now = state()
     now.inertia = np.array([1.0, 0.01])
@@ -73,7 +73,7 @@ def test_a_reference_keeps_to_speed_and_acceleration() -> None:
     assert way.max() <= 1.9 + 1e-12
 
 
-def test_changes_count_from_the_measured_joint_and_zero_ones_keep_the_goal() -> None:
+def test_changes_are_relative_to_the_measured_joint_and_zero_ones_keep_the_goal() -> None:
     controller = make("JointController", use_delta_commands=True, command_output_limits=None)
     controller.update_goal([0.5, 0.0], state((0.2, 0.3)))
     assert controller.goal == pytest.approx([0.7, 0.3])
@@ -99,7 +99,7 @@ def test_changes_in_rotation_space_are_composed_as_rotations() -> None:
     )
 
 
-def test_velocities_hold_their_place_once_they_rest() -> None:
+def test_positions_are_held_once_velocities_are_zero() -> None:
     controller = make("JointController", motor_type="velocity")
     controller.update_goal([1.0, 0.5], state())
     control = controller.step(state())
@@ -124,14 +124,14 @@ def test_impedance_is_mass_times_acceleration_plus_bias() -> None:
     assert controller.control_type == "effort"
 
 
-def test_efforts_go_through_and_are_limited() -> None:
+def test_efforts_are_passed_on_and_limited() -> None:
     controller = make("JointController", motor_type="effort")
     controller.update_goal([0.3, 1.0], state())
     assert controller.step(state()).value == pytest.approx([3.0, 10.0])
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "message"),
     [
         ({"motor_type": "velocity", "pos_kp": 1.0}, r"pos_kp=1\.0 has no effect"),
         ({"motor_type": "effort", "vel_kp": 1.0}, r"vel_kp=1\.0 has no effect"),
@@ -140,13 +140,13 @@ def test_efforts_go_through_and_are_limited() -> None:
         ({"colour": 1}, "colour"),
     ],
 )
-def test_settings_that_contradict_are_refused(keys: dict, told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_contradictory_settings_are_refused(keys: dict, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         make("JointController", **keys)
 
 
 @pytest.mark.parametrize(
-    ("name", "keys", "told"),
+    ("name", "keys", "message"),
     [
         (
             "JointController",
@@ -165,22 +165,22 @@ def test_settings_that_contradict_are_refused(keys: dict, told: str) -> None:
         ),
     ],
 )
-def test_keys_that_would_change_nothing_are_refused(name: str, keys: dict, told: str) -> None:
-    with pytest.raises((ValueError, ConfigError), match=told):
+def test_keys_without_effect_are_refused(name: str, keys: dict, message: str) -> None:
+    with pytest.raises((ValueError, ConfigError), match=message):
         make(name, limits(3) if name.startswith("Holo") else fingers(), **keys)
 
 
 @pytest.mark.parametrize(
-    ("name", "keys", "told"),
+    ("name", "keys", "message"),
     [
         ("JointController", {"pos_kp": 150.0, "use_impedances": False}, "pos_kp has no effect without"),
         ("JointController", {"use_cc_compensation": False}, "use_cc_compensation has no effect"),
         ("MultiFingerGripperController", {"mode": "smooth", "open_qpos": [1, 1]}, "open_qpos has no effect"),
     ],
 )
-def test_idle_keys_of_omnigibson_configurations_are_pointed_out(name: str, keys: dict, told: str) -> None:
+def test_unused_keys_of_omnigibson_configurations_are_warned_of(name: str, keys: dict, message: str) -> None:
     """Published configurations carry them, `pos_kp: 150` without impedances for one."""
-    with pytest.warns(UserWarning, match=told):
+    with pytest.warns(UserWarning, match=message):
         make(name, fingers(), **keys)
 
 
@@ -192,13 +192,13 @@ def test_commands_of_another_length_or_not_finite_are_refused() -> None:
         controller.update_goal([1.0, math.nan], state())
 
 
-def test_no_op_commands_keep_everything() -> None:
+def test_no_op_commands_keep_all_goals() -> None:
     controller = make("JointController")
     controller.update_goal([0.5, 0.25], state())
     assert controller.noop_command(state((0.9, 0.9))) == pytest.approx([0.5, 0.25])
 
 
-def test_null_controllers_take_nothing_and_keep_their_goal() -> None:
+def test_null_controllers_have_no_command_and_keep_their_goal() -> None:
     controller = make("NullJointController", default_goal=(0.5, -0.5))
     assert controller.command_dim == 0
     assert settle(controller, state()).value == pytest.approx([0.5, -0.5])
@@ -265,7 +265,7 @@ def test_differential_drive_formula_and_inverse() -> None:
     assert controller.odometry(wheels) == pytest.approx((0.6, 1.0))
 
 
-def test_differential_drive_keeps_its_curve_when_wheels_are_too_slow() -> None:
+def test_differential_drive_stays_on_its_curve_when_wheels_saturate() -> None:
     controller = make(
         "DifferentialDriveController", limits(2, velocity=[20, 20]), wheel_radius=0.1, wheel_axle_length=0.4
     )
@@ -275,7 +275,7 @@ def test_differential_drive_keeps_its_curve_when_wheels_are_too_slow() -> None:
     assert v / w == pytest.approx(2.0 / 10.0)
 
 
-def test_differential_drive_speeds_up_along_its_curve_and_holds_at_rest() -> None:
+def test_differential_drive_accelerates_along_its_curve_and_holds_at_rest() -> None:
     controller = make(
         "DifferentialDriveController",
         limits(2, velocity=[20, 20]),
@@ -328,7 +328,7 @@ def test_velocity_grippers_stop_at_limits() -> None:
     assert controller.step(state((0.02, 0.0495))).value == pytest.approx([0.2, 0.0])
 
 
-def test_grasping_is_seen_by_fingers_that_stand_short_of_their_target() -> None:
+def test_grasping_is_detected_by_fingers_at_rest_before_their_target() -> None:
     controller = make("MultiFingerGripperController", fingers())
     assert controller.is_grasping() is False
     controller.update_goal([-1.0], state())
@@ -367,7 +367,7 @@ def arm_state(q, v=None, **more) -> GroupState:
 @pytest.mark.parametrize(
     "mode", ["pose_delta_ori", "pose_absolute_ori", "position_fixed_ori", "position_compliant_ori"]
 )
-def test_inverse_kinematics_moves_the_tip_as_told(arm, mode: str) -> None:
+def test_inverse_kinematics_moves_the_tip_as_commanded(arm, mode: str) -> None:
     chain, bounds, rest = arm
     controller = make_arm(arm, mode=mode, command_input_limits=None, command_output_limits=None)
     start = forward_kinematics(chain, rest)
@@ -388,7 +388,7 @@ def test_inverse_kinematics_moves_the_tip_as_told(arm, mode: str) -> None:
     assert (q <= bounds.upper).all()
 
 
-def test_absolute_poses_need_commands_as_they_are(arm) -> None:
+def test_absolute_poses_need_unscaled_commands(arm) -> None:
     with pytest.raises(ValueError, match="absolute_pose"):
         make_arm(arm, mode="absolute_pose")
     chain, _, rest = arm
@@ -400,7 +400,7 @@ def test_absolute_poses_need_commands_as_they_are(arm) -> None:
     assert controller.noop_command(arm_state(q))[:3] == pytest.approx(goal[:3, 3])
 
 
-def test_references_never_outrun_velocity_limits(arm) -> None:
+def test_references_never_exceed_velocity_limits(arm) -> None:
     _, bounds, rest = arm
     controller = make_arm(arm, command_input_limits=None, command_output_limits=None)
     controller.update_goal([0.3, 0.3, -0.3, 0.5, 0.5, 0.5], arm_state(rest))
@@ -421,7 +421,7 @@ def test_an_arm_that_sags_does_not_creep_under_zero_commands(arm) -> None:
     assert controller.goal[2, 3] == pytest.approx(first[2, 3])
 
 
-def test_free_joints_go_to_the_reset_posture_on_the_way(arm) -> None:
+def test_the_null_space_moves_joints_to_the_reset_posture(arm) -> None:
     _chain, _, rest = arm
     controller = make_arm(
         arm, mode="position_compliant_ori", command_input_limits=None, command_output_limits=None
@@ -432,7 +432,7 @@ def test_free_joints_go_to_the_reset_posture_on_the_way(arm) -> None:
     assert np.linalg.norm(q - rest) < np.linalg.norm(start - rest)
 
 
-def test_a_way_round_is_found_where_steps_stall() -> None:
+def test_a_detour_is_found_where_steps_stall() -> None:
     chain = from_description(load_description(asset_path("arm7")), "tool", locked={"joint3": 0.0})
     bounds = GroupLimits(
         lower=chain.lower, upper=chain.upper, velocity=chain.velocity, effort=np.full(6, 80.0)
@@ -453,7 +453,7 @@ def test_a_way_round_is_found_where_steps_stall() -> None:
     assert reached[False] < 30
 
 
-def test_goals_ride_along_with_what_the_arm_hangs_from(arm) -> None:
+def test_goals_move_with_the_parent_frame_of_the_arm(arm) -> None:
     _, _, rest = arm
     controller = make_arm(arm)
     before = mount(0.0)
@@ -471,7 +471,7 @@ def test_a_limiter_bounds_the_workspace(arm) -> None:
     assert controller.goal[2, 3] >= 0.4
 
 
-def test_operational_space_gives_the_task_its_acceleration(arm) -> None:
+def test_operational_space_control_reaches_the_task_acceleration(arm) -> None:
     chain, bounds, rest = arm
     roomy = GroupLimits(
         lower=bounds.lower, upper=bounds.upper, velocity=bounds.velocity, effort=np.full(7, 1e6)

@@ -25,7 +25,7 @@ locomotion: {base_joint_names: [left_wheel_joint, right_wheel_joint]}
 """
 
 
-def test_r1_is_read_whole() -> None:
+def test_every_block_of_r1_is_loaded() -> None:
     definition = load_definition(R1_FILE)
     assert definition.capabilities == (
         "manipulation",
@@ -49,7 +49,7 @@ def test_r1_is_read_whole() -> None:
     assert definition.linear_velocity_gain_for_primitives == 0.3
 
 
-def test_usual_controllers_follow_from_the_blocks() -> None:
+def test_default_controllers_follow_from_the_blocks() -> None:
     text = ROVER.replace("base: DifferentialDriveController", "")
     assert parse_definition(text).controller_names() == {"base": "DifferentialDriveController"}
     assert parse_definition(ROVER).may_float
@@ -179,14 +179,14 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("change", "told"), WRONG, ids=[told[:40] for _, told in WRONG])
-def test_a_wrong_field_gives_one_sentence_that_names_it(r1_data: dict, change: Callable, told: str) -> None:
+@pytest.mark.parametrize(("change", "message"), WRONG, ids=[message[:40] for _, message in WRONG])
+def test_a_wrong_field_gives_one_message_that_names_it(r1_data: dict, change: Callable, message: str) -> None:
     import re
 
     change(r1_data)
     with pytest.raises(ConfigError) as error:
         parse_definition(r1_data)
-    lines = [line for line in str(error.value).splitlines() if re.search(told, line)]
+    lines = [line for line in str(error.value).splitlines() if re.search(message, line)]
     assert len(lines) == 1, str(error.value)
 
 
@@ -200,7 +200,7 @@ def places(value: object, where: tuple = ()) -> Iterator[tuple[tuple, object]]:
 
 
 def spoilt(where: tuple, value: object) -> Iterator[tuple[str, Callable[[dict], None]]]:
-    """What can be wrong with one field, each by a name."""
+    """Return invalid values of one field by name."""
     yield "other kind", put(*where, value=[1] if isinstance(value, dict) else {"wrong": ["kind"]})
     if isinstance(value, str):
         yield "number", put(*where, value=7)
@@ -229,7 +229,7 @@ FREE_LENGTHS = ("disabled_collision_pairs", "floor_touching_base_link_names", "_
 """Lists of links and points may name one twice: nothing depends on it."""
 
 
-def test_every_field_of_r1_spoilt_gives_one_sentence_that_names_it(r1_data: dict) -> None:
+def test_every_invalid_field_of_r1_gives_one_message_that_names_it(r1_data: dict) -> None:
     r1 = REGISTERED_ROBOTS["r1"]
     description, cases, wrong = r1.description(r1.definition), 0, []
     for where, value in places(r1_data):
@@ -263,7 +263,7 @@ def test_files_give_lines(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "the file is empty"),
         ("- 1", "is not a mapping"),
@@ -272,14 +272,14 @@ def test_files_give_lines(tmp_path: Path) -> None:
         ("a: !!python/object:os.system x", "not allowed"),
     ],
 )
-def test_files_that_are_no_definition(tmp_path: Path, text: str, told: str) -> None:
+def test_files_that_are_not_definitions(tmp_path: Path, text: str, message: str) -> None:
     file = tmp_path / "x.yaml"
     file.write_text(text)
-    with pytest.raises(ConfigError, match=told):
+    with pytest.raises(ConfigError, match=message):
         load_definition(file)
 
 
-def test_names_and_lengths_are_held_against_the_robot() -> None:
+def test_names_and_lengths_are_compared_with_the_robot() -> None:
     rover = load_description(asset_path("rover"))
     check_fits(parse_definition(ROVER), rover)
     spoiled = ROVER.replace("left_wheel_joint", "left_wheel_jiont") + "default_joint_pos: [0, 0, 0]\n"

@@ -125,7 +125,7 @@ def tall_rover(height: float) -> Robot:
 
 
 def with_load(description: RobotDescription, height: float) -> RobotDescription:
-    """The rover's hull with its mass twice as high up as `height`, so that it lies there on average."""
+    """The rover's hull with its mass twice as high up as `height`, so that its mean height is `height`."""
     links = []
     for link in description.links:
         if link.name == "base_link":
@@ -145,8 +145,8 @@ def with_load(description: RobotDescription, height: float) -> RobotDescription:
         ((0, 0, 0), (1, -1, 3)),
     ],
 )
-def test_pushes_agree_with_inverse_dynamics(twist, change) -> None:
-    """The moment that MuJoCo asks of a support at the base, for that motion with all other joints at rest."""
+def test_zmp_shifts_agree_with_inverse_dynamics(twist, change) -> None:
+    """Compare with the base moment of MuJoCo's inverse dynamics, with all other joints at rest."""
     robot = floor()
     posture = robot.joint_positions
     posture[[5, 7, 10, 11, 12]] = 0.7, 0.2, 0.5, 0.3, 1.0  # turned, leaning, one arm out
@@ -160,7 +160,7 @@ def test_pushes_agree_with_inverse_dynamics(twist, change) -> None:
     axes = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
 
     def supported(twist, change) -> np.ndarray:
-        """(2,) m: where the floor pushes, from the base's origin, in its axes."""
+        """Return the (2,) zero-moment point relative to the base's origin, in its axes (m)."""
         v, a, w = axes @ twist[:2], axes @ change[:2], twist[2]
         data.qvel[:] = data.qacc[:] = 0.0
         data.qvel[dofs[[0, 1, 5]]] = *v, w
@@ -182,7 +182,7 @@ def test_pushes_agree_with_inverse_dynamics(twist, change) -> None:
 @pytest.mark.parametrize(
     "twist", [(0.75, 0, np.pi), (1.5, 0, np.pi), (1.5, 1.5, -np.pi), (0, -1.5, np.pi), (1.5, 0, 1.0)]
 )
-def test_r1_turns_hard_at_full_speed_and_halts(twist) -> None:
+def test_r1_turns_sharply_at_full_speed_and_stops(twist) -> None:
     robot = floor()
     assert drive(robot, twist, 60) < 0.03
     linear, angular = robot.velocity_in_base
@@ -193,7 +193,7 @@ def test_r1_turns_hard_at_full_speed_and_halts(twist) -> None:
     assert drive(robot, (0, 0, 0), 60) < 0.03
 
 
-def test_a_curve_that_does_not_tip_is_driven_as_told() -> None:
+def test_a_stable_curve_is_driven_as_commanded() -> None:
     robot = floor()
     assert drive(robot, (0.5, 0, 1.5), 90) < 0.01
     linear, angular = robot.velocity_in_base
@@ -201,7 +201,7 @@ def test_a_curve_that_does_not_tip_is_driven_as_told() -> None:
 
 
 @pytest.mark.parametrize("height", [1.0, 1.8])
-def test_a_tall_narrow_base_stays_upright_by_chance(height: float) -> None:
+def test_a_tall_narrow_base_stays_upright_under_random_commands(height: float) -> None:
     robot, draw = mast_robot(height), np.random.default_rng(1)
     worst = 0.0
     for _ in range(12):
@@ -213,7 +213,7 @@ def robot_speeds(robot: Robot) -> np.ndarray:
     return robot.controllers["base"].limits.velocity
 
 
-def test_without_limits_of_acceleration_nothing_guards_it() -> None:
+def test_without_acceleration_limits_it_tips_over() -> None:
     robot = floor(controllers={"base": {"max_acceleration": None}})
     assert drive(robot, (1.5, 0, np.pi), 60) > FALLEN
 

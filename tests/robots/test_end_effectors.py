@@ -1,4 +1,4 @@
-"""One arm that can carry several hands, each with its own joints, posture and file."""
+"""One arm with several grippers, each with its own joints, posture and file."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def changer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return file
 
 
-def test_without_a_choice_the_definition_stands(changer: Path) -> None:
+def test_the_definition_is_the_default(changer: Path) -> None:
     robot = add_robot(World(), "changer")
     assert robot.n_dof == 7
     assert list(robot.groups) == ["arm_0"]  # an arm without fingers has no gripper
@@ -95,7 +95,7 @@ def test_without_a_choice_the_definition_stands(changer: Path) -> None:
 
 
 @pytest.mark.parametrize("hand", ["pinch", "other"])
-def test_a_hand_brings_its_links_joints_posture_and_file(changer: Path, hand: str) -> None:
+def test_a_gripper_variant_has_its_links_joints_posture_and_file(changer: Path, hand: str) -> None:
     world = World()
     robot = add_robot(world, "changer", end_effector=hand)
     assert robot.model == f"changer_{hand}"
@@ -113,7 +113,7 @@ def test_a_hand_brings_its_links_joints_posture_and_file(changer: Path, hand: st
     assert robot.joint_positions[-1] == pytest.approx(0.04, abs=1e-3)
 
 
-def test_hands_that_cannot_be_had_are_refused(changer: Path) -> None:
+def test_unavailable_gripper_variants_are_refused(changer: Path) -> None:
     with pytest.raises(ConfigError, match="no end effector named 'pinhc'; did you mean 'pinch'"):
         add_robot(World(), "changer", end_effector="pinhc")
     with pytest.raises(ConfigError, match="'soft' has no URDF"):

@@ -44,12 +44,12 @@ def test_arithmetic(text: object, value: float) -> None:
         "(" * 90,
     ],
 )
-def test_anything_else_is_refused_and_never_run(text: str) -> None:
+def test_anything_else_is_refused_and_never_executed(text: str) -> None:
     with pytest.raises(ValueError, match=r"."):
         read_number(text)
 
 
 @pytest.mark.parametrize("value", [True, None, [1], math.nan, math.inf])
-def test_what_is_no_number_is_refused(value: object) -> None:
+def test_other_values_are_refused(value: object) -> None:
     with pytest.raises(ValueError, match="must be"):
         read_number(value)

@@ -55,7 +55,7 @@ def test_groups_and_vectors_are_in_the_documented_order(robot: Robot) -> None:
     assert robot.action_space.contains(robot.action_space.sample(np.random.default_rng(0)))
 
 
-def test_ten_seconds_of_nothing_move_nothing(robot: Robot) -> None:
+def test_ten_seconds_of_zero_actions_cause_no_motion(robot: Robot) -> None:
     start, q0 = robot.position, robot.joint_positions
     for _ in range(300):
         robot.apply_action(np.zeros(21))
@@ -65,7 +65,7 @@ def test_ten_seconds_of_nothing_move_nothing(robot: Robot) -> None:
     assert np.abs(robot.joint_velocities).max() < 1e-3
 
 
-def test_the_base_still_carries_the_weight(robot: Robot) -> None:
+def test_the_base_still_supports_the_weight(robot: Robot) -> None:
     """Gravity is compensated by the drives, not switched off."""
     robot.world.step(480)
     load = sum(contact.normal_force for contact in robot.world.contacts(robot.body))
@@ -135,7 +135,7 @@ def test_each_gripper_lifts_a_box(arm: str) -> None:
     assert robot.arms[arm].is_grasping is not True
 
 
-def test_tucking_and_resetting_leave_the_base(robot: Robot) -> None:
+def test_tucking_and_resetting_keep_the_base_pose(robot: Robot) -> None:
     drive(robot, (0.5, 0, 0), 1.0)
     drive(robot, (0, 0, 0), 0.5)
     here = robot.position
@@ -180,7 +180,7 @@ def test_proprioception(robot: Robot) -> None:
         robot.proprioception(("joint_qpo",))
 
 
-def test_controllers_are_exchanged_and_mistakes_named(robot: Robot) -> None:
+def test_controllers_are_replaced_and_errors_named(robot: Robot) -> None:
     robot.reload_controllers({"arm_left": "JointController", "trunk": {"name": "NullJointController"}})
     assert robot.action_dim == 17
     robot.reload_controllers({"arm_left": {"subsume_controllers": ["trunk"]}})
@@ -193,7 +193,7 @@ def test_controllers_are_exchanged_and_mistakes_named(robot: Robot) -> None:
     moved = robot.arms["left"].pose_in_base[0] - start
     assert moved[2] > 0.1
     assert np.abs(moved[:2]).max() < 0.02
-    for config, told in [
+    for config, message in [
         ({"arm_lift": {}}, "no group named 'arm_lift'; did you mean 'arm_left'"),
         ({"base": "JointController"}, r"controllers\.base\.name: no controller for this group"),
         ({"arm_left": {"mode": "fast"}}, r"controllers\.arm_left\.mode: must be one of"),
@@ -204,7 +204,7 @@ def test_controllers_are_exchanged_and_mistakes_named(robot: Robot) -> None:
         ),
         ({"arm_left": {"mode": "absolute_pose"}}, r"controllers\.arm_left: mode 'absolute_pose' needs"),
     ]:
-        with pytest.raises(ConfigError, match=told):
+        with pytest.raises(ConfigError, match=message):
             robot.reload_controllers(config)
 
 

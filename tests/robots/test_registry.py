@@ -41,13 +41,13 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_bundled_robots_are_there_without_any_data(own: Path) -> None:
+def test_bundled_robots_need_no_data_folder(own: Path) -> None:
     assert {"r1", "rover"} <= set(REGISTERED_ROBOTS)
     assert REGISTERED_ROBOTS["rover"].bundled
     assert REGISTERED_ROBOTS.problems() == {}
 
 
-def test_files_are_seen_as_they_come_and_go(own: Path) -> None:
+def test_added_and_removed_files_appear_at_the_next_access(own: Path) -> None:
     assert "gripper_bot" not in REGISTERED_ROBOTS
     folder = place(own, "gripper_bot", ARM)
     assert "gripper_bot" in REGISTERED_ROBOTS
@@ -58,43 +58,43 @@ def test_files_are_seen_as_they_come_and_go(own: Path) -> None:
     assert "gripper_bot" not in REGISTERED_ROBOTS
 
 
-def test_only_a_file_named_as_its_folder_registers(own: Path) -> None:
+def test_only_a_file_named_like_its_folder_is_registered(own: Path) -> None:
     folder = place(own, "one", ARM)
     (folder / "two.yaml").write_text(ARM)
     assert "two" not in REGISTERED_ROBOTS
     assert "one" in REGISTERED_ROBOTS
 
 
-def test_an_own_robot_goes_before_a_bundled_one(own: Path) -> None:
+def test_a_robot_of_the_data_folder_overrides_a_bundled_one(own: Path) -> None:
     place(own, "rover", ARM)
     assert not REGISTERED_ROBOTS["rover"].bundled
     assert REGISTERED_ROBOTS["rover"].definition.capabilities == ("manipulation",)
 
 
-def test_a_broken_file_is_reported_and_does_no_harm(own: Path, capsys: pytest.CaptureFixture) -> None:
+def test_an_invalid_file_is_reported_and_others_still_load(own: Path, capsys: pytest.CaptureFixture) -> None:
     place(own, "good", ARM)
     place(own, "bad", "raw_controller_order: 3\ndefault_controllers: {}\n")
     (own / "mine" / "models" / "lost").mkdir()
     (own / "mine" / "models" / "lost" / "lost.yaml").write_text(ARM)
-    told = REGISTERED_ROBOTS.problems()
-    assert set(told) == {"bad", "lost"}
-    assert told["bad"] == "bad.yaml:1: raw_controller_order: must be a list; got 3"
-    assert "urdf/lost.urdf" in told["lost"]
+    message = REGISTERED_ROBOTS.problems()
+    assert set(message) == {"bad", "lost"}
+    assert message["bad"] == "bad.yaml:1: raw_controller_order: must be a list; got 3"
+    assert "urdf/lost.urdf" in message["lost"]
     with pytest.raises(ConfigError, match=r"bad\.yaml:1: raw_controller_order"):
         add_robot(World(), "bad")
     assert main(["robots", "--json"]) == 0
     rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)["robots"]}
-    assert rows["bad"]["problem"] == told["bad"]
+    assert rows["bad"]["problem"] == message["bad"]
     assert rows["good"]["joints"] == 7
     assert rows["good"]["capabilities"] == ["manipulation"]
 
 
-def test_unknown_names_say_what_there_is(own: Path) -> None:
+def test_unknown_names_list_the_registered_robots(own: Path) -> None:
     with pytest.raises(ConfigError, match="no robot named 'rovr'; did you mean 'rover'"):
         add_robot(World(), "rovr")
 
 
-def test_a_file_in_the_place_of_a_name_is_told_how_it_becomes_a_robot() -> None:
+def test_a_file_given_as_a_name_is_answered_with_the_import_command() -> None:
     with pytest.raises(ConfigError, match=r"import it: roboyard import models/arm\.urdf --name NAME"):
         REGISTERED_ROBOTS.find("models/arm.urdf")
 
@@ -137,7 +137,7 @@ def test_robots_are_listed_with_pictures_that_are_rendered_once(
     assert pictures()["good"] != first["good"]
 
 
-def test_a_robot_shows_itself_in_a_notebook(own: Path) -> None:
+def test_a_robot_has_html_for_notebooks(own: Path) -> None:
     place(own, "<one>", ARM)
     world = World()
     html = add_robot(world, "<one>")._repr_html_()

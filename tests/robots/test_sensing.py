@@ -1,4 +1,4 @@
-"""What a robot was imported with, it senses: no extra line, each sensor at its own rate, in its own frame."""
+"""Sensors of an import are mounted automatically, each at its own rate and in its own frame."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def world() -> World:
     return world
 
 
-def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Registry, world: World) -> None:
+def test_cameras_and_lidars_of_the_import_are_mounted_automatically(registry: Registry, world: World) -> None:
     robot = add_robot(world, registry["mast"])
     assert robot.sensors.names == ("mast:eye:Camera:0", "mast:head:Lidar:0")
     seen, info = robot.observe()
@@ -63,7 +63,7 @@ def test_cameras_and_lidars_of_the_import_are_there_by_themselves(registry: Regi
     x, _, z = robot.body.link("head").pose[0]
     assert camera["depth"][64, 64] == pytest.approx(2.0 - (x + 0.1), abs=0.01)
     assert info["mast:eye:Camera:0"]["seg"][tuple(camera["seg"][64, 64])] == "wall/base"
-    # the lidar is turned by a quarter to the left, so that the wall ahead lies at -90 degrees
+    # the lidar is turned by a quarter to the left, so that the wall ahead is at -90 degrees
     assert lidar["scan"].shape == (1, 360)
     assert lidar["scan"][0, 90] == pytest.approx(2.0 - x)
     assert np.allclose(lidar["points"][:, 2], z + 0.2)
@@ -85,7 +85,7 @@ def test_each_sensor_observes_at_its_own_rate(registry: Registry, world: World) 
     assert looks == {"mast:eye:Camera:0": 30, "mast:head:Lidar:0": 5}
 
 
-def test_options_go_to_kinds_and_links(registry: Registry, world: World) -> None:
+def test_sensor_options_apply_to_kinds_and_links(registry: Registry, world: World) -> None:
     pattern = ScanPattern(max_range=3.0)
     robot = add_robot(
         world,
@@ -101,8 +101,8 @@ def test_options_go_to_kinds_and_links(registry: Registry, world: World) -> None
     assert isinstance(camera, CameraSensor) and isinstance(lidar, Lidar)
     assert (camera.width, camera.rate, lidar.pattern, lidar.rate) == (32, 20, pattern, 10)
     assert np.allclose(lidar.mount.position, (0, 0, 0.4))
-    for wrong, told in (({"nose": {}}, "nose"), ({"Lidar": {"colour": 1}}, "colour")):
-        with pytest.raises(ConfigError, match=told):
+    for wrong, message in (({"nose": {}}, "nose"), ({"Lidar": {"colour": 1}}, "colour")):
+        with pytest.raises(ConfigError, match=message):
             add_robot(world, registry["mast"], sensor_options=wrong)
 
 

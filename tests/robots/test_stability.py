@@ -1,10 +1,10 @@
-"""A robot on wheels stays upright: shocks die out, nothing it is told leads it over its wheels."""
+"""A robot on wheels stays upright: shocks decay, and no command tips it over."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from plain_balance import hull_edges
+from reference_stability import hull_edges
 
 from roboyard.robots import Robot, add_robot
 from roboyard.robots.stability.support_polygon import support_polygon_of
@@ -43,14 +43,14 @@ def test_edges_of_a_square() -> None:
     found = hull_edges(points)
     assert found is not None
     normals, bounds, middle = found
-    told = {(int(n[0]), int(n[1])): b for n, b in zip(normals.round(9), bounds, strict=True)}
-    assert told == {(0, -1): 0.0, (1, 0): 2.0, (0, 1): 2.0, (-1, 0): 0.0}
+    message = {(int(n[0]), int(n[1])): b for n, b in zip(normals.round(9), bounds, strict=True)}
+    assert message == {(0, -1): 0.0, (1, 0): 2.0, (0, 1): 2.0, (-1, 0): 0.0}
     assert middle.tolist() == [1.0, 1.0]
     assert hull_edges(points[:1]) is None
     assert hull_edges(np.array([[0, 0], [1, 1], [2, 2], [3, 3]], float)) is None
 
 
-def test_balance_agrees_with_the_cart_table_and_with_differences() -> None:
+def test_margins_agree_with_the_cart_table_and_finite_differences() -> None:
     """A base that speeds up by a moves the floor's answer by -h a / g; joints move the centre of mass."""
     robot = floor()
     support_polygon = support_polygon_of(robot)
@@ -79,8 +79,8 @@ def test_balance_agrees_with_the_cart_table_and_with_differences() -> None:
     ("joint", "speed"),
     [("torso_joint1", 0.5), ("torso_joint2", 1.0), ("torso_joint3", 1.0), ("left_arm_joint2", 1.0)],
 )
-def test_a_shock_to_a_joint_dies_out(joint: str, speed: float) -> None:
-    """Drives at their limits do not throw coupled joints about; no shock here has the energy to tip R1."""
+def test_a_shock_to_a_joint_decays(joint: str, speed: float) -> None:
+    """Drives at their limits do not excite coupled joints; no shock here has the energy to tip R1."""
     robot = floor()
     posture = robot.joint_positions
     robot.joint_arrays.v = robot.joint_arrays.v + np.where(np.array(robot.joint_names) == joint, speed, 0.0)
@@ -91,7 +91,7 @@ def test_a_shock_to_a_joint_dies_out(joint: str, speed: float) -> None:
 
 
 @pytest.mark.parametrize(("com_shift", "way"), [(0.1, (1.0, 0.0, 0.0)), (-0.1, (-1.0, 0.0, 0.0))])
-def test_a_robot_that_leans_drives_and_halts_upright(com_shift: float, way: tuple[float, ...]) -> None:
+def test_a_bent_robot_drives_and_stops_upright(com_shift: float, way: tuple[float, ...]) -> None:
     robot = floor()
     assert hold(robot, 120, trunk=[0, com_shift, 0, 0]) < 0.005
     assert robot.joint_positions[7] * np.sign(com_shift) > 0.35
@@ -101,28 +101,30 @@ def test_a_robot_that_leans_drives_and_halts_upright(com_shift: float, way: tupl
     assert abs(robot.joint_velocities[0]) < 0.1
 
 
-def test_without_its_guard_the_trunk_leads_the_robot_over() -> None:
+def test_without_keep_balance_the_trunk_tips_the_robot() -> None:
     robot = floor(controllers={"trunk": {"keep_balance": False}})
     assert hold(robot, 75, trunk=[0.1, 0, 0, 0]) > 0.2
 
 
-def test_what_stops_for_balance_goes_back_and_on() -> None:
-    """Leaning back with another joint makes room for the one that stopped."""
+def test_a_joint_stopped_for_stability_moves_back_and_on() -> None:
+    """Bending back with another joint increases the margin of the stopped one."""
     robot = floor()
     hold(robot, 75, trunk=[0, 0.1, 0, 0])
     stopped = robot.joint_positions[7]
     assert hold(robot, 75, trunk=[-0.1, 0.1, 0, 0]) < 0.01
     gone_on = robot.joint_positions[7]
     assert gone_on > stopped + 0.2
-    hold(robot, 60, trunk=[0, 0, 0, 0])  # the other arrives: joints that move at once share the footing
+    hold(
+        robot, 60, trunk=[0, 0, 0, 0]
+    )  # the other arrives: joints that move at once share the support margin
     gone_on = robot.joint_positions[7]
     assert hold(robot, 30, trunk=[0, -0.1, 0, 0]) < 0.01
     assert robot.joint_positions[7] < gone_on - 0.05
 
 
 @pytest.mark.parametrize(("size", "held"), [(1.0, 1), (0.1, 30)])
-def test_commands_by_chance_tip_nothing(size: float, held: int) -> None:
-    """All joints at once share what the footing bears."""
+def test_random_commands_do_not_tip_the_robot(size: float, held: int) -> None:
+    """All joints at once share the margins of the support polygon."""
     robot, draw = floor(), np.random.default_rng(0)
     worst, action = 0.0, robot.no_op_action()
     for step in range(480):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import plain_balance as plain
 import pytest
+import reference_stability as plain
 
 from roboyard.robots.stability import kernels
 from roboyard.robots.stability.zmp import BalanceMargins
@@ -28,7 +28,7 @@ def test_hulls(seed: int) -> None:
     random = np.random.default_rng(seed)
     points = random.normal(size=(random.integers(1, 20), 2))
     if seed % 2:
-        points = np.round(points)  # twins and points in line
+        points = np.round(points)  # duplicate and collinear points
     expected, found = plain.hull_edges(points), hull(points)
     assert (expected is None) == (found is None)
     if expected is not None and found is not None:
@@ -36,7 +36,7 @@ def test_hulls(seed: int) -> None:
         assert found[2] == pytest.approx(expected[2], abs=1e-12)
 
 
-def test_points_in_line_and_few_points_have_no_hull() -> None:
+def test_collinear_and_few_points_have_no_hull() -> None:
     assert hull(np.array([[0, 0], [1, 1], [2, 2], [3, 3]], float)) is None
     assert hull(np.zeros((1, 2))) is None
     assert hull(np.zeros((0, 2))) is None

@@ -74,21 +74,24 @@ def spoiled(caster: bool = True) -> Robot:
 
 
 @pytest.mark.parametrize("twist", [(0.3, 0.0), (-0.1, 0.0), (0.0, 1.0), (0.2, -0.4)])
-def test_twists_are_followed_by_a_robot_as_vendors_ship_them(twist) -> None:
+def test_twists_are_followed_by_a_robot_with_vendor_shapes(twist) -> None:
     robot = spoiled()
     drive(robot, twist, 1.0)
     assert drive(robot, twist, 2.0) == pytest.approx(twist, rel=0.02, abs=0.003)
 
 
-def test_hulls_are_cut_above_the_floor_where_the_robot_stands_without_them() -> None:
+def test_hulls_are_trimmed_above_the_floor_where_wheels_support_the_robot() -> None:
     cut, kept = (spoiled(caster).description.link_by_name["base_link"] for caster in (True, False))
     assert extent_along(replace(cut, visuals=()), (0, 0, 1)) == pytest.approx(
         (0.03, 0.2)
     )  # what is seen ends there
-    assert extent_along(replace(kept, visuals=()), (0, 0, 1)) == (0.0, 0.2)  # nobody named the caster
+    assert extent_along(replace(kept, visuals=()), (0, 0, 1)) == (
+        0.0,
+        0.2,
+    )  # the definition does not list the caster
 
 
-def test_resistance_in_the_wheels_does_not_shake_a_robot_at_rest() -> None:
+def test_wheel_friction_does_not_shake_a_robot_at_rest() -> None:
     robot = spoiled()
     speeds = []
     for _ in range(45):
@@ -98,14 +101,14 @@ def test_resistance_in_the_wheels_does_not_shake_a_robot_at_rest() -> None:
     assert max(speeds[15:]) < 1e-3
 
 
-def test_a_circle_comes_back(rover: Robot) -> None:
+def test_a_full_circle_returns_to_its_start(rover: Robot) -> None:
     drive(rover, (0.4, 0.8), 0.5)
     start = rover.position
     drive(rover, (0.4, 0.8), 2 * np.pi / 0.8)
     assert np.linalg.norm((rover.position - start)[:2]) < 0.03
 
 
-def test_it_stands_on_wheels_and_caster_and_floats(rover: Robot) -> None:
+def test_it_floats_supported_by_wheels_and_caster(rover: Robot) -> None:
     assert not rover.body.is_fixed
     for _ in range(60):
         rover.apply_action(np.zeros(2))
@@ -123,7 +126,7 @@ def test_discrete_actions(rover: Robot) -> None:
     assert stand == pytest.approx([0.0, 0.0])
 
 
-def test_moving_the_robot_moves_it_whole(rover: Robot) -> None:
+def test_set_pose_moves_the_whole_robot(rover: Robot) -> None:
     rover.set_pose((2.0, 1.0, 0.0), (0, 0, 1, 0))
     v, _ = drive(rover, (0.4, 0.0), 1.0)
     assert v > 0.3

@@ -186,7 +186,7 @@ def imported(name: str, data: Path) -> RegisteredRobot:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(ROBOTS))
-def test_other_peoples_robots_validate(name: str, data: Path) -> None:
+def test_robots_of_other_vendors_validate(name: str, data: Path) -> None:
     report = validate(imported(name, data))
     assert [(gate.name, gate.figure, list(gate.findings)[:3]) for gate in report.failed] == []
 
@@ -236,7 +236,7 @@ def stretch_file() -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("twist", TWISTS)
-def test_stretch_follows_twists_as_its_vendor_ships_it(twist: tuple[float, float]) -> None:
+def test_stretch_follows_twists_with_vendor_shapes(twist: tuple[float, float]) -> None:
     """Wheels with 22 N m s/rad of damping, a hull that ends on the floor, hubs that reach inwards."""
     file, definition = stretch_file(), {**STRETCH, "self_collisions": False}
     got = followed(lambda world: add_robot(world, str(file), definition=definition), twist)

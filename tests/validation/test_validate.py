@@ -105,13 +105,13 @@ def test_r1_passes_every_gate() -> None:
     assert report.gate("ik_reach").figure == 1.0
 
 
-def test_the_rover_passes_and_skips_what_it_has_not() -> None:
+def test_the_rover_passes_and_skips_gates_that_do_not_apply() -> None:
     report = validate("rover")
     assert report.passed
     assert {gate.name for gate in report.gates if gate.skipped} == {"ik_reach", "tuck", "sensors"}
 
 
-def test_a_sound_robot_passes() -> None:
+def test_a_valid_robot_passes() -> None:
     assert [g.name for g in validate(robot(), definition=DEFINITION).failed] == []
 
 
@@ -146,7 +146,7 @@ def test_postures_outside_limits_are_found() -> None:
     assert gate.findings == ["default_joint_pos: shoulder = 0.5 is outside -1 to 0.2"]
 
 
-def test_joints_that_do_not_answer_are_found() -> None:
+def test_joints_without_response_are_found() -> None:
     """A joint whose range is a point cannot answer its command."""
     stuck = robot()
     joints = tuple(
@@ -185,34 +185,34 @@ def test_a_definition_with_wrong_wheels_fails_to_drive() -> None:
     rover["two_wheel"] = {"wheel_radius": 0.06, "wheel_axle_length": 0.5}
     gate = validate("rover", definition=rover, gates=["drive"]).gate("drive")
     assert not gate.passed
-    told = " ".join(gate.findings)
-    assert "two_wheel.wheel_radius is 0.06 m; the shapes of left_wheel reach 0.075" in told
-    assert "two_wheel.wheel_axle_length is 0.5 m" in told
+    message = " ".join(gate.findings)
+    assert "two_wheel.wheel_radius is 0.06 m; the shapes of left_wheel reach 0.075" in message
+    assert "two_wheel.wheel_axle_length is 0.5 m" in message
     assert "wheel_axle_length" in gate.advice
 
 
 def test_command_line_json_and_page(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     html = tmp_path / "rover.html"
     assert main(["validate", "rover", "--json", "--html", str(html)]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["passed"] is True
-    assert {gate["name"] for gate in told["gates"]} >= {"settle", "base_drift", "response"}
+    message = json.loads(capsys.readouterr().out)
+    assert message["passed"] is True
+    assert {gate["name"] for gate in message["gates"]} >= {"settle", "base_drift", "response"}
     text = html.read_text()
     assert text.count("<svg") >= 3
     assert "The robot comes to rest" in text
     assert "http" not in text
 
 
-def test_the_command_line_says_what_failed(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+def test_the_command_line_names_failed_gates(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     file = tmp_path / "rover.yaml"
     file.write_text((assets_root() / "rover" / "rover.yaml").read_text() + "default_joint_pos: [0, 0]\n")
     assert main(["validate", "rover", "--definition", str(file), "--gate", "settle"]) == 0
     assert "The robot comes to rest" in capsys.readouterr().out
-    assert main(["validate", "nobody"]) == 1
-    assert "no robot named 'nobody'" in capsys.readouterr().err
+    assert main(["validate", "unknown"]) == 1
+    assert "no robot named 'unknown'" in capsys.readouterr().err
 
 
-def test_pages_escape_what_files_say() -> None:
+def test_pages_escape_text_of_files() -> None:
     gate = Gate(
         name="x", title="<script>", figure=2.0, threshold=1.0, unit="m", findings=["<b>"], advice="<i>"
     )
@@ -222,7 +222,7 @@ def test_pages_escape_what_files_say() -> None:
     assert "&lt;r&gt;" in text
 
 
-def test_a_figure_that_is_no_number_fails() -> None:
+def test_a_nan_figure_fails() -> None:
     assert not Gate(name="x", title="x", figure=float("nan"), threshold=1.0, unit="m").passed
     assert set(GATES) == {
         "limits",
@@ -237,7 +237,7 @@ def test_a_figure_that_is_no_number_fails() -> None:
     }
 
 
-def test_only_the_gate_that_looks_builds_what_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_sensor_gate_builds_visual_shapes(monkeypatch: pytest.MonkeyPatch) -> None:
     from roboyard.validation.test_world import TestWorld
 
     made: list[tuple[bool, int]] = []
