@@ -1,4 +1,4 @@
-"""`roboyard robots`: which robots there are."""
+"""`roboyard robots`: list the registered robots."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 def robots(
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
-    pictures: Annotated[bool, typer.Option(help="Render pictures that are not there yet.")] = True,
+    pictures: Annotated[bool, typer.Option(help="Render missing pictures.")] = True,
 ) -> None:
     """List your imported robots and the bundled ones.
 
-    Each with its joints, what it can do and a picture. Exit code 0 also where a definition is broken: it is
-    listed with its problem.
+    Each with its joints, capabilities and a picture. An invalid definition is listed with its problem; the
+    exit code is still 0.
     """
     from roboyard.robots.registry import REGISTERED_ROBOTS
 
@@ -38,7 +38,7 @@ def robots(
         return
     for row in rows:
         if row["problem"]:
-            print(f"{row['name']}: broken: {row['problem'].splitlines()[0]}")
+            print(f"{row['name']}: invalid: {row['problem'].splitlines()[0]}")
             continue
         where = "bundled" if row["bundled"] else row["file"]
         capabilities = ", ".join(row["capabilities"]) or "no capabilities"
@@ -70,7 +70,7 @@ def _row(robot: RegisteredRobot, render: bool) -> dict[str, Any]:
         row["groups"] = definition.controller_names()
         row["joints"] = len(breadth_first_joint_names(robot.description(definition)))
         if render and row["picture"] is None:
-            with suppress(OSError):  # a data folder that cannot be written to is no reason not to list it
+            with suppress(OSError):  # the data folder may be read-only
                 row["picture"] = str(picture_of(robot, REGISTERED_ROBOTS))
     except RoboyardError as error:
         row["problem"] = str(error)
