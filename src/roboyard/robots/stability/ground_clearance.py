@@ -12,8 +12,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
+from roboyard._lazy import lazy_module
 from roboyard.description.model import (
     Box,
     Capsule,
@@ -30,9 +30,12 @@ from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.stability.wheels import Wheel, mesh_points
 from roboyard.shapes import primitives
-from roboyard.shapes.convex.hulls import convex_hull
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.transforms import Array
+
+# they load numba and SciPy, which robots without a differential drive do not need
+_hulls = lazy_module("roboyard.shapes.convex.hulls")
+_spatial = lazy_module("scipy.spatial")
 
 MIN_CLEARANCE = 2e-3
 """Shapes with less ground clearance are trimmed (m)."""
@@ -71,8 +74,8 @@ def links_below_floor(
 def _is_inside(contacts: Array, centre: Array) -> bool:
     """Return whether a (2,) point is inside the convex hull of (n, 2) others (m)."""
     try:
-        sides = ConvexHull(contacts).equations
-    except (QhullError, ValueError):
+        sides = _spatial().ConvexHull(contacts).equations
+    except (_spatial().QhullError, ValueError):
         return False
     return bool((sides @ np.append(centre, 1.0) <= 0.0).all())
 
@@ -104,7 +107,7 @@ def trim(link: Link, T_root_link: Array, height: float) -> Link:
             continue
         above = _part_above(points, pose[2, :3], height - pose[2, 3])
         if len(above):
-            hull = convex_hull(above, None).mesh
+            hull = _hulls().convex_hull(above, None).mesh
             mesh = TriangleMesh(vertices=read_only(hull.vertices, np.float64), faces=hull.faces)
             kept.append(replace(shape, geometry=Mesh(uri="", path=None, data=mesh)))
     return replace(link, collisions=tuple(kept))
@@ -112,7 +115,7 @@ def trim(link: Link, T_root_link: Array, height: float) -> Link:
 
 def _part_above(points: Array, up: Array, level: float) -> Array:
     """Return the (m, 3) corners of the part of the points' hull where `up` · x is at least `level` (m)."""
-    corners = convex_hull(points, MAX_CORNERS).mesh.vertices
+    corners = _hulls().convex_hull(points, MAX_CORNERS).mesh.vertices
     height = corners @ up - level
     high, low = corners[height > 0], corners[height <= 0]
     if not len(high):
