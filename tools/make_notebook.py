@@ -2,8 +2,8 @@
 
     python tools/make_notebook.py [examples/pybullet_tutorial.py]
 
-The notebook lies beside the script. Cells run in order in this process; what a cell prints and the picture in
-its last line become its outputs, pictures as small PNGs.
+The notebook is stored beside the script. Cells run in order in this process; what a cell prints and the
+picture in its last line become its outputs, pictures as small PNGs.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _run_cell(source: str, values: dict[str, Any], number: int) -> list[dict[str
 
 
 def _data(result: Any) -> dict[str, Any]:
-    """What a front end shows for a value."""
+    """Return what a notebook front end shows for a value."""
     if hasattr(result, "save") and hasattr(result, "size"):
         raw = io.BytesIO()
         result.convert("RGB").quantize(64).save(raw, "PNG", optimize=True)

@@ -502,7 +502,7 @@ def test_messages_are_pybullets(rod: int, call: object, message: str) -> None:
     assert str(caught.value) == message
 
 
-def test_some_things_fail_in_silence(rod: int) -> None:
+def test_unknown_ids_are_ignored_where_pybullet_ignores_them(rod: int) -> None:
     p.removeBody(99)
     p.changeDynamics(99, -1, mass=3)
     p.resetBaseVelocity(99, [1, 2, 3])

@@ -1,4 +1,4 @@
-"""What scripts change while a simulation runs: pushes, speeds, masses, terrain."""
+"""Changes while a simulation runs: forces, speeds, masses, terrain."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_pictures_of_bodies_and_files_share_one_row_of_numbers(client: int, tmp_
     assert p.loadTexture(other) == 3
     assert _texture_ids(first) == [0]
     p.changeVisualShape(first, -1, textureUniqueId=3)
-    assert _texture_ids(first) == [0], "told as it was loaded"
+    assert _texture_ids(first) == [0], "reported as it was loaded"
     p.changeVisualShape(first, -1, textureUniqueId=77)
     p.resetSimulation()
     assert p.loadTexture(other) == 4
@@ -204,7 +204,7 @@ def test_a_texture_changes_by_bytes_and_alone(client: int, tmp_path: Path) -> No
     assert image[10, 30].tolist() == [0, 0, 255, 255]
 
 
-def test_a_new_colour_is_told_for_all_shapes_of_a_link(client: int) -> None:
+def test_a_new_colour_is_reported_for_all_shapes_of_a_link(client: int) -> None:
     shapes = p.createVisualShapeArray(
         [p.GEOM_SPHERE, p.GEOM_SPHERE], radii=[0.1, 0.2], visualFramePositions=[[0, 0, 0], [0, 0, 1]]
     )

@@ -113,7 +113,7 @@ def test_a_slide_is_carried_round_by_the_body_it_slides_on(wheels: int, box: int
     position, turn = p.getBasePositionAndOrientation(box)
     assert np.dot(position[:2], [np.cos(angle), np.sin(angle)]) == pytest.approx(0, abs=0.01)
     assert p.getEulerFromQuaternion(turn)[2] == pytest.approx(angle, abs=0.01)
-    assert np.linalg.norm(position[:2]) > 0.6, "what swings round is flung outwards"
+    assert np.linalg.norm(position[:2]) > 0.6, "a body on a circle moves outwards"
 
 
 def test_a_gear_of_minus_one_turns_both_wheels_alike(wheels: int) -> None:

@@ -1,4 +1,4 @@
-"""What the face writes: state logs, films, world scripts, meshes."""
+"""Files that PyBullet's functions write: state logs, videos, world scripts, meshes."""
 
 from __future__ import annotations
 

@@ -80,3 +80,20 @@ def test_a_missing_script_is_wrong_usage(tmp_path: Path) -> None:
     )
     assert done.returncode == 2
     assert "none.py" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        ([], 2, "usage: python -m roboyard.pybullet SCRIPT"),
+        (["--help"], 0, "usage"),
+        (["no.py"], 2, "'no.py'"),
+    ],
+)
+def test_the_module_needs_a_script(
+    arguments: list[str], code: int, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from roboyard.pybullet.running import main
+
+    assert main(arguments) == code
+    assert text in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What scripts found in the wild rely on, each as real PyBullet 3.2.7 does it."""
+"""Behaviour of PyBullet 3.2.7 that published scripts rely on."""
 
 from __future__ import annotations
 

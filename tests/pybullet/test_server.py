@@ -83,7 +83,7 @@ JUNK = [
     b"GET / HTTP/1.1\r\n\r\n",
     b"\x00\x00\x00\x04abcd",
     b"\xff" * 64,
-    wire.frame(["somebody else", 1]),
+    wire.frame(["another program", 1]),
     wire.frame(wire.HELLO) + wire.frame([1, "__import__", ["os"]]),
     wire.frame(wire.HELLO) + wire.frame({"no": "request"}),
     wire.frame(wire.HELLO) + b"\x00\x00\xff\xff" + b"\x91" * 65535,

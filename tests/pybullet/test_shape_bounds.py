@@ -125,7 +125,7 @@ def test_collisions_of_a_file_have_groups_and_masks(client: int, tmp_path: Path)
 
 
 def test_boxes_of_bodies_made_by_code(client: int) -> None:
-    """A ball's margin is its radius whatever is asked for; a plane's box has no end."""
+    """A sphere's margin is its radius and cannot be changed; a plane's box is unlimited."""
     ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [0, 0, 1])
     p.changeDynamics(ball, -1, collisionMargin=0.02)
     assert p.getDynamicsInfo(ball, -1)[11] == 0.1

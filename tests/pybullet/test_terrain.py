@@ -88,7 +88,7 @@ def test_tables_and_images(client: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "note"),
     [
         (b"1,2,\n3,\n", "the same number"),
         (b"", "2 by 2"),
@@ -96,12 +96,12 @@ def test_tables_and_images(client: int, tmp_path: Path) -> None:
         (b"1,nan\n2,3", "finite"),
     ],
 )
-def test_poor_files_are_refused(client: int, tmp_path: Path, content: bytes, told: str) -> None:
+def test_poor_files_are_refused(client: int, tmp_path: Path, content: bytes, note: str) -> None:
     path = tmp_path / "field.txt"
     path.write_bytes(content)
     with pytest.raises(p.error, match="createCollisionShape failed") as caught:
         p.createCollisionShape(p.GEOM_HEIGHTFIELD, fileName=str(path))
-    assert told in "".join(caught.value.__notes__)
+    assert note in "".join(caught.value.__notes__)
 
 
 def test_what_cannot_be_replaced(client: int, tmp_path: Path) -> None:

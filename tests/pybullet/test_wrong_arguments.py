@@ -1,4 +1,4 @@
-"""What wrong arguments of joint, link and dynamics functions bring, as real PyBullet 3.2.7 has it."""
+"""Errors for wrong arguments of joint, link and dynamics functions, as in PyBullet 3.2.7."""
 
 from __future__ import annotations
 
