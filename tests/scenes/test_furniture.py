@@ -11,12 +11,12 @@ import trimesh
 
 from roboyard.description.model import Mesh, RobotDescription
 from roboyard.scenes import household_objects, parts
-from roboyard.scenes.home.cabinets import Cell, Column, cabinet, column, drawers, shelves
-from roboyard.scenes.home.doors import door
-from roboyard.scenes.home.seats import bed, chair, desk_chair, sofa, stool
-from roboyard.scenes.home.walls import DOOR_HEIGHT, HEIGHT, THICK, Opening, wall
+from roboyard.scenes.flat.cabinets import Cell, Column, cabinet, column, drawers, shelves
+from roboyard.scenes.flat.doors import door
+from roboyard.scenes.flat.seats import bed, chair, desk_chair, sofa, stool
+from roboyard.scenes.flat.walls import DOOR_HEIGHT, HEIGHT, THICK, Opening, wall
 from roboyard.scenes.revolve import revolve
-from roboyard.scenes.terrain import FLAT_RADIUS, smooth_hills
+from roboyard.scenes.terrain_scene import FLAT_RADIUS, smooth_hills
 from roboyard.sim import World
 
 GREY = (0.5, 0.5, 0.5, 1.0)

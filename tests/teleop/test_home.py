@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from roboyard.recording import SceneSetup, set_up
-from roboyard.scenes.home.flat import ACROSS, EAST, KITCHEN, SOUTH, WEST
+from roboyard.scenes.flat.plan import ACROSS, EAST, KITCHEN, SOUTH, WEST
 from roboyard.sensors import CameraSensor, Sensors, link_names
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -8,11 +8,11 @@
 
 from __future__ import annotations
 
-from roboyard.scenes.empty import empty
-from roboyard.scenes.home import home
+from roboyard.scenes.empty_scene import empty
+from roboyard.scenes.flat import home
 from roboyard.scenes.load import SCENES, load_scene
 from roboyard.scenes.scene import Scene, let_sleep
-from roboyard.scenes.tabletop import tabletop
-from roboyard.scenes.terrain import terrain
+from roboyard.scenes.tabletop_scene import tabletop
+from roboyard.scenes.terrain_scene import terrain
 
 __all__ = ["SCENES", "Scene", "empty", "home", "let_sleep", "load_scene", "tabletop", "terrain"]

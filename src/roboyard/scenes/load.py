@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard.errors import DescriptionError, RoboyardError, unknown_name
-from roboyard.scenes.empty import empty
-from roboyard.scenes.home import home
+from roboyard.scenes.empty_scene import empty
+from roboyard.scenes.flat import home
 from roboyard.scenes.scene import Scene, Vector3, world_or_new
-from roboyard.scenes.tabletop import tabletop
-from roboyard.scenes.terrain import terrain
+from roboyard.scenes.tabletop_scene import tabletop
+from roboyard.scenes.terrain_scene import terrain
 
 if TYPE_CHECKING:
     from roboyard.sim import Body, World

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from roboyard.scenes.home.flat import home
+from roboyard.scenes.flat.plan import home
 
 __all__ = ["home"]

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 from roboyard.description.model import RobotDescription
 from roboyard.scenes import household_objects
-from roboyard.scenes.furniture_parts import between, box, object_of
-from roboyard.scenes.home import fixtures, seats
-from roboyard.scenes.home.cabinets import Cell, Column, cabinet, column, drawers, shelves
-from roboyard.scenes.home.colors import (
+from roboyard.scenes.flat import fixtures, seats
+from roboyard.scenes.flat.cabinets import Cell, Column, cabinet, column, drawers, shelves
+from roboyard.scenes.flat.colors import (
     LINEN,
     MUSTARD,
     NAVY,
@@ -24,10 +23,11 @@ from roboyard.scenes.home.colors import (
     TILES,
     WALNUT,
 )
-from roboyard.scenes.home.doors import door
-from roboyard.scenes.home.walls import Opening, wall
+from roboyard.scenes.flat.doors import door
+from roboyard.scenes.flat.walls import Opening, wall
+from roboyard.scenes.furniture_parts import between, box, object_of
 from roboyard.scenes.scene import Scene, let_sleep, world_or_new
-from roboyard.scenes.tabletop import table
+from roboyard.scenes.tabletop_scene import table
 from roboyard.transforms import quaternion_from_rpy
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from roboyard.description.model import RGBA, RobotDescription
+from roboyard.scenes.flat.colors import LINEN, OAK, PAINT, WALNUT
 from roboyard.scenes.furniture_parts import Part, box, capsule, cylinder, object_of
-from roboyard.scenes.home.colors import LINEN, OAK, PAINT, WALNUT
 
 
 def sofa(name: str, width: float, rgba: RGBA, pillow: RGBA) -> RobotDescription:

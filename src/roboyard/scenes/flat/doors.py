@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from roboyard.description.model import RGBA, RobotDescription
+from roboyard.scenes.flat.colors import OAK, PAINT, STEEL
+from roboyard.scenes.flat.walls import DOOR_HEIGHT, THICK
 from roboyard.scenes.furniture_parts import Part, between, capsule, cylinder, hinge, link
-from roboyard.scenes.home.colors import OAK, PAINT, STEEL
-from roboyard.scenes.home.walls import DOOR_HEIGHT, THICK
 
 JAMB = 0.03
 """Width of the frame (m)."""

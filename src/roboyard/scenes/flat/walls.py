@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from roboyard.scenes.flat.colors import GLASS, PAINT, PLASTER
 from roboyard.scenes.furniture_parts import Part, between
-from roboyard.scenes.home.colors import GLASS, PAINT, PLASTER
 
 HEIGHT = 2.4
 """Height of the walls (m)."""

@@ -5,17 +5,7 @@ from __future__ import annotations
 import math
 
 from roboyard.description.model import RGBA, RobotDescription, Vector3
-from roboyard.scenes.furniture_parts import (
-    Part,
-    between,
-    box,
-    capsule,
-    collision_only,
-    cylinder,
-    object_of,
-    skin,
-)
-from roboyard.scenes.home.colors import (
+from roboyard.scenes.flat.colors import (
     BLACK,
     GLASS,
     GLOW,
@@ -27,6 +17,16 @@ from roboyard.scenes.home.colors import (
     STONE,
     TERRACOTTA,
     WATER,
+)
+from roboyard.scenes.furniture_parts import (
+    Part,
+    between,
+    box,
+    capsule,
+    collision_only,
+    cylinder,
+    object_of,
+    skin,
 )
 from roboyard.scenes.revolve import revolve
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from roboyard.description.model import RGBA, Joint, Link, RobotDescription
+from roboyard.scenes.flat.colors import STEEL
 from roboyard.scenes.furniture_parts import Part, between, handle, hinge, link, slider
-from roboyard.scenes.home.colors import STEEL
 
 BOARD = 0.018
 """Thickness of all boards (m)."""
