@@ -1,4 +1,4 @@
-"""What an import costs, step by step, with an empty cache and with a full one.
+"""Time and memory of an import, step by step, with an empty cache and with a full one.
 
     python benchmarks/import.py [ROBOT.urdf] [--method coacd] [--all-links]
 

@@ -247,7 +247,7 @@ def test_weight_stays_between_the_wheels(name: str) -> None:
             moment += m * (T[:3, :3] @ numbers(inertial.find("origin").get("xyz")) + T[:3, 3])
     assert 60 < mass < 110
     feet = np.array([poses[f"wheel_link{i}"][:2, 3] for i in (1, 2, 3)])
-    feet[:, 1] -= 0.03  # the tyre's middle lies beside its frame
+    feet[:, 1] -= 0.03  # the tyre's middle is beside its frame
     hull = ConvexHull(feet)
     inside = -(hull.equations[:, :2] @ (moment / mass)[:2] + hull.equations[:, 2])
     assert inside.min() > 0.03

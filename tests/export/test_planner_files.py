@@ -30,7 +30,7 @@ def flat(robot: RobotModel, tmp_path: Path) -> dict[str, Any]:
 
 
 def dual_arm() -> RobotDescription:
-    """A base that glides, a torso and two arms of two joints with a finger each, as OmniGibson's R1."""
+    """A holonomic base, a torso and two arms of two joints with a finger each, as OmniGibson's R1."""
     axes = ("x", "y", "z", "rx", "ry", "rz")
     virtual = [f"base_footprint_{axis}" for axis in axes]
     links = [*virtual, "base", "torso"]

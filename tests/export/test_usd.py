@@ -171,7 +171,7 @@ def test_transforms_are_translate_orient_scale_in_double_precision(stage: Any) -
 
 
 def test_links_stand_where_they_are_with_all_joints_at_zero(robot: RobotModel, stage: Any) -> None:
-    # at zero the follower is at zero too, whatever its offset
+    # at zero the mimic joint is at zero too, for any offset
     poses = forward_kinematics(robot.description, {"grip_follower": 0.0})
     for link, pose in poses.items():
         assert np.allclose(world(link_prim(stage, link)), pose, atol=1e-9)

@@ -12,7 +12,7 @@ from math import pi
 from assets.files import obj
 from assets.mesh import Mesh, merge
 from assets.palette import pick
-from assets.solids import arrayed, disc, drum, lathe, loft, ring
+from assets.solids import arrayed, disc, drum, loft, revolve, ring
 from assets.urdf import HEADER, Joint, Link, Shape, cylinder, document, mesh, mesh_inertial, sphere_inertial
 
 HALF = pi / 2
@@ -78,7 +78,7 @@ def _robot() -> tuple[list[Link], list[Joint]]:
     for number, stage in enumerate(STAGES, start=1):
         frame = (-HALF, 0.0, 0.0) if stage.across else (0.0, 0.0, 0.0)
         before_across = number > 1 and STAGES[number - 2].across
-        # The frame before is turned by -90 degrees about x where its joint lies across the arm.
+        # The frame before is turned by -90 degrees about x where its joint is across the arm.
         xyz = (0.0, -stage.rise, 0.0) if before_across else (0.0, 0.0, stage.rise)
         rpy = (HALF, 0.0, 0.0) if before_across else frame
         limit = {
@@ -129,7 +129,7 @@ def _collisions(stage: Stage, number: int) -> list[Shape]:
 
 
 def _foot() -> Mesh:
-    return lathe([(0.094, 0.0), (0.1, 0.006), (0.1, 0.022), (0.094, 0.03), (0.074, 0.045), (0.07, 0.07),
+    return revolve([(0.094, 0.0), (0.1, 0.006), (0.1, 0.022), (0.094, 0.03), (0.074, 0.045), (0.07, 0.07),
                   (0.07, 0.146), (0.066, 0.152)], 48)  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from math import pi
 from assets.files import obj
 from assets.mesh import Mesh, merge
 from assets.palette import pick
-from assets.solids import arrayed, bend, drum, hoop, lathe, loft, mirrored, plate, rounded_box, tube
+from assets.solids import arrayed, bend, drum, hoop, loft, mirrored, plate, revolve, rounded_box, tube
 from assets.urdf import (
     HEADER,
     Joint,
@@ -189,7 +189,7 @@ def _tyre() -> Mesh:
 def _rim() -> Mesh:
     w = WHEEL_WIDTH / 2
     side = [(0.0, -w + 0.03), (0.09, -w + 0.028), (0.1, -w + 0.004), (0.108, -w + 0.002)]
-    dish = lathe(side + [(radius, -z) for radius, z in reversed(side)], 40)
+    dish = revolve(side + [(radius, -z) for radius, z in reversed(side)], 40)
     spoke = mirrored(rounded_box((0.04, 0.011, 0.009), 0.004, 1).moved((0.055, 0, w - 0.024)), "z")
     hub = drum(0.032, -w - 0.002, w + 0.002, 0.006, 24)
     bolts = arrayed(mirrored(drum(0.004, w - 0.004, w + 0.006, 0.001, 6, 1), "z").moved((0.02, 0, 0)), 5)

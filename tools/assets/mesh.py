@@ -1,4 +1,4 @@
-"""Triangle meshes for the generator: merge, move, colour, weigh. Lengths in metres."""
+"""Triangle meshes for the generator: merge, move, colour, mass properties. Lengths in metres."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def merge(*meshes: Mesh) -> Mesh:
 
 
 def steady(values: Array) -> Array:
-    """Nearest integers; what lies half-way up to rounding errors always goes up."""
+    """Nearest integers; values half-way, up to rounding errors, are always rounded up."""
     return np.floor(values + (0.5 + 1e-4))
 
 

@@ -1,6 +1,6 @@
 """`r1/`: a dual-arm mobile manipulator on three steered wheels, packed the way vendors pack theirs.
 
-Link and joint names and the collision spheres are those of the R1 source configuration that lies beside the
+Link and joint names and the collision spheres are those of the R1 source configuration beside the
 URDF; dimensions follow from the spheres, everything else is ours. The package keeps the faults that make
 vendor files hard to use, on purpose: see `README.md` in it.
 """

@@ -96,7 +96,7 @@ def fore_accent() -> Mesh:
 
 
 def roll_shell() -> Mesh:
-    """Link 4: neck of the rolling wrist; its frame lies at the elbow end of the forearm."""
+    """Link 4: neck of the rolling wrist; its frame is at the elbow end of the forearm."""
     sections = [disc(0.243, 0.028), (0.256, 0, 0, 0.028, 0.026, 0.026), (0.276, 0, 0, 0.024, 0.02, 0.02)]
     hub = drum(0.031, -0.024, 0.024, 0.005, 28).moved((0, 0, WRIST), (pi / 2, 0, 0))
     return merge(loft(sections, 6, 0.003, 2), hub)

@@ -7,7 +7,7 @@ from math import pi
 from assets.files import obj
 from assets.mesh import Mesh, merge
 from assets.palette import pick
-from assets.solids import arrayed, ball, drum, hoop, lathe, loft, mirrored, plate, rounded_box
+from assets.solids import arrayed, ball, drum, hoop, loft, mirrored, plate, revolve, rounded_box
 from assets.urdf import (
     HEADER,
     Joint,
@@ -27,7 +27,7 @@ AXLE = 0.3
 """Distance between the wheels' middles; m"""
 CASTER_RADIUS = 0.03
 MIDDLE = -0.045
-"""The round body's middle lies behind the axle, so that the caster carries weight; m"""
+"""The round body's middle is behind the axle, so that the caster carries weight; m"""
 
 
 def build() -> dict[str, bytes]:
@@ -110,15 +110,15 @@ def _behind(solid: Mesh) -> Mesh:
 
 def _shell() -> Mesh:
     outer = [(0.0, 0.165), (0.1, 0.168), (0.165, 0.162), (0.19, 0.148), (0.2, 0.125), (0.2, 0.092)]
-    return lathe(list(reversed(outer)), 56)
+    return revolve(list(reversed(outer)), 56)
 
 
 def _trim() -> Mesh:
-    belly = lathe([(0.13, 0.04), (0.17, 0.045), (0.196, 0.065), (0.196, 0.094)], 48)
+    belly = revolve([(0.13, 0.04), (0.17, 0.045), (0.196, 0.065), (0.196, 0.094)], 48)
     bumper = hoop(
         [(0.204, 0.07), (0.207, 0.075), (0.207, 0.085), (0.204, 0.09), (0.19, 0.09), (0.19, 0.07)], 56
     )
-    post = lathe([(0.05, 0.16), (0.04, 0.168), (0.034, 0.18)], 32)
+    post = revolve([(0.05, 0.16), (0.04, 0.168), (0.034, 0.18)], 32)
     deck = loft([(0.163, -0.1, 0, 0.045, 0.07, 0.02), (0.172, -0.1, 0, 0.044, 0.069, 0.02)], 4, 0.003, 2)
     fork = merge(drum(0.035, 0.03, 0.05, 0.004, 20), drum(0.012, 0.03, 0.06, 0.003, 12)).moved((-0.13, 0, 0))
     return merge(belly, bumper, post, deck, fork)
@@ -149,4 +149,4 @@ def _rim() -> Mesh:
 
 def _lidar() -> Mesh:
     head = [(0.03, -0.02), (0.036, -0.016), (0.036, -0.006), (0.033, -0.004)]
-    return lathe([*head, (0.033, 0.008), (0.036, 0.01), (0.036, 0.016), (0.03, 0.02)], 36)
+    return revolve([*head, (0.033, 0.008), (0.036, 0.01), (0.036, 0.016), (0.03, 0.02)], 36)

@@ -93,7 +93,7 @@ def rounded_box(half: Point, radius: float, steps: int = 3, corner: float | None
     return loft([(-z, 0, 0, x, y, corner), (z, 0, 0, x, y, corner)], steps, min(radius, z * 0.999), steps)
 
 
-def lathe(profile: Sequence[tuple[float, float]], segments: int = 32) -> Mesh:
+def revolve(profile: Sequence[tuple[float, float]], segments: int = 32) -> Mesh:
     """Solid of revolution about z through `(radius, z)`, z rising on the outside; ends close on the axis."""
     angle = np.arange(segments) * (2 * pi / segments)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -122,7 +122,7 @@ def drum(
     for i in range(rounds + 1):
         t = (1 - i / rounds) * pi / 2
         profile.append((radius - fillet * (1 - sin(t)), high - fillet * (1 - cos(t))))
-    return lathe(profile, segments)
+    return revolve(profile, segments)
 
 
 def ring(radius: float, tube: float, low: float, high: float, segments: int = 32) -> Mesh:
@@ -196,13 +196,13 @@ def bend(points: Sequence[Point], radius: float, steps: int = 4) -> list[Point]:
 def ball(radius: float, segments: int = 24, rings: int = 12) -> Mesh:
     """Sphere about the origin."""
     latitudes = [pi * (i / rings - 0.5) for i in range(rings + 1)]
-    return lathe([(radius * cos(t), radius * sin(t)) for t in latitudes], segments)
+    return revolve([(radius * cos(t), radius * sin(t)) for t in latitudes], segments)
 
 
 def dome(radius: float, height: float, segments: int = 32, rings: int = 8) -> Mesh:
     """Half an ellipsoid standing on z = 0."""
     latitudes = [pi / 2 * i / rings for i in range(rings + 1)]
-    return lathe([(radius * cos(t), height * sin(t)) for t in latitudes], segments)
+    return revolve([(radius * cos(t), height * sin(t)) for t in latitudes], segments)
 
 
 def plate(outline: Sequence[tuple[float, float]], low: float, high: float, bevel: float = 0.0) -> Mesh:

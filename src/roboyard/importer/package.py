@@ -4,7 +4,7 @@
     <data>/<dataset>/.import-<name>-<random>/model/     -> <data>/<dataset>/models/<name>/
 
 Until the move nothing of the old import changes. The move itself exchanges folders (one system call each
-where the system has it); a mark written before tells the next import to finish a move that was cut short. A
+where the system has it); a mark written before makes the next import finish a move that was cut short. A
 lock that the system drops with the process keeps two imports of one name apart.
 """
 

@@ -45,11 +45,11 @@ def add_visuals(body: ET.Element, link: Link, assets: Assets, notes: list[str]) 
         placed = pose(visual.origin.position, visual.origin.quaternion)
         if isinstance(visual.geometry, Mesh):
             if not _add_visual_mesh(body, link, visual, assets, placed):
-                notes.append(f'link "{link.name}": a visual mesh has no file or no size; left out')
+                notes.append(f'link "{link.name}": a visual mesh has no file or no size; skipped')
             continue
         shape = _primitive(visual.geometry, visual)
         if shape is None:
-            notes.append(f'link "{link.name}": a visual shape has no size or no place in MJCF; left out')
+            notes.append(f'link "{link.name}": a visual shape has no size or no place in MJCF; skipped')
             continue
         rgba = visual.material.rgba if visual.material and visual.material.rgba else DEFAULT_RGBA
         name = visual.material.name if visual.material else None
@@ -119,7 +119,7 @@ def add_collisions(
         else:
             shape = _primitive(collision.geometry, collision)
         if shape is None:
-            notes.append(f'link "{link.name}": a collision shape has no size or no file; left out')
+            notes.append(f'link "{link.name}": a collision shape has no size or no file; skipped')
             continue
         add(body, "geom", class_="collision", **shape, **surface)
 

@@ -128,7 +128,7 @@ def _make_collider(placed: Placed, robot: RobotModel, link: Link, collision: Col
 
 def _left_out(link: Link, kind: str, shape: Visual | Collision) -> str:
     what = type(shape.geometry).__name__.lower()
-    return f'link "{link.name}": {kind} {what} has no file or no place in USD; left out'
+    return f'link "{link.name}": {kind} {what} has no file or no place in USD; skipped'
 
 
 def add_filtered_pairs(stage: Any, robot: RobotModel, paths: Paths) -> None:

@@ -55,7 +55,7 @@ def test_a_stretched_arm_is_bent_where_its_joints_allow() -> None:
     assert forward_kinematics(arm.chain, q)[0, 3] > 0.2, "forwards"
     again = arm_of(robot, "base", "arm0_link6", {**rest, **turned}, ())
     assert again is not None
-    assert ik_posture(again, {**rest, **turned}, lambda posture: False) == {}, "what can move stays"
+    assert ik_posture(again, {**rest, **turned}, lambda posture: False) == {}, "dexterous arms are kept"
 
 
 def test_an_arm_of_slides_stays() -> None:
