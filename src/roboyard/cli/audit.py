@@ -47,7 +47,9 @@ def audit(
     packages = read_packages(package or [])
     if file.suffix.lower() in (".yaml", ".yml"):
         if html is not None:
-            raise typer.BadParameter("a configuration has no page; give its URDF", param_hint="--html")
+            raise typer.BadParameter(
+                f"{file.name} is a configuration, which has no page; give its URDF", param_hint="--html"
+            )
         raise typer.Exit(_audit_configuration(file, packages, as_json=as_json))
     if html is not None:
         from roboyard.reports.audit_page import write_audit_page

@@ -21,7 +21,7 @@ def inertials_of(urdf: UrdfElements) -> Iterator[tuple[LinkElement, InertialElem
 
 
 def with_tensor(urdf: UrdfElements) -> Iterator[tuple[LinkElement, float, Array]]:
-    """Links that have mass and a tensor, the tensor in the inertial frame."""
+    """Yield links with their mass (kg) and their (3, 3) tensor in the inertial frame (kg m²)."""
     for link, inertial in inertials_of(urdf):
         tensor = inertial.matrix()
         if inertial.mass is not None and inertial.mass > 0 and tensor is not None:

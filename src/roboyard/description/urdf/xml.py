@@ -65,7 +65,9 @@ def read_xml(source: Path | str) -> tuple[ET.Element, tuple[str, ...]]:
             f"{len(data) / 2**20:.0f} MiB is too large for a robot description (at most 64 MiB)", file=file
         )
     if not data.strip():
-        raise DescriptionError("the file is empty; a URDF starts with a <robot> element", file=file)
+        raise DescriptionError(
+            f"the file is empty ({len(data)} bytes); a URDF starts with a <robot> element", file=file
+        )
     try:
         root = _parse(data, file)
         return root, without_left_calls(root, data)
