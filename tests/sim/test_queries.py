@@ -171,7 +171,7 @@ def test_new_heights_move_the_surface() -> None:
 @pytest.mark.parametrize("wrong", [np.zeros((3, 4)), np.full((4, 4), np.nan)])
 def test_heights_of_another_grid_or_not_finite_are_refused(wrong: np.ndarray) -> None:
     world, field = terrain_world(np.full((4, 4), 0.2))
-    with pytest.raises(RoboyardError, match="finite heights"):
+    with pytest.raises(RoboyardError, match="heights must be finite"):
         set_heights(world, field, wrong)
     assert world.ray((0.1, 0.1, 2), (0.1, 0.1, -1)).position[2] == pytest.approx(0.2, abs=1e-6)
 
