@@ -17,7 +17,7 @@ from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.readers.texture_atlas import pack_textures
 from roboyard.shapes.simplify import clustered
 from roboyard.shapes.spheres import kernels as spheres
-from roboyard.shapes.spheres.growth import grow_to_cover, grow_to_hold
+from roboyard.shapes.spheres.growth import grow_to_cover, grow_to_enclose
 from roboyard.shapes.voxels import kernels as voxels
 
 
@@ -92,7 +92,7 @@ def test_spheres_that_cover_already_do_not_grow(rng: np.random.Generator) -> Non
 def test_grown_spheres_enclose_whole_triangles(rng: np.random.Generator) -> None:
     box = primitives.box(0.5, 0.3, 0.2)
     centers, radii = rng.uniform(-0.3, 0.3, (5, 3)), np.full(5, 0.1)
-    grow_to_hold(corners_of(box), centers, radii, 0.02, 0.005)
+    grow_to_enclose(corners_of(box), centers, radii, 0.02, 0.005)
     surface = sampling.surface_points(box, 4000, rng)
     assert gaps(surface, centers, radii).max() <= 0.02 + 1e-6
 
