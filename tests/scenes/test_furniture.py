@@ -10,7 +10,8 @@ import pytest
 import trimesh
 
 from roboyard.description.model import Mesh, RobotDescription
-from roboyard.scenes import household_objects, parts
+from roboyard.scenes import furniture_parts as parts
+from roboyard.scenes import household_objects
 from roboyard.scenes.flat.cabinets import Cell, Column, cabinet, column, drawers, shelves
 from roboyard.scenes.flat.doors import door
 from roboyard.scenes.flat.seats import bed, chair, desk_chair, sofa, stool
