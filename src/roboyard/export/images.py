@@ -28,7 +28,7 @@ class ImageCache:
     """Array by identity (kept alive here) with its digest."""
 
     def of(self, pixels: np.ndarray) -> str:
-        """Digest of an image's size and pixels."""
+        """Return the digest of an image's size and its (h, w, c) pixels."""
         found = self.known.get(id(pixels))
         if found is None:
             digest = hashlib.blake2b(repr(pixels.shape).encode(), digest_size=8)

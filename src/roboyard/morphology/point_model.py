@@ -57,8 +57,8 @@ class PointModel:
         return np.concatenate([np.broadcast_to(p, (*batch, *p.shape[-2:])) for p in found], axis=-2)
 
     def lowest(self, poses: Mapping[str, Array], links: Sequence[str] | None = None) -> Array:
-        """Return the (...) height of the lowest outline point of some links (m); +inf where they have
-        none.
+        """Return the (n,) height of the lowest outline point of links in (n, 4, 4) poses (m); +inf without
+        any.
         """
         return self.points(poses, links)[..., 2].min(axis=-1, initial=np.inf)
 

@@ -47,7 +47,7 @@ class SupportMode:
     """(k, 3) half planes a, b, c with a x + b y + c <= 0 inside, unit normals; None without area."""
 
     def margin_at(self, point: Array) -> Array:
-        """(...) distance of (..., >= 2) points to the polygon's edge, negative outside; m."""
+        """Return the (n,) distance of (n, 3) points to the support polygon's edge, negative outside (m)."""
         return _margin(self.polygon, point)
 
 

@@ -1,4 +1,4 @@
-"""OpenUSD, which is an optional dependency and comes without types."""
+"""OpenUSD's modules; an optional dependency without type hints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers as pxr takes them. Quaternions come in as (x, y, z, w)."""
+"""Conversions of numbers to OpenUSD types; quaternions are given as (x, y, z, w)."""
 
 from __future__ import annotations
 
@@ -12,27 +12,34 @@ from roboyard.transforms import Array, quaternion_from_matrix
 
 
 def vec3f(values: ArrayLike) -> Any:
+    """Return (3,) numbers as a single-precision Gf vector."""
     x, y, z = (float(v) for v in np.asarray(values, dtype=float))
     return Gf.Vec3f(x, y, z)
 
 
 def vec3d(values: ArrayLike) -> Any:
+    """Return (3,) numbers as a double-precision Gf vector."""
     x, y, z = (float(v) for v in np.asarray(values, dtype=float))
     return Gf.Vec3d(x, y, z)
 
 
 def quatf(quaternion: ArrayLike) -> Any:
+    """Return a (4,) quaternion (x, y, z, w) as a single-precision Gf quaternion."""
     x, y, z, w = (float(v) for v in np.asarray(quaternion, dtype=float))
     return Gf.Quatf(w, x, y, z)
 
 
 def quatd(quaternion: ArrayLike) -> Any:
+    """Return a (4,) quaternion (x, y, z, w) as a double-precision Gf quaternion."""
     x, y, z, w = (float(v) for v in np.asarray(quaternion, dtype=float))
     return Gf.Quatd(w, x, y, z)
 
 
 def place(prim: Any, position: ArrayLike, quaternion: ArrayLike, scale: ArrayLike = (1, 1, 1)) -> None:
-    """Author translate, orient, scale in double precision, in this order; also on prims of unknown type."""
+    """Author translate (3,) (m), orient (4,) (x, y, z, w) and scale (3,) in double precision, in this order.
+
+    Works also on prims of unknown type.
+    """
     names = ["xformOp:translate", "xformOp:orient", "xformOp:scale"]
     kinds = (Sdf.ValueTypeNames.Double3, Sdf.ValueTypeNames.Quatd, Sdf.ValueTypeNames.Double3)
     values = (vec3d(position), quatd(quaternion), vec3d(scale))

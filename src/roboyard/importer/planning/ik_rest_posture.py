@@ -149,19 +149,20 @@ def arm_of(
 
 
 def dexterity(arm: Arm, q: Array) -> float:
-    """σ of the arm's own joints, without unit."""
+    """Return the smallest singular value σ of the arm's own joints at (n,) positions `q` (dimensionless)."""
     own = jacobian(arm.chain, q)[:, list(arm.own)]
     own[:3] /= arm.reach
     return float(np.linalg.svd(own, compute_uv=False)[-1])
 
 
 def ik_posture(arm: Arm, rest: Posture, touches: Callable[[Posture], bool]) -> dict[str, float]:
-    """Positions of the joints that are to be turned; empty where the arm can move already, or nothing helps.
+    """Return the positions of the joints to turn (rad); empty where the arm is dexterous, or no posture is
+    better.
 
     Args:
-        arm: at rest.
+        arm: the arm at rest.
         rest: the whole robot's rest posture.
-        touches: whether a posture of the robot makes links touch that should not.
+        touches: whether a posture of the robot causes new contacts.
     """
     if dexterity(arm, arm.rest) >= ENOUGH:
         return {}
