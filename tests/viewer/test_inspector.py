@@ -182,7 +182,7 @@ def test_a_switch_on_the_page_shows_and_hides(inspect, browser, wait, planner_fi
         "joint axes": 2,
         "contacts": 2,
         "planning spheres": 2,
-        "sensors and hands": 0,
+        "sensors and end effectors": 0,
     }
     assert set(inspector.overlays.kinds) == set(expected)
     for kind, count in expected.items():
@@ -288,7 +288,7 @@ def test_the_plot_says_when_the_joints_have_settled(inspect) -> None:
     assert inspector.plot.text.content.startswith("moving")
     for _ in range(150):
         inspector.tick(1 / 60)
-    assert "settled" in inspector.plot.text.content
+    assert "at rest" in inspector.plot.text.content
     time, grip, _ = inspector.plot.plot.data
     assert len(time) == len(grip) >= 20
     assert np.abs(grip).max() > 0.1

@@ -110,14 +110,16 @@ def test_a_live_picture_is_what_a_camera_there_sees(inspect, config: Path, brows
 
 def test_a_frustum_stands_where_its_camera_is(inspect, config: Path) -> None:
     inspector = inspect(config=config)
-    inspector.overlays.switch("sensors and hands", True)
-    first, second = inspector.overlays.nodes("sensors and hands")
+    inspector.overlays.switch("sensors and end effectors", True)
+    first, second = inspector.overlays.nodes("sensors and end effectors")
     assert first.name.startswith("/gripper/palm/")
     np.testing.assert_allclose(first.position, [0.05, 0, 0.1])
     np.testing.assert_allclose(second.position, [0.05, 0, 0.12])
     np.testing.assert_allclose(np.abs(first.wxyz), [0, 1, 0, 0])  # drawn as looking along +z, y down
     inspector.panels.sensors.move(inspector.panels.edits.sensors[0], (0.0, 0.0, 0.3), (0, 0, 0, 1))
-    np.testing.assert_allclose(inspector.overlays.nodes("sensors and hands")[1].position, [0, 0, 0.32])
+    np.testing.assert_allclose(
+        inspector.overlays.nodes("sensors and end effectors")[1].position, [0, 0, 0.32]
+    )
 
 
 def test_a_dragged_handle_moves_the_sensor(inspect, config: Path, browser, wait) -> None:

@@ -1,8 +1,8 @@
-"""On-screen sticks: round pads in the corner of each page that a mouse or a thumb pulls.
+"""On-screen joysticks in the corner of each page, for mouse and touch.
 
->>> sticks = Sticks(viewer.server)
->>> sticks.show(("move", "turn"))
->>> sticks.values                       # {"move": (0.0, 0.8), "turn": (0.0, 0.0)}
+>>> joysticks = Joysticks(viewer.server)
+>>> joysticks.show(("move", "turn"))
+>>> joysticks.values                       # {"move": (0.0, 0.8), "turn": (0.0, 0.0)}
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _SCRIPT = """
       label.textContent = name;
       label.style.cssText = "margin-top:4px;text-shadow:0 0 4px #fff";
       pad.appendChild(dot); cell.appendChild(pad); cell.appendChild(label); box.appendChild(cell);
-      let value = [0, 0], told = "[0,0]", pointer = null;
+      let value = [0, 0], sent = "[0,0]", pointer = null;
       const put = (x, y) => {
         const far = Math.max(1, Math.hypot(x, y));
         value = [Math.round(1000 * x / far) / 1000, Math.round(1000 * y / far) / 1000];
@@ -44,25 +44,25 @@ _SCRIPT = """
         dot.style.left = `${middle + value[0] * reach}px`;
         dot.style.top = `${middle - value[1] * reach}px`;
       };
-      const tell = () => {
+      const send = () => {
         const now = JSON.stringify(value);
-        if (now !== told) { told = now; say([name, value[0], value[1]]); }
+        if (now !== sent) { sent = now; say([name, value[0], value[1]]); }
       };
       const pull = e => {
         if (e.pointerId !== pointer) return;
         const b = pad.getBoundingClientRect(), reach = (size - knob) / 2;
         put((e.clientX - b.x - b.width / 2) / reach, (b.y + b.height / 2 - e.clientY) / reach);
       };
-      const release = e => { if (e.pointerId === pointer) { pointer = null; put(0, 0); tell(); } };
+      const release = e => { if (e.pointerId === pointer) { pointer = null; put(0, 0); send(); } };
       pad.addEventListener("pointerdown", e => {
         pointer = e.pointerId; try { pad.setPointerCapture(pointer); } catch {}
-        pull(e); tell(); e.preventDefault(); e.stopPropagation();
+        pull(e); send(); e.preventDefault(); e.stopPropagation();
       });
       pad.addEventListener("pointermove", pull);
       pad.addEventListener("pointerup", release);
       pad.addEventListener("pointercancel", release);
       put(0, 0);
-      timers.push(setInterval(tell, 33));
+      timers.push(setInterval(send, 33));
     }
     return () => { timers.forEach(clearInterval); box.remove(); };
   };
@@ -73,33 +73,33 @@ _SCRIPT = """
 
 
 class Joysticks:
-    """Hears the sticks of all pages of a server; the page that pulled a stick last has it."""
+    """Joysticks of all pages of a server; the page that moved one last controls it."""
 
     def __init__(self, server: Any) -> None:
-        """Begin without sticks; `server` is a `viser.ViserServer`."""
+        """Start without joysticks; `server` is a `viser.ViserServer`."""
         self._names: tuple[str, ...] = ()
         self._pulled: dict[str, tuple[int, float, float]] = {}
         self._lock = Lock()
-        self._script = PageScript(server, "sticks", _SCRIPT, self._hear)
+        self._script = PageScript(server, "sticks", _SCRIPT, self._on_message)
         server.on_client_disconnect(self._on_disconnect)
 
     def show(self, names: Sequence[str]) -> None:
-        """Put sticks of these names into every page in place of those there are; none takes them away."""
+        """Show joysticks of these names in every page, replacing the previous ones."""
         if tuple(names) == self._names:
             return
         self._names = tuple(names)
         with self._lock:
             self._pulled.clear()
-        self._script.tell(list(names))
+        self._script.send(list(names))
 
     @property
     def values(self) -> dict[str, tuple[float, float]]:
-        """Stick to its pull to the right and up, each from -1 to 1; may be read from any thread."""
+        """Joystick to its deflection to the right and up, each from -1 to 1; readable from any thread."""
         with self._lock:
             pulled = {name: (x, y) for name, (_, x, y) in self._pulled.items()}
         return {name: pulled.get(name, CENTRE) for name in self._names}
 
-    def _hear(self, client: int, value: Any) -> None:
+    def _on_message(self, client: int, value: Any) -> None:
         if not (isinstance(value, list) and len(value) == 3 and value[0] in self._names):
             return
         name, x, y = value
@@ -113,7 +113,7 @@ class Joysticks:
         self._release(client.client_id)
 
     def _release(self, client: int) -> None:
-        """Sticks that a page that is gone held."""
+        """Centre the joysticks held by a closed page."""
         with self._lock:
             for name in [name for name, pulled in self._pulled.items() if pulled[0] == client]:
                 del self._pulled[name]

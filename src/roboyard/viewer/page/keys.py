@@ -1,4 +1,4 @@
-"""Keys pressed in any page of a server, as events and as what is held down.
+"""Keys pressed in any page of a server, as events and as the set of held keys.
 
 >>> keys = Keys(viewer.server)                      # one for each server is enough
 >>> keys.subscribe(lambda event: ...)               # KeyEvent(key="a", is_down=True, client=0), in order
@@ -6,8 +6,8 @@
 
 Names are the browser's `KeyboardEvent.key`, letters in lower case: "a", "1", ";", " ", "ArrowUp", "Shift",
 "Control", "Alt", "Enter", "Escape", "F1". A held key comes once, without repeats, and is released under the
-name that it was pressed with. Keys typed into a field of the panel are not heard; those that a page loses
-(another window comes to the front, the page closes) are released.
+name that it was pressed with. Keys typed into a field of the panel are ignored; keys of a page
+that loses the focus or closes are released.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 from roboyard.viewer.page.page_script import PageScript
 
 MOST_HELD = 32
-"""keys of one page at a time; no keyboard tells more apart"""
+"""Most keys held in one page; no keyboard reports more."""
 LONGEST_NAME = 24
 
 _SCRIPT = """
@@ -78,25 +78,25 @@ class KeyEvent:
 
 
 class Keys:
-    """Hears the keys of all pages of a server."""
+    """Keys of all pages of a server."""
 
     def __init__(self, server: Any, grab: Iterable[str] | None = ()) -> None:
         """Listen to every page of `server`, those that open later too.
 
         Args:
             server: a `viser.ViserServer`.
-            grab: keys that the page itself shall not act upon (its own w a s d q e and the arrows move the
+            grab: keys that the page itself must ignore (its own w a s d q e and the arrows move the
                 camera); None: all of them.
         """
         self._listeners: list[Callable[[KeyEvent], None]] = []
         self._held: dict[int, list[str]] = {}
         self._lock = Lock()
         grabbed = None if grab is None else sorted(set(grab))
-        self._script = PageScript(server, "keys", _SCRIPT % json.dumps(grabbed), self._hear)
+        self._script = PageScript(server, "keys", _SCRIPT % json.dumps(grabbed), self._on_message)
         server.on_client_disconnect(self._on_disconnect)
 
     def subscribe(self, listener: Callable[[KeyEvent], None]) -> None:
-        """Call `listener` for each event, in a thread of the server: be quick, put it into a queue."""
+        """Call `listener` for each event, in a thread of the server: return quickly, put it into a queue."""
         self._listeners.append(listener)
 
     @property
@@ -105,16 +105,16 @@ class Keys:
         with self._lock:
             return frozenset(key for keys in self._held.values() for key in keys)
 
-    def _hear(self, client: int, value: Any) -> None:
+    def _on_message(self, client: int, value: Any) -> None:
         for pair in value if isinstance(value, list) else ():
             if not (isinstance(pair, list) and len(pair) == 2):
                 return
             key, is_down = pair
             if not (isinstance(key, str) and 0 < len(key) <= LONGEST_NAME and isinstance(is_down, bool)):
                 return
-            self._take(KeyEvent(key=key, is_down=is_down, client=client))
+            self._handle(KeyEvent(key=key, is_down=is_down, client=client))
 
-    def _take(self, event: KeyEvent) -> None:
+    def _handle(self, event: KeyEvent) -> None:
         with self._lock:
             held = self._held.setdefault(event.client, [])
             if event.is_down == (event.key in held) or (event.is_down and len(held) >= MOST_HELD):
@@ -128,10 +128,10 @@ class Keys:
         self._release(client.client_id)
 
     def _release(self, client: int) -> None:
-        """All keys of a page that is gone."""
+        """Release all keys of a closed page."""
         with self._lock:
             held = tuple(self._held.get(client, ()))
         for key in held:
-            self._take(KeyEvent(key=key, is_down=False, client=client))
+            self._handle(KeyEvent(key=key, is_down=False, client=client))
         with self._lock:
             self._held.pop(client, None)

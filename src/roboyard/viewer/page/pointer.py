@@ -1,4 +1,4 @@
-"""What the mouse does over the picture of any page of a server."""
+"""Mouse events over the scene of any page of a server."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Literal
 from roboyard.viewer.page.page_script import PageScript
 
 FARTHEST = 100_000.0
-"""pixels"""
+"""Largest accepted coordinate (pixels)."""
 
 _SCRIPT = """
   let waiting = [], moved = null, frame = 0;
@@ -53,9 +53,9 @@ class PointerEvent:
 
     kind: Kind
     x: float
-    """pixels from the left edge of the picture"""
+    """Distance from the left edge of the picture (pixels)."""
     y: float
-    """pixels from its upper edge"""
+    """Distance from the upper edge of the picture (pixels)."""
     button: int
     """0 left, 1 middle, 2 right; -1: none"""
     client: int
@@ -63,14 +63,14 @@ class PointerEvent:
 
 
 class Pointer:
-    """Hears the mouse of all pages of a server; movements at most 60 times a second."""
+    """Mouse of all pages of a server; motion at most 60 times a second."""
 
     def __init__(self, server: Any, listener: Callable[[PointerEvent], None]) -> None:
         """Call `listener` for each event in the thread of the server's event loop: be quick."""
         self._listener = listener
-        self._script = PageScript(server, "pointer", _SCRIPT, self._hear)
+        self._script = PageScript(server, "pointer", _SCRIPT, self._on_message)
 
-    def _hear(self, client: int, value: Any) -> None:
+    def _on_message(self, client: int, value: Any) -> None:
         for one in value if isinstance(value, list) else ():
             event = _event(one, client)
             if event is not None:

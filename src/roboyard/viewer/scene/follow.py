@@ -41,4 +41,4 @@ class Follow:
         if path == self.path:
             return
         self.path = path
-        self._script.tell(path)
+        self._script.send(path)

@@ -122,7 +122,7 @@ class Texts:
             for text, place, turn in zip(texts, np.round(positions, 5).tolist(), rotations, strict=True)
         ]
         if wanted != self._shown:
-            self._script.tell(wanted)
+            self._script.send(wanted)
             self._shown = wanted
 
 

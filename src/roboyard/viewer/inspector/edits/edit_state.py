@@ -1,4 +1,4 @@
-"""What is edited on the page: where sensors and hands sit, planning spheres, pairs that may touch."""
+"""Edits of the page: poses of sensors and end effectors, planning spheres, disabled collision pairs."""
 
 from __future__ import annotations
 
@@ -17,34 +17,38 @@ if TYPE_CHECKING:
     from roboyard.viewer.inspector.robot_source import RobotSource
 
 SensorKind = Literal["camera_links", "lidar_links", "eef_vis_links"]
-KINDS: Mapping[SensorKind, str] = {"camera_links": "camera", "lidar_links": "lidar", "eef_vis_links": "hand"}
-"""Key of the import configuration, and what it is called on the page."""
+KINDS: Mapping[SensorKind, str] = {
+    "camera_links": "camera",
+    "lidar_links": "lidar",
+    "eef_vis_links": "end effector",
+}
+"""Key of the import configuration to its name on the page."""
 Pair = tuple[str, str]
-"""Two links, by alphabet."""
+"""Two links in alphabetical order."""
 
 
 @dataclass(kw_only=True, slots=True)
 class SensorPose:
-    """A camera, a lidar or the frame of a hand."""
+    """A camera, a lidar or the frame of an end effector."""
 
     kind: SensorKind
     link: str
     parent: str | None = None
-    """With it `link` is made, at the offset below the parent; without, the offset counts from `link`."""
+    """Link to which the import adds `link` at the offset; None: the offset is in the frame of `link`."""
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """m"""
+    """Position (m)."""
     quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
-    """x, y, z, w; cameras look along -z with +y up"""
+    """Orientation x, y, z, w; cameras look along -z with +y up."""
 
     @property
     def pose(self) -> Array:
-        """(4, 4) the offset."""
+        """(4, 4) offset (m)."""
         return pose_matrix(self.position, self.quaternion)
 
 
 @dataclass(kw_only=True, slots=True)
 class EditedSphere:
-    """A planning sphere in its link's frame; m"""
+    """A planning sphere in its link frame (m)."""
 
     center: tuple[float, float, float]
     radius: float
@@ -52,7 +56,7 @@ class EditedSphere:
 
 @dataclass(kw_only=True, slots=True)
 class EditState:
-    """Everything that is edited, as it stands."""
+    """The current state of all edits."""
 
     sensors: list[SensorPose] = field(default_factory=list)
     spheres: dict[str, list[EditedSphere]] = field(default_factory=dict)
@@ -62,14 +66,14 @@ class EditState:
     physics_pairs: set[Pair] = field(default_factory=set)
     """Pairs that do not collide in the simulation (`disabled_collision_pairs`)."""
     bare_links: tuple[str, ...] = ()
-    """Links that are to have no collision shape; read, not edited."""
+    """Links without collision shapes; read, not edited."""
 
     def copy(self) -> EditState:
-        """As it stands now, on its own."""
+        """Return an independent copy."""
         return copy.deepcopy(self)
 
     def place_of(self, sensor: SensorPose) -> tuple[str, Array]:
-        """A link and the (4, 4) pose of a sensor in its frame; sensors may sit on links that sensors make."""
+        """Return a link of the robot and the (4, 4) pose of a sensor in its frame (m)."""
         name, pose = (sensor.link if sensor.parent is None else sensor.parent), sensor.pose
         makers = {one.link: one for one in self.sensors if one.parent is not None}
         for _ in range(len(makers)):
@@ -82,15 +86,15 @@ class EditState:
 
 
 def pair(a: str, b: str) -> Pair:
-    """Two links as one pair, whichever comes first."""
+    """Return two links as a pair in alphabetical order."""
     return (a, b) if a <= b else (b, a)
 
 
 def read_edit_state(source: RobotSource) -> EditState:
-    """What a robot's files say: its package's, else its import configuration's.
+    """Read the edits from a robot's package, or else from its import configuration.
 
     Raises:
-        ConfigError: a file cannot be used.
+        ConfigError: a file is invalid.
     """
     edits = EditState()
     config = _checked(source.config) if source.config is not None else None
@@ -169,14 +173,14 @@ def _three(values: Any) -> tuple[float, float, float]:
 
 
 def _planner_blocks(data: Any) -> list[dict[str, Any]]:
-    """Where a planner's file keeps what it knows of the links."""
+    """Return the mappings of a planner file that describe the links."""
     robot = data.get("robot_cfg") if isinstance(data, dict) else None
     blocks = [robot, robot.get("kinematics")] if isinstance(robot, dict) else []
     return [block for block in blocks if isinstance(block, dict)]
 
 
 def sphere_tables(data: Any) -> list[dict[str, Any]]:
-    """Each mapping of link name to spheres in a planner's file (cuRobo's layouts, XRDF); to be edited."""
+    """Return each mapping of link name to spheres in a planner file (cuRobo's layouts, XRDF), editable."""
     found = [block.get("collision_spheres") for block in _planner_blocks(data)]
     geometry = data.get("geometry") if isinstance(data, dict) else None
     if isinstance(geometry, dict):
@@ -185,7 +189,7 @@ def sphere_tables(data: Any) -> list[dict[str, Any]]:
 
 
 def ignore_tables(data: Any) -> list[dict[str, Any]]:
-    """Each mapping of link name to links that are not checked against it; to be edited."""
+    """Return each mapping of link name to links not checked against it, editable."""
     found = [block.get("self_collision_ignore") for block in _planner_blocks(data)]
     own = data.get("self_collision") if isinstance(data, dict) else None
     found += [own.get("ignore")] if isinstance(own, dict) else []

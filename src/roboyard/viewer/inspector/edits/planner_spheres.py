@@ -1,4 +1,4 @@
-"""Planning spheres out of a planner's YAML (cuRobo's robot configuration)."""
+"""Read planning spheres from a planner's YAML (cuRobo's robot configuration)."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ class Spheres:
     """The spheres of one link."""
 
     centers: NDArray[np.float64]
-    """(k, 3) in the link frame; m"""
+    """(k, 3) in the link frame (m)."""
     radii: NDArray[np.float64]
-    """(k,) m"""
+    """(k,) (m)."""
 
 
 def read_spheres(file: Path) -> dict[str, Spheres]:
-    """Link name to spheres, from `collision_spheres` under `robot_cfg` or `robot_cfg.kinematics`.
+    """Read link name to spheres, from `collision_spheres` under `robot_cfg` or `robot_cfg.kinematics`.
 
-    Spheres of no size, which planners keep free for an object in the hand, are left out.
+    Spheres of radius zero, which planners reserve for a grasped object, are skipped.
 
     Raises:
         ConfigError: the file cannot be read, has no spheres, or a sphere is not a center and a radius.

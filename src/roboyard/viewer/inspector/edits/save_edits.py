@@ -1,8 +1,8 @@
-"""Edits of the page, into the files that they belong to; whatever else stands in these files stays.
+"""Save the edits into their files; all other content of these files stays.
 
 | edit | import configuration | package |
 | --- | --- | --- |
-| sensors, hands | `camera_links`, `lidar_links`, `eef_vis_links` | (made by the import) |
+| sensors, end effectors | `camera_links`, `lidar_links`, `eef_vis_links` | (written by the import) |
 | planning spheres | `curobo.collision_spheres` | `collision_spheres` of every planner file |
 | pairs of the planner | `curobo.self_collision_ignore` | `self_collision_ignore` of every planner file |
 | pairs of the simulation | | `disabled_collision_pairs` of the definition |
@@ -31,19 +31,19 @@ from roboyard.viewer.inspector.edits.edit_state import (
 )
 
 DIGITS = 6
-"""After the point: micrometres"""
+"""Decimals of lengths in m."""
 
 
 def write_config(
     target: Path, edits: EditState, before: EditState, *, source: Path | None, urdf: Path, name: str
 ) -> Path:
-    """Bring an import configuration up to date, or write a new one; its path.
+    """Update an import configuration, or write a new one; returns its path.
 
     Args:
         target: the file to write; what was there is kept as `.bak`.
-        edits: as they are to be.
-        before: as they were read.
-        source: the configuration that they were read from; None where there was none.
+        edits: edits to save.
+        before: state of the last save.
+        source: the configuration that was read; None: there is none.
         urdf: the vendor's file, for a new configuration.
         name: of the robot, for a new configuration.
 
@@ -53,7 +53,7 @@ def write_config(
     if source is None:
         if target.exists():
             raise ConfigError(f"{target}: exists already and is not this robot's; name another file")
-        text, data = f"# What the importer is told about {name}.\n", {}
+        text, data = f"# Import configuration of {name}.\n", {}
         data: dict[str, Any] = {"urdf_path": _path_from(urdf, target.parent), "name": name}
         data |= {"canonical_frame": False, "overwrite": True}
     else:
@@ -77,7 +77,7 @@ def _curobo(data: dict[str, Any], edits: EditState, before: EditState) -> None:
         table = block.get("collision_spheres") or {}
         if isinstance(table, list):  # Lula's list of one-key mappings
             table = {link: spheres for item in table for link, spheres in item.items()}
-        # a table that is given takes the place of everything that would be worked out
+        # a given table replaces all computed spheres
         block["collision_spheres"] = _sphere_table(table, edits, before if table else EditState())
     if edits.planner_pairs != before.planner_pairs:
         table = dict(block.get("self_collision_ignore") or {})
@@ -88,7 +88,7 @@ def _curobo(data: dict[str, Any], edits: EditState, before: EditState) -> None:
 
 
 def write_planner_files(folder: Path, edits: EditState, before: EditState) -> list[Path]:
-    """Bring every planner file below a package's `curobo` folder up to date; those that changed."""
+    """Update every planner file below a package's `curobo` folder; returns the changed ones."""
     written = []
     if edits.spheres == before.spheres and edits.planner_pairs == before.planner_pairs:
         return written
@@ -109,7 +109,7 @@ def write_planner_files(folder: Path, edits: EditState, before: EditState) -> li
 
 
 def write_definition(file: Path, edits: EditState, before: EditState) -> Path | None:
-    """Bring `disabled_collision_pairs` of a definition up to date; its path, None where nothing changed."""
+    """Update `disabled_collision_pairs` of a definition; returns its path, None: nothing changed."""
     if edits.physics_pairs == before.physics_pairs:
         return None
     data = _data(file)
@@ -125,7 +125,7 @@ def write_definition(file: Path, edits: EditState, before: EditState) -> Path | 
 
 
 def _sensor_entries(sensors: list[SensorPose], old: list[SensorPose], given: list[Any]) -> list[Any]:
-    """Entries of the configuration; those that are as before stay as they were written."""
+    """Return the entries of the configuration; unchanged ones stay as they were written."""
     entries = []
     for k, sensor in enumerate(sensors):
         if sensor in old and len(given) == len(old):
@@ -143,7 +143,7 @@ def _sensor_entries(sensors: list[SensorPose], old: list[SensorPose], given: lis
 
 
 def _sphere_table(table: Mapping[str, Any], edits: EditState, before: EditState) -> dict[str, Any]:
-    """Link name to spheres: the links whose spheres changed anew, all others as they are."""
+    """Return link name to spheres, replacing only links whose spheres changed."""
     new = dict(table)
     for link in {**before.spheres, **edits.spheres}:
         spheres, old = edits.spheres.get(link, []), before.spheres.get(link, [])
@@ -152,7 +152,7 @@ def _sphere_table(table: Mapping[str, Any], edits: EditState, before: EditState)
         if not spheres:
             new.pop(link, None)
         else:
-            # spheres of no size are the planner's own room for a thing in the hand
+            # the planner reserves spheres of radius zero for a grasped object
             kept = [one for one in new.get(link) or () if not one.get("radius", 0) > 0]
             new[link] = [_entry(sphere) for sphere in spheres] + kept
     return new
@@ -163,7 +163,7 @@ def _entry(sphere: EditedSphere) -> dict[str, Any]:
 
 
 def _ignore_table(table: Mapping[str, Any], pairs: set[Pair], before: set[Pair]) -> dict[str, Any]:
-    """Link name to links that need no check: pairs that went are taken out, new ones put in."""
+    """Return link name to unchecked links, with removed pairs deleted and new ones added."""
     gone = before - pairs
     new: dict[str, list[str]] = {link: list(others or ()) for link, others in table.items()}
     for link, others in tuple(new.items()):
@@ -193,7 +193,7 @@ def _write(file: Path, text: str, data: dict[str, Any]) -> Path:
 
 
 def _data(file: Path) -> dict[str, Any]:
-    read_yaml(file)  # tells what is wrong with line and remedy
+    read_yaml(file)  # its errors name the line and the remedy
     data = yaml.safe_load(_text(file))
     if not isinstance(data, dict):
         raise ConfigError(f"{file.name}: is no mapping of keys to values")
@@ -210,7 +210,7 @@ def _urdf_of(data: Mapping[str, Any], config: Path) -> Path:
 
 
 def _path_from(file: Path, folder: Path) -> str:
-    """A path as a configuration in `folder` names it: relative where it lies beside or below."""
+    """Return a path for a configuration in `folder`: relative if the file is in or below it."""
     whole = file.absolute()
     try:
         return whole.relative_to(folder.absolute()).as_posix()

@@ -1,1 +1,1 @@
-"""What the inspector draws on top of a robot."""
+"""Overlays that the inspector draws over a robot."""

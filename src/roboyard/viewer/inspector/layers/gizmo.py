@@ -1,4 +1,4 @@
-"""One handle in the scene, for whatever is being edited."""
+"""One handle in the scene for the edited object."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from roboyard.viewer.viewer import Viewer
 
 OnMove = Callable[[Array, Array], None]
-"""Told position (3,) m and quaternion (4,) x, y, z, w in the link's frame."""
+"""Called with position (3,) (m) and quaternion (4,) x, y, z, w in the link frame."""
 
 
 class Gizmo:
-    """Moves one thing in a link's frame at a time."""
+    """Transform controls for one object in a link frame at a time."""
 
     def __init__(self, viewer: Viewer, do: Callable[[Callable[[], None]], None], size: float) -> None:
-        """Begin with nothing; `do` has things done in the world's thread, `size` is in m."""
+        """Start without a handle; `do` queues a request for the simulation thread, `size` is in m."""
         self._viewer, self._do, self._size = viewer, do, size
         self.handle: Any = None
 
@@ -33,7 +33,7 @@ class Gizmo:
         on_move: OnMove,
         turns: bool = True,
     ) -> None:
-        """Put the handle at a pose below the node at `path`; `on_move` is message when someone drags it."""
+        """Show the handle at a pose below the node at `path`; `on_move` is called when it is dragged."""
         self.release()
         handle = self._viewer.server.scene.add_transform_controls(
             f"{path}/handle",
@@ -52,13 +52,13 @@ class Gizmo:
         self.handle = handle
 
     def put(self, position: Any, quaternion: Any = IDENTITY_QUATERNION) -> None:
-        """Move the handle, without telling anyone."""
+        """Move the handle without a call of `on_move`."""
         if self.handle is not None:
             self.handle.position = np.asarray(position, dtype=float)
             self.handle.wxyz = to_wxyz(np.asarray(quaternion, dtype=float))
 
     def release(self) -> None:
-        """Take the handle away."""
+        """Remove the handle."""
         if self.handle is not None:
             self.handle.remove()
             self.handle = None

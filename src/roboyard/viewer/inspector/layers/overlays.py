@@ -1,4 +1,4 @@
-"""What the inspector draws on top of a robot: collision shapes, inertias, frames, axes, contacts, spheres."""
+"""Overlays of the inspector: collision shapes, inertias, frames, axes, contacts, spheres, sensors."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ BLUE = (40, 110, 230)
 RED = (230, 40, 30)
 ORANGE = (250, 140, 20)
 COM_DENSITY = 8000.0
-"""kg/m³ of the sphere that stands for a link's mass."""
+"""Density of the sphere that shows a link's mass (kg/m³)."""
 FORCE_LENGTH = 0.2
-"""Of the robot's size: length of the arrow of a force equal to the robot's weight."""
+"""Length of the arrow of a force equal to the robot's weight, as a fraction of the robot's size."""
 
 
 class Overlays:
-    """One switch for each kind; nodes are made when a kind is first switched on and move with their links."""
+    """One switch per overlay; nodes are created when an overlay is first shown and move with their links."""
 
     def __init__(
         self, viewer: Viewer, body: Body, edits: EditState, on_pick: Callable[[str, int], None]
     ) -> None:
-        """Begin with nothing drawn; `on_pick` is message link and number of a clicked planning sphere."""
+        """Start hidden; `on_pick` is called with link name and index of a clicked planning sphere."""
         self._viewer = viewer
         self._scene = viewer.server.scene
         self._body = body
         self._made: dict[str, list[Any]] = {}
         self._on: set[str] = set()
         self.size = float(np.clip(np.linalg.norm(np.ptp(body.bounds, axis=0)), 0.1, 5.0))
-        """m: of the robot; what is drawn is scaled by it."""
+        """Size of the robot (m), which scales the overlays."""
         self._makers: dict[str, Callable[[], list[Any]]] = {
             "collision shapes": self._collisions,
             "inertia boxes": self._inertias,
@@ -57,23 +57,23 @@ class Overlays:
         self.sensors = SensorLayer(viewer, body, edits, self.size)
         self._layers: dict[str, SphereLayer | SensorLayer] = {
             "planning spheres": self.spheres,
-            "sensors and hands": self.sensors,
+            "sensors and end effectors": self.sensors,
         }
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What can be switched on."""
+        """Names of the overlays."""
         return (*self._makers, *self._layers)
 
     def nodes(self, kind: str) -> list[Any]:
-        """The scene nodes of a kind; none before it was first on."""
+        """Return the scene nodes of an overlay; none before it was first shown."""
         if kind in self._layers:
             nodes = self._layers[kind].nodes
             return list(nodes.values() if isinstance(nodes, dict) else nodes)
         return self._made.get(kind, [])
 
     def switch(self, kind: str, on: bool) -> None:
-        """Show or hide one kind; call it from the thread that steps the world."""
+        """Show or hide an overlay; call it from the simulation thread."""
         if kind in self._layers:
             self._layers[kind].show(on)
             return
@@ -87,11 +87,11 @@ class Overlays:
             self.update()
 
     def is_on(self, kind: str) -> bool:
-        """Whether a kind is shown."""
+        """Return whether an overlay is shown."""
         return self._layers[kind].is_on if kind in self._layers else kind in self._on
 
     def remove(self) -> None:
-        """Take everything out of the scene."""
+        """Remove all overlays from the scene."""
         with self._viewer.server.atomic():
             for layer in self._layers.values():
                 layer.clear()
@@ -103,7 +103,7 @@ class Overlays:
         self._on.clear()
 
     def update(self) -> None:
-        """Bring what does not move with a link up to date."""
+        """Update the overlays that do not move with a link."""
         if "centres of mass" in self._on:
             self._made["centres of mass"][-1].position = self._body.center_of_mass
         if "contacts" in self._on:
@@ -132,7 +132,7 @@ class Overlays:
         return made
 
     def _let_pick(self, node: Any, owner: tuple[int, int]) -> None:
-        """A click on this node is a click on the link."""
+        """Let a click on this node select the link."""
         click = self._viewer.nodes.on_click
         if click is not None:
             node.on_click(lambda _: click(owner))
@@ -244,7 +244,7 @@ class Overlays:
         ]
 
     def _contact_geometry(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """(k, 3) points and (k, 2, 3) arrows of the contacts of this robot."""
+        """Return (k, 3) points and (k, 2, 3) force arrows of the robot's contacts in the world frame (m)."""
         from roboyard.sim.world import World
 
         contacts = World.of(self._body).contacts(self._body)
@@ -258,10 +258,10 @@ class Overlays:
 
 
 def inertia_box(mass: float, moments: Array) -> Array:
-    """(3,) edges (m) of the uniform box of this mass (kg) and these principal moments (kg m²).
+    """Return the (3,) edges (m) of the uniform box of a mass (kg) and (3,) principal moments (kg m²).
 
-    From I_x = m (y² + z²) / 12 and its siblings; moments that no body has (one above the sum of the others)
-    give an edge of nearly nothing.
+    From I_x = m (y² + z²) / 12, likewise y and z; impossible moments (one above the sum of the others) give
+    an edge near zero.
     """
     squares = 6.0 / mass * (np.sum(moments) - 2.0 * np.asarray(moments))
     return np.sqrt(np.maximum(squares, 1e-8))

@@ -1,4 +1,4 @@
-"""Cameras as pyramids, lidars as rings, hands as frames: drawn where the edits say, and what they see."""
+"""Cameras as pyramids, lidars as rings and end effectors as frames, with live pictures and scans."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
 
 ASPECT = 4.0 / 3.0
 FOVY = 2.0 * math.atan(math.tan(FOVX / 2.0) / ASPECT)
-"""rad"""
+"""Vertical field of view (rad)."""
 TO_OPTICAL = np.diag([1.0, -1.0, -1.0, 1.0])
-"""A camera that looks along -z with +y up, as one that looks along +z with +y down."""
+"""From a camera that looks along -z, +y up, to one that looks along +z, +y down."""
 PLAIN, PICKED = (60, 60, 70), (250, 120, 10)
 RINGS = 48
-"""Points of a ring"""
+"""Points of a ring."""
 NEAREST = 0.05
-"""m: from here on a live scan sees"""
+"""Least range of a live scan (m)."""
 
 
 class SensorLayer:
-    """Nodes of all sensors; made when they are first shown, made again when they change."""
+    """Nodes of all sensors; created when first shown and again after each change."""
 
     def __init__(self, viewer: Viewer, body: Body, edits: EditState, size: float) -> None:
-        """Begin with nothing shown; `size` of the robot in m scales what is drawn."""
+        """Start hidden; the `size` of the robot (m) scales the nodes."""
         self._viewer, self._body, self._edits = viewer, body, edits
         self._length = 0.07 * size
         self.nodes: list[Any] = []
@@ -43,31 +43,31 @@ class SensorLayer:
         self.scans = Scans(viewer.server)
 
     def path_of(self, sensor: SensorPose) -> tuple[str, Array] | None:
-        """Node that a sensor hangs from and its (4, 4) pose there; None where the robot lacks the link."""
+        """Return the parent node of a sensor and its (4, 4) pose there (m); None: the link does not exist."""
         name, pose = self._edits.place_of(sensor)
         node = self.node_of(name)
         return None if node is None else (node, pose)
 
     def node_of(self, name: str) -> str | None:
-        """Node of a link; None where the robot lacks it."""
+        """Return the path of a link's node; None: the link does not exist."""
         link = next((link for link in self._body.links if link.name == name), None)
         return None if link is None else self._viewer.path_of(link)
 
     def show(self, on: bool) -> None:
-        """Draw them all, or none."""
+        """Show or hide all sensors."""
         self.is_on = on
         for node in self.nodes:
             node.visible = on
         self.draw()
 
     def clear(self) -> None:
-        """Take all nodes out of the scene."""
+        """Remove all nodes from the scene."""
         for node in self.nodes:
             node.remove()
         self.nodes.clear()
 
     def draw(self) -> None:
-        """Draw what is to be seen anew."""
+        """Update all nodes."""
         if not self.is_on:
             return
         with self._viewer.server.atomic():
@@ -110,7 +110,7 @@ class SensorLayer:
         )
 
     def picture(self, sensor: SensorPose, width: int, height: int, kind: str) -> NDArray[np.uint8] | None:
-        """(height, width, 3) uint8 that a camera sees now; None where the robot lacks its link.
+        """Return the current (height, width, 3) uint8 picture of a camera; None: its link does not exist.
 
         `kind` is "colour", "depth" or "segmentation".
         """
@@ -130,9 +130,9 @@ class SensorLayer:
         return shown_as(camera.image(), kind)
 
     def scan(self, sensor: SensorPose) -> None:
-        """Show where the rays of a lidar end now; nothing where the robot lacks its link.
+        """Show the current hits of a lidar; nothing if its link does not exist.
 
-        The pattern is the one that an import writes, and what the robot itself blocks shows from 5 cm on.
+        The pattern is that of imports; hits on the robot itself are shown from 5 cm on.
         """
         from roboyard.sensors import IMPORTED_PATTERN, Lidar
 
@@ -151,7 +151,7 @@ class SensorLayer:
 
 
 def world_pose(body: Body, edits: EditState, sensor: SensorPose) -> Array | None:
-    """(4, 4) pose of a sensor in the world now; None where the robot lacks its link."""
+    """Return the (4, 4) pose of a sensor in the world frame (m); None: its link does not exist."""
     name, pose = edits.place_of(sensor)
     link = next((link for link in body.links if link.name == name), None)
     if link is None:

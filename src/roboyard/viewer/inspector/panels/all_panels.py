@@ -1,4 +1,4 @@
-"""Everything on the page that belongs to one robot; taken away as a whole when another one comes."""
+"""All elements of the page that belong to one robot; replaced as a whole with the robot."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
     from roboyard.robots.definition.schema import RobotDefinition
 
 Do = Callable[[Callable[[], None]], None]
-SPHERES, SENSORS = "planning spheres", "sensors and hands"
+SPHERES, SENSORS = "planning spheres", "sensors and end effectors"
 HANDLE = 0.12
-"""Of the robot's size: a handle"""
+"""Size of a handle, as a fraction of the robot's size."""
 NEAREST, TIMES = 0.25, 3.0
-"""m, and of a link's size: how near a page goes to look at a link"""
+"""Least distance of the camera from a link: in m, and in sizes of the link."""
 
 
 class Panels:
-    """The tabs, and what is drawn over the robot."""
+    """The tabs and overlays of one robot."""
 
     def __init__(
         self,
@@ -58,14 +58,14 @@ class Panels:
 
         Args:
             viewer: the page.
-            world: what the robot stands in.
+            world: world of the robot.
             body: the robot.
-            source: where it came from.
-            audit: of its file.
-            edits: what can be edited; the panels change it in place.
-            do: has things done in the world's thread.
-            wiggle: begins or ends the wiggling.
-            reload: shows another robot, and says something about it.
+            source: its files.
+            audit: findings of its URDF.
+            edits: its edits; the panels change them in place.
+            do: queues a request for the simulation thread.
+            wiggle: starts or stops the motion of all joints.
+            reload: shows another robot, and a message about it.
         """
         self._viewer, self._world, self._body, self._audit = viewer, world, body, audit
         self._source, self.edits = source, edits
@@ -114,7 +114,7 @@ class Panels:
         box.on_update(lambda event: self._do(lambda on=event.target.value: switch(on)))
 
     def switch(self, label: str, on: bool) -> None:
-        """What ticking a box of the tab Show does."""
+        """Switch an overlay of the tab Show."""
         self._on_switch[label](on)
 
     def _reveal(self, kind: str) -> None:
@@ -126,7 +126,7 @@ class Panels:
         self._do(lambda: self.spheres.pick(link, index))
 
     def context(self) -> CheckContext:
-        """The robot as it stands now, for the checks."""
+        """Return the robot's current state for the checks."""
         definition = self._definition
         wheels: list[str] = []
         fingers: list[str] = []
@@ -147,7 +147,7 @@ class Panels:
         )
 
     def point(self, name: str) -> None:
-        """Pick a link, and let every page look at it."""
+        """Select a link and aim the cameras of all pages at it."""
         link = self._body.link(name)
         self.links.pick(link)
         bounds = self._world.bounds_of(np.array([link.mujoco_id]))
@@ -157,7 +157,7 @@ class Panels:
         self._viewer.look_at(bounds.mean(axis=0), max(NEAREST, TIMES * size))
 
     def remove(self) -> None:
-        """Take everything away."""
+        """Remove all elements."""
         self._gizmo.release()
         self.overlays.remove()
         self._tabs.remove()
@@ -165,6 +165,7 @@ class Panels:
 
 
 def _definition_of(source: RobotSource) -> RobotDefinition | None:
+    """Load the definition of a robot; None: it has none."""
     if source.definition is None:
         return None
     from roboyard.robots.definition.load import load_definition

@@ -1,4 +1,4 @@
-"""What Roboyard's own camera sees from where a page looks."""
+"""Pictures by `roboyard.rendering` from the page's camera."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from roboyard.sim import World
 
 WIDTH, HEIGHT = 320, 240
-"""pixels"""
+"""Size of a picture (pixels)."""
 KINDS = ("colour", "depth", "segmentation")
 
 
 class CameraPanel:
-    """A button that takes a picture with `roboyard.rendering` from the place of the page that pressed it."""
+    """A button that renders the view of the page where it is pressed."""
 
     def __init__(self, gui: Any, world: World, do: Callable[[Callable[[], None]], None]) -> None:
         self._world = world
@@ -37,12 +37,12 @@ class CameraPanel:
             do(lambda: self.take(camera))
 
     def take(self, camera: Camera) -> None:
-        """Show what this camera sees; call it from the thread that steps the world."""
+        """Show the picture of a camera; call it from the simulation thread."""
         self.picture.image = shown_as(self._world.render(camera), str(self.kind.value))
 
 
 def shown_as(image: Image, kind: str) -> NDArray[np.uint8]:
-    """(h, w, 3) of an image; `kind` is one of `KINDS`."""
+    """Return an image as (h, w, 3) uint8; `kind` is one of `KINDS`."""
     from roboyard.rendering import depth_to_rgb, segmentation_to_rgb
 
     if kind == "depth":
@@ -55,12 +55,12 @@ def shown_as(image: Image, kind: str) -> NDArray[np.uint8]:
 
 
 def blank() -> NDArray[np.uint8]:
-    """A picture of nothing."""
+    """Return an empty picture, (HEIGHT, WIDTH, 3) uint8."""
     return np.full((HEIGHT, WIDTH, 3), 235, dtype=np.uint8)
 
 
 def camera_of(position: Any, look_at: Any, up: Any, fovy: float) -> Camera:
-    """The page's camera as one of `roboyard.rendering`."""
+    """Return the page's camera as a `Camera`; positions in the world frame (m), `fovy` in rad."""
     return Camera.look_at(
         position, look_at, up, width=WIDTH, height=HEIGHT, fovy=float(np.clip(fovy, 0.05, math.pi - 0.1))
     )

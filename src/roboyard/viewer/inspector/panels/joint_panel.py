@@ -1,4 +1,4 @@
-"""Sliders for the joints: paused they place the robot, playing they are what its drives hold."""
+"""Joint sliders: they set positions while paused, and targets of the drives while playing."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from roboyard.sim.joint import Joint
 
 FREE_RANGE = {"continuous": math.pi, "revolute": math.pi, "prismatic": 1.0}
-"""Half a slider's range for joints without limits; rad or m."""
+"""Half the range of the slider of a joint without limits (rad or m)."""
 WIGGLE_TICKS = 40
-"""Pictures for one joint's way to its limits and back."""
+"""Ticks for the motion of a joint to its limits and back."""
 
 
 class JointPanel:
     """The sliders of one robot."""
 
     def __init__(self, gui: Any, body: Body, do: Callable[[Callable[[], None]], None]) -> None:
-        """Add the sliders; `do` runs a function in the thread that steps the world."""
+        """Add the sliders; `do` queues a request for the simulation thread."""
         self._body = body
         self._do = do
         self.sliders: dict[str, Any] = {}
@@ -38,16 +38,16 @@ class JointPanel:
         lower, upper = slider_range(joint)
         unit = "m" if joint.type == "prismatic" else "rad"
         limit = joint.limit
-        message = [f"{joint.type}, {unit}"]
-        message.append("no limits" if joint.limits is None else f"from {lower:.4g} to {upper:.4g}")
+        hints = [f"{joint.type}, {unit}"]
+        hints.append("no limits" if joint.limits is None else f"from {lower:.4g} to {upper:.4g}")
         if limit is not None and limit.effort is not None:
-            message.append(f"effort {limit.effort:.4g}")
+            hints.append(f"effort {limit.effort:.4g}")
         if limit is not None and limit.velocity is not None:
-            message.append(f"velocity {limit.velocity:.4g}")
+            hints.append(f"velocity {limit.velocity:.4g}")
         follows = joint.name in self._followers
         if follows:
             leader, multiplier, offset = self._followers[joint.name]
-            message.append(f"follows {leader}: {multiplier:.4g} q + {offset:.4g}")
+            hints.append(f"follows {leader}: {multiplier:.4g} q + {offset:.4g}")
         moving = upper > lower
         slider = gui.add_slider(
             joint.name,
@@ -55,7 +55,7 @@ class JointPanel:
             max=upper if moving else lower + 1e-3,
             step=max(round((upper - lower) / 1000, 4), 1e-4),
             initial_value=float(np.clip(joint.position, lower, upper)),
-            hint="; ".join(message),
+            hint="; ".join(hints),
             disabled=follows or not moving,
         )
 
@@ -68,7 +68,7 @@ class JointPanel:
         return slider
 
     def move(self, name: str, value: float) -> None:
-        """Put a joint somewhere, or let its drive pull it there."""
+        """Set the position of a joint, or the target of its drive while playing (rad or m)."""
         self._put(name, value)
         for follower in self._followers:
             if follower != name and follower in self.sliders:
@@ -85,7 +85,7 @@ class JointPanel:
             joint.drive_position(value)
 
     def _target(self, name: str) -> float:
-        """Where a slider stands, or where its leader's slider wants it."""
+        """Return the value of a slider; of a mimic joint, that computed from its leader's slider."""
         if name in self._followers:
             leader, multiplier, offset = self._followers[name]
             if leader in self.sliders and leader != name:
@@ -93,7 +93,7 @@ class JointPanel:
         return float(self.sliders[name].value)
 
     def play(self, playing: bool) -> None:
-        """Tell the joints that time runs, or no longer does."""
+        """Switch between playing and paused."""
         self.is_playing = playing
         if playing:
             self.hold(self.is_held)
@@ -101,7 +101,7 @@ class JointPanel:
             self.show_positions()
 
     def hold(self, held: bool) -> None:
-        """Let drives hold the joints where the sliders stand, or let go of them."""
+        """Let the drives hold the joints at their positions, or disable the drives."""
         self.is_held = held
         if not self.is_playing:
             return
@@ -116,7 +116,7 @@ class JointPanel:
                 joint.disable_drive()
 
     def show_positions(self) -> None:
-        """Move the sliders to where the joints are."""
+        """Set the sliders to the joint positions."""
         for name, slider in self.sliders.items():
             slider.value = self._shown(self._body.joint(name))
 
@@ -124,7 +124,7 @@ class JointPanel:
         return float(np.clip(joint.position, *slider_range(joint)))
 
     def wiggle(self) -> Iterator[str]:
-        """Take each joint to both its limits and back, one picture at each `next`; gives the joint's name."""
+        """Move each joint to both limits and back, one step per `next`; yields the joint's name."""
         before = {name: float(self._body.joint(name).position) for name in self.sliders}
         for name in self.sliders:
             joint = self._body.joint(name)
@@ -145,7 +145,7 @@ class JointPanel:
 
 
 def slider_range(joint: Joint) -> tuple[float, float]:
-    """(lower, upper) that a slider spans: the joint's limits, else a turn or a metre either way."""
+    """Return the (lower, upper) range of a slider: the joint's limits, else ±pi rad or ±1 m."""
     limits = joint.limits
     if limits is None:
         half = FREE_RANGE[joint.type]
@@ -154,7 +154,7 @@ def slider_range(joint: Joint) -> tuple[float, float]:
 
 
 def _followers(body: Body) -> dict[str, tuple[str, float, float]]:
-    """Mimic joints: name to leader, multiplier and offset."""
+    """Return each mimic joint with its leader, multiplier and offset."""
     if body.description is None:
         return {}
     return {

@@ -1,4 +1,4 @@
-"""The tree of links with their masses, and what the audit found."""
+"""The tree of links with their masses, and the findings of the audit."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from roboyard.sim.body import Body
     from roboyard.sim.link import Link
 
-NOTHING = "(nothing picked)"
+NOTHING = "(none selected)"
 INDENT = "\u2003"
-MOST_SHOWN = 40
-"""Findings on the page; the rest is counted."""
+MAX_SHOWN = 40
+"""Findings listed on the page; further ones are counted."""
 
 
 class LinkPanel:
-    """A list to pick a link from, its facts, and the findings about it."""
+    """A list of links, with the properties and findings of the selected one."""
 
     def __init__(
         self, gui: Any, body: Body, audit: Audit | None, on_pick: Callable[[Link | None], None]
@@ -31,7 +31,7 @@ class LinkPanel:
         self._on_pick = on_pick
         self._labels = {label: link for link, label in zip(body.links, tree_labels(body), strict=True)}
         self._label_of = {link.index: label for label, link in self._labels.items()}
-        gui.add_markdown(f"**{len(body.links)} links, {body.mass:.4g} kg.** Pick one here or on the robot.")
+        gui.add_markdown(f"**{len(body.links)} links, {body.mass:.4g} kg.** Select one here or on the robot.")
         self.choice = gui.add_dropdown("link", [NOTHING, *self._labels], initial_value=NOTHING)
         self.facts = gui.add_markdown("")
 
@@ -41,7 +41,7 @@ class LinkPanel:
                 self.pick(self._labels.get(event.target.value))
 
     def pick(self, link: Link | None) -> None:
-        """Show what is known of a link."""
+        """Select a link and show its properties; None: no link."""
         self.choice.value = NOTHING if link is None else self._label_of[link.index]
         self.facts.content = "" if link is None else self._facts_of(link)
         self._on_pick(link)
@@ -70,7 +70,7 @@ class LinkPanel:
 
 
 def tree_labels(body: Body) -> list[str]:
-    """One label for each link, indented by its depth, with its mass; all different."""
+    """Return a unique label of each link, indented by its depth, with its mass."""
     labels: list[str] = []
     for link in body.links:
         depth, parent = 0, link.parent
@@ -82,32 +82,32 @@ def tree_labels(body: Body) -> list[str]:
 
 
 def findings_text(audit: Audit | None) -> str:
-    """The audit as markdown, worst first."""
+    """Format an audit as Markdown, errors first."""
     if audit is None:
         return "No file to audit."
     if not audit.findings:
-        return "**Sound.** The audit found nothing."
+        return "**OK.** The audit found nothing."
     lines = [f"**{audit.status.capitalize()}**: {len(audit.findings)} findings."]
     severity = None
-    for finding in audit.findings[:MOST_SHOWN]:
+    for finding in audit.findings[:MAX_SHOWN]:
         if finding.severity != severity:
             severity = finding.severity
             lines += ["", f"**{severity.label.capitalize()}**", ""]
         lines.append(finding_line(finding))
-    if len(audit.findings) > MOST_SHOWN:
-        lines += ["", f"... and {len(audit.findings) - MOST_SHOWN} more; `roboyard audit` lists them."]
+    if len(audit.findings) > MAX_SHOWN:
+        lines += ["", f"... and {len(audit.findings) - MAX_SHOWN} more; `roboyard audit` lists them."]
     return "\n".join(lines)
 
 
 def finding_line(finding: Finding) -> str:
-    """One finding as an item of a markdown list."""
+    """Format a finding as an item of a Markdown list."""
     who = f"{plain(finding.element)}: " if finding.element else ""
     where = f" (line {finding.line})" if finding.line is not None else ""
     return f"- {who}{plain(finding.message)}{where}; *{plain(finding.remedy)}*"
 
 
 def about(finding: Finding, names: set[str]) -> bool:
-    """Whether a finding is about one of the elements, as in `link "elbow"`."""
+    """Return whether a finding is about one of the elements, as in `link "elbow"`."""
     return any(finding.element == name or finding.element.startswith(name) for name in names)
 
 

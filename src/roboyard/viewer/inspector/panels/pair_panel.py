@@ -1,4 +1,4 @@
-"""Pairs of links that may touch: in the simulation, and for the planner."""
+"""Panel of pairs of links whose collisions are disabled, in the simulation and for the planner."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BETWEEN = " + "
 
 
 class PairPanel:
-    """A list of pairs, two boxes for the picked one, and ways to add more."""
+    """A list of pairs, two boxes for the selected one, and buttons to add more."""
 
     def __init__(
         self,
@@ -31,25 +31,27 @@ class PairPanel:
         """Add the panel's elements.
 
         Args:
-            gui: of the page.
+            gui: panel of the page.
             body: the robot.
-            edits: what is edited.
-            do: has things done in the world's thread.
-            highlight: shows a link.
-            touching: pairs that overlap in the present posture, with depths in m.
+            edits: edits of the robot.
+            do: queues a request for the simulation thread.
+            highlight: highlights a link.
+            touching: returns the pairs that overlap in the current posture, with their depth (m).
         """
         self._body, self._edits, self._do = body, edits, do
         self._highlight, self._touching = highlight, touching
         self.message = gui.add_markdown("")
         self.choice = gui.add_dropdown("pair", (NONE,), initial_value=NONE)
-        self.physics_box = gui.add_checkbox("may touch in the simulation", False)
+        self.physics_box = gui.add_checkbox("no collision in the simulation", False)
         self.planner_box = gui.add_checkbox("not checked by the planner", False)
         links = tuple(link.name for link in body.links)
         with gui.add_folder("Another"):
             self.first = gui.add_dropdown("link", links)
             self.second = gui.add_dropdown("and link", links, initial_value=links[-1])
             self.add_button = gui.add_button("Add the pair")
-            self.touching_button = gui.add_button("Add what overlaps now", hint="in the present posture")
+            self.touching_button = gui.add_button(
+                "Add overlapping pairs", hint="those of the current posture"
+            )
 
         def by_user(change: Callable[[], None]) -> Callable[[Any], None]:
             return lambda event: self._do(change) if event.client_id is not None else None
@@ -66,26 +68,26 @@ class PairPanel:
         self.refresh()
 
     def _pairs(self) -> list[Pair]:
-        """All that the list shows, those that were just added and ticked off included."""
+        """Return the listed pairs, including those unticked since the page was opened."""
         return sorted(self._edits.physics_pairs | self._edits.planner_pairs | set(self._added))
 
     def _chosen(self) -> Pair | None:
         return next((one for one in self._pairs() if BETWEEN.join(one) == self.choice.value), None)
 
     def refresh(self) -> None:
-        """Bring the list up to date."""
+        """Update the list."""
         pairs = self._pairs()
         self.choice.options = tuple(BETWEEN.join(one) for one in pairs) or (NONE,)
         if self.picked not in pairs:
             self.picked = pairs[0] if pairs else None
         self.message.content = (
-            f"**{len(self._edits.physics_pairs)} pairs may touch in the simulation, "
+            f"**{len(self._edits.physics_pairs)} pairs do not collide in the simulation, "
             f"{len(self._edits.planner_pairs)} are not checked by the planner.**"
         )
         self._show()
 
     def pick(self, one: Pair | None) -> None:
-        """Edit a pair; its first link is shown."""
+        """Select a pair and highlight its first link."""
         self.picked = one
         self._show()
         link = None if one is None else next((k for k in self._body.links if k.name == one[0]), None)
@@ -100,7 +102,7 @@ class PairPanel:
     def _ticked(self) -> None:
         if self.picked is None:
             return
-        self._added.append(self.picked)  # it stays in the list until the page is loaded anew
+        self._added.append(self.picked)  # it stays in the list until the page is loaded again
         for box, pairs in (
             (self.physics_box, self._edits.physics_pairs),
             (self.planner_box, self._edits.planner_pairs),
@@ -109,14 +111,14 @@ class PairPanel:
         self.refresh()
 
     def add(self, pairs: list[Pair]) -> None:
-        """Let pairs touch, in the simulation and for the planner.
+        """Disable collisions of pairs, in the simulation and for the planner.
 
         Raises:
-            ConfigError: a link with itself.
+            ConfigError: a pair has the same link twice.
         """
         for a, b in pairs:
             if a == b:
-                raise ConfigError("a pair is two links; choose another second one")
+                raise ConfigError(f"a pair needs two links, got {a!r} twice; choose another second link")
         self._edits.physics_pairs.update(pairs)
         self._edits.planner_pairs.update(pairs)
         if pairs:
@@ -124,7 +126,7 @@ class PairPanel:
         self.refresh()
 
     def add_touching(self) -> None:
-        """Let every pair touch that overlaps now."""
+        """Disable collisions of all pairs that overlap in the current posture."""
         found = [pair(a, b) for a, b, _ in self._touching()]
         self.add(found)
         self.message.content += f" {len(found)} pairs overlap now."

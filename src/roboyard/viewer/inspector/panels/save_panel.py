@@ -1,4 +1,4 @@
-"""Write the edits into the robot's files, and import it again."""
+"""Save the edits into the robot's files, and import the robot again."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from roboyard.viewer.page.markdown import plain
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Import:
-    """What an import in its own thread needs to know."""
+    """Arguments of an import in its own thread."""
 
     config: Path | None
     urdf: Path
@@ -28,11 +28,11 @@ class _Import:
     overwrite: bool
     trial: bool
     definition: str | None
-    """Text to keep in the place of the one that the import makes."""
+    """Text of the definition to keep in place of the imported one."""
 
 
 class SavePanel:
-    """Nothing is written before someone presses a button."""
+    """Buttons that save and import; nothing is written before one is pressed."""
 
     def __init__(
         self,
@@ -42,7 +42,7 @@ class SavePanel:
         do: Callable[[Callable[[], None]], None],
         reload: Callable[[RobotSource, str], None],
     ) -> None:
-        """Add the panel's elements; `reload` shows another robot on the page, and words."""
+        """Add the panel's elements; `reload` shows another robot on the page, and a message."""
         self._source, self._edits, self._do, self._reload = source, edits, do, reload
         self._before = edits.copy()
         self._config = source.config
@@ -53,13 +53,13 @@ class SavePanel:
         )
         self.write_button = gui.add_button("Write the edits", color="green", hint=_HINT)
         with gui.add_folder("Import"):
-            self.replace_box = gui.add_checkbox("replace an import of this name", is_own)
+            self.replace_box = gui.add_checkbox("replace an existing import of this name", is_own)
             self.keep_box = gui.add_checkbox(
                 "keep the definition",
                 source.definition is not None,
-                hint="else the import makes a new one",
+                hint="otherwise the import writes a new one",
             )
-            self.trial_box = gui.add_checkbox("try it out and write a report", False, hint="takes longer")
+            self.trial_box = gui.add_checkbox("validate and write a report", False, hint="takes longer")
             self.import_button = gui.add_button("Write the edits and import", color="blue")
             self.progress = gui.add_progress_bar(0.0, visible=False)
         self.message = gui.add_markdown("")
@@ -68,14 +68,14 @@ class SavePanel:
 
     @property
     def is_changed(self) -> bool:
-        """Whether anything was edited since it was last written."""
+        """Whether there are unsaved edits."""
         return self._edits != self._before
 
     def _write(self) -> None:
         self.write()
 
     def write(self) -> list[Path]:
-        """Write every file that an edit belongs to; their paths.
+        """Save all edits; returns the written files.
 
         Raises:
             ConfigError: a file cannot be written.
@@ -88,7 +88,9 @@ class SavePanel:
         if in_config:
             target = Path(str(self.target.value).strip() or source.config_target).expanduser()
             if not target.absolute().parent.is_dir():
-                raise ConfigError(f"there is no folder {str(target.absolute().parent)!r}; name another file")
+                raise ConfigError(
+                    f"there is no folder {str(target.absolute().parent)!r}; choose another file"
+                )
             self._config = write_config(
                 target, edits, before, source=self._config, urdf=source.urdf, name=source.name
             )
@@ -106,19 +108,19 @@ class SavePanel:
         if unsaved:
             self._before.physics_pairs = pairs  # nowhere to write them before an import has made a definition
         names = ", ".join(plain(path.name) for path in written)
-        self.message.content = f"Wrote {names}." if written else "There is nothing to write."
+        self.message.content = f"Wrote {names}." if written else "No unsaved edits."
         if unsaved:
             self.message.content += " Pairs of the simulation go into the definition that an import makes."
         return written
 
     def import_again(self) -> None:
-        """Write the edits, then import in a thread of its own; the page shows the result when it is there.
+        """Save the edits, then import in a thread of its own; the page shows the result when it is done.
 
         Raises:
-            ConfigError: an import is under way, or a file cannot be written.
+            ConfigError: an import is running, or a file cannot be written.
         """
         if self._thread is not None and self._thread.is_alive():
-            raise ConfigError("an import is under way; wait for it to end")
+            raise ConfigError(f"an import of {self._source.name!r} is running; wait until it has finished")
         self.write()
         source, folder = self._source, self._source.folder
         own = folder is not None and not source.is_bundled
@@ -139,7 +141,7 @@ class SavePanel:
         self._thread.start()
 
     def _run(self, job: _Import) -> None:
-        """In its own thread."""
+        """Import the robot, in a thread of its own."""
         from roboyard.importer.pipeline import import_robot
 
         steps: list[str] = []
@@ -166,15 +168,15 @@ class SavePanel:
                 write_with_backup(result.definition, job.definition)
             self._finish_pairs(result.definition)
             source = package_source(result.model_folder, result.name, self._config)
-        except Exception as error:  # whatever goes wrong, the page goes on
-            words = str(error) if isinstance(error, RoboyardError) else f"{type(error).__name__}: {error}"
-            self._do(lambda: self._failed(words))
+        except Exception as error:  # the page reports all errors of an import
+            message = str(error) if isinstance(error, RoboyardError) else f"{type(error).__name__}: {error}"
+            self._do(lambda: self._failed(message))
             return
-        message = f"Imported into {plain(str(result.folder))}; {len(result.warnings)} things to look at."
+        message = f"Imported into {plain(str(result.folder))}; {len(result.warnings)} warnings."
         self._do(lambda: self._finish(source, message))
 
     def _finish_pairs(self, definition: Path) -> None:
-        """The definition is the import's or the old one: put the page's pairs into it."""
+        """Save the page's pairs into the definition, be it the imported or the kept one."""
         from roboyard.config.yaml_lines import read_yaml
         from roboyard.viewer.inspector.edits.edit_state import pair
 
@@ -186,18 +188,18 @@ class SavePanel:
         write_definition(definition, EditState(physics_pairs=wanted), before)
 
     def _finish(self, source: RobotSource, message: str) -> None:
-        """Show the new robot, or why it cannot be shown."""
+        """Show the imported robot, or the error if it cannot be loaded."""
         try:
             self._reload(source, message)
         except RoboyardError as error:
             self._failed(str(error))
 
-    def _failed(self, words: str) -> None:
+    def _failed(self, message: str) -> None:
         self.import_button.disabled, self.progress.visible = False, False
-        self.message.content = f"**{plain(words)}**"
+        self.message.content = f"**{plain(message)}**"
 
 
-_HINT = "into the configuration, the planner files and the definition; what was there is kept as .bak"
+_HINT = "to the configuration, the planner files and the definition; backups end in .bak"
 
 
 def _is_name(word: str) -> bool:

@@ -1,4 +1,4 @@
-"""Sensors and hands: what each camera sees, and where each sits."""
+"""Sensors and end effector frames: live pictures and scans, and their poses."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 NONE = "(none)"
 PERIOD = 0.2
-"""s between live pictures"""
+"""Period of live pictures and scans (s)."""
 
 
 class SensorPanel:
-    """Pick a sensor or a hand, see through it, move it, add another."""
+    """Select, view, move, add and delete sensors and end effector frames."""
 
     def __init__(
         self,
@@ -37,19 +37,19 @@ class SensorPanel:
         do: Callable[[Callable[[], None]], None],
         reveal: Callable[[], None],
     ) -> None:
-        """Add the panel's elements; `reveal` has the layer shown."""
+        """Add the panel's elements; `reveal` shows the layer."""
         self._reveal = reveal
         self._body, self._edits, self._layer, self._gizmo, self._do = body, edits, layer, gizmo, do
         self._last_picture = 0.0
         links = tuple(link.name for link in body.links)
-        self.choice = gui.add_dropdown("sensor or hand", (NONE,), initial_value=NONE)
+        self.choice = gui.add_dropdown("sensor or end effector", (NONE,), initial_value=NONE)
         self.live_box = gui.add_checkbox(
-            "live picture", True, hint="what the camera sees, five times a second"
+            "live picture", True, hint="the camera's picture, five times a second"
         )
         self.scan_box = gui.add_checkbox(
             "live scan",
             False,
-            hint="where its rays end, five times a second; pink: on the robot itself",
+            hint="points hit by the lidar, five times a second; pink: on the robot itself",
         )
         self.kind = gui.add_dropdown("shows", PICTURES, initial_value=PICTURES[0])
         self.picture = gui.add_image(blank(), format="jpeg")
@@ -57,7 +57,7 @@ class SensorPanel:
             self.handle_box = gui.add_checkbox("handle in the scene", False)
             self.position = gui.add_vector3("position (m)", (0.0, 0.0, 0.0), step=0.0001)
             self.turn = gui.add_vector3(
-                "turn (degrees)",
+                "rotation (degrees)",
                 (0.0, 0.0, 0.0),
                 step=1.0,
                 hint="about the fixed x, y, z axes, in this order",
@@ -66,10 +66,10 @@ class SensorPanel:
             self.new_kind = gui.add_dropdown("kind", tuple(KINDS.values()))
             self.new_parent = gui.add_dropdown("on link", links)
             self.new_link = gui.add_text(
-                "new link", "", hint="its name; empty: the sensor sits on the link itself"
+                "new link", "", hint="its name; empty: the sensor is on the link itself"
             )
             self.add_button = gui.add_button("Add")
-            self.delete_button = gui.add_button("Delete the picked one")
+            self.delete_button = gui.add_button("Delete the selected one")
         self._listen()
         self.refresh()
 
@@ -86,26 +86,26 @@ class SensorPanel:
 
     @property
     def picked(self) -> SensorPose | None:
-        """The one that is shown and edited."""
+        """The selected sensor."""
         return self._layer.picked
 
     def labels(self) -> list[str]:
-        """One for each sensor, all different."""
+        """Return a unique label of each sensor."""
         labels: list[str] = []
         for sensor in self._edits.sensors:
             on = sensor.link if sensor.parent is None else f"{sensor.link}, on {sensor.parent}"
-            label = wanted = f"{KINDS[sensor.kind]} {on}"
+            label = base = f"{KINDS[sensor.kind]} {on}"
             while label in labels:
-                label = f"{wanted} ({labels.count(label) + 2})"
+                label = f"{base} ({labels.count(label) + 2})"
             labels.append(label)
         return labels
 
     def named(self, label: str) -> SensorPose | None:
-        """The sensor of a label."""
+        """Return the sensor of a label; None: there is none."""
         return dict(zip(self.labels(), self._edits.sensors, strict=True)).get(label)
 
     def refresh(self) -> None:
-        """Bring the list up to date; picks the first where none is picked."""
+        """Update the list; selects the first sensor if none is selected."""
         labels = tuple(self.labels()) or (NONE,)
         if self.choice.options != labels:
             self.choice.options = labels
@@ -114,7 +114,7 @@ class SensorPanel:
         self.pick(self.picked)
 
     def pick(self, sensor: SensorPose | None) -> None:
-        """Show and edit another one."""
+        """Select another sensor."""
         self._layer.picked = sensor
         if sensor is None:
             self.choice.value = self.choice.options[0]
@@ -147,7 +147,7 @@ class SensorPanel:
         self._gizmo.put(*self._anchored(sensor)[1:])
 
     def move(self, sensor: SensorPose, position: Any, quaternion: Any) -> None:
-        """Give a sensor another offset; m and x, y, z, w."""
+        """Set the offset of a sensor: position (m) and quaternion x, y, z, w."""
         sensor.position = tuple(float(v) for v in position)  # type: ignore[assignment]
         sensor.quaternion = tuple(float(v) for v in quaternion)  # type: ignore[assignment]
         if sensor is self.picked:
@@ -159,7 +159,7 @@ class SensorPanel:
         self._last_picture = 0.0
 
     def _anchored(self, sensor: SensorPose) -> tuple[str, Any, Any]:
-        """Link that the offset counts from, and the offset."""
+        """Return the parent link of a sensor and its offset: position (m), quaternion x, y, z, w."""
         own = sensor.link if sensor.parent is None else sensor.parent
         return own, sensor.position, sensor.quaternion
 
@@ -185,7 +185,7 @@ class SensorPanel:
         name, on = self.new_link.value.strip(), str(self.new_parent.value)
         taken = {link.name for link in self._body.links} | {sensor.link for sensor in self._edits.sensors}
         if name in taken:
-            raise ConfigError(f"there is a link {name!r} already; give the new one another name")
+            raise ConfigError(f"there is a link {name!r} already; choose another name")
         sensor = SensorPose(kind=kind, link=name or on, parent=on if name else None)
         self._edits.sensors.append(sensor)
         self._layer.picked = sensor
@@ -199,7 +199,7 @@ class SensorPanel:
             self.refresh()
 
     def update(self, *, watched: bool) -> None:
-        """Take a live picture or scan, when one is due and somebody watches."""
+        """Update the live picture or scan if one is due and a page is open (`watched`)."""
         sensor, now = self.picked, perf_counter()
         is_lidar = sensor is not None and sensor.kind == "lidar_links"
         if not (is_lidar and self.scan_box.value):

@@ -1,4 +1,4 @@
-"""Planning spheres: move, resize, add and delete them."""
+"""Panel to move, resize, add and delete planning spheres."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from roboyard.sim.body import Body
 
 NONE = "(none)"
-SMALLEST = 0.001
-"""m"""
+MIN_RADIUS = 0.001
+"""Least radius (m)."""
 
 
 class SpherePanel:
-    """Pick a sphere here or on the robot; type its numbers or drag its handle."""
+    """Select a sphere here or on the robot; type its values or drag its handle."""
 
     def __init__(
         self,
@@ -32,7 +32,7 @@ class SpherePanel:
         do: Callable[[Callable[[], None]], None],
         reveal: Callable[[], None],
     ) -> None:
-        """Add the panel's elements; `reveal` has the layer shown."""
+        """Add the panel's elements; `reveal` shows the layer."""
         self._reveal = reveal
         self._body, self._edits, self._layer, self._gizmo, self._do = body, edits, layer, gizmo, do
         links = tuple(link.name for link in body.links)
@@ -41,10 +41,12 @@ class SpherePanel:
         self.link_choice = gui.add_dropdown("link", links, initial_value=first)
         self.sphere_choice = gui.add_dropdown("sphere", (NONE,), initial_value=NONE)
         self.center = gui.add_vector3("centre (m)", (0.0, 0.0, 0.0), step=0.001)
-        self.radius = gui.add_number("radius (m)", 0.05, min=SMALLEST, step=0.001)
+        self.radius = gui.add_number("radius (m)", 0.05, min=MIN_RADIUS, step=0.001)
         self.handle_box = gui.add_checkbox("handle in the scene", True)
-        self.add_button = gui.add_button("Add a sphere", hint="to this link; like the picked one, beside it")
-        self.delete_button = gui.add_button("Delete the picked one")
+        self.add_button = gui.add_button(
+            "Add a sphere", hint="to this link, beside the selected sphere and as large"
+        )
+        self.delete_button = gui.add_button("Delete the selected one")
 
         def by_user(change: Callable[[], None]) -> Callable[[Any], None]:
             return lambda event: self._do(change) if event.client_id is not None else None
@@ -61,7 +63,7 @@ class SpherePanel:
 
     @property
     def link(self) -> str:
-        """The link whose spheres are listed."""
+        """Name of the link whose spheres are listed."""
         return str(self.link_choice.value)
 
     def _spheres(self) -> list[EditedSphere]:
@@ -69,12 +71,12 @@ class SpherePanel:
 
     @property
     def picked(self) -> EditedSphere | None:
-        """The sphere that is edited."""
+        """The selected sphere."""
         spheres = self._spheres()
         return spheres[self._index] if self._index is not None and self._index < len(spheres) else None
 
     def pick(self, link: str, index: int | None) -> None:
-        """Edit a sphere of a link; None: show the link without one."""
+        """Select a sphere of a link by index; None: select the link alone."""
         if link not in self.link_choice.options:
             return
         before = self.link
@@ -103,12 +105,12 @@ class SpherePanel:
         if sphere is None or not np.isfinite(numbers).all():
             return
         x, y, z, radius = (float(v) for v in numbers)
-        sphere.center, sphere.radius = (x, y, z), max(radius, SMALLEST)
+        sphere.center, sphere.radius = (x, y, z), max(radius, MIN_RADIUS)
         self._layer.draw(self.link)
         self._gizmo.put(sphere.center)
 
     def move(self, sphere: EditedSphere, position: Any) -> None:
-        """Put a sphere elsewhere in its link's frame; m."""
+        """Set the centre of a sphere in its link frame (m)."""
         x, y, z = (round(float(v), 6) for v in position)
         sphere.center = (x, y, z)
         if sphere is self.picked:
@@ -116,26 +118,26 @@ class SpherePanel:
         self._layer.draw(self.link)
 
     def add(self) -> None:
-        """One more on this link: beside the picked one, else where the link's shape is."""
+        """Add a sphere to the link: beside the selected one, else at its centre of mass."""
         near = self.picked
         if near is not None:
             center = (near.center[0], near.center[1], near.center[2] + near.radius)
             new = EditedSphere(center=center, radius=near.radius)
         else:
-            new = EditedSphere(center=self._middle(), radius=max(float(self.radius.value), SMALLEST))
+            new = EditedSphere(center=self._middle(), radius=max(float(self.radius.value), MIN_RADIUS))
         spheres = self._edits.spheres.setdefault(self.link, [])
         spheres.append(new)
         self.pick(self.link, len(spheres) - 1)
 
     def _middle(self) -> tuple[float, float, float]:
-        """The centre of mass of the link, which lies in or near it; its origin where it has no mass."""
+        """Return the centre of mass of the link in its frame (m); the origin if it has no mass."""
         link = self._body.link(self.link)
         place = self._body.world.model.body_ipos[link.mujoco_id] if link.mass > 0 else np.zeros(3)
         x, y, z = (round(float(v), 6) for v in place)
         return x, y, z
 
     def delete(self) -> None:
-        """The picked sphere goes."""
+        """Delete the selected sphere."""
         sphere = self.picked
         if sphere is None:
             return
@@ -159,5 +161,5 @@ class SpherePanel:
     def _count(self) -> None:
         count = sum(map(len, self._edits.spheres.values()))
         self.message.content = (
-            f"**{count} spheres on {len(self._edits.spheres)} links.** Pick one here or on the robot."
+            f"**{count} spheres on {len(self._edits.spheres)} links.** Select one here or on the robot."
         )

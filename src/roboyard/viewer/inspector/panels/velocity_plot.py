@@ -1,4 +1,4 @@
-"""Is it settled? A plot of the joints' speeds over the last seconds."""
+"""Plot of the joint speeds over the last seconds."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 WINDOW = 10.0
-"""s"""
+"""Time span of the plot (s)."""
 RATE = 10.0
-"""Hz: samples and redraws"""
-SETTLED = 0.01
-"""rad/s or m/s: slower than this is standing still."""
-MOST_SERIES = 12
+"""Rate of samples and updates (Hz)."""
+AT_REST = 0.01
+"""Speed below which a joint is at rest (rad/s or m/s)."""
+MAX_SERIES = 12
+"""Joints with a line each; beyond that the fastest alone is plotted."""
 COLORS = (
     *("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b"),
     *("#e377c2", "#7f7f7f", "#bcbd22", "#17becf", "#003f5c", "#ffa600"),
@@ -21,10 +22,10 @@ COLORS = (
 
 
 class VelocityPlot:
-    """One line for each joint, or the fastest alone where there are many."""
+    """One line per joint, or the fastest joint alone for robots with many joints."""
 
     def __init__(self, gui: Any, joint_names: tuple[str, ...]) -> None:
-        self._each = 0 < len(joint_names) <= MOST_SERIES
+        self._each = 0 < len(joint_names) <= MAX_SERIES
         names = joint_names if self._each else ("fastest joint",)
         self._rows: list[tuple[float, NDArray[np.float64]]] = []
         self._still_since: float | None = None
@@ -42,7 +43,7 @@ class VelocityPlot:
         )
 
     def sample(self, time: float, velocities: NDArray[np.float64]) -> None:
-        """Add a moment; does nothing until the last one is old enough. A time that jumps back starts anew."""
+        """Add joint velocities (n,) (rad/s or m/s) at a time (s); samples above `RATE` are skipped."""
         if self._rows and time < self._rows[-1][0]:
             self.clear()
         if self._rows and time - self._rows[-1][0] < 1.0 / RATE:
@@ -51,7 +52,7 @@ class VelocityPlot:
         self._rows.append((time, velocities.copy() if self._each else np.array([speed])))
         while time - self._rows[0][0] > WINDOW:
             self._rows.pop(0)
-        if speed > SETTLED:
+        if speed > AT_REST:
             self._still_since = None
         elif self._still_since is None:
             self._still_since = time
@@ -62,10 +63,10 @@ class VelocityPlot:
         self.text.content = (
             f"moving, at most {speed:.3g}"
             if self._still_since is None
-            else f"**settled** for {time - self._still_since:.1f} s (below {SETTLED})"
+            else f"**at rest** for {time - self._still_since:.1f} s (below {AT_REST})"
         )
 
     def clear(self) -> None:
-        """Forget the past."""
+        """Drop all samples."""
         self._rows.clear()
         self._still_since = None
