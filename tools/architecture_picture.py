@@ -22,8 +22,8 @@ WAYS: dict[str, tuple[str, tuple[str, ...]]] = {
         "#1f77b4",
         (
             "description/loader.py",
-            "description/urdf/xml.py",
-            "description/urdf/read.py",
+            "description/urdf/parse.py",
+            "description/urdf/build.py",
             "description/model.py",
             "sim/world.py",
             "sim/build/bodies.py",
