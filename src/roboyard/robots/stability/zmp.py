@@ -120,7 +120,7 @@ class BalanceMargins:
         """
         spare = self.edge - self.reserve - np.maximum(self.push(twist, np.zeros(3)), 0.0)
         push = self.push(np.zeros(3), change)
-        return min(max(SLOWEST, _kernels().share(spare, push)), _kernels().share(spare - self.lost, push))
+        return _kernels().share(np.maximum(spare, SLOWEST * push) - self.lost, push)
 
     def pull(self, acceleration: Array, shift: Array) -> float:
         """Return the fraction of (k,) accelerations by springs that is stable; 0 where they tip the robot
