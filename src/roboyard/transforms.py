@@ -93,10 +93,13 @@ def quaternion_from_rpy(rpy: ArrayLike) -> Array:
 def rpy_from_matrix(matrix: ArrayLike) -> Array:
     """Return (..., 3) roll, pitch, yaw (rad) of a (..., 3, 3) rotation; roll is 0 at pitch ±90 degrees."""
     m = np.asarray(matrix, dtype=float)
-    pitch = np.arctan2(-m[..., 2, 0], np.hypot(m[..., 0, 0], m[..., 1, 0]))
-    locked = np.hypot(m[..., 0, 0], m[..., 1, 0]) < 1e-9
-    roll = np.where(locked, 0.0, np.arctan2(m[..., 2, 1], m[..., 2, 2]))
-    yaw = np.where(locked, np.arctan2(-m[..., 0, 1], m[..., 1, 1]), np.arctan2(m[..., 1, 0], m[..., 0, 0]))
+    across = np.hypot(m[..., 0, 0], m[..., 1, 0])
+    pitch = np.arctan2(-m[..., 2, 0], across)
+    roll = np.where(across < 1e-9, 0.0, np.arctan2(m[..., 2, 1], m[..., 2, 2]))
+    s, c = np.sin(roll), np.cos(roll)
+    # near ±90 degrees only roll and yaw together are determined: the yaw that belongs to this roll
+    near = np.arctan2(s * m[..., 0, 2] - c * m[..., 0, 1], c * m[..., 1, 1] - s * m[..., 1, 2])
+    yaw = np.where(across < 1e-3, near, np.arctan2(m[..., 1, 0], m[..., 0, 0]))
     return np.stack([roll, pitch, yaw], axis=-1)
 
 
