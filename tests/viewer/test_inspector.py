@@ -182,7 +182,7 @@ def test_a_switch_on_the_page_shows_and_hides(inspect, browser, wait, planner_fi
         "joint axes": 2,
         "contacts": 2,
         "planning spheres": 2,
-        "sensors and end effectors": 0,
+        "sensors and tools": 0,
     }
     assert set(inspector.overlays.kinds) == set(expected)
     for kind, count in expected.items():

@@ -110,15 +110,15 @@ def test_a_live_picture_is_what_a_camera_there_sees(inspect, config: Path, brows
 
 def test_a_frustum_stands_where_its_camera_is(inspect, config: Path) -> None:
     inspector = inspect(config=config)
-    inspector.overlays.switch("sensors and end effectors", True)
-    first, second = inspector.overlays.nodes("sensors and end effectors")
+    inspector.overlays.switch("sensors and tools", True)
+    first, second = inspector.overlays.nodes("sensors and tools")
     assert first.name.startswith("/gripper/palm/")
     np.testing.assert_allclose(first.position, [0.05, 0, 0.1])
     np.testing.assert_allclose(second.position, [0.05, 0, 0.12])
     np.testing.assert_allclose(np.abs(first.wxyz), [0, 1, 0, 0])  # drawn as looking along +z, y down
     inspector.panels.sensors.move(inspector.panels.edits.sensors[0], (0.0, 0.0, 0.3), (0, 0, 0, 1))
     np.testing.assert_allclose(
-        inspector.overlays.nodes("sensors and end effectors")[1].position, [0, 0, 0.32]
+        inspector.overlays.nodes("sensors and tools")[1].position, [0, 0, 0.32]
     )
 
 

@@ -123,8 +123,8 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
 
     try:
         until(inspector.tick, lambda: inspector.viewer.watchers == 1)
-        click("sensors and end effectors")
-        until(inspector.tick, lambda: inspector.overlays.is_on("sensors and end effectors"))
+        click("sensors and tools")
+        until(inspector.tick, lambda: inspector.overlays.is_on("sensors and tools"))
         orange = [240, 140, 20]
         # the pyramid of the picked camera stands out in orange
         until(

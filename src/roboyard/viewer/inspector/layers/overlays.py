@@ -57,7 +57,7 @@ class Overlays:
         self.sensors = SensorLayer(viewer, body, edits, self.size)
         self._layers: dict[str, SphereLayer | SensorLayer] = {
             "planning spheres": self.spheres,
-            "sensors and end effectors": self.sensors,
+            "sensors and tools": self.sensors,
         }
 
     @property

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from roboyard.robots.definition.schema import RobotDefinition
 
 Do = Callable[[Callable[[], None]], None]
-SPHERES, SENSORS = "planning spheres", "sensors and end effectors"
+SPHERES, SENSORS = "planning spheres", "sensors and tools"
 HANDLE = 0.12
 """Size of a handle, as a fraction of the robot's size."""
 NEAREST, TIMES = 0.25, 3.0
