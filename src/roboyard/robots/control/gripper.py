@@ -1,6 +1,6 @@
 """MultiFingerGripperController: open and close the fingers of a gripper.
 
-    binary        c >= 0 opens (inverted: c <= 0), anything else closes; one number
+    binary        c >= 0 opens (inverted: c < 0), anything else closes; one number
     smooth        the same value for every finger; one number
     independent   one number for each finger
 
