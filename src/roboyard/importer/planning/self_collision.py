@@ -253,8 +253,9 @@ def sample_range(joint: Joint) -> tuple[float, float]:
     if joint.name.startswith("base_footprint_"):
         return (0.0, 0.0)
     limits = joint.position_limits()
-    if joint.type == "prismatic":
-        return (-0.5, 0.5) if limits is None else (max(limits[0], -10.0), min(limits[1], 10.0))
+    slides = joint.type == "prismatic"
     if limits is None:
-        return (-math.pi, math.pi)
-    return (max(limits[0], -math.pi), min(limits[1], math.pi)) if limits[0] < math.pi else limits
+        return (-0.5, 0.5) if slides else (-math.pi, math.pi)
+    reach = 10.0 if slides else math.pi
+    lower, upper = max(limits[0], -reach), min(limits[1], reach)
+    return (lower, upper) if lower < upper else limits
