@@ -117,9 +117,7 @@ def test_a_frustum_stands_where_its_camera_is(inspect, config: Path) -> None:
     np.testing.assert_allclose(second.position, [0.05, 0, 0.12])
     np.testing.assert_allclose(np.abs(first.wxyz), [0, 1, 0, 0])  # drawn as looking along +z, y down
     inspector.panels.sensors.move(inspector.panels.edits.sensors[0], (0.0, 0.0, 0.3), (0, 0, 0, 1))
-    np.testing.assert_allclose(
-        inspector.overlays.nodes("sensors and tools")[1].position, [0, 0, 0.32]
-    )
+    np.testing.assert_allclose(inspector.overlays.nodes("sensors and tools")[1].position, [0, 0, 0.32])
 
 
 def test_a_dragged_handle_moves_the_sensor(inspect, config: Path, browser, wait) -> None:

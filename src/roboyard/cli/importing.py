@@ -11,6 +11,7 @@ import typer
 from roboyard.cli.packages import PackageOption
 
 if TYPE_CHECKING:
+    from roboyard.importer.pipeline import ImportResult
     from roboyard.validation import ValidationReport
 
 EXAMPLES = """
@@ -117,7 +118,6 @@ def importing(
     del headless
     from roboyard.cli.packages import read_packages
     from roboyard.errors import ConfigError
-    from roboyard.importer.import_log import unique_warnings
     from roboyard.importer.pipeline import import_robot
 
     if source is None and config is None:
@@ -135,6 +135,16 @@ def importing(
             validate=validate,
             report=report,
         )
+    _print_result(result, as_json=as_json, report=report)
+
+
+importing.__doc__ = f"{cleandoc(importing.__doc__ or '')}\n{CONFIGURATION}"
+
+
+def _print_result(result: ImportResult, *, as_json: bool, report: bool) -> None:
+    """Print what an import found and wrote, for people or as JSON."""
+    from roboyard.importer.import_log import unique_warnings
+
     if as_json:
         import json
 
@@ -152,9 +162,6 @@ def importing(
     print(f"definition: {result.definition}")
     if report:
         print(f"report: {result.report}")
-
-
-importing.__doc__ = f"{cleandoc(importing.__doc__ or '')}\n{CONFIGURATION}"
 
 
 def _validation_lines(report: ValidationReport) -> list[str]:

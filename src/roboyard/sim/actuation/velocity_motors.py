@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._lazy import lazy_module
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import VELOCITY_SIZE, Joint
 from roboyard.sim.link import LinkBody
-from roboyard.sim.stepping.kernels_lazy import kernels
 from roboyard.transforms import Array, to_wxyz
+
+kernels = lazy_module("roboyard.sim.stepping.kernels")
 
 MODE, KP, VELOCITY, KD, LARGEST = range(5)
 IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)

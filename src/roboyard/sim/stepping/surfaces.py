@@ -7,11 +7,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
-from roboyard.sim.stepping.kernels_lazy import kernels
+
+kernels = lazy_module("roboyard.sim.stepping.kernels")
 
 SLIDING_ITERATIONS = 4
 SLIDING_TOLERANCE = 1e-3

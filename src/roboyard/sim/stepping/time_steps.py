@@ -9,13 +9,15 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from roboyard._lazy import lazy_module
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
-from roboyard.sim.stepping.kernels_lazy import kernels
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.wrenches import Wrenches
+
+kernels = lazy_module("roboyard.sim.stepping.kernels")
 
 log = logging.getLogger("roboyard.simulation")
 
