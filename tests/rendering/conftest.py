@@ -9,7 +9,7 @@ from roboyard.shapes import primitives
 
 @pytest.fixture(scope="session")
 def shape():
-    """A render shape in frame 0 unless told otherwise."""
+    """Make render shapes, in frame 0 by default."""
 
     def make(mesh, position=(0.0, 0.0, 0.0), rotation=None, frame=0, owner=(0, -1), **options):
         return RenderShape(
@@ -26,7 +26,7 @@ def shape():
 
 @pytest.fixture(scope="session")
 def picture():
-    """Picture of shapes that all sit in one frame at the origin, by the software renderer."""
+    """Render shapes of one frame at the origin by the software renderer."""
 
     def draw(shapes, camera, **options):
         scene = RenderScene(shapes=list(shapes))

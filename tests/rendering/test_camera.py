@@ -9,7 +9,7 @@ from roboyard import transforms
 from roboyard.rendering import Camera
 
 
-def test_look_at_puts_the_target_in_the_middle_and_up_upward():
+def test_look_at_centres_the_target_with_up_upward():
     camera = Camera.look_at((2.0, -1.0, 1.5), (0.1, 0.2, 0.3), width=320, height=240)
     column, row, depth = camera.project((0.1, 0.2, 0.3))
     assert (column, row) == pytest.approx((160.0, 120.0))
@@ -21,10 +21,10 @@ def test_look_at_puts_the_target_in_the_middle_and_up_upward():
 def test_look_straight_down_works():
     camera = Camera.look_at((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), width=100, height=100)
     assert np.allclose(camera.project((0.0, 0.0, 1.0)), (50.0, 50.0, 2.0))
-    assert camera.project((0.0, 0.5, 0.0))[1] < 50.0  # world y stands in for up
+    assert camera.project((0.0, 0.5, 0.0))[1] < 50.0  # world y replaces up
 
 
-def test_vertical_field_of_view_meets_the_edges():
+def test_vertical_field_of_view_spans_the_picture():
     camera = Camera.look_at((0.0, -2.0, 0.0), (0.0, 0.0, 0.0), width=200, height=100, fovy=math.radians(60))
     half = 2.0 * math.tan(math.radians(30))
     assert np.allclose(camera.project((0.0, 0.0, half)), (100.0, 0.0, 2.0))
@@ -32,7 +32,7 @@ def test_vertical_field_of_view_meets_the_edges():
 
 
 @pytest.mark.parametrize(("near", "far"), [(0.01, 100.0), (0.5, 3.0)])
-def test_near_and_far_come_back_out_of_the_projection(near, far):
+def test_near_and_far_are_computed_from_the_projection(near, far):
     for make in (Camera.look_at, Camera.orthographic):
         camera = make((1, 1, 1), (0, 0, 0), near=near, far=far)
         assert (camera.near, camera.far) == pytest.approx((near, far), rel=1e-9)
@@ -47,7 +47,7 @@ def test_a_projection_without_far_plane():
     assert camera.far == math.inf
 
 
-def test_pinhole_intrinsics_come_back_and_project_like_the_textbook():
+def test_pinhole_intrinsics_round_trip_and_project_like_the_textbook():
     camera = Camera.pinhole(
         310.0, 290.0, 170.0, 110.0, width=320, height=240, position=(1, 2, 3), convention="optical"
     )
@@ -68,7 +68,7 @@ def test_pose_and_view_are_inverse():
     assert np.allclose(np.abs(camera.orientation @ q), 1.0)
 
 
-def test_orbit_stands_where_the_angles_say():
+def test_orbit_position_follows_the_angles():
     camera = Camera.from_yaw_pitch((1, 1, 0), 2.0, yaw=0.0, pitch=0.0)
     assert np.allclose(camera.position, (1, -1, 0))
     camera = Camera.from_yaw_pitch((0, 0, 0), 2.0, yaw=math.radians(90), pitch=math.radians(-30))
@@ -129,7 +129,7 @@ def test_orthographic_depth_buffer_is_linear():
         ({"projection": "transposed"}, "transposed"),
     ],
 )
-def test_bad_cameras_say_what_is_wrong(change, words):
+def test_invalid_cameras_name_the_fault(change, words):
     good = Camera.look_at((1, 1, 1), (0, 0, 0))
     values = {"width": 64, "height": 48, "view": good.view, "projection": good.projection, **change}
     if isinstance(values["projection"], str):
@@ -138,7 +138,7 @@ def test_bad_cameras_say_what_is_wrong(change, words):
         Camera(**values)
 
 
-def test_bad_helpers_say_what_is_wrong():
+def test_invalid_arguments_name_the_fault():
     with pytest.raises(ValueError, match="two different"):
         Camera.look_at((1, 1, 1), (1, 1, 1))
     with pytest.raises(ValueError, match="near"):

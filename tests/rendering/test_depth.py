@@ -1,4 +1,4 @@
-"""Depth and ids against closed forms: rays through the pixels' centres, cut with the shapes themselves."""
+"""Depth and ids against closed forms: rays through the pixels' centres intersected with the shapes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def cameras():
 
 
 @pytest.mark.parametrize("camera", list(cameras()))
-def test_a_plane_is_cut_by_every_ray(camera, floor, picture):
+def test_every_ray_hits_a_plane(camera, floor, picture):
     image = picture([floor], camera)
     origin, direction = camera.rays()
     with np.errstate(divide="ignore"):
@@ -39,8 +39,8 @@ def test_a_plane_is_cut_by_every_ray(camera, floor, picture):
 
 
 @pytest.mark.parametrize("camera", list(cameras()))
-def test_a_large_quad_that_passes_the_camera_is_clipped_exactly(camera, shape, picture):
-    """Corners behind the camera: without clipping at the near plane they would land anywhere."""
+def test_a_large_quad_around_the_camera_is_clipped_exactly(camera, shape, picture):
+    """Corners behind the camera have no valid projection without clipping at the near plane."""
     image = picture([shape(primitives.plane(30.0, 30.0), owner=(3, 4))], camera)
     origin, direction = camera.rays()
     with np.errstate(divide="ignore"):
@@ -62,7 +62,7 @@ def slabs(origin, direction, half):
 
 
 @pytest.mark.parametrize("camera", list(cameras()))
-def test_a_turned_and_stretched_box(camera, shape, picture):
+def test_a_rotated_and_scaled_box(camera, shape, picture):
     rotation = matrix_from_quaternion(normalized((0.2, -0.4, 0.3, 0.8)))
     position, half = np.array([0.1, 0.2, 0.3]), np.array([0.3, 0.2, 0.4])
     image = picture(
@@ -70,11 +70,11 @@ def test_a_turned_and_stretched_box(camera, shape, picture):
     )
     origin, direction = camera.rays()
     expected, thickness = slabs((origin - position) @ rotation, direction @ rotation, half)
-    clear = (thickness > 1e-3) | ~np.isfinite(expected)  # rays that only graze an edge may go either way
+    clear = (thickness > 1e-3) | ~np.isfinite(expected)  # rays along an edge may hit or miss
     assert np.array_equal(np.isfinite(image.depth)[clear], np.isfinite(expected)[clear])
     both = np.isfinite(image.depth) & np.isfinite(expected)
     assert both.sum() > 100
-    # corners are snapped to 1/1024 pixel, which counts on a side seen almost edge on
+    # corners are snapped to 1/1024 pixel, which matters on a side seen almost edge on
     assert image.depth[both] == pytest.approx(expected[both], abs=6e-4)
     assert (image.segmentation[both] == (5, 2)).all()
 
@@ -95,7 +95,7 @@ def test_a_sphere(camera, shape, picture):
     assert image.depth[there] == pytest.approx(expected[there], abs=1e-3)
 
 
-def test_frames_move_the_shapes_they_carry(shape):
+def test_frames_move_their_shapes(shape):
     camera = Camera.look_at((0.0, -3.0, 0.0), (0.0, 0.0, 0.0), width=60, height=40)
     scene = RenderScene(
         shapes=[
@@ -111,7 +111,7 @@ def test_frames_move_the_shapes_they_carry(shape):
     assert image.segmentation[int(right[1]), int(right[0])].tolist() == [1, 0]
 
 
-def test_nothing_beyond_the_far_plane_and_nothing_before_the_near_one(shape, picture):
+def test_surfaces_outside_the_clipping_planes_are_skipped(shape, picture):
     camera = Camera.look_at((0.0, -3.0, 0.0), (0.0, 0.0, 0.0), width=30, height=30, near=1.0, far=4.0)
     box = primitives.box(0.2, 0.2, 0.2)
     image = picture([shape(box, (0, 0, 0), owner=(0, 0)), shape(box, (0, 2.0, 0.6), owner=(1, 0))], camera)
@@ -163,7 +163,7 @@ def test_a_new_revision_draws_the_new_shapes(shape):
     assert render(scene, *frames, camera).segmentation[4, 4, 0] == 2
 
 
-def test_wrong_frames_are_refused(shape):
+def test_wrong_frames_raise(shape):
     camera = Camera.look_at((0.0, -3.0, 0.0), (0.0, 0.0, 0.0), width=9, height=9)
     scene = RenderScene(shapes=[shape(primitives.box(), frame=2)])
     with pytest.raises(ValueError, match="use 3 frames, got 1"):

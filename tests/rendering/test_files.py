@@ -25,7 +25,7 @@ def image(shape, picture, floor):
     return picture([floor, shape(primitives.sphere(0.3), (0, 0, 0.3), rgba=(0.8, 0.2, 0.1, 1.0))], CAMERA)
 
 
-def test_a_png_comes_back_pixel_for_pixel(image, tmp_path):
+def test_a_png_round_trip_keeps_every_pixel(image, tmp_path):
     path = save_png(tmp_path / "a.png", image)
     with Pillow.open(path) as back:
         assert np.array_equal(np.asarray(back), image.rgb)
@@ -33,7 +33,7 @@ def test_a_png_comes_back_pixel_for_pixel(image, tmp_path):
         assert back.size == (64, 48)
 
 
-def test_alpha_is_kept_where_there_is_any(tmp_path):
+def test_alpha_is_kept_unless_opaque_everywhere(tmp_path):
     pixels = np.zeros((4, 5, 4), dtype=np.uint8)
     pixels[..., 3] = np.arange(20).reshape(4, 5)
     with Pillow.open(save_png(tmp_path / "a.png", pixels)) as back:
@@ -41,7 +41,7 @@ def test_alpha_is_kept_where_there_is_any(tmp_path):
 
 
 @pytest.mark.parametrize("fps", [20.0, 24.0, 50.0])
-def test_an_animation_keeps_its_frames_its_speed_and_nearly_its_colours(fps, shape, picture, floor, tmp_path):
+def test_an_animation_keeps_frames_rate_and_nearly_the_colours(fps, shape, picture, floor, tmp_path):
     frames = [
         picture([floor, shape(primitives.sphere(0.3), (x, 0, 0.3), rgba=(0.8, 0.2, 0.1, 1.0))], CAMERA)
         for x in np.linspace(-0.4, 0.4, 12)
@@ -59,7 +59,7 @@ def test_an_animation_keeps_its_frames_its_speed_and_nearly_its_colours(fps, sha
         assert total == pytest.approx(12000 / fps, abs=6)
 
 
-def test_bad_animations_say_what_is_wrong(image, tmp_path):
+def test_invalid_animations_name_the_fault(image, tmp_path):
     with pytest.raises(ValueError, match="at least one"):
         save_gif(tmp_path / "a.gif", [])
     with pytest.raises(ValueError, match="same size"):
@@ -80,7 +80,7 @@ def test_sheets_place_their_tiles():
     assert side_by_side(*tiles, gap=0).shape == (4, 18, 3)
 
 
-def test_depth_colours_run_from_near_to_far(image):
+def test_depth_colours_change_from_near_to_far(image):
     rgb = depth_to_rgb(image)
     missing = ~np.isfinite(image.depth)
     assert (rgb[missing] == 255).all()

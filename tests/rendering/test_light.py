@@ -33,7 +33,7 @@ def test_face_colours_multiply_and_can_be_overridden(shape, picture):
 
 
 def quarters():
-    """2 x 2 texels: red and green above, blue and white below."""
+    """Return 2 x 2 texels: red and green above, blue and white below."""
     texture = np.full((2, 2, 4), 255, dtype=np.uint8)
     texture[0, 0, :3], texture[0, 1, :3] = (255, 0, 0), (0, 255, 0)
     texture[1, 0, :3] = (0, 0, 255)
@@ -41,7 +41,7 @@ def quarters():
 
 
 @pytest.mark.parametrize("turn", [0, 1, 2, 3])
-def test_textures_stand_upright_on_every_upright_side_of_a_box(turn, shape, picture):
+def test_textures_are_upright_on_every_vertical_side_of_a_box(turn, shape, picture):
     angle = turn * np.pi / 2
     camera = Camera.look_at((3 * np.sin(angle), -3 * np.cos(angle), 0), (0, 0, 0), width=41, height=41)
     box = shape(primitives.box(), texture=quarters(), rgba=(1.0, 1.0, 1.0, 1.0))
@@ -52,7 +52,7 @@ def test_textures_stand_upright_on_every_upright_side_of_a_box(turn, shape, pict
         (top, left): (255, 0, 0), (top, right): (0, 255, 0),
         (bottom, left): (0, 0, 255), (bottom, right): (255, 255, 255),
     }.items():  # fmt: skip
-        # bilinear and repeating: corners hold a little of their neighbours around the edge
+        # bilinear and repeating: corners blend slightly with the opposite edge
         assert np.abs(image.rgba[at][:3].astype(int) - color).max() < 130
         assert np.argmin([np.abs(image.rgba[at][:3].astype(int) - c).sum() for c in
                           [(255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)]]) == [
@@ -60,7 +60,7 @@ def test_textures_stand_upright_on_every_upright_side_of_a_box(turn, shape, pict
 
 
 def test_a_texture_is_perspective_correct(shape, picture):
-    """Stripes on the floor: the colour at each pixel is that of the point its ray meets."""
+    """Stripes on the floor: the colour of each pixel is that of the point where its ray hits."""
     size = 256
     ramp = np.zeros((1, size, 4), dtype=np.uint8)
     ramp[0, :, 0], ramp[..., 3] = np.arange(size), 255
@@ -73,7 +73,7 @@ def test_a_texture_is_perspective_correct(shape, picture):
     assert np.abs(image.rgba[..., 0][inner] - expected[inner]).max() < 2.0
 
 
-def test_far_textures_turn_to_their_mean(shape, picture):
+def test_distant_textures_show_their_mean(shape, picture):
     board = np.zeros((64, 64, 4), dtype=np.uint8)
     board[(np.indices((64, 64)).sum(axis=0) % 2) == 0, :3] = 255
     board[..., 3] = 255
@@ -113,7 +113,7 @@ def test_lambert_on_a_plane(shape, picture, floor):
 def test_a_smooth_sphere_is_lit_by_its_true_normals(shape, picture):
     light = Light(direction=(0.3, -1.0, 0.6), ambient=0.1, diffuse=0.9, specular=0.0, sky=0.0)
     sphere = primitives.sphere(0.8, 48)
-    bare = TriangleMesh(vertices=sphere.vertices, faces=sphere.faces)  # normals derived by the renderer
+    bare = TriangleMesh(vertices=sphere.vertices, faces=sphere.faces)  # normals computed by the renderer
     sun = np.array(light.direction) / np.linalg.norm(light.direction)
     for mesh in (sphere, bare):
         image = picture([shape(mesh, rgba=(1, 1, 1, 1))], FRONT, light=light, shadow=False)
@@ -132,7 +132,7 @@ def test_sharp_edges_stay_sharp_without_normals(shape, picture):
     assert len(np.unique(image.rgba[seen], axis=0)) == 3
 
 
-def test_the_shadow_of_a_ball_lies_where_the_sun_throws_it(shape, picture, floor):
+def test_the_shadow_of_a_sphere_is_at_its_projection_along_the_sun(shape, picture, floor):
     centre, radius = np.array([0.1, -0.2, 0.8]), 0.3
     light = Light(direction=(0.5, -0.4, 1.0), ambient=0.2, diffuse=0.8, specular=0.0, sky=0.0)
     sun = np.array(light.direction) / np.linalg.norm(light.direction)
@@ -147,14 +147,14 @@ def test_the_shadow_of_a_ball_lies_where_the_sun_throws_it(shape, picture, floor
     edge = np.abs(from_axis - radius) < 0.04
     assert (ground & (from_axis < radius) & ~edge).sum() > 500
     assert np.array_equal(dark[ground & ~edge], (from_axis < radius)[ground & ~edge])
-    # on the ball: bright where it faces the sun, no speckles
+    # on the sphere: bright where it faces the sun, no speckles
     on_ball = (image.segmentation[..., 0] == 0) & ((away / radius) @ sun > 0.3)
     expected = 0.7 * (0.2 + 0.8 * np.clip((away / radius) @ sun, 0, 1)) * 255
     assert on_ball.sum() > 200
     assert np.abs(image.rgba[..., 0][on_ball] - expected[on_ball]).max() < 8
 
 
-def test_shadows_reach_the_foot_of_what_throws_them(shape, picture, floor):
+def test_shadows_reach_the_base_of_their_caster(shape, picture, floor):
     light = Light(direction=(-1.0, 0.0, 1.0), ambient=0.2, diffuse=0.8, specular=0.0, sky=0.0)
     box = shape(primitives.box(0.1, 0.3, 0.2), (0, 0, 0.2))
     camera = Camera.look_at((0.6, -0.6, 1.2), (0.3, 0, 0.0), width=200, height=200)
@@ -169,7 +169,7 @@ def test_shadows_reach_the_foot_of_what_throws_them(shape, picture, floor):
     assert image.rgba[..., 0][lit].min() > 120
 
 
-def test_something_out_of_view_still_throws_its_shadow_into_it(shape, picture, floor):
+def test_shapes_outside_the_view_cast_shadows_into_it(shape, picture, floor):
     light = Light(direction=(0.0, 0.0, 1.0), ambient=0.2, diffuse=0.8, specular=0.0, sky=0.0)
     camera = Camera.look_at((0, -1, 1.0), (0, 0, 0), width=60, height=60, fovy=0.6)
     roof = shape(primitives.box(0.1, 0.1, 0.01), (0, 0, 5.0))
@@ -198,7 +198,7 @@ def test_a_large_ground_leaves_the_shadows_on_it_sharp(ground, shape, picture):
     assert image.rgba[..., 0][outside].min() > 120
 
 
-def test_a_table_top_still_throws_its_shadow_on_the_ground(shape, picture):
+def test_a_table_top_casts_its_shadow_on_the_ground(shape, picture):
     light = Light(direction=(0.0, 0.0, 1.0), ambient=0.2, diffuse=0.8, specular=0.0, sky=0.0)
     table = shape(primitives.box(0.3, 0.3, 0.01), (0, 0, 0.6), owner=(1, 0))
     cup = shape(primitives.box(0.05, 0.05, 0.05), (0, 0, 0.66), owner=(2, 0))
@@ -210,7 +210,7 @@ def test_a_table_top_still_throws_its_shadow_on_the_ground(shape, picture):
     assert image.rgba[..., 0][under].max() < 60
 
 
-def test_no_shadow_when_not_asked(shape, picture, floor):
+def test_shadow_false_gives_no_shadow(shape, picture, floor):
     box = shape(primitives.box(0.1, 0.1, 0.1), (0, 0, 0.5))
     camera = Camera.look_at((0.6, -0.6, 2.2), (0.0, 0, 0.0), width=60, height=60)
     image = picture([floor, box], camera, shadow=False)
@@ -218,25 +218,25 @@ def test_no_shadow_when_not_asked(shape, picture, floor):
     assert len(np.unique(image.rgba[ground], axis=0)) == 1
 
 
-def test_the_backdrop_runs_from_top_to_bottom_and_takes_the_floor_in(picture, floor):
+def test_the_backdrop_is_a_vertical_gradient_and_the_floor_fades_into_it(picture, floor):
     backdrop = Backdrop(top=(0.0, 0.0, 1.0), bottom=(1.0, 0.0, 0.0), fade=(5.0, 10.0))
     camera = Camera.look_at((0, 0, 1.0), (10, 0, 1.0), width=20, height=100, far=200.0)
     image = picture([floor], camera, background=backdrop, light=UNLIT)
     assert image.rgba[0, 0, 2] > 250
     assert image.rgba[0, 0, 0] < 5
-    below = image.rgba[55, 10].astype(int)  # deeper than 10 m: nothing of the floor is left
+    below = image.rgba[55, 10].astype(int)  # beyond 10 m the floor has faded completely
     assert image.depth[55, 10] > 10.0
     assert below[0] == pytest.approx(255 * 0.555, abs=2)
     assert image.rgba[99, 10].tolist() == [204, 204, 204, 255]
 
 
-def test_a_clear_background_keeps_its_alpha(shape, picture):
+def test_a_transparent_background_keeps_its_alpha(shape, picture):
     image = picture([shape(primitives.sphere(0.5))], FRONT, background=(1.0, 1.0, 1.0, 0.0))
     assert set(np.unique(image.rgba[..., 3])) == {0, 255}
     assert np.array_equal(image.rgba[..., 3] == 255, image.segmentation[..., 0] >= 0)
 
 
-def test_supersampling_smooths_colours_and_leaves_depth_and_ids(shape, picture):
+def test_supersampling_smooths_colours_only(shape, picture):
     shapes = [shape(primitives.sphere(0.5), rgba=(0, 0, 0, 1))]
     plain, fine = (picture(shapes, FRONT, light=UNLIT, samples=n) for n in (1, 4))
     assert np.array_equal(plain.depth, fine.depth)
@@ -245,13 +245,13 @@ def test_supersampling_smooths_colours_and_leaves_depth_and_ids(shape, picture):
     assert set(np.unique(fine.rgba[..., 0])) == {0, 64, 128, 191, 255}
 
 
-def test_a_light_without_direction_is_refused(picture):
+def test_a_light_without_direction_raises(picture):
     with pytest.raises(ValueError, match="towards the sun"):
         picture([], FRONT, light=Light(direction=(0.0, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize("leak", [0.0, 0.5, 0.8])
-def test_shadows_let_part_of_the_sun_through(leak, shape, picture, floor):
+def test_light_leak_brightens_shadows(leak, shape, picture, floor):
     camera = Camera.look_at((0.0, -3.0, 3.0), (0.0, 0.0, 0.0), width=60, height=60)
     light = Light(direction=(0, 0, 1), ambient=0.1, diffuse=0.8, sky=0.0, specular=0.0, leak=leak)
     roof = shape(primitives.box(0.5, 0.5, 0.05), position=(0.0, 0.0, 1.0), owner=(1, -1))

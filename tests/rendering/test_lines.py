@@ -35,7 +35,7 @@ def test_a_line_covers_the_pixels_near_its_projection(camera, width, picture):
     assert red(image).sum() > 50 * width
 
 
-def test_lines_hide_behind_things_and_show_on_their_surface(shape, picture):
+def test_lines_are_hidden_behind_shapes_and_visible_on_their_surface(shape, picture):
     box = shape(primitives.box(0.5, 0.5, 0.5))
     behind = picture([box], FRONT, light=UNLIT, lines=lines(((-0.4, 1.0, 0), (0.4, 1.0, 0)), width=3))
     assert not red(behind)[50].any()
@@ -44,7 +44,7 @@ def test_lines_hide_behind_things_and_show_on_their_surface(shape, picture):
     assert np.array_equal(on.depth, behind.depth)
 
 
-def test_a_line_that_passes_the_camera_is_cut_at_the_near_plane(picture):
+def test_a_line_past_the_camera_is_clipped_at_the_near_plane(picture):
     image = picture([], FRONT, lines=lines(((0.2, -6.0, 0.1), (0.2, 2.0, 0.1)), width=2))
     rows, columns = np.nonzero(red(image))
     assert len(rows) > 20

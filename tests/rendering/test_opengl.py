@@ -1,4 +1,4 @@
-"""MuJoCo's OpenGL renderer against our own; skipped where no OpenGL library answers."""
+"""MuJoCo's OpenGL renderer against our own; skipped where no OpenGL library works."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def scene(shape):
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
-def test_both_back_ends_see_the_same(camera, world, scene):
+def test_both_back_ends_give_the_same_picture(camera, world, scene):
     _, data = world
     frames = data.xpos, data.xmat
     ours = render(scene, *frames, camera, backend="software")
@@ -68,7 +68,7 @@ def test_both_back_ends_see_the_same(camera, world, scene):
     assert theirs.rgba.shape == ours.rgba.shape
 
 
-def test_shadow_background_and_lines_reach_the_other_back_end(world, scene):
+def test_opengl_draws_shadow_background_and_lines(world, scene):
     _, data = world
     camera = CAMERAS[0]
     lines = DebugLines(
@@ -88,7 +88,7 @@ def test_shadow_background_and_lines_reach_the_other_back_end(world, scene):
     assert red.sum() > 50
 
 
-def test_gl_without_a_model_says_what_to_give(scene):
+def test_gl_without_a_model_names_the_missing_argument(scene):
     with pytest.raises(RoboyardError, match="mujoco="):
         render(scene, np.zeros((4, 3)), np.tile(np.eye(3), (4, 1, 1)), CAMERAS[0], backend="gl")
 
@@ -103,7 +103,7 @@ def test_a_missing_library_is_one_clear_error(monkeypatch):
         opengl.open_context(16, 16)
 
 
-def test_auto_takes_the_software_where_no_card_answers(world, scene, monkeypatch):
+def test_auto_uses_the_software_renderer_without_a_graphics_card(world, scene, monkeypatch):
     _, data = world
     monkeypatch.setattr(opengl, "has_hardware", lambda: False)
     monkeypatch.setattr(opengl, "draw", lambda *a, **k: pytest.fail("asked OpenGL"))
@@ -111,7 +111,7 @@ def test_auto_takes_the_software_where_no_card_answers(world, scene, monkeypatch
     assert np.isfinite(image.depth).any()
 
 
-def test_a_software_driver_is_no_card(monkeypatch):
+def test_a_software_driver_does_not_count_as_a_graphics_card(monkeypatch):
     class Done:
         returncode = 0
         stdout = "renderer: llvmpipe (LLVM 15.0.6, 256 bits)\n"

@@ -12,7 +12,7 @@ STEP = 1024  # snapped positions, in units of 1/1024 pixel
 
 
 def plain_raster(triangles, q_far):
-    """Triangle number and nearness of each pixel; triangles (n, 3, 3) of column, row, nearness."""
+    """Return triangle number and nearness of each pixel; triangles (n, 3, 3) of column, row, nearness."""
     seen = np.full((HEIGHT, WIDTH), -1)
     nearness = np.full((HEIGHT, WIDTH), q_far)
     for number, triangle in enumerate(triangles):
@@ -40,12 +40,12 @@ def cross(a, b, c):
 
 
 def owns(a, b):
-    """A pixel exactly on an edge belongs to the triangle on whose top or left the edge lies."""
+    """A pixel exactly on an edge belongs to the triangle that has it as its top or left edge."""
     return b[1] < a[1] or (b[1] == a[1] and b[0] > a[0])
 
 
 def draw(triangles, q_far=0.0, cull=0):
-    """The same triangles through the compiled kernel, as points of a parallel camera."""
+    """Draw the same triangles by the compiled kernel, as points of an orthographic camera."""
     vertices = triangles.reshape(-1, 3).astype(np.float32)
     vertices[:, 2] *= -1.0  # depth
     faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
@@ -65,7 +65,7 @@ def draw(triangles, q_far=0.0, cull=0):
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("grid", [None, 0.5])
 def test_random_triangles_match_the_plain_rasteriser(seed, grid):
-    """With `grid` corners fall on pixel centres and edges, where the tie rule decides."""
+    """With `grid`, corners are on pixel centres and edges, where the top-left rule applies."""
     rng = np.random.default_rng(seed)
     triangles = rng.uniform((-6, -6, 0.2), (WIDTH + 6, HEIGHT + 6, 5.0), (14, 3, 3))
     if seed % 3 == 0:

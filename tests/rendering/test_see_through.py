@@ -12,7 +12,7 @@ DOWN = Camera.look_at((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), width=21, height=21)
 PANE = primitives.plane(1.0, 1.0)
 
 
-def test_panes_blend_back_to_front_whatever_their_order(shape, picture):
+def test_panes_blend_back_to_front_in_any_order(shape, picture):
     red = shape(PANE, (0, 0, 1), rgba=(1, 0, 0, 0.5), owner=(1, 0))
     green = shape(PANE, (0, 0, 2), rgba=(0, 1, 0, 0.25), owner=(2, 0))
     blue = shape(PANE, (0, 0, 0), rgba=(0, 0, 1, 1.0), owner=(3, 0))
@@ -30,7 +30,7 @@ def test_depth_and_ids_are_those_of_the_nearest_surface(shape, picture):
     assert image.segmentation[10, 10].tolist() == [2, 7]
 
 
-def test_what_is_behind_something_opaque_stays_hidden(shape, picture):
+def test_shapes_behind_an_opaque_one_are_hidden(shape, picture):
     image = picture(
         [
             shape(PANE, (0, 0, 1), rgba=(1, 0, 0, 0.5)),
@@ -43,7 +43,7 @@ def test_what_is_behind_something_opaque_stays_hidden(shape, picture):
     assert image.segmentation[10, 10, 0] == 4
 
 
-def test_alpha_zero_is_not_there(shape, picture):
+def test_shapes_with_alpha_zero_are_skipped(shape, picture):
     image = picture([shape(PANE, rgba=(1, 0, 0, 0.0))], DOWN)
     assert (image.segmentation == -1).all()
     assert (image.rgba == 255).all()
@@ -55,13 +55,13 @@ def test_the_two_triangles_of_a_pane_do_not_overlap_on_their_diagonal(shape, pic
     assert len(np.unique(image.rgba[seen], axis=0)) == 1
 
 
-def test_an_endless_pane_and_glass_on_a_clear_background(shape, picture):
+def test_an_infinite_pane_and_glass_on_a_transparent_background(shape, picture):
     pane = shape(PANE, rgba=(1, 0, 0, 0.5), infinite=True)
     image = picture([pane], DOWN, light=UNLIT, background=(0, 0, 0, 0))
     assert (np.abs(image.rgba.astype(int) - (128, 0, 0, 128)) <= 1).all()
 
 
-def test_clear_faces_of_an_opaque_mesh_let_light_through(shape, picture):
+def test_transparent_faces_of_an_opaque_mesh_are_blended(shape, picture):
     colors = np.array([[255, 0, 0, 255], [0, 255, 0, 51]], dtype=np.uint8)
     mesh = dataclasses.replace(PANE, colors=colors, normals=None, uv=None)
     image = picture([shape(mesh, rgba=(1, 1, 1, 1))], DOWN, light=UNLIT)
@@ -77,7 +77,7 @@ def test_texture_alpha(shape, picture):
     assert image.rgba[10, 10, 0] == pytest.approx(204, abs=1)
 
 
-def test_clear_things_throw_no_shadow(shape, picture, floor):
+def test_transparent_shapes_cast_no_shadow(shape, picture, floor):
     roof = shape(PANE, (0, 0, 1.0), rgba=(0, 0, 1, 0.5), owner=(1, 0))
     side = Camera.look_at((0.0, -4.0, 0.6), (0.0, 0.0, 0.2), width=60, height=40)
     image = picture([floor, roof], side)

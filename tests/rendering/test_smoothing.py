@@ -18,7 +18,7 @@ def joined(mesh):
     return join_corners(mesh.vertices, mesh.faces)
 
 
-def test_joining_merges_equal_places_only():
+def test_join_corners_merges_coincident_vertices_only():
     box = primitives.box()
     vertices, faces = joined(box)
     assert len(vertices) == 8
@@ -35,14 +35,14 @@ def test_solids_are_closed_and_face_outward(mesh):
     assert not closed_faces(vertices, faces[1:]).any()  # a hole
 
 
-def test_closedness_is_judged_part_by_part():
+def test_closed_faces_are_found_part_by_part():
     a, b = joined(primitives.box()), joined(primitives.plane())
     vertices = np.concatenate([a[0], b[0] + 5.0])
     faces = np.concatenate([a[1], b[1] + len(a[0])])
     assert closed_faces(vertices, faces).tolist() == [True] * 12 + [False] * 2
 
 
-def test_derived_normals_match_a_plain_loop():
+def test_computed_normals_match_a_plain_loop():
     rng = np.random.default_rng(1)
     vertices, faces = joined(primitives.sphere(1.0, 10))
     vertices = vertices + rng.normal(0, 0.08, vertices.shape)
@@ -69,7 +69,7 @@ def test_a_box_keeps_flat_sides():
     assert np.allclose(creased_normals(vertices, faces), face_normals(vertices, faces)[:, None])
 
 
-def test_halving_takes_means_and_keeps_odd_rims():
+def test_halving_takes_means_and_drops_odd_rims():
     image = np.zeros((3, 2, 4), dtype=np.uint8)
     image[:, :, 0] = [[10, 20], [30, 40], [50, 70]]
     assert halved(image)[:, :, 0].tolist() == [[25]]
@@ -80,7 +80,7 @@ def test_halving_takes_means_and_keeps_odd_rims():
     assert len(flat) == 7
 
 
-def test_only_texels_in_use_count_for_seeing_through():
+def test_only_used_texels_count_as_transparent():
     image = np.full((8, 8, 4), 255, dtype=np.uint8)
     image[:4, :, 3] = 0  # the upper half
     below = np.array([[[0.1, 0.1], [0.9, 0.1], [0.5, 0.4]]])

@@ -20,7 +20,7 @@ CAMERAS = {
 
 
 def painting():
-    """An odd-sized picture with smooth parts, plain parts and noise, alpha included."""
+    """Return an image of odd size with smooth parts, plain parts, noise and transparency."""
     random = np.random.default_rng(7)
     rows, columns = np.indices((23, 37))
     image = np.stack([rows * 11, columns * 6, rows * columns % 256, 255 - rows], axis=-1)
@@ -30,7 +30,7 @@ def painting():
 
 
 def on_floor(camera, columns, rows):
-    """(n, 2) texture coordinates, and (n, 2) x and y (m), of the plane z = 0 under pixel positions."""
+    """Return (n, 2) texture coordinates, and (n, 2) x and y (m), of the plane z = 0 at pixel positions."""
     p = camera.pixel_matrix[:, [0, 1, 3]].copy()
     if not camera.is_perspective:
         p[2] = 0.0, 0.0, 1.0
@@ -50,7 +50,7 @@ def bilinear(level, uv):
 
 
 def plain_sample(image, camera, column, row):
-    """Colour (4,) under the centre of a pixel, footprint by central differences."""
+    """Return the colour (4,) at the centre of a pixel, footprint by central differences."""
     texels, table = pack([image])
     levels = [
         texels[start : start + w * h].view(np.uint8).reshape(h, w, 4) for start, w, h in table[0].tolist()
@@ -87,14 +87,14 @@ def test_pixels_of_a_textured_floor(name, opaque, shape, picture):
                 continue
             color = plain_sample(image, camera, column, row)
             expected = color[:3] * color[3] / 255.0
-            # colours go through whole numbers twice, weights through whole 256ths
+            # colours are rounded to integers twice, weights to 256ths
             assert np.abs(over_black[row, column, :3] - expected).max() < 4.0, (row, column)
             compared += 1
     assert compared > 30
 
 
-def test_coordinates_that_are_no_numbers_read_no_memory_of_others():
-    """Mesh files may hold anything; each texel asked for lies in the picture."""
+def test_invalid_texture_coordinates_read_only_the_texture():
+    """Mesh files may contain any number; each texel that is read is inside the image."""
     texels, table = pack([painting()])
     for bad in (np.nan, np.inf, -np.inf, 1e30, -1e30):
         out = np.zeros(4, dtype=np.uint32)
@@ -106,4 +106,4 @@ def test_coordinates_that_are_no_numbers_read_no_memory_of_others():
             np.array([[-1, -1, 1], [1, -1, 1], [0, 1, 1]], dtype=np.float32),
             np.full((1, 3, 2), bad, dtype=np.float32), texels, table, out,
         )  # fmt: skip
-        assert set(out.tolist()) - {0}  # written, whatever the colour
+        assert set(out.tolist()) - {0}  # written, in any colour

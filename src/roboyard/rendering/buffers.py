@@ -1,4 +1,4 @@
-"""Scratch arrays kept from frame to frame, so that a picture allocates little more than its result."""
+"""Scratch arrays reused from frame to frame: a picture allocates little more than its result."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 
 _local = threading.local()
 MOST = 48
+"""Most arrays cached in a thread; one more clears the cache."""
 
 
 def buffer(name: str, shape: tuple[int, ...], dtype: type[np.generic]) -> NDArray:
-    """Scratch array of the calling thread, by name and shape; its content is arbitrary."""
-    kept: dict[tuple[str, tuple[int, ...]], NDArray] = _local.__dict__.setdefault("kept", {})
-    array = kept.get((name, shape))
+    """Return the calling thread's scratch array of this name and shape (n, ...); its content is arbitrary."""
+    cached: dict[tuple[str, tuple[int, ...]], NDArray] = _local.__dict__.setdefault("cached", {})
+    array = cached.get((name, shape))
     if array is None:
-        if len(kept) >= MOST:
-            kept.clear()
-        array = kept[name, shape] = np.empty(shape, dtype=dtype)
+        if len(cached) >= MOST:
+            cached.clear()
+        array = cached[name, shape] = np.empty(shape, dtype=dtype)
     return array

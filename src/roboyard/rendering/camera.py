@@ -1,4 +1,4 @@
-"""Where a picture is taken from, and how the world lands on its pixels."""
+"""`Camera`: the pose and projection of a picture, and the conversions between pixels and world points."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ Array = NDArray[np.float64]
 
 MAX_SIDE = 16384
 FITTED_NEAR, FITTED_FAR = 0.02, 60.0
-"""Distances of the clipping planes of `Camera.fitted`, as multiples of its distance from what it shows."""
+"""Distances of the clipping planes of `Camera.fitted`, as multiples of its distance from the points."""
 _FLIP_YZ = np.diag([1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Camera:
-    """A camera in the OpenGL convention: it looks along its own -z, +y is up, clip depth runs from -1 to 1.
+    """A camera in the OpenGL convention: -z is the viewing direction, +y is up, clip depth is -1 to 1.
 
-    Pixel (0, 0) is the top left one; the centre of pixel (column, row) lies at (column + 0.5, row + 0.5).
-    Matrices are row-major: a world point `p` lands on the clip coordinates `projection @ view @ (p, 1)`.
+    Pixel (0, 0) is the top left one; the centre of pixel (column, row) is at (column + 0.5, row + 0.5).
+    Matrices are row-major: a world point `p` has the clip coordinates `projection @ view @ (p, 1)`.
 
     Raises ValueError for a size outside 1 to 16384, matrices that are not (4, 4) and finite, a view that is
-    no rigid motion, and a projection that is neither perspective nor orthographic.
+    not a rigid transform, and a projection that is neither perspective nor orthographic.
     """
 
     width: int
-    """pixels"""
+    """Width (pixels)."""
     height: int
-    """pixels"""
+    """Height (pixels)."""
     view: Array
-    """(4, 4) world to camera."""
+    """(4, 4) transform from the world to the camera frame."""
     projection: Array
-    """(4, 4) camera to clip coordinates."""
+    """(4, 4) projection from the camera frame to clip coordinates."""
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -54,7 +54,9 @@ class Camera:
             object.__setattr__(self, name, matrix)
         turn = self.view[:3, :3]
         if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-3 or np.linalg.det(turn) < 0:
-            raise ValueError("view must be a rotation and a translation, without scale or mirror")
+            raise ValueError(
+                f"view must be a rotation and a translation, without scale or mirror, got {turn.tolist()}"
+            )
         if not _nearly(self.view[3], (0.0, 0.0, 0.0, 1.0)):
             raise ValueError(f"the last row of view must be (0, 0, 0, 1), got {tuple(self.view[3])}")
         last = self.projection[3]
@@ -64,7 +66,10 @@ class Camera:
                 f"for an orthographic one, got {tuple(last)}; is the matrix transposed?"
             )
         if abs(np.linalg.det(self.projection[:2, :2])) < 1e-12:
-            raise ValueError("projection flattens the picture to a line; give a field of view above zero")
+            raise ValueError(
+                f"projection flattens the picture to a line, got {self.projection[:2, :2].tolist()} in its "
+                "first rows; give a field of view above zero"
+            )
 
     @classmethod
     def look_at(
@@ -79,10 +84,18 @@ class Camera:
         near: float = 0.01,
         far: float = 100.0,
     ) -> Camera:
-        """Perspective camera at `eye` (m) that looks at `target` (m).
+        """Return a perspective camera at `eye` aimed at `target`.
 
-        `fovy` is the vertical opening angle (rad); `near` and `far` (m) bound what is seen. Where the view
-        runs along `up`, world y (or x) stands in for it.
+        Args:
+            eye: (3,) camera position in the world frame (m).
+            target: (3,) point in the world frame at the centre of the picture (m).
+            up: (3,) direction in the world frame that points up in the picture; world y (or x) replaces it
+                where it is parallel to the viewing direction.
+            width: width of the picture (pixels).
+            height: height of the picture (pixels).
+            fovy: vertical opening angle (rad).
+            near: depth of the near clipping plane (m).
+            far: depth of the far clipping plane (m).
         """
         projection = perspective(fovy, width / height, near, far)
         return cls(width, height, look_at_view(eye, target, up), projection)
@@ -150,7 +163,13 @@ class Camera:
         near: float = 0.01,
         far: float = 100.0,
     ) -> Camera:
-        """Parallel camera at `eye` that looks at `target` and sees `extent` metres from bottom to top."""
+        """Return an orthographic camera at `eye` aimed at `target`, both (3,) in the world frame (m).
+
+        The picture covers `extent` metres from bottom to top; `near` and `far` are the depths of the clipping
+        planes (m), `up` a (3,) direction in the world frame that points up in the picture.
+
+        Raises ValueError unless `extent` is positive and `far` above `near`.
+        """
         if not extent > 0 or not far > near:
             raise ValueError(f"extent must be positive and far above near, got {extent=}, {near=}, {far=}")
         projection = np.eye(4)
@@ -176,11 +195,23 @@ class Camera:
         near: float = 0.01,
         far: float = 100.0,
     ) -> Camera:
-        """Camera with calibrated intrinsics (pixels) at a pose in the world.
+        """Return a camera with calibrated intrinsics (pixels) at a pose in the world.
 
-        `cx`, `cy` count from the picture's top left corner, so width / 2 is the middle. `orientation`
-        (x, y, z, w) turns the camera's frame: "gl" looks along -z with y up, "optical" along +z with y down,
-        as calibration tools and ROS's optical frames mean it.
+        Args:
+            fx: focal length in x (pixels).
+            fy: focal length in y (pixels).
+            cx: column of the principal point, from the left edge (pixels); width / 2 is the centre.
+            cy: row of the principal point, from the top edge (pixels).
+            width: width of the picture (pixels).
+            height: height of the picture (pixels).
+            position: (3,) camera position in the world frame (m).
+            orientation: (4,) quaternion x, y, z, w of the camera frame in the world frame.
+            convention: axes of the camera frame: "gl" has the viewing direction -z and y up, "optical" +z
+                and y down, as calibration tools and ROS's optical frames define it.
+            near: depth of the near clipping plane (m).
+            far: depth of the far clipping plane (m).
+
+        Raises ValueError for focal lengths that are not positive and for an unknown convention.
         """
         check_range(near, far)
         if not (fx > 0 and fy > 0):
@@ -213,32 +244,33 @@ class Camera:
         near: float = 0.01,
         far: float = 100.0,
     ) -> Camera:
-        """Camera on an orbit around `target`: angles in rad, z up.
+        """Return a camera on an orbit around `target`, (3,) in the world frame (m), at `distance` (m).
 
-        At yaw 0 it stands at -y and looks along +y; positive yaw walks it counter-clockwise seen from above;
-        negative pitch lifts it above the target; roll turns it about its own line of sight.
+        Angles are in rad, z is up. At yaw 0 the camera is at -y of the target and the viewing direction is
+        +y; positive yaw moves it counter-clockwise seen from above; negative pitch raises it above the
+        target; roll rotates it about its viewing direction.
         """
         view = orbit_view(target, distance, yaw, pitch, roll)
         return cls(width, height, view, perspective(fovy, width / height, near, far))
 
     def resized(self, width: int, height: int) -> Camera:
-        """The same view of the same part of the world on another number of pixels."""
+        """Return the same view of the same part of the world with another number of pixels."""
         return Camera(width, height, self.view, self.projection)
 
     @property
     def is_perspective(self) -> bool:
-        """False for an orthographic camera."""
+        """Whether the projection is perspective; False for an orthographic one."""
         return bool(self.projection[3, 3] == 0.0 or abs(self.projection[3, 2]) > 0.5)
 
     @property
     def near(self) -> float:
-        """Nearest depth seen (m), out of the projection."""
+        """Depth of the near clipping plane (m), computed from the projection."""
         a, b = self.projection[2, 2], self.projection[2, 3]
         return float(b / (a - 1.0)) if self.is_perspective else float((b + 1.0) / a)
 
     @property
     def far(self) -> float:
-        """Farthest depth seen (m), out of the projection; inf for a projection without a far plane."""
+        """Depth of the far clipping plane (m), computed from the projection; inf where it has none."""
         a, b = self.projection[2, 2], self.projection[2, 3]
         if self.is_perspective:
             return float(b / (a + 1.0)) if a + 1.0 < 0.0 else math.inf
@@ -251,7 +283,10 @@ class Camera:
         Raises ValueError for an orthographic camera.
         """
         if not self.is_perspective:
-            raise ValueError("an orthographic camera has no pinhole matrix; use pixel_matrix")
+            raise ValueError(
+                f"an orthographic camera has no pinhole matrix, got projection {self.projection.tolist()}; "
+                "use pixel_matrix"
+            )
         p = self.projection
         w, h = self.width / 2.0, self.height / 2.0
         return np.array(
@@ -264,9 +299,9 @@ class Camera:
 
     @property
     def pixel_matrix(self) -> Array:
-        """(3, 4) from world points to pixels: (column · d, row · d, d), d being the depth (m).
+        """(3, 4) projection of world points (m) to pixels: (column · d, row · d, d).
 
-        For an orthographic camera the result is (column, row, d).
+        Here d is the depth (m). For an orthographic camera the result is (column, row, d).
         """
         p, v = self.projection, self.view
         clip = p @ v
@@ -278,21 +313,21 @@ class Camera:
 
     @property
     def T_world_camera(self) -> Array:
-        """(4, 4) pose of the camera's frame (looks along -z, +y up) in the world."""
+        """(4, 4) pose of the camera frame (viewing direction -z, +y up) in the world frame (m)."""
         return transforms.inverse_pose(self.view)
 
     @property
     def position(self) -> Array:
-        """(3,) in the world; m"""
+        """(3,) camera position in the world frame (m)."""
         return self.T_world_camera[:3, 3]
 
     @property
     def orientation(self) -> Array:
-        """(4,) x, y, z, w of the camera's frame (looks along -z, +y up) in the world."""
+        """(4,) quaternion x, y, z, w of the camera frame (viewing direction -z, +y up) in the world frame."""
         return transforms.quaternion_from_matrix(self.T_world_camera[:3, :3])
 
     def project(self, points: ArrayLike) -> Array:
-        """(..., 3) column, row (pixels, fractional) and depth (m) of (..., 3) world points."""
+        """Return (..., 3) column and row (pixels, fractional) and depth (m) of (..., 3) world points (m)."""
         p = np.asarray(points, dtype=float)
         m = self.pixel_matrix
         out = p @ m[:, :3].T + m[:, 3]
@@ -302,10 +337,10 @@ class Camera:
         return out
 
     def rays(self) -> tuple[Array, Array]:
-        """(height, width, 3) origins and directions of the pixels' lines of sight in the world.
+        """Return (height, width, 3) origins (m) and directions of the pixels' rays in the world frame.
 
-        A direction has length 1 along the camera's axis, so that `origin + depth * direction` is the point at
-        that depth.
+        The component of a direction along the camera's axis is 1: `origin + depth * direction` is the point
+        at that depth.
         """
         m = self.pixel_matrix
         inverse = np.linalg.inv(m[:, :3])
@@ -321,7 +356,10 @@ class Camera:
         return np.asarray(origins, dtype=float), np.asarray(directions, dtype=float)
 
     def deproject(self, depth: ArrayLike) -> Array:
-        """(height, width, 3) world points (m) of a (height, width) depth picture (m); NaN for no depth."""
+        """Return (height, width, 3) world points (m) of a (height, width) depth image (m).
+
+        Pixels whose depth is not finite give NaN. Raises ValueError for a depth image of another size.
+        """
         d = np.asarray(depth, dtype=float)
         if d.shape != (self.height, self.width):
             raise ValueError(f"depth must have shape {(self.height, self.width)}, got {d.shape}")
@@ -330,7 +368,7 @@ class Camera:
         return origins + d[..., None] * directions
 
     def depth_to_buffer(self, depth: ArrayLike) -> NDArray[np.float32]:
-        """Non-linear OpenGL depth buffer, 0 (near) to 1 (far and misses), of depths in metres."""
+        """Return the OpenGL depth buffer, 0 (near) to 1 (far and misses), of (..., n) depths (m)."""
         from roboyard.rendering.kernels.depth import to_buffer  # numba, on first use only
 
         z = np.asarray(depth)
@@ -343,5 +381,5 @@ class Camera:
         return out
 
 
-def _nearly(row: Array, wanted: tuple[float, float, float, float]) -> bool:
-    return all(abs(a - b) <= 1e-5 for a, b in zip(row.tolist(), wanted, strict=True))
+def _nearly(row: Array, expected: tuple[float, float, float, float]) -> bool:
+    return all(abs(a - b) <= 1e-5 for a, b in zip(row.tolist(), expected, strict=True))

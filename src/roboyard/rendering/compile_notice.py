@@ -1,4 +1,4 @@
-"""Say once that the kernels are being compiled; later runs find them on disk."""
+"""Log one line when the kernels are compiled for the first time; later runs load them from disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures into files, and numbers into pictures."""
+"""Write pictures to PNG and GIF files; convert depth and segmentation to colours."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Picture = Image | NDArray[np.uint8]
 
 
 def save_png(path: str | Path, picture: Picture) -> Path:
-    """Write an image, or an (h, w), (h, w, 3) or (h, w, 4) uint8 array; returns the path."""
+    """Write an image, or an (h, w), (h, w, 3) or (h, w, 4) uint8 array, as PNG; returns the path."""
     target = Path(path)
     target.write_bytes(png_bytes(picture))
     return target
@@ -30,21 +30,24 @@ def png_bytes(picture: Picture, *, colors: int | None = None) -> bytes:
 def save_gif(
     path: str | Path, frames: Iterable[Picture], *, fps: float = 20.0, colors: int = 256, loop: bool = True
 ) -> Path:
-    """Write an animation with one palette made for all its frames; returns the path.
+    """Write an animation with one palette for all its frames; returns the path.
 
-    GIF counts in hundredths of a second: the durations of the frames alternate so that the whole keeps `fps`,
-    which cannot exceed 50, the most that viewers show. Raises ValueError for no frames, frames of different
-    sizes, or `fps` or `colors` out of range.
+    GIF stores durations in hundredths of a second: they alternate so that the animation plays at `fps` on
+    average. `fps` is at most 50 Hz, the highest rate that viewers play. Raises ValueError for an animation
+    without frames, frames of different sizes, and `fps` or `colors` out of range.
     """
     from PIL import Image as Pillow
 
     pictures = [Pillow.fromarray(np.ascontiguousarray(_pixels(frame)[..., :3])) for frame in frames]
     if not pictures:
-        raise ValueError("an animation needs at least one frame")
-    if len({picture.size for picture in pictures}) > 1:
-        raise ValueError("the frames of an animation must all have the same size")
+        raise ValueError(f"an animation needs at least one frame, got {len(pictures)}")
+    sizes = {picture.size for picture in pictures}
+    if len(sizes) > 1:
+        raise ValueError(
+            f"the frames of an animation must all have the same size, got (width, height) {sorted(sizes)}"
+        )
     if not 0 < fps <= 50 or not 2 <= colors <= 256:
-        raise ValueError(f"fps must lie in (0, 50] and colors in 2 to 256, got {fps} and {colors}")
+        raise ValueError(f"fps must be in (0, 50] and colors in [2, 256], got {fps} and {colors}")
     palette = _common_palette(pictures, colors)
     indexed = [picture.quantize(palette=palette, dither=Pillow.Dither.NONE) for picture in pictures]
     ends = [round(100.0 * (k + 1) / fps) for k in range(len(indexed))]
@@ -59,17 +62,21 @@ def save_gif(
 
 
 def side_by_side(*pictures: Picture, gap: int = 4) -> NDArray[np.uint8]:
-    """Pictures of one height next to each other on white, `gap` pixels apart; (h, w, 3) uint8."""
+    """Return pictures of one height side by side on white, `gap` pixels apart; (h, w, 3) uint8."""
     return contact_sheet(pictures, columns=len(pictures), gap=gap)
 
 
 def contact_sheet(
     pictures: Sequence[Picture], *, columns: int | None = None, gap: int = 4
 ) -> NDArray[np.uint8]:
-    """Pictures in rows on white, `gap` pixels apart; (h, w, 3) uint8. By default about as wide as high."""
+    """Return pictures in rows on white, `gap` pixels apart, as (h, w, 3) uint8.
+
+    `columns` pictures form a row; None: about as many as there are rows. Raises ValueError without pictures,
+    for `columns` below 1 and for a negative `gap`.
+    """
     tiles = [_pixels(picture)[..., :3] for picture in pictures]
     if not tiles:
-        raise ValueError("a contact sheet needs at least one picture")
+        raise ValueError(f"a contact sheet needs at least one picture, got {len(tiles)}")
     across = columns or math.ceil(math.sqrt(len(tiles)))
     if across < 1 or gap < 0:
         raise ValueError(f"columns must be at least 1 and gap at least 0, got {columns} and {gap}")
@@ -85,15 +92,15 @@ def contact_sheet(
 def depth_to_rgb(
     depth: ArrayLike | Image, *, near: float | None = None, far: float | None = None
 ) -> NDArray[np.uint8]:
-    """(h, w, 3) picture of depths (m): warm and bright is near, dark blue is far, white is nothing.
+    """Return an (h, w, 3) uint8 picture of (h, w) depths (m): yellow near, dark blue far, white no surface.
 
-    The range is that of the picture unless `near` and `far` (m) are given.
+    The colours span the depths of the picture unless `near` and `far` (m) are given.
     """
     d = np.asarray(depth.depth if isinstance(depth, Image) else depth, dtype=float)
     there = np.isfinite(d)
     low = near if near is not None else (float(d[there].min()) if there.any() else 0.0)
     high = far if far is not None else (float(d[there].max()) if there.any() else 1.0)
-    # by inverse depth, so that a floor that runs to the horizon leaves colours for what is near
+    # linear in inverse depth: a floor up to the horizon would otherwise use most colours
     low, high = max(low, 1e-6), max(high, 1e-6)
     span = max(1.0 / low - 1.0 / high, 1e-12)
     share = np.clip((1.0 / low - 1.0 / np.maximum(np.where(there, d, high), 1e-6)) / span, 0.0, 1.0)
@@ -107,7 +114,10 @@ def depth_to_rgb(
 
 
 def segmentation_to_rgb(segmentation: ArrayLike | Image) -> NDArray[np.uint8]:
-    """(h, w, 3) picture with a colour for each body and link, always the same one; white is nothing."""
+    """Return an (h, w, 3) uint8 picture with a fixed colour for each body and link; white is the background.
+
+    `segmentation` is an image, (h, w, 2) body ids and link indices, or (h, w) body ids; -1: background.
+    """
     ids = np.asarray(
         segmentation.segmentation if isinstance(segmentation, Image) else segmentation, dtype=np.int64
     )

@@ -1,4 +1,4 @@
-"""What a camera returns: colour, depth and ids of one moment."""
+"""`Image`: colour, depth and segmentation of one rendered picture."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from roboyard.rendering.png import encode_png
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Image:
-    """Colour, depth and ids, pixel by pixel, row 0 at the top."""
+    """Colour, depth and segmentation of each pixel, row 0 at the top."""
 
     rgba: NDArray[np.uint8]
-    """(height, width, 4)"""
+    """(height, width, 4) RGBA."""
     depth: NDArray[np.float32]
-    """(height, width) distance along the camera's axis (m) of the nearest surface; inf where there is none
-    between the near and the far plane."""
+    """(height, width) distance of the nearest surface along the camera's axis (m); inf where there is no
+    surface between the near and the far plane."""
     segmentation: NDArray[np.int32]
     """(height, width, 2) body id and link index of the nearest surface, -1 for the background."""
     camera: Camera
+    """The camera that took the picture."""
 
     @property
     def rgb(self) -> NDArray[np.uint8]:
@@ -31,20 +32,20 @@ class Image:
 
     @property
     def width(self) -> int:
-        """Pixels"""
+        """Width (pixels)."""
         return self.camera.width
 
     @property
     def height(self) -> int:
-        """Pixels"""
+        """Height (pixels)."""
         return self.camera.height
 
     def depth_buffer(self) -> NDArray[np.float32]:
-        """(height, width) non-linear OpenGL depth, 0 at the near plane, 1 at the far plane and for misses."""
+        """Return the (height, width) OpenGL depth buffer, 0 (near) to 1 (far and misses)."""
         return self.camera.depth_to_buffer(self.depth)
 
     def points(self) -> NDArray[np.float64]:
-        """(height, width, 3) world points (m) seen by each pixel; NaN where there is nothing."""
+        """Return (height, width, 3) world points (m) of the pixels' surfaces; NaN where there is none."""
         return self.camera.deproject(self.depth)
 
     def _repr_png_(self) -> bytes:
@@ -52,5 +53,5 @@ class Image:
 
 
 def depth_buffer(image: Image) -> NDArray[np.float32]:
-    """(height, width) non-linear OpenGL depth buffer in [0, 1] of an image; 1 for misses."""
+    """Return the (height, width) OpenGL depth buffer of an image, 0 (near) to 1 (far and misses)."""
     return image.depth_buffer()

@@ -9,43 +9,46 @@ RGB = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Light:
-    """One sun, a sky dome and an even ambient light; the defaults are made for pictures of robots.
+    """A sun, a sky dome and a uniform ambient light; the defaults suit pictures of robots.
 
-    A surface of colour c facing n shows
+    A surface of colour c and normal n has the colour
 
     `c · (ambient + diffuse · color · ((1 - sky) · sun · max(n·l, 0) + sky · (1 + n_z) / 2)) + specular`,
 
-    `sun` being `leak` in shadow and 1 in the light. With ambient 1, diffuse 0 and specular 0 a picture
-    therefore shows every colour exactly as it was given.
+    where `sun` is `leak` in shadow and 1 elsewhere. With ambient 1, diffuse 0 and specular 0 every colour
+    is therefore rendered unchanged.
     """
 
     direction: tuple[float, float, float] = (-0.35, -0.75, 1.1)
-    """From the scene towards the sun; any length above zero."""
+    """Direction from the scene to the sun in the world frame; any length above zero."""
     color: RGB = (1.0, 1.0, 1.0)
-    """Of the sun and the sky; 0 to 1"""
+    """Colour of the sun and the sky, each channel 0 to 1."""
     ambient: float = 0.30
+    """Intensity of the ambient light."""
     diffuse: float = 0.85
+    """Intensity of the sun and the sky together."""
     specular: float = 1.0
-    """Multiplies each shape's own specular."""
+    """Factor on each shape's own specular reflection."""
     sky: float = 0.45
-    """Share of the diffuse light that comes from the sky dome and knows no shadow."""
+    """Fraction of the diffuse light that comes from the sky dome, which casts no shadows."""
     leak: float = 0.0
-    """Share of the sun that reaches what lies in its shadow; the software renderer's only, OpenGL's shadows
-    are dark."""
+    """Fraction of the sunlight that reaches shadowed surfaces; used by the software renderer only."""
 
 
 UNLIT = Light(ambient=1.0, diffuse=0.0, specular=0.0)
-"""Every colour as it was given."""
+"""Light that renders every colour unchanged."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Backdrop:
-    """Vertical gradient behind the scene, into which endless floors fade."""
+    """Vertical gradient behind the scene, into which infinite floors fade."""
 
     top: RGB = (0.70, 0.74, 0.79)
+    """Colour of the top row, each channel 0 to 1."""
     bottom: RGB = (0.93, 0.94, 0.95)
+    """Colour of the bottom row, each channel 0 to 1."""
     fade: tuple[float, float] | None = (8.0, 40.0)
-    """Depths (m) between which an endless plane dissolves into the backdrop; None: it never does."""
+    """Depths (m) between which an infinite plane fades into the backdrop; None: it does not fade."""
 
 
 STUDIO = Backdrop()

@@ -1,4 +1,4 @@
-"""View and projection matrices, as OpenGL has them: +x right, +y up, looking along -z."""
+"""View and projection matrices in the OpenGL convention: +x right, +y up, viewing direction -z."""
 
 from __future__ import annotations
 
@@ -13,10 +13,19 @@ Array = NDArray[np.float64]
 
 
 def perspective(fovy: float, aspect: float, near: float, far: float) -> Array:
-    """(4, 4) OpenGL projection: vertical opening angle (rad), width / height, and depths (m)."""
+    """Return the (4, 4) OpenGL perspective projection.
+
+    Args:
+        fovy: vertical opening angle (rad).
+        aspect: width / height of the picture.
+        near: depth of the near clipping plane (m).
+        far: depth of the far clipping plane (m).
+
+    Raises ValueError for an angle outside (0, pi), an aspect that is not positive, and invalid depths.
+    """
     check_range(near, far)
     if not 0.0 < fovy < math.pi or not aspect > 0.0:
-        raise ValueError(f"fovy must lie between 0 and pi (rad) and aspect above 0, got {fovy} and {aspect}")
+        raise ValueError(f"fovy must be between 0 and pi (rad) and aspect above 0, got {fovy} and {aspect}")
     scale = 1.0 / math.tan(0.5 * fovy)
     out = np.zeros((4, 4))
     out[0, 0] = scale / aspect
@@ -27,7 +36,11 @@ def perspective(fovy: float, aspect: float, near: float, far: float) -> Array:
 
 
 def look_at_view(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
-    """(4, 4) world to camera: stands at `eye`, looks at `target`, `up` points upward in the picture."""
+    """Return the (4, 4) transform from the world frame to a camera at `eye` aimed at `target`, both (3,) (m).
+
+    `up` is a (3,) direction in the world frame that points up in the picture. Raises ValueError where `eye`
+    and `target` coincide.
+    """
     e, t = np.asarray(eye, dtype=float), np.asarray(target, dtype=float)
     forward = t - e
     length = np.linalg.norm(forward)
@@ -48,7 +61,7 @@ def look_at_view(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1
 
 
 def orbit_view(target: ArrayLike, distance: float, yaw: float, pitch: float, roll: float = 0.0) -> Array:
-    """(4, 4) world to camera on an orbit; see `Camera.from_yaw_pitch`."""
+    """Return the (4, 4) view matrix of a camera on an orbit; see `Camera.from_yaw_pitch`."""
     if not distance > 0:
         raise ValueError(f"distance must be positive, got {distance}")
     q_yaw = transforms.quaternion_from_axis_angle((0, 0, 1), yaw)
@@ -62,6 +75,6 @@ def orbit_view(target: ArrayLike, distance: float, yaw: float, pitch: float, rol
 
 
 def check_range(near: float, far: float) -> None:
-    """Raises ValueError unless both depths (m) are positive and in order."""
+    """Raise ValueError unless both depths (m) are positive and `near` is below `far`."""
     if not 0.0 < near < far:
         raise ValueError(f"depths must satisfy 0 < near < far, got near {near} and far {far}")

@@ -1,4 +1,4 @@
-"""One mesh as the renderer wants it, prepared once however many shapes use it."""
+"""`MeshArrays`: the arrays that the renderer needs of a mesh, computed once for all shapes that use it."""
 
 from __future__ import annotations
 
@@ -14,29 +14,32 @@ from roboyard.shapes.mesh import TriangleMesh
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class MeshArrays:
-    """Faces come in four runs: opaque closed, opaque open, see-through closed, see-through open."""
+    """Arrays of one mesh.
+
+    The faces are sorted into four runs: opaque closed, opaque open, transparent closed, transparent open.
+    """
 
     vertices: NDArray[np.float32]
-    """(n, 3) joined places; m"""
+    """(n, 3) merged vertices in the mesh frame (m)."""
     faces: NDArray[np.int32]
-    """(m, 3)"""
+    """(m, 3) vertex indices."""
     normals: NDArray[np.float32]
-    """(m, 3, 3) of each corner, on the face's front side."""
+    """(m, 3, 3) unit normal at each corner, on the front side of its face."""
     uv: NDArray[np.float32] | None
-    """(m, 3, 2)"""
+    """(m, 3, 2) texture coordinates of the corners; None: no texture."""
     colors: NDArray[np.uint8] | None
-    """(m, 4)"""
+    """(m, 4) RGBA of the faces; None: the mesh has no colours."""
     runs: tuple[int, int, int, int, int]
     """Bounds of the four runs of faces."""
     bounds: NDArray[np.float64]
-    """(2, 3)"""
+    """(2, 3) lower and upper corner of the bounding box (m)."""
 
 
 _prepared: WeakKeyDictionary[TriangleMesh, MeshArrays] = WeakKeyDictionary()
 
 
 def mesh_arrays(mesh: TriangleMesh) -> MeshArrays:
-    """The renderer's view of `mesh`, remembered as long as the mesh lives."""
+    """Return the arrays of `mesh`, cached as long as the mesh exists."""
     arrays = _prepared.get(mesh)
     if arrays is None:
         arrays = _prepared[mesh] = _prepare(mesh)
@@ -77,7 +80,7 @@ def _prepare(mesh: TriangleMesh) -> MeshArrays:
 def _corner_normals(
     mesh: TriangleMesh, index: NDArray, places: NDArray, faces: NDArray
 ) -> NDArray[np.float32]:
-    """The file's normals where they make sense, on the front side of their face; else derived ones."""
+    """Return (m, 3, 3) corner normals on the front side: the file's, or computed ones if these are bad."""
     if mesh.normals is None:
         return creased_normals(places, faces)
     given = mesh.normals[mesh.faces[index]]

@@ -1,7 +1,7 @@
-"""MuJoCo's own OpenGL renderer behind the same call, for machines with a graphics card.
+"""Pictures by MuJoCo's OpenGL renderer, for machines with a graphics card.
 
-It draws the geoms of groups 0 to 2 of a compiled model. A camera with skewed pixels cannot be had here; one
-with pixels that are not square is drawn on square ones and resampled.
+It draws the geoms of groups 0 to 2 of a compiled model. Cameras with skewed pixels are not supported; a
+picture with pixels that are not square is rendered on square ones and resampled.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swrast", "software", "svga3d", "swiftshader")
 FARTHEST = 1e5
-"""m; stands for a camera without a far plane."""
+"""Far clipping plane of a camera that has none (m)."""
 _MOST_GEOMS = 20000
 
 _PROBE = """
@@ -44,7 +44,7 @@ _local = threading.local()
 
 @lru_cache(maxsize=1)
 def has_hardware() -> bool:
-    """Whether a graphics card draws here. Asked once, in another process: a broken driver may crash it."""
+    """Return whether OpenGL renders on a graphics card; probed once in a child process: drivers may crash."""
     if sys.platform == "linux" and not _device_files():
         return False
     environment = dict(os.environ)
@@ -66,10 +66,10 @@ def _device_files() -> bool:
 
 
 def open_context(width: int, height: int) -> Any:
-    """An off-screen OpenGL context of the given size.
+    """Return an off-screen OpenGL context of `width` by `height` pixels.
 
-    MUJOCO_GL chooses the library as it does for MuJoCo; without it, EGL is taken on Linux, where it needs no
-    display. Raises RoboyardError where there is none.
+    MUJOCO_GL selects the library, as in MuJoCo; without it, EGL is used on Linux, where it needs no display.
+    Raises RoboyardError where no OpenGL library works.
     """
     choice = os.environ.get("MUJOCO_GL", "").lower().strip()
     try:
@@ -78,15 +78,15 @@ def open_context(width: int, height: int) -> Any:
         else:
             from mujoco.gl_context import GLContext
         return GLContext(width, height)
-    except Exception as error:  # the bindings raise whatever their missing library makes them raise
+    except Exception as error:  # the bindings raise errors of many types where their library is missing
         raise RoboyardError(
-            f"no OpenGL library answers ({type(error).__name__}: {error}); on Debian install libegl1 "
-            "and libgl1-mesa-dri or the graphics card's driver, or take backend='software', which needs none"
+            f"no OpenGL library works ({type(error).__name__}: {error}); on Debian install libegl1 "
+            "and libgl1-mesa-dri or the graphics card's driver, or use backend='software', which needs none"
         ) from error
 
 
 class GlRenderer:
-    """MuJoCo's renderer for one model, in one thread. Close it, or use it in a `with` statement."""
+    """MuJoCo's OpenGL renderer of one model, for one thread; close it, or use it in a `with` statement."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         import mujoco
@@ -101,7 +101,9 @@ class GlRenderer:
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
         except Exception as error:
             self._gl.free()
-            raise RoboyardError(f"OpenGL is there but MuJoCo cannot draw with it: {error}") from error
+            raise RoboyardError(
+                f"OpenGL works but MuJoCo cannot render with it: {error}; use backend='software'"
+            ) from error
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
         self._option = mujoco.MjvOption()
         self._free = mujoco.MjvCamera()
@@ -113,7 +115,7 @@ class GlRenderer:
         self.close()
 
     def close(self) -> None:
-        """Give the graphics memory back."""
+        """Free the graphics memory."""
         if self._gl is not None:
             self._gl.make_current()
             self._context.free()
@@ -124,7 +126,19 @@ class GlRenderer:
         self, data: mujoco.MjData, owners: NDArray[np.int32], camera: Camera, *, shadow: bool, light: Light,
         lines: DebugLines | None, backdrop: NDArray[np.float64],
     ) -> Image:  # fmt: skip
-        """Picture of `data`; owners (nbody, 2) are the ids of MuJoCo's bodies, the rest as in `render`."""
+        """Return a picture of `data`; the other arguments are those of `roboyard.rendering.render`.
+
+        Args:
+            data: state to draw.
+            owners: (nbody, 2) body id and link index of each MuJoCo body, written to the segmentation.
+            camera: pose and projection.
+            shadow: whether the sun casts shadows.
+            light: sun, sky and ambient light.
+            lines: segments over the picture.
+            backdrop: (2, 4) RGBA at the top and at the bottom.
+
+        Raises RoboyardError for scenes with too many geoms and for skewed cameras.
+        """
         import mujoco
 
         self._gl.make_current()
@@ -132,7 +146,7 @@ class GlRenderer:
             self.model, data, self._option, None, self._free, mujoco.mjtCatBit.mjCAT_ALL.value, self._scene
         )
         if self._scene.status:
-            raise RoboyardError(f"the scene has more than {_MOST_GEOMS} geoms; take backend='software'")
+            raise RoboyardError(f"the scene has more than {_MOST_GEOMS} geoms; use backend='software'")
         near, far, columns = _aim(self._scene, camera)
         rect = mujoco.MjrRect(0, 0, columns, camera.height)
         if columns > self._size[0] or camera.height > self._size[1]:
@@ -159,7 +173,7 @@ class GlRenderer:
         rgba = np.dstack([rgb, np.full(rgb.shape[:2], 255, dtype=np.uint8)])
         share = ((np.arange(camera.height)[::-1] + 0.5) / camera.height)[:, None]
         behind = np.round(255.0 * (backdrop[0] * (1.0 - share) + backdrop[1] * share)).astype(np.uint8)
-        # MuJoCo clears to black and smooths outlines into it; the backdrop goes in where nothing stands
+        # MuJoCo clears to black and blends outlines with it; the backdrop replaces pixels without a surface
         empty = ~np.isfinite(depth)
         rgba[empty] = np.broadcast_to(behind[:, None], rgba.shape)[empty]
         pick = np.minimum(((np.arange(camera.width) + 0.5) * columns / camera.width).astype(int), columns - 1)
@@ -178,27 +192,33 @@ def draw(
     source: tuple[mujoco.MjModel, mujoco.MjData] | None, scene: RenderScene, camera: Camera, *, shadow: bool,
     light: Light, lines: DebugLines | None, backdrop: NDArray[np.float64],
 ) -> Image:  # fmt: skip
-    """Picture of (MjModel, MjData), with the owners that `scene` gives to its frames."""
+    """Return a picture of (MjModel, MjData), with the owners of the frames of `scene`.
+
+    `backdrop` is the (2, 4) RGBA at the top and at the bottom. Raises RoboyardError without a model.
+    """
     if source is None:
-        raise RoboyardError("backend='gl' draws a MuJoCo model: give mujoco=(model, data)")
+        raise RoboyardError(f"backend='gl' draws a MuJoCo model, got {source}; pass mujoco=(model, data)")
     model, data = source
-    kept: GlRenderer | None = getattr(_local, "renderer", None)
-    if kept is None or kept.model is not model:
-        if kept is not None:
-            kept.close()
+    cached: GlRenderer | None = getattr(_local, "renderer", None)
+    if cached is None or cached.model is not model:
+        if cached is not None:
+            cached.close()
             _local.renderer = None
-        kept = _local.renderer = GlRenderer(model)
+        cached = _local.renderer = GlRenderer(model)
     owners = np.full((model.nbody, 2), -1, dtype=np.int32)
     for shape in scene.shapes:
         owners[shape.frame] = shape.owner
-    return kept.render(data, owners, camera, shadow=shadow, light=light, lines=lines, backdrop=backdrop)
+    return cached.render(data, owners, camera, shadow=shadow, light=light, lines=lines, backdrop=backdrop)
 
 
 def _aim(scene: mujoco.MjvScene, camera: Camera) -> tuple[float, float, int]:
-    """Give the camera to MuJoCo's scene; returns near, far and how many square pixels the width takes."""
+    """Set the cameras of MuJoCo's scene; returns near and far (m) and the width in square pixels."""
     p = camera.projection
     if abs(p[0, 1]) > 1e-9 or abs(p[1, 0]) > 1e-9:
-        raise RoboyardError("MuJoCo's OpenGL renderer has no skewed cameras; use backend='software'")
+        raise RoboyardError(
+            f"MuJoCo's OpenGL renderer has no skewed cameras, got skew {p[0, 1]:g} and {p[1, 0]:g}; "
+            "use backend='software'"
+        )
     near, far = camera.near, min(camera.far, FARTHEST)
     scale = near if camera.is_perspective else 1.0
     offset_x, offset_y = (p[0, 2], p[1, 2]) if camera.is_perspective else (-p[0, 3], -p[1, 3])
@@ -220,7 +240,7 @@ def _surfaces(
     scene: mujoco.MjvScene, model: mujoco.MjModel, owners: NDArray[np.int32], codes: NDArray[np.uint8],
     window: NDArray[np.float32], camera: Camera, near: float, far: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:  # fmt: skip
-    """Depth (m, inf for none) and owners out of MuJoCo's number picture and reversed depth buffer."""
+    """Return depth (m; inf: no surface) and owners from MuJoCo's id picture and reversed depth buffer."""
     import mujoco
 
     number = codes.astype(np.int32) @ np.array([1, 256, 65536], dtype=np.int32)
@@ -241,7 +261,7 @@ def _surfaces(
 
 
 def _illuminate(scene: mujoco.MjvScene, light: Light) -> None:
-    """One sun in place of the model's own lights; the sky's share becomes ambient light."""
+    """Replace the model's lights by one sun; the light of the sky becomes ambient light."""
     import mujoco
 
     direction = np.asarray(light.direction, dtype=float)
@@ -251,13 +271,13 @@ def _illuminate(scene: mujoco.MjvScene, light: Light) -> None:
         lamp.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL.value
         lamp.headlight, lamp.castshadow = 0, 0
         lamp.dir[:] = -direction / np.linalg.norm(direction)
-        # shadows are thrown from the light's place: far enough to have the scene below it
+        # shadows are cast from the position of the light: far enough away for the whole scene
         centre = np.asarray(scene.camera[0].pos) + 3.0 * np.asarray(scene.camera[0].forward)
         lamp.pos[:] = centre - 10.0 * np.asarray(lamp.dir)
         lamp.attenuation[:] = 1.0, 0.0, 0.0
         lamp.cutoff, lamp.exponent = 45.0, 0.0
         lamp.ambient[:] = lamp.diffuse[:] = lamp.specular[:] = 0.0
-    # a light with shadows gives nothing at all in them, so the ambient light is one of its own
+    # a light that casts shadows adds nothing inside them, so the ambient light is a separate one
     even, sun = scene.lights[0], scene.lights[1]
     even.ambient[:] = light.ambient + 0.5 * light.diffuse * light.sky * color
     sun.castshadow = 1

@@ -1,4 +1,4 @@
-"""One call for a picture, whichever back end draws it."""
+"""`render`: a picture of a scene by the software renderer or OpenGL."""
 
 from __future__ import annotations
 
@@ -35,29 +35,30 @@ def render(
     backend: Backend = "auto",
     mujoco: tuple[mj.MjModel, mj.MjData] | None = None,
 ) -> Image:
-    """Picture of a scene: colour, depth in metres and owner ids in one pass.
+    """Return a picture of a scene: colour, depth (m) and owner ids in one pass.
 
-    Depth and ids are those of the nearest surface, see-through ones included; a shape with alpha 0 is not
-    there at all. Lines take part in the colours only.
+    Depth and ids are those of the nearest surface, transparent ones included; shapes with alpha 0 are
+    skipped. Lines are drawn into the colours only.
 
     Args:
-        scene: what to draw. The software renderer keeps its arrays in it until `scene.revision` changes.
-        positions: (n, 3) of the frames in the world; m.
-        rotations: (n, 3, 3) or (n, 9) of the frames in the world.
-        camera: from where, and on how many pixels.
-        shadow: whether the sun throws shadows.
-        light: sun, sky and ambient light; `UNLIT` shows plain colours.
-        lines: drawn besides the scene's own.
+        scene: shapes to draw. The software renderer caches its arrays in it until `scene.revision` changes.
+        positions: (n, 3) origins of the frames in the world frame (m).
+        rotations: (n, 3, 3) or (n, 9) rotation matrices of the frames in the world frame.
+        camera: pose, projection and number of pixels.
+        shadow: whether the sun casts shadows.
+        light: sun, sky and ambient light; `UNLIT` renders colours unchanged.
+        lines: line segments to draw in addition to those of the scene.
         background: colour (0 to 1, with alpha if given) or gradient; None: the scene's background colour.
-        samples: 4 smooths the edges of the colours (four times the work); depth and ids stay as with 1.
-            "gl" smooths them as the model's `offsamples` says.
-        backend: "software" needs no graphics library; "gl" is MuJoCo's own OpenGL renderer; "auto" takes "gl"
-            where `mujoco` is given and a graphics card answers, else "software".
-        mujoco: (MjModel, MjData) for "gl", whose bodies are the scene's frames.
+        samples: colour samples of a pixel; 4 smooths edges at about four times the cost. Depth and ids do
+            not depend on it. "gl" uses the model's `offsamples` instead.
+        backend: "software" needs no graphics library; "gl" is MuJoCo's own OpenGL renderer; "auto" uses "gl"
+            where `mujoco` is given and a graphics card works, else "software".
+        mujoco: (MjModel, MjData) for "gl"; its bodies must be the frames of the scene.
 
     Raises:
-        ValueError: frames of the wrong shape, or too few for the scene.
-        RoboyardError: "gl" was asked for and cannot be had.
+        ValueError: frames of the wrong shape or too few for the scene, an unknown backend, another number of
+            samples, or a light without direction.
+        RoboyardError: "gl" was requested and OpenGL or the model is missing.
     """
     xpos, xmat = _frames(scene, positions, rotations)
     if backend not in ("auto", "software", "gl"):
@@ -65,7 +66,7 @@ def render(
     if samples not in (1, 4):
         raise ValueError(f"samples must be 1 or 4, got {samples}")
     if not np.linalg.norm(light.direction) > 0:
-        raise ValueError("light.direction is (0, 0, 0); point it from the scene towards the sun")
+        raise ValueError(f"light.direction is {light.direction}; point it from the scene towards the sun")
     all_lines = _joined_lines(scene.lines, lines)
     backdrop, fade = _backdrop(scene.background if background is None else background)
     if backend == "gl" or (backend == "auto" and mujoco is not None):
@@ -106,7 +107,7 @@ def _joined_lines(first: DebugLines | None, second: DebugLines | None) -> DebugL
 
 
 def _backdrop(background: Background) -> tuple[np.ndarray, tuple[float, float] | None]:
-    """(2, 4) colours at the top and the bottom, and the depths where endless planes fade."""
+    """Return (2, 4) RGBA at the top and the bottom, and the depths (m) where infinite planes fade."""
     if isinstance(background, Backdrop):
         return np.array([(*background.top, 1.0), (*background.bottom, 1.0)]), background.fade
     color = (*background, 1.0)[:4]

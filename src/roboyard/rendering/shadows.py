@@ -1,4 +1,4 @@
-"""The sun's own picture of the scene: how far its light gets, over the part of the world that is in view."""
+"""The shadow map: a depth picture of the visible part of the scene from the direction of the sun."""
 
 from __future__ import annotations
 
@@ -16,29 +16,30 @@ from roboyard.rendering.scene_arrays import SceneArrays
 Array = NDArray[np.float64]
 
 MARGIN = 4
-"""Texels around the part of the map that is used, for the filter's reach."""
+"""Margin around the used part of the map, for the filter (texels)."""
 TEXEL = 1.4
-"""Side of a texel over that of a pixel."""
+"""Side of a texel over the side of a pixel."""
 SLAB = 0.1
-"""Thickness over width below which a shape may count as a floor."""
+"""Largest thickness over width of a shape that may be a floor."""
 SIZES = (128, 192, 256, 384, 512, 768, 1024, 1536, 2048)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class ShadowMap:
-    """Nearness to the sun of what it meets first, texel by texel."""
+    """Nearness to the sun of the first surface in each texel."""
 
     nearness: NDArray[np.float32]
+    """(size * size,) nearness."""
     tiles: NDArray[np.float32]
-    """The nearest of each square of texels, so that most points in the light are known at once."""
+    """Largest nearness of each tile of texels: most lit points need only this lookup."""
     size: int
-    """Texels along each side; 0: nothing throws a shadow into view."""
+    """Texels along each side; 0: no shadow is visible."""
     matrix: Array
-    """(3, 4) from the world to column, row and depth (m)."""
+    """(3, 4) transform from the world frame to column, row and depth (m)."""
     texel: float
-    """Longer side of a texel; m"""
+    """Longer side of a texel (m)."""
     shaded: NDArray[np.int64]
-    """(4,) first and last column and row of the picture where a shadow may fall."""
+    """(4,) first and last column, first and last row of the picture that shadows may reach."""
 
 
 _EMPTY = np.zeros(1, dtype=np.float32)
@@ -56,7 +57,20 @@ def cast(
     arrays: SceneArrays, to_world: Array, sun: Array, seen: NDArray, nearness: NDArray,
     width: int, height: int, perspective: bool, rays: tuple[Array, Array], scratch: tuple[NDArray, NDArray],
 ) -> ShadowMap:  # fmt: skip
-    """Shadow map for what `seen` and `nearness` show; `sun` is the unit vector towards the sun."""
+    """Return the shadow map of the surfaces visible in a picture.
+
+    Args:
+        arrays: the scene.
+        to_world: (instances, 3, 4) transforms from the mesh to the world frame (m).
+        sun: (3,) unit vector to the sun in the world frame.
+        seen: (pixels,) code of the nearest surface; -1: none.
+        nearness: (pixels,) its nearness.
+        width: width of the picture (pixels).
+        height: height of the picture (pixels).
+        perspective: whether the camera is perspective.
+        rays: (3, 3) origins and (3, 3) directions, as of `kernels.arrays.View`.
+        scratch: (most vertices of a mesh, 3) and (most vertices of a mesh,) scratch arrays.
+    """
     if not len(arrays.opaque):
         return NO_SHADOW
     matrix = np.zeros((3, 4))
@@ -78,12 +92,12 @@ def cast(
         return NO_SHADOW
     low[:2], high[:2] = visible
     extent = np.array([_steady(side) for side in high[:2] - low[:2]])
-    # texels a little larger than the pixels that show them: the filter smooths over three
+    # texels slightly larger than the pixels that show them: the filter spans three texels
     origins, directions = rays
     pixel = np.linalg.norm(origins[1] + total / count * directions[1])
     size = _map_size(float(extent.max() / (TEXEL * pixel)))
     texels = extent / (size - 2 * MARGIN - 1)
-    # whole texels of a fixed grid, so that edges do not crawl when the fit moves a little
+    # whole texels of a fixed grid, so that edges do not flicker when the bounds change slightly
     middle = np.floor(0.5 * (low[:2] + high[:2]) / texels)
     matrix[:2] /= texels[:, None]
     matrix[:2, 3] = 0.5 * size - middle
@@ -104,7 +118,7 @@ def cast(
 
 
 def _axes(x: float, y: float, z: float) -> tuple[tuple[float, float, float], ...]:
-    """Right, up and away from the sun, of a picture that looks along its light; (x, y, z) points to it."""
+    """Return right, up and viewing direction of a picture from the sun; (x, y, z) points to the sun."""
     right = (y, -x, 0.0) if abs(z) < 0.99 else (-z, 0.0, x)
     length = math.hypot(*right)
     a, b, c = right[0] / length, right[1] / length, right[2] / length
@@ -112,9 +126,9 @@ def _axes(x: float, y: float, z: float) -> tuple[tuple[float, float, float], ...
 
 
 def _grounds(arrays: SceneArrays, casters: NDArray, to_world: Array, sun: Array) -> list[int]:
-    """Slabs that everything else stands on, seen from the sun: they catch shadows and throw none.
+    """Return slabs below all other shapes, seen from the sun: they receive shadows and cast none.
 
-    Left in, a floor would stretch the map over all of itself.
+    Otherwise the map would cover the whole of a floor, at a low resolution.
     """
     if len(arrays.planes):
         return []
@@ -135,7 +149,7 @@ def _grounds(arrays: SceneArrays, casters: NDArray, to_world: Array, sun: Array)
 
 
 def _bounds_of_boxes(matrix: Array, to_world: Array, boxes: Array) -> tuple[Array, Array]:
-    """Lower and upper corner, in the light's axes, around all boxes."""
+    """Return the lower and upper corner of all boxes in the light's axes."""
     axes = matrix[:, :3] @ to_world
     middle = boxes.mean(axis=1)
     half = 0.5 * (boxes[:, 1] - boxes[:, 0])
@@ -145,10 +159,10 @@ def _bounds_of_boxes(matrix: Array, to_world: Array, boxes: Array) -> tuple[Arra
 
 
 def _steady(extent: float) -> float:
-    """`extent` rounded up to a quarter of a power of two."""
+    """Return `extent` rounded up to a quarter of a power of two."""
     return 2.0 ** (math.ceil(4.0 * math.log2(max(extent, 1e-3))) / 4.0)
 
 
-def _map_size(wanted: float) -> int:
-    """Texels along a side: at least `wanted`, in steps, so that the grid seldom changes between frames."""
-    return next((size for size in SIZES if size - 2 * MARGIN > wanted), SIZES[-1])
+def _map_size(least: float) -> int:
+    """Return texels along a side: at least `least`, in steps: the grid rarely changes between frames."""
+    return next((size for size in SIZES if size - 2 * MARGIN > least), SIZES[-1])

@@ -1,4 +1,4 @@
-"""Shading normals, closed parts and joined corners of a triangle mesh."""
+"""Shading normals, closed parts and merged vertices of a triangle mesh."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from numpy.typing import NDArray
 from roboyard.rendering.compile_notice import announce
 
 CREASE_COSINE = 0.76
-"""Faces that meet at more than about 40 degrees keep a sharp edge."""
+"""Cosine of the crease angle: edges sharper than about 40 degrees are not smoothed."""
 
 
 def join_corners(vertices: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
-    """Merge vertices at (nearly) the same place; returns the places and the faces over them."""
+    """Merge the (n, 3) vertices that coincide within 1e-6 of the extent.
+
+    Returns (k, 3) distinct vertices and the (m, 3) faces that index them.
+    """
     if not len(vertices):
         return vertices, faces
     extent = float(np.ptp(vertices, axis=0).max())
@@ -24,14 +27,17 @@ def join_corners(vertices: NDArray, faces: NDArray) -> tuple[NDArray, NDArray]:
     fresh[1:] = (sorted_grid[1:] != sorted_grid[:-1]).any(axis=1)
     number = np.empty(len(order), dtype=np.int32)
     number[order] = np.cumsum(fresh) - 1
-    # the earliest vertex of each place stands for it
+    # the first vertex of each group is kept
     keep = np.full(int(fresh.sum()), len(order), dtype=np.int64)
     np.minimum.at(keep, number, np.arange(len(order)))
     return vertices[keep], number[faces]
 
 
 def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
-    """Faces of parts that are closed and face outward, so that their backs can never be seen from outside."""
+    """Return (m,) whether each of the (m, 3) faces belongs to a closed part that faces outward.
+
+    The back of such a face is never visible from outside. `vertices` is (n, 3) (m).
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -59,16 +65,16 @@ def closed_faces(vertices: NDArray, faces: NDArray) -> NDArray[np.bool_]:
 
 
 def _may_be_paired(start: NDArray, stop: NDArray, count: int) -> bool:
-    """False where surely not every directed edge has its opposite: terrain is told apart without sorting.
+    """Return False if some directed edge has no opposite; open meshes are detected without sorting.
 
-    Edges and their opposites cancel in a sum of numbers that change sign with the edge's direction.
+    Edges and their opposites cancel in a sum of random numbers whose sign depends on the edge's direction.
     """
     one, two = np.random.default_rng(0).integers(0, 2**63, (2, count), dtype=np.uint64)
     return int((one[start] * two[stop] - one[stop] * two[start]).sum(dtype=np.uint64)) == 0
 
 
 def face_normals(vertices: NDArray, faces: NDArray) -> NDArray[np.float64]:
-    """(m, 3) unit normals, counter-clockwise side; zero for a face without area."""
+    """Return (m, 3) unit normals of the counter-clockwise sides; zero for faces without area."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -76,8 +82,10 @@ def face_normals(vertices: NDArray, faces: NDArray) -> NDArray[np.float64]:
 
 
 def creased_normals(vertices: NDArray, faces: NDArray, cosine: float = CREASE_COSINE) -> NDArray[np.float32]:
-    """(m, 3, 3) normals of the corners: the mean over faces around the vertex, weighted by their angle there,
-    of those that turn from this face by less than the crease angle (its cosine is given).
+    """Return (m, 3, 3) unit normals of the corners of the faces.
+
+    A corner's normal is the mean over the faces around its vertex, weighted by their angle there, of those
+    that meet this face at less than the crease angle, whose cosine is given.
     """
     normals = face_normals(vertices, faces)
     corners = vertices[faces]

@@ -1,4 +1,4 @@
-"""The renderer that needs no graphics library: triangles, shadows and lines in compiled loops."""
+"""The software renderer: triangles, shadows and lines in compiled loops, without a graphics library."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from roboyard.rendering.scene_arrays import SceneArrays, scene_arrays
 Array = NDArray[np.float64]
 
 MOST_LAYERS = 6
-"""See-through surfaces one behind the other that count; what lies deeper is nearly hidden anyway."""
+"""Most transparent surfaces blended in a pixel; deeper ones are nearly hidden."""
 
 
 class _Frame:
-    """One picture in the making."""
+    """Matrices and buffers of one picture."""
 
     def __init__(self, arrays: SceneArrays, to_world: Array, camera: Camera) -> None:
         self.arrays = arrays
@@ -56,7 +56,7 @@ class _Frame:
         self.nothing = np.zeros(1, dtype=np.float32)
 
     def visibility(self, name: str) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-        """Nearest opaque surfaces: code and nearness of each pixel."""
+        """Return code and nearness (pixels,) of the nearest opaque surface of each pixel."""
         count = self.width * self.height
         seen = buffer(name + "-seen", (count,), np.int64)
         nearness = buffer(name + "-nearness", (count,), np.float32)
@@ -68,7 +68,7 @@ class _Frame:
     def next_layer(
         self, limit: NDArray[np.float32], behind: NDArray[np.float32], name: str
     ) -> tuple[NDArray[np.int64], NDArray[np.float32], int]:
-        """Nearest see-through surfaces beyond `limit` and before `behind`, and how many pixels they won."""
+        """Return the nearest transparent surfaces between `limit` and `behind`, and their pixel count."""
         seen = buffer(f"{name}-seen", limit.shape, np.int64)
         nearness = buffer(f"{name}-nearness", limit.shape, np.float32)
         seen.fill(-1)
@@ -102,7 +102,7 @@ class _Frame:
         return won
 
     def _plane_slopes(self, instance: int) -> tuple[float, float, float] | None:
-        """Nearness of an endless plane: its change per column and per row, and its value at pixel (0, 0)."""
+        """Return the nearness of an infinite plane: change per column and per row, value at pixel (0, 0)."""
         place = self.to_world[instance]
         normal = np.cross(place[:, 0], place[:, 1])
         normal = normal / np.linalg.norm(normal)
@@ -133,7 +133,20 @@ def draw(
     fade: tuple[float, float] | None,
     samples: int,
 ) -> Image:
-    """Picture of `scene`; arguments as checked by `roboyard.rendering.render`."""
+    """Return a picture of `scene`; the arguments are those of `roboyard.rendering.render`, checked there.
+
+    Args:
+        scene: shapes to draw.
+        positions: (n, 3) origins of the frames in the world frame (m).
+        rotations: (n, 3, 3) rotation matrices of the frames in the world frame.
+        camera: pose, projection and number of pixels.
+        shadow: whether the sun casts shadows.
+        light: sun, sky and ambient light.
+        lines: line segments over the picture.
+        backdrop: (2, 4) RGBA at the top and at the bottom.
+        fade: depths (m) between which infinite planes fade into the backdrop.
+        samples: colour samples of a pixel, 1 or 4.
+    """
     announce(raster.draw_meshes, sample_textures, shade.shade)
     arrays = scene_arrays(scene)
     turn = rotations[arrays.frame]
@@ -168,7 +181,7 @@ def draw(
 def _front(
     frame: _Frame, seen: NDArray[np.int64], nearness: NDArray[np.float32]
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Nearest surfaces, see-through ones included."""
+    """Return code and nearness of the nearest surfaces, transparent ones included."""
     if not len(frame.arrays.clear) and not len(frame.arrays.clear_planes):
         return seen, nearness
     limit = np.full(nearness.shape, np.inf, dtype=np.float32)
@@ -188,7 +201,7 @@ def _color(
     backdrop: Array,
     fade: tuple[float, float] | None,
 ) -> tuple[NDArray[np.uint8], tuple[NDArray[np.int64], NDArray[np.float32]]]:
-    """(pixels, 4) colours, and the nearest surfaces."""
+    """Return (pixels, 4) RGBA, and code and nearness of the nearest surfaces."""
     arrays, width, height = frame.arrays, frame.width, frame.height
     surface = _front(frame, seen, nearness)
     to_sun = np.asarray(light.direction, dtype=float)
@@ -230,7 +243,7 @@ def _color(
             if not won:
                 break
             paint(layer, near, False)
-            # pixels with no such layer are done: nothing lies before their opaque surface any more
+            # pixels without such a layer have no more transparent surfaces in front of their opaque one
             limit = near
     paint(seen, nearness, True)
     if lines is not None and len(lines.start):

@@ -1,4 +1,4 @@
-"""Textures as one flat array, with halved copies so that distant ones do not shimmer."""
+"""Textures with their mipmap levels, packed into one flat array."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 LEVELS = 14
-"""Most copies of a texture, the full one included."""
+"""Mipmap levels of a texture, the full image included."""
 
 
 def halved(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The image at half size, each pixel the mean of four; an odd last row or column joins its neighbour."""
+    """Return an (h, w, c) image at half size, each pixel the mean of four.
+
+    The result is (max(h // 2, 1), max(w // 2, 1), c); an odd last row or column is dropped.
+    """
     h, w = max(image.shape[0] // 2, 1), max(image.shape[1] // 2, 1)
     total = np.full((h, w, image.shape[2]), 2, dtype=np.uint16)
     for row in (0, min(1, image.shape[0] - 1)):
@@ -23,9 +26,10 @@ def halved(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def pack(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint32], NDArray[np.int32]]:
-    """Join textures: (texels,) RGBA with red lowest, and (textures, LEVELS, 3) of offset, width and height.
+    """Pack textures and their mipmap levels into one array.
 
-    Levels past the last one (1 x 1) repeat it.
+    Returns (texels,) RGBA with red in the low byte, and (textures, LEVELS, 3) offset, width and height of
+    each level. Levels after the last one (1 x 1) repeat it.
     """
     table = np.zeros((max(len(images), 1), LEVELS, 3), dtype=np.int32)
     offset = 0
@@ -52,7 +56,7 @@ def pack(images: Sequence[NDArray[np.uint8]]) -> tuple[NDArray[np.uint32], NDArr
 
 
 def as_rgba(image: NDArray) -> NDArray[np.uint8]:
-    """(h, w, 4) uint8 of a (h, w), (h, w, 3) or (h, w, 4) uint8 picture."""
+    """Return (h, w, 4) uint8 RGBA of an (h, w), (h, w, 3) or (h, w, 4) uint8 image; else raise ValueError."""
     a = np.asarray(image, dtype=np.uint8)
     if a.ndim == 2:
         a = np.repeat(a[..., None], 3, axis=2)
@@ -64,9 +68,9 @@ def as_rgba(image: NDArray) -> NDArray[np.uint8]:
 
 
 def lets_light_through(image: NDArray[np.uint8], uv: NDArray[np.floating]) -> bool:
-    """Whether an RGBA texture is not opaque where faces with (m, 3, 2) texture coordinates show it.
+    """Return whether faces with (m, 3, 2) texture coordinates show transparent texels of an RGBA texture.
 
-    Asks at 28 points of each face: palettes often carry clear corners that no face uses.
+    Samples 28 points of each face: palettes often contain transparent corners that no face uses.
     """
     if image[..., 3].min() == 255:
         return False

@@ -1,4 +1,4 @@
-"""Depth in metres as the non-linear buffer that graphics libraries keep."""
+"""Conversion of depth (m) to the non-linear depth buffer of OpenGL."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numba import njit
 
 @njit(cache=True, error_model="numpy")
 def to_buffer(depth, z_scale, z_offset, w_scale, w_offset, out):
-    """0 (near) to 1 (far, and what is endless or not a number) of depths (n,), into `out` (n,) float32.
+    """Write 0 (near) to 1 (far, infinite or NaN) of depths (n,) (m) to `out` (n,) float32.
 
     z and w in clip space are affine in minus the depth, with the projection's third and fourth row.
     """

@@ -1,4 +1,4 @@
-"""Line segments over a finished picture, hidden where something stands before them."""
+"""Line segments over a finished picture, hidden behind nearer surfaces."""
 
 from __future__ import annotations
 

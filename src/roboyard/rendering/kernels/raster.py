@@ -1,7 +1,7 @@
-"""Visibility: which triangle does each pixel see, and how far away is it.
+"""Visibility: the nearest triangle of each pixel and its distance.
 
-A pixel's nearness `q` is 1 / depth for a perspective camera and -depth for a parallel one. Both are affine
-across the picture for any plane, grow towards the camera and keep single precision where it is needed.
+A pixel's nearness `q` is 1 / depth for a perspective camera and -depth for an orthographic one. Both are
+affine across the picture for any plane, increase towards the camera and suit single precision.
 
 Screen positions are snapped to 1/1024 pixel, so that the edge functions are exact in double precision:
 triangles that share an edge neither overlap nor leave a gap (top-left rule).
@@ -16,7 +16,7 @@ BEHIND = np.int64(-(2**62) - 12345)
 """Cell of a vertex in front of the near plane."""
 SNAP = 1024.0
 PLANE = 0x7FFFFFFF
-"""Triangle number of an endless plane."""
+"""Triangle number of an infinite plane."""
 NARROW = 12
 DEPTH_ONLY, RECORD, PEEL = 0, 1, 2
 
@@ -33,7 +33,7 @@ def narrowed(slope, start, low, high):
 
 @njit(cache=True, error_model="numpy")
 def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, height):
-    """Draw one snapped screen triangle; returns the number of pixels it won."""
+    """Draw one snapped screen triangle; returns the number of pixels written."""
     first_x = max(np.ceil(min(x0, x1, x2) - 0.5), 0.0)
     last_x = min(np.floor(max(x0, x1, x2) - 0.5), width - 1.0)
     first_y = max(np.ceil(min(y0, y1, y2) - 0.5), 0.0)
@@ -48,7 +48,7 @@ def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearnes
         area = -area
     q_dx = ((q1 - q0) * (y2 - y0) - (q2 - q0) * (y1 - y0)) / area
     q_dy = ((q2 - q0) * (x1 - x0) - (q1 - q0) * (x2 - x0)) / area
-    # edge functions, positive inside; an edge that is neither top nor left gives its own pixels away
+    # edge functions, positive inside; pixels on an edge that is neither top nor left are excluded
     tie = 0.5 / (SNAP * SNAP)
     a0, b0 = y0 - y1, x1 - x0
     a1, b1 = y1 - y2, x2 - x1
@@ -85,8 +85,8 @@ def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearnes
                 f2 += a2
                 q_here += q_dx
         else:
-            # where the row enters and leaves the triangle; the quotients are exact enough because no edge
-            # function comes nearer to zero than half a step without being zero
+            # columns between the edges of the triangle; the quotients are exact enough because edge
+            # functions that are not zero are at least half a step away from it
             lo, hi = narrowed(a0, e0, 0.0, float(wide))
             lo, hi = narrowed(a1, e1, lo, hi)
             lo, hi = narrowed(a2, e2, lo, hi)
@@ -107,7 +107,7 @@ def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearnes
 
 @njit(cache=True, error_model="numpy")
 def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
-    """Whether any part of a box may land on the picture."""
+    """Return whether any part of a box may be visible in the picture."""
     left, right, above, below, close, beyond = 0, 0, 0, 0, 0, 0
     for corner in range(8):
         x = upper[0] if corner & 1 else lower[0]
@@ -145,13 +145,13 @@ def draw_meshes(
     screen,
     cell,
 ):
-    """Draw ranges of triangles into `nearness` and `seen`; returns the number of pixels won.
+    """Draw ranges of triangles into `nearness` and `seen`; returns the number of pixels written.
 
     draws (n, 6) int32: instance, first and last + 1 vertex, first and last + 1 face, side to cull (0, 1, -1).
-    matrices (instances, 3, 4): local point to (column · d, row · d, d), or (column, row, d) when parallel.
+    matrices (instances, 3, 4): local point to (column · d, row · d, d), or (column, row, d) if orthographic.
     seen (pixels,) int64: instance << 32 | face. screen (most vertices of a mesh, 3) float32 and cell
     (most vertices of a mesh,) int64 are scratch.
-    mode: RECORD; PEEL, only what is farther than `limit`; DEPTH_ONLY, without writing `seen`.
+    mode: RECORD; PEEL, only surfaces farther than `limit`; DEPTH_ONLY, without writing `seen`.
     """
     won = 0
     done = -1
@@ -213,7 +213,7 @@ def draw_meshes(
 def fill_clipped(
     m, vertices, i0, i1, i2, perspective, near, cull, code, mode, limit, nearness, seen, width, height
 ):
-    """Draw the part of a triangle that lies beyond the near plane."""
+    """Draw the part of a triangle beyond the near plane."""
     corner = np.empty((3, 3))
     for k in range(3):
         i = i0 if k == 0 else (i1 if k == 1 else i2)
@@ -232,7 +232,7 @@ def fill_clipped(
             point[count] = a
             count += 1
         if (a[2] >= near) != (b[2] >= near):
-            # from the side kept to the side cut, so that two triangles cut a shared edge alike
+            # from the visible to the clipped corner, so that two triangles clip a shared edge at one point
             s, e = (a, b) if a[2] >= near else (b, a)
             t = (near - s[2]) / (e[2] - s[2])
             point[count, 0] = s[0] + t * (e[0] - s[0])
@@ -263,7 +263,7 @@ def fill_clipped(
 
 @njit(cache=True, error_model="numpy")
 def draw_plane(q_column, q_row, q_zero, q_most, code, mode, limit, nearness, seen, width, height):
-    """Draw an endless plane whose nearness is affine in the pixel; returns the number of pixels won."""
+    """Draw an infinite plane whose nearness is affine in the pixel; returns the number of pixels written."""
     won = 0
     for row in range(height):
         q_start = q_zero + q_row * (row + 0.5)

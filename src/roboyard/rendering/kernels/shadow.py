@@ -1,4 +1,4 @@
-"""Looking into the sun's picture of the scene."""
+"""Lookups in the shadow map."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TILE = 1 << TILE_BITS
 
 @njit(cache=True, error_model="numpy", fastmath=FAST, inline="always")
 def sunlight(shadow, tiles, size, m, x, y, z):
-    """Share of the sun that reaches a point: a 3 by 3 texel tent over the shadow map; 1 outside it."""
+    """Return the fraction of the sun that reaches a point: a 3 by 3 texel tent filter; 1 outside the map."""
     column = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3] - 0.5
     row = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3] - 0.5
     if not (column >= 1.0 and column < size - 2.0 and row >= 1.0 and row < size - 2.0):
@@ -41,7 +41,7 @@ def sunlight(shadow, tiles, size, m, x, y, z):
 
 @compiled
 def nearest_of_tiles(shadow, size, tiles):
-    """Nearest caster of each tile of TILE by TILE texels and what the filter reaches around it."""
+    """Write the largest nearness of each tile of TILE by TILE texels, plus the filter margin, to `tiles`."""
     count = size // TILE
     for j in range(count):
         for i in range(count):
@@ -54,10 +54,11 @@ def nearest_of_tiles(shadow, size, tiles):
 
 @compiled
 def lit_bounds(seen, nearness, width, height, stride, perspective, origins, directions, m, low, high):
-    """What is seen where shadows may fall: in the axes `m` (3, 4), between `low` and `high` (2,).
+    """Return the extent of the visible surfaces that shadows may reach.
 
-    Looks at every `stride`-th pixel. Returns lower and upper bounds (2, 2), how many points there were,
-    the sum of their depths, and the first and last column and row (4,) that show them.
+    These are the points between `low` and `high` (2,) in the axes `m` (3, 4); every `stride`-th pixel is
+    sampled. Returns lower and upper bounds (2, 2), the number of points, the sum of their depths (m), and
+    the first and last column and row (4,) that show them.
     """
     out = np.array([[np.inf, np.inf], [-np.inf, -np.inf]])
     count, total = 0, 0.0
