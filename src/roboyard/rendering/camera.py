@@ -119,7 +119,8 @@ class Camera:
         Args:
             points: (n, 3) points in the world frame (m).
             direction: (3,) from the points to the camera, in the world frame.
-            up: (3,) direction in the world frame that points up in the picture.
+            up: (3,) direction in the world frame that points up in the picture; where `direction` is along
+                it, world y (or x) replaces it.
             width: width of the picture (pixels).
             height: height of the picture (pixels).
             fovy: vertical opening angle (rad).
@@ -128,10 +129,10 @@ class Camera:
         given = np.asarray(points, dtype=float)
         if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
             raise ValueError(f"points must have the shape (n, 3) with n > 0, got {given.shape}")
-        backward = np.asarray(direction, dtype=float) / np.linalg.norm(np.asarray(direction, dtype=float))
-        right = np.cross(np.asarray(up, dtype=float), backward)
-        right /= np.linalg.norm(right)
-        axes = np.stack([right, np.cross(backward, right), backward])
+        if not np.linalg.norm(np.asarray(direction, dtype=float)) > 0:
+            raise ValueError(f"direction must be a finite vector of any length above zero, got {direction}")
+        axes = look_at_view(direction, (0.0, 0.0, 0.0), up)[:3, :3]
+        backward = axes[2]
         in_view = given @ axes.T
         middle = 0.5 * (in_view.min(axis=0) + in_view.max(axis=0))
         x, y, z = (in_view - middle).T

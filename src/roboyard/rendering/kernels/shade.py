@@ -199,7 +199,7 @@ def base_color(materials, links, instance, face, colors, paint, p):
 
 @without_refcounts
 def lit_color(color, normal, direction, sun_share, shininess, light):
-    """Return a colour under the light: ambient, sun, sky and Blinn's highlight with exponent 16.
+    """Return a colour under the light: ambient, sun, sky and Blinn's highlight with exponent 32.
 
     Args:
         color: RGB of the surface.
