@@ -216,7 +216,7 @@ def test_a_page_that_was_opening_while_the_camera_moved_follows(window: Any, bro
         np.testing.assert_allclose(moved["position"], window.camera._pages._aimed.eye)
     assert p.getDebugVisualizerCamera()[8:] == told == (30.0, -20.0, 3.0, (1.0, 2.0, 3.0))
     slow.look_from(moved["position"], (1.0, 2.0, 3.0))
-    wait(lambda: 1 not in window.camera._pages._told)
+    wait(lambda: 1 not in window.camera._pages._requested)
     slow.look_from((0.0, -5.0, 0.0))  # now somebody turns it
     wait(lambda: p.getDebugVisualizerCamera()[10] == pytest.approx(5.0))
 

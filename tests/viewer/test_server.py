@@ -39,7 +39,7 @@ def test_it_listens_on_this_machine_alone() -> None:
         ("192.0.2.1", 8080, "cannot listen"),
     ],
 )
-def test_what_cannot_be_listened_at_is_said(host: str, port: int, words: str) -> None:
+def test_an_invalid_address_or_port_raises(host: str, port: int, words: str) -> None:
     with pytest.raises(ConfigError, match=words):
         Viewer(World(), host, port, quiet=True)
 

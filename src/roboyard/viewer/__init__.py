@@ -1,10 +1,10 @@
-"""A window on a world that is a web page: works over SSH, in a container, in a notebook.
+"""View a world on a web page: works over SSH, in a container and in a notebook.
 
 >>> from roboyard.viewer import Viewer
 >>> viewer = Viewer(world)          # prints the address
->>> world.step(2400)                # whoever has the page open watches
+>>> world.step(2400)                # shown live in every open page
 
-Needs the extra `gui`; viser loads when a viewer is opened.
+Requires the extra `gui`; viser is imported when a viewer is opened.
 """
 
 from __future__ import annotations

@@ -5,11 +5,11 @@ from __future__ import annotations
 from html import escape
 
 HEIGHT = 480
-"""pixels of an embedded page"""
+"""Height of an embedded page (pixels)."""
 
 
 def frame_html(url: str, height: int = HEIGHT) -> str:
-    """HTML that embeds the page at `url`."""
+    """Return HTML that embeds the page at `url`, `height` pixels high."""
     address = escape(url, quote=True)
     return (
         f'<iframe src="{address}" width="100%" height="{height}" frameborder="0" '

@@ -1,4 +1,4 @@
-"""`Viewer`: a world on a web page, live."""
+"""`Viewer`: a live view of a world on a web page."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 RATE = 60.0
-"""Hz: most pictures a second."""
+"""Largest rate of updates (Hz)."""
 
 
 class Viewer:
-    """A page that shows a world while it is stepped; any number of browsers may have it open.
+    """A page that shows a world while it is stepped; any number of browsers may open it.
 
-    Stepping never waits for a browser: at the end of `World.step` the joint positions are copied, and a
-    thread of the viewer's own sends what moved, up to 60 times a second. With nobody watching not even the
-    copy is made. Changes without a step (a joint set by hand, say) show after `sync`.
+    Stepping never blocks on a browser: at the end of `World.step` the joint positions are copied, and the
+    viewer's own thread sends the changed poses, up to 60 times per second. Without an open page nothing is
+    copied. Changes without a step (a joint position set by hand, say) are shown by `sync`.
 
-    Whoever can reach the port sees the world, so a viewer listens on this machine alone by default. Over SSH,
-    forward the port: `ssh -L 8080:localhost:8080 host`.
+    Every program that can reach the port can see the world, so a viewer listens on this machine only by
+    default. Over SSH, forward the port: `ssh -L 8080:localhost:8080 host`.
     """
 
     def __init__(
@@ -51,42 +51,42 @@ class Viewer:
         on_click: Callable[[tuple[int, int]], None] | None = None,
         follow_steps: bool = True,
     ) -> None:
-        """Open the page of a world; call it from the thread that steps the world.
+        """Open the page of a world; call it from the simulation thread.
 
         Args:
-            world: what to show.
-            host: address to listen at; "0.0.0.0" is every network this machine is on.
-            port: first port to try; the next free one is taken where it is in use.
+            world: the world to show.
+            host: address to listen on; "0.0.0.0" is every network of this machine.
+            port: first port to try; if it is in use, the next free one is used.
             title: heading of the page's panel.
             quiet: do not print the address.
-            on_click: called in a thread of the server with body id and link index of a clicked shape.
-            follow_steps: show the world after each `World.step`; otherwise only what `sync` shows.
+            on_click: called with body id and link index of a clicked shape, in a thread of the server.
+            follow_steps: show the world after each `World.step`; False: only at each `sync`.
 
         Raises:
-            MissingExtraError: viser is not installed; the extra `gui` brings it.
-            ConfigError: nothing can listen at `host`, or no port is free.
+            MissingExtraError: viser is not installed; it is part of the extra `gui`.
+            ConfigError: this machine has no address `host`, or no port is free.
         """
         self.world = world
         self.server: Any = open_server(host, port, title)
-        """The `viser.ViserServer`: add panels and shapes of your own."""
+        """The `viser.ViserServer`, to which panels and shapes can be added."""
         self.host = host
         self.port: int = self.server.get_port()
         self.nodes = SceneNodes(self.server.scene)
         self.nodes.on_click = on_click
         self.drawings = Drawings(self.server)
         self.before_frame: list[Callable[[], None]] = []
-        """Called in the viewer's own thread before each picture, while somebody watches."""
+        """Called in the viewer's own thread before each update, while a page is open."""
         self.rate = RATE
-        """Hz: most pictures a second."""
+        """Largest rate of updates (Hz)."""
         self.watchers = 0
-        """How many browsers have the page open."""
+        """Number of open pages."""
         self.frames_sent = 0
-        """Moments published so far."""
+        """Number of updates sent so far."""
         self._links = Links(paths={}, rows={}, by_owner={})
         self._revision = -1
         self._latest: Snapshot | None = None
         self._published: Snapshot | None = None
-        self._poser = PoseSender()
+        self._pose_sender = PoseSender()
         self._poses: tuple[Any, Any] | None = None
         self._drawing = self._drawn = Drawing()
         self._follow_steps = follow_steps
@@ -123,16 +123,16 @@ class Viewer:
         return f"http://[{host}]:{self.port}" if ":" in host else f"http://{host}:{self.port}"
 
     def sync(self, *, wait: bool = False) -> None:
-        """Show the present moment without a step; call it from the thread that steps the world.
+        """Show the current state without a step; call it from the simulation thread.
 
-        `wait` returns only when the page's state is written (browsers fetch it in their own time).
+        With `wait` it returns after the messages are queued; browsers receive them asynchronously.
         """
         self._take()
         if wait:
             self._publish()
 
     def look_at(self, point: ArrayLike, distance: float) -> None:
-        """Turn the camera of every page to a point in the world, from `distance` metres away."""
+        """Aim the camera of every page at a (3,) point in the world frame (m), from `distance` (m) away."""
         target = np.asarray(point, dtype=float)
         for client in self.server.get_clients().values():
             camera = client.camera
@@ -144,7 +144,7 @@ class Viewer:
                 camera.look_at = target
 
     def show_world(self, world: World) -> None:
-        """Show another world in the place of this one; call it from the thread that steps the world."""
+        """Show another world instead of this one; call it from the simulation thread."""
         if world is self.world:
             return
         self._unfollow()
@@ -154,25 +154,25 @@ class Viewer:
         self.sync()
 
     def draw(self, drawing: Drawing) -> None:
-        """Draw these lines and texts in place of those before, with the next picture; from any thread."""
+        """Replace the lines and texts with the next update; may be called from any thread."""
         self._drawing = drawing
 
     def highlight(self, link: Link | None) -> None:
-        """Draw one link in a colour that stands out; None: no link."""
+        """Draw one link in the highlight colour; None: no link."""
         with self._publishing, self.server.atomic():
             self.nodes.tint(None if link is None else (link.body.id, link.index))
 
     def show_visuals(self, visible: bool) -> None:
-        """Show or hide what bodies look like; floors stay."""
+        """Show or hide the visual shapes of bodies, except floors."""
         with self._publishing, self.server.atomic():
             self.nodes.set_visible(visible)
 
     def path_of(self, link: Link) -> str:
-        """Where a link's frame is in the page's scene; what is added below it moves with the link."""
+        """Return the path of a link's frame in the page's scene; nodes added below it move with the link."""
         return self._links.paths[(link.body.id, link.index)]
 
     def close(self) -> None:
-        """Take the page down; the world goes on."""
+        """Close the page; the world is unchanged."""
         if self._closing.is_set():
             return
         self._closing.set()
@@ -184,7 +184,7 @@ class Viewer:
     def _repr_html_(self) -> str:
         return frame_html(self.url)
 
-    # ------------------------------------------------------------------------------- in the world's thread
+    # -------------------------------------------------------------------------- in the simulation thread
 
     def _unfollow(self) -> None:
         if self._follow_steps and self._after_step in self.world.after_step:
@@ -196,7 +196,7 @@ class Viewer:
 
     def _take(self) -> None:
         world = self.world
-        model = world.model  # spares leave before it is handed out, which may number the bodies anew
+        model = world.model  # first: this empties the body pool and may renumber the bodies
         if world.revision != self._revision:
             self._links = gather_links(world)
             self._revision = world.revision
@@ -205,13 +205,13 @@ class Viewer:
     # ------------------------------------------------------------------------------- in the server's threads
 
     async def _on_connect(self, _: Any) -> None:
-        # coroutines: at exit the pool for plain functions is gone before the pages are
+        # coroutines: at exit the thread pool for plain functions ends before the pages close
         with self._counting:
             self.watchers += 1
             first = self.watchers == 1
         latest = self._latest
         if first and latest is not None:
-            # nobody watched, so nothing was copied: catch up, in case the world is no longer stepped
+            # nothing was copied without an open page: copy now, in case the world is no longer stepped
             self._latest = replace(latest, qpos=latest.latest_qpos())
         self._wake.set()
 
@@ -235,7 +235,7 @@ class Viewer:
             except Exception:
                 if self._closing.is_set():
                     return
-                log.exception("a moment could not be shown")
+                log.exception("an update of the viewer failed")
             self._closing.wait(timeout=max(start + 1.0 / self.rate - perf_counter(), 0.001))
 
     def _publish(self) -> None:
@@ -246,7 +246,7 @@ class Viewer:
             with self.server.atomic():
                 if snapshot is not self._published or self._poses is None:
                     self.nodes.show(snapshot.shapes, snapshot.links)
-                    self._poses = self._poser.poses(snapshot.model, snapshot.qpos)
+                    self._poses = self._pose_sender.poses(snapshot.model, snapshot.qpos)
                     self.nodes.move(*self._poses)
                 self.drawings.show(drawing, snapshot.links.by_owner, *self._poses)
             self._published, self._drawn = snapshot, drawing

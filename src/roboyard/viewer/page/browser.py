@@ -1,4 +1,4 @@
-"""Opening a page where someone sits in front of the machine."""
+"""Open a page in the default browser of this machine."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import webbrowser
 
 
 def has_display() -> bool:
-    """Whether windows can open here."""
+    """Return whether this machine has a display."""
     if sys.platform in ("darwin", "win32"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def open_page(url: str) -> bool:
-    """Open the user's browser at `url`; False where there is no display or no browser."""
+    """Open the default browser at `url`; returns False without a display or a browser."""
     if not has_display():
         return False
     try:

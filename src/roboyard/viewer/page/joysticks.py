@@ -15,6 +15,7 @@ from typing import Any
 from roboyard.viewer.page.page_script import PageScript
 
 CENTRE = (0.0, 0.0)
+"""Deflection of a released joystick."""
 
 _SCRIPT = """
   const build = names => {
@@ -109,7 +110,7 @@ class Joysticks:
             self._pulled[name] = (client, float(x), float(y))
 
     async def _on_disconnect(self, client: Any) -> None:
-        # a coroutine: at exit the pool for plain functions is gone before the pages are
+        # a coroutine: at exit the thread pool for plain functions ends before the pages close
         self._release(client.client_id)
 
     def _release(self, client: int) -> None:

@@ -5,9 +5,9 @@
 >>> keys.held                                       # {"a", "ArrowUp"}
 
 Names are the browser's `KeyboardEvent.key`, letters in lower case: "a", "1", ";", " ", "ArrowUp", "Shift",
-"Control", "Alt", "Enter", "Escape", "F1". A held key comes once, without repeats, and is released under the
-name that it was pressed with. Keys typed into a field of the panel are ignored; keys of a page
-that loses the focus or closes are released.
+"Control", "Alt", "Enter", "Escape", "F1". A held key gives one event, without repeats, and is released under
+the name that it was pressed with. Keys typed into a field of the panel are ignored; keys of a page that
+loses the focus or closes are released.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from roboyard.viewer.page.page_script import PageScript
 MOST_HELD = 32
 """Most keys held in one page; no keyboard reports more."""
 LONGEST_NAME = 24
+"""Longest name of a key (characters)."""
 
 _SCRIPT = """
   const grabbed = %s, held = new Map();
@@ -72,7 +73,9 @@ class KeyEvent:
     """A key went down or up."""
 
     key: str
+    """Name of the key."""
     is_down: bool
+    """Whether it was pressed; False: released."""
     client: int
     """Number of the page's client."""
 
@@ -81,7 +84,7 @@ class Keys:
     """Keys of all pages of a server."""
 
     def __init__(self, server: Any, grab: Iterable[str] | None = ()) -> None:
-        """Listen to every page of `server`, those that open later too.
+        """Receive the keys of every page of `server`, including pages opened later.
 
         Args:
             server: a `viser.ViserServer`.
@@ -96,12 +99,12 @@ class Keys:
         server.on_client_disconnect(self._on_disconnect)
 
     def subscribe(self, listener: Callable[[KeyEvent], None]) -> None:
-        """Call `listener` for each event, in a thread of the server: return quickly, put it into a queue."""
+        """Call `listener` for each event in a thread of the server; it must return quickly."""
         self._listeners.append(listener)
 
     @property
     def held(self) -> frozenset[str]:
-        """Keys that are down in some page; may be read from any thread."""
+        """Keys held in any page; readable from any thread."""
         with self._lock:
             return frozenset(key for keys in self._held.values() for key in keys)
 
@@ -124,7 +127,7 @@ class Keys:
             listener(event)
 
     async def _on_disconnect(self, client: Any) -> None:
-        # a coroutine: at exit the pool for plain functions is gone before the pages are
+        # a coroutine: at exit the thread pool for plain functions ends before the pages close
         self._release(client.client_id)
 
     def _release(self, client: int) -> None:

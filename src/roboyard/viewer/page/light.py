@@ -1,4 +1,4 @@
-"""Light, haze and the first camera of a page, as near to `roboyard.rendering` as a browser gets."""
+"""Light, fog and initial camera of a page, approximating `roboyard.rendering`."""
 
 from __future__ import annotations
 
@@ -16,27 +16,28 @@ if TYPE_CHECKING:
     from roboyard.sim import World
 
 SUN_GAIN, SKY_GAIN = 1.25, 0.6
-"""Shares of the light of `roboyard.rendering`, which adds up display colours."""
+"""Factors on the light of `roboyard.rendering`, which adds display colours instead of linear light."""
 HAZE = (20.0, 60.0)
-"""m: where it begins, and where nothing else is seen"""
+"""Distances at which the fog begins and at which it hides everything (m)."""
 
 
 class PageLight:
-    """The light of a server's pages, and what is behind everything."""
+    """Light and background of a server's pages."""
 
     def __init__(self, server: Any, sun: Any) -> None:
+        """Control the light handle `sun` of a `viser.ViserServer`."""
         self._server, self._sun = server, sun
 
     def set_shadows(self, shadows: bool) -> None:
-        """Whether bodies cast shadows."""
+        """Switch the shadows of bodies on or off."""
         self._sun.cast_shadow = shadows
 
     def set_direction(self, direction: Sequence[float]) -> None:
-        """Let the sun stand in this direction, as seen from the scene."""
+        """Set the direction from the scene to the sun, (3,) in the world frame, of any length."""
         self._sun.wxyz = _turn_y_to(direction)
 
     def set_background(self, rgb: Sequence[float]) -> None:
-        """What is seen where nothing is, and in the distance; 0 to 1."""
+        """Set the colour of the background and the fog, (3,) RGB from 0 to 1."""
         color = np.round(255.0 * np.clip(rgb, 0.0, 1.0)).astype(np.uint8)
         r, g, b = color.tolist()
         self._server.scene.set_background_image(np.full((2, 2, 3), color, dtype=np.uint8), format="png")
@@ -44,12 +45,12 @@ class PageLight:
 
 
 def set_light(server: Any) -> PageLight:
-    """One sun with shadows and a sky, and haze in the distance."""
+    """Add a sun with shadows, a sky and fog to a `viser.ViserServer`; returns their controls."""
     light = Light()
     scene = server.scene
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map(None)
-    # three.js shows albedo · intensity / π, in linear light, where a white side needs more shade to be seen
+    # three.js computes albedo · intensity / π in linear light, where white surfaces need darker shading
     sun = SUN_GAIN * math.pi * light.diffuse * (1.0 - light.sky)
     above = SKY_GAIN * math.pi * (light.ambient + light.diffuse * light.sky)
     below = light.ambient / (light.ambient + light.diffuse * light.sky)
@@ -68,14 +69,14 @@ def set_light(server: Any) -> PageLight:
 
 
 def aim_camera(server: Any, world: World) -> None:
-    """Let a fresh page look at the bodies that are no endless floor."""
+    """Aim the initial camera of pages at the bodies of a world, infinite floors excluded."""
     camera = server.initial_camera
     camera.fov = FOVY
     camera.position, camera.look_at = viewpoint(world.bodies)
 
 
 def _turn_y_to(direction: Sequence[float]) -> Array:
-    """Quaternion (w, x, y, z) that turns +y, from where three.js lets its lights shine, to a direction."""
+    """Return the quaternion (w, x, y, z) from +y, the direction of lights in three.js, to `direction`."""
     target = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     axis = np.cross((0.0, 1.0, 0.0), target)
     sine = float(np.linalg.norm(axis))

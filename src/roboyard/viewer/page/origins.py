@@ -1,9 +1,9 @@
-"""Which requests a viewer's server answers: those of its own page, never those of a foreign page.
+"""Reject requests of foreign pages to a viewer's server (cross-site WebSocket hijacking, DNS rebinding).
 
-A browser lets any page open a WebSocket to this machine, but says in the header `Origin` which page it is.
-The header `Host` says under what name the server was called; a page that had its own name point here (DNS
-rebinding) is known by it. Programs that are no browsers send no `Origin`; they run on this machine, or were
-let in by whoever chose to listen at another address.
+A browser allows any page to open a WebSocket to this machine, with the page's own address in the header
+`Origin`. The header `Host` has the name under which the server was called: a page whose own name resolves to
+this machine (DNS rebinding) is detected by it. Other programs send no `Origin`; they run on this machine, or
+the user chose to listen on another address.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from typing import Any
 from urllib.parse import urlsplit
 
 VARIABLE = "ROBOYARD_VIEWER_ORIGINS"
-"""Environment variable: more origins that may talk to a viewer, by commas: "https://hub.example.org"."""
+"""Environment variable with further accepted origins, separated by commas: "https://hub.example.org"."""
 
 _patching = threading.Lock()
 
 
 def refusal(origin: str | None, host: str | None, *, loopback: bool) -> str | None:
-    """Why a request is not answered; None where it is.
+    """Return the reason to reject a request; None: it is accepted.
 
     Args:
-        origin: the header `Origin`; None without one.
+        origin: the header `Origin`; None: the request has none.
         host: the header `Host`.
-        loopback: whether the server listens on this machine alone.
+        loopback: whether the server listens on this machine only.
     """
     allowed = {word.strip().rstrip("/").lower() for word in os.environ.get(VARIABLE, "").split(",")} - {""}
     called = (host or "").lower()
@@ -58,9 +58,9 @@ def _is_loopback(netloc: str) -> bool:
 
 @contextmanager
 def guarded(host: str) -> Iterator[None]:
-    """A viser server that starts within this context answers no foreign page.
+    """Reject foreign pages at every viser server that starts within this context.
 
-    viser gives no access to the handshake, so what it hands to websockets is wrapped on the way.
+    viser has no option for the handshake, so the callback that it passes to `websockets` is wrapped.
     """
     import websockets.asyncio.server as module
 
@@ -77,7 +77,7 @@ def guarded(host: str) -> Iterator[None]:
                 options["process_request"] = _checked(page, loopback)
             return serve(*args, **options)
 
-        setattr(module, "serve", serve_guarded)  # noqa: B010 - a module's name, on purpose
+        setattr(module, "serve", serve_guarded)  # noqa: B010 - replaces a function of the module
         try:
             yield
         finally:

@@ -1,4 +1,4 @@
-"""The camera of the pages: where the last one that someone moved is, and a way to move them all."""
+"""Cameras of the pages: read the one that a user moved last, and move all of them."""
 
 from __future__ import annotations
 
@@ -13,43 +13,44 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SAME = 1e-4
-"""m: a page that was told to look from somewhere and answers within this has not been moved"""
+"""Largest distance between a requested and a reported view that counts as equal (m, per m of distance)."""
 PATIENCE, TRIES = 0.5, 6
-"""s between tellings, and how often a page is told where to look from that does not answer: one that is just
-opening may lose a part of what it is told"""
+"""Period (s) and largest number of repetitions of a request that a page does not confirm: a page that is
+still opening may lose messages."""
 NUDGE = 1e-2
-"""m: viser sends a camera nothing that it believes it has; so far away it is put for no moment"""
+"""Distance of an intermediate position (m): viser sends no message for an unchanged value."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class View:
-    """Where a camera is and what it looks at."""
+    """Position and direction of a camera, and the size of its picture."""
 
     eye: Array
-    """(3,) m"""
+    """(3,) position in the world frame (m)."""
     target: Array
-    """(3,) m"""
+    """(3,) point in the world frame at the centre of the picture (m)."""
     up: Array
-    """(3,) unit"""
+    """(3,) unit vector in the world frame that points up in the picture."""
     width: int = 0
-    """pixels; 0: not known"""
+    """Width (pixels); 0: unknown."""
     height: int = 0
+    """Height (pixels); 0: unknown."""
 
 
 class PageCamera:
     """Reads and moves the cameras of all pages of a server."""
 
     def __init__(self, server: Any, fovy: float) -> None:
-        """All pages of `server`, those that open later too, get a vertical opening angle `fovy`; rad."""
+        """Set the vertical opening angle `fovy` (rad) of all pages, including pages opened later."""
         self._server = server
         self._aimed: View | None = None
         self._fovy = fovy
-        self._told: dict[int, _Told] = {}
-        """By client, until it answers."""
+        self._requested: dict[int, _ViewRequest] = {}
+        """Client number to the view requested from its page, until the page confirms it."""
         self.moved: View | None = None
-        """Where someone moved a page's camera since `aim`; None: nobody did."""
+        """Last view set by a user in any page since `aim`; None: unchanged."""
         self.size: tuple[int, int] | None = None
-        """Width and height of the page that was looked at last; pixels. None: no page is open."""
+        """Width and height of the page updated last (pixels); None: no page is open."""
         server.initial_camera.fov = fovy
         server.on_client_connect(self._on_connect)
         server.on_client_disconnect(self._on_disconnect)
@@ -60,32 +61,32 @@ class PageCamera:
         first = self._server.initial_camera
         first.position, first.look_at, first.up = view.eye, view.target, view.up
         for number, client in self._server.get_clients().items():
-            if number in self._told or _is_elsewhere(_view_of(client.camera), view):
-                self._told[number] = _Told(view=view, when=time.monotonic())
-                _tell(client, view)
+            if number in self._requested or _is_elsewhere(_view_of(client.camera), view):
+                self._requested[number] = _ViewRequest(view=view, when=time.monotonic())
+                _send_view(client, view)
 
     def insist(self) -> None:
-        """Tell pages once more that were told where to look from and did not answer; call it now and then."""
-        clients, now = self._server.get_clients() if self._told else {}, time.monotonic()
-        for number, told in tuple(self._told.items()):
-            if now < told.when + PATIENCE:
+        """Repeat unconfirmed requests; call it a few times per second."""
+        clients, now = self._server.get_clients() if self._requested else {}, time.monotonic()
+        for number, request in tuple(self._requested.items()):
+            if now < request.when + PATIENCE:
                 continue
-            if number not in clients or told.tries == TRIES:
-                self._told.pop(number, None)
+            if number not in clients or request.tries == TRIES:
+                self._requested.pop(number, None)
                 continue
-            told.when, told.tries = now, told.tries + 1
-            _tell(clients[number], told.view)
+            request.when, request.tries = now, request.tries + 1
+            _send_view(clients[number], request.view)
 
     async def _on_connect(self, client: Any) -> None:
         camera = client.camera
         self.size = (int(camera.image_width), int(camera.image_height))
         if self._aimed is not None:
-            # it may have been opening while the others were moved; its first words come again below
-            self._told[client.client_id] = _Told(view=self._aimed, when=time.monotonic())
+            # the page may have opened while the others were moved; `insist` repeats the request
+            self._requested[client.client_id] = _ViewRequest(view=self._aimed, when=time.monotonic())
         camera.on_update(self._on_update)
 
     async def _on_disconnect(self, client: Any) -> None:
-        self._told.pop(client.client_id, None)
+        self._requested.pop(client.client_id, None)
         if not self._server.get_clients():
             self.size = None
 
@@ -96,10 +97,10 @@ class PageCamera:
             return
         if 0 < view.width < 1 << 15 and 0 < view.height < 1 << 15:
             self.size = (view.width, view.height)
-        told = self._told.get(camera.client.client_id)
-        if told is not None:
-            if not _is_elsewhere(view, told.view):
-                self._told.pop(camera.client.client_id, None)
+        request = self._requested.get(camera.client.client_id)
+        if request is not None:
+            if not _is_elsewhere(view, request.view):
+                self._requested.pop(camera.client.client_id, None)
             return
         before = self.moved or self._aimed
         if before is not None and not _is_elsewhere(view, before):
@@ -108,16 +109,17 @@ class PageCamera:
 
 
 @dataclass(kw_only=True, slots=True)
-class _Told:
-    """What one page was told."""
+class _ViewRequest:
+    """A view requested from one page."""
 
     view: View
     when: float
-    """s, of the monotonic clock"""
+    """Time of the last message on the monotonic clock (s)."""
     tries: int = 0
+    """Repetitions so far."""
 
 
-def _tell(client: Any, view: View) -> None:
+def _send_view(client: Any, view: View) -> None:
     camera = client.camera
     with client.atomic():
         camera.up_direction = view.up
@@ -128,7 +130,7 @@ def _tell(client: Any, view: View) -> None:
 
 
 def _view_of(camera: Any) -> View:
-    """Where a page looks from."""
+    """Return the view of a page's camera."""
     return View(
         eye=np.array(camera.position, dtype=float),
         target=np.array(camera.look_at, dtype=float),
@@ -139,7 +141,7 @@ def _view_of(camera: Any) -> View:
 
 
 def _is_sane(view: View) -> bool:
-    """Whether all numbers are finite; pages say what they like."""
+    """Return whether all numbers are finite; pages are untrusted."""
     return all(bool(np.isfinite(part).all()) for part in (view.eye, view.target, view.up))
 
 

@@ -25,10 +25,10 @@ _WRAPPED = """
 
 
 class PageScript:
-    """Runs JavaScript in each page, those that open later too, and receives its messages.
+    """Runs JavaScript in each page, including pages opened later, and receives its messages.
 
-    The messages come through an element of the panel that is never shown: they need no port of their own and
-    arrive in the order in which they were sent.
+    The messages use a hidden element of the panel: they need no port of their own and arrive in the order in
+    which they were sent.
     """
 
     def __init__(self, server: Any, name: str, body: str, receive: Callable[[int, Any], None]) -> None:
@@ -36,12 +36,13 @@ class PageScript:
 
         Args:
             server: a `viser.ViserServer`.
-            name: of the script; a page runs one of a name, and a newer one takes the older one's place.
-            body: JavaScript. `say(value)` sends any value that JSON can hold; `listen(f)` has f called with
-                each value of `send`. What the body returns is called before the script is replaced, to take
-                its listeners and elements away.
+            name: name of the script; a newer script of the same name replaces the older one.
+            body: JavaScript. `say(value)` sends any value that JSON can represent; `listen(f)` calls f with
+                each value of `send`. The function that the body returns is called before the script is
+                replaced, to remove its listeners and elements.
             receive: called with the number of the page's client and the value, in the thread of the server's
-                event loop: return quickly. Invalid JSON is ignored; the value may be anything else.
+                event loop; it must return quickly. Invalid JSON is ignored, but the value is not
+                validated.
         """
         self._receive, self._server, self._name = receive, server, name
         self._element = server.gui.add_text(f"script {name}", "", visible=False)
@@ -54,7 +55,7 @@ class PageScript:
         return self._element._impl.uuid
 
     def send(self, value: Any) -> None:
-        """Hand a value that JSON can hold to the script in all pages; pages that open later get the last."""
+        """Send a JSON value to the script in all pages; pages opened later receive the last one."""
         name = json.dumps(self._name)
         text = json.dumps(value, separators=(",", ":"))
         _run_in_pages(
@@ -62,11 +63,11 @@ class PageScript:
         )
 
     def remove(self) -> None:
-        """Stop receiving; the script runs on in pages until one of its name replaces it."""
+        """Stop receiving; the script keeps running in pages until one of the same name replaces it."""
         self._element.remove()
 
     async def _on_update(self, event: Any) -> None:
-        # a coroutine runs in the event loop, in order; plain functions would run in a pool, in any order
+        # a coroutine runs in the event loop, in order; plain functions run in a thread pool, in any order
         text = event.target.value
         if event.client_id is None or not isinstance(text, str) or len(text) > MOST_CHARACTERS:
             return
@@ -78,13 +79,13 @@ class PageScript:
 
 
 def _run_in_pages(server: Any, source: str, *, instead: str | None = None) -> None:
-    """Have all pages run this, those that open later too; the one use of what viser does not publish.
+    """Run a script in all pages, including pages opened later; the only use of viser's private names.
 
-    `instead` names what the last source of the same name said, which pages that open later need no more.
+    `instead` replaces the last source of the same name, which pages opened later no longer need.
     """
     from viser import _messages
 
     message = _messages.RunJavascriptMessage(source)
     if instead is not None:
-        message.redundancy_key = lambda: f"roboyard {instead}"  # viser keeps every script for ever otherwise
+        message.redundancy_key = lambda: f"roboyard {instead}"  # otherwise viser stores every script for ever
     server._websock_server.queue_message(message)

@@ -49,15 +49,16 @@ Kind = Literal["move", "down", "up"]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PointerEvent:
-    """The mouse moved, or one of its buttons went down or up."""
+    """Motion of the mouse, or the press or release of one of its buttons."""
 
     kind: Kind
+    """Motion, press or release."""
     x: float
     """Distance from the left edge of the picture (pixels)."""
     y: float
     """Distance from the upper edge of the picture (pixels)."""
     button: int
-    """0 left, 1 middle, 2 right; -1: none"""
+    """0 left, 1 middle, 2 right; -1: none."""
     client: int
     """Number of the page's client."""
 
@@ -66,7 +67,7 @@ class Pointer:
     """Mouse of all pages of a server; motion at most 60 times a second."""
 
     def __init__(self, server: Any, listener: Callable[[PointerEvent], None]) -> None:
-        """Call `listener` for each event in the thread of the server's event loop: be quick."""
+        """Call `listener` for each event in the thread of the server's event loop; it must return quickly."""
         self._listener = listener
         self._script = PageScript(server, "pointer", _SCRIPT, self._on_message)
 

@@ -16,7 +16,7 @@ Request = Callable[[], None]
 class RequestQueue:
     """A queue that any thread may fill and the simulation thread empties.
 
-    Errors of a request are reported, never raised: one page must not end the page of everyone.
+    Errors of a request are reported, never raised: one page must not end the pages of others.
     """
 
     def __init__(self, report: Callable[[str], None]) -> None:

@@ -1,4 +1,4 @@
-"""The web server behind a viewer: viser, on this machine only unless told otherwise, without share links."""
+"""The viser server of a viewer: on this machine only by default, without share links."""
 
 from __future__ import annotations
 
@@ -15,33 +15,34 @@ from roboyard.viewer.page.origins import guarded
 
 DEFAULT_PORT = 8080
 PORTS_TRIED = 100
+"""Ports to try from the requested one on."""
 
 
 def open_server(host: str, port: int, title: str) -> Any:
-    """A started `viser.ViserServer` with an empty scene, z up.
+    """Start a `viser.ViserServer` with an empty scene, z up.
 
     Args:
-        host: address to listen at.
-        port: first port to try; the next free one is taken where it is in use. 0: any free one.
+        host: address to listen on.
+        port: first port to try; if it is in use, the next free one is used. 0: any free port.
         title: heading of the page's panel.
 
     Raises:
         MissingExtraError: viser is not installed.
-        ConfigError: nothing can listen at this address, or no port is free.
+        ConfigError: this machine has no such address, or no port is free.
     """
     viser = load_viser()
-    logging.getLogger("websockets.server").addFilter(_is_worth_saying)
+    logging.getLogger("websockets.server").addFilter(_is_relevant)
     free = free_port(host, port)
 
     class Server(viser.ViserServer):
-        """Never opens a tunnel to the outside, whatever a page asks for."""
+        """Ignores requests of pages for a public tunnel."""
 
         def request_share_url(self, verbose: bool = True) -> str | None:
             return None
 
     with _quiet(), guarded(host):
         server = Server(host=host, port=free, label=title, verbose=False)
-    # at exit viser would say that it stops
+    # otherwise viser prints a message at exit
     atexit.unregister(server._websock_server.stop)
     atexit.register(stop_server, server)
     server.gui.configure_theme(
@@ -52,25 +53,25 @@ def open_server(host: str, port: int, title: str) -> Any:
     return server
 
 
-def _is_worth_saying(record: logging.LogRecord) -> bool:
-    """Not of browsers that open a connection ahead of need and drop it."""
+def _is_relevant(record: logging.LogRecord) -> bool:
+    """Return False for messages about connections that a browser opened in advance and dropped."""
     return record.getMessage() != "opening handshake failed"
 
 
 def stop_server(server: Any) -> None:
-    """Stop it; pages that are open say that they lost it."""
+    """Stop a server; open pages show that they are disconnected."""
     with _quiet():
         server.stop()
 
 
 def free_port(host: str, port: int) -> int:
-    """The first port from `port` on that can be listened at; 0 stays 0.
+    """Return the first free port from `port` on; 0 stays 0.
 
     Raises:
-        ConfigError: this machine has no such address, or every port that was tried is in use.
+        ConfigError: `port` is out of range, this machine has no such address, or all tried ports are in use.
     """
     if not 0 <= port <= 65535:
-        raise ConfigError(f"port {port}: give a number from 0 to 65535")
+        raise ConfigError(f"port {port}: choose a number from 0 to 65535")
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -88,14 +89,16 @@ def free_port(host: str, port: int) -> int:
                     continue
                 raise ConfigError(f"host {host!r}: cannot listen there ({error.strerror})") from error
             return candidate
-    raise ConfigError(f"no free port from {port} to {last - 1}; name another with port=0 or a higher number")
+    raise ConfigError(
+        f"no free port from {port} to {last - 1}; choose another number, or 0 for any free port"
+    )
 
 
 def load_viser() -> Any:
-    """The module viser.
+    """Import viser.
 
     Raises:
-        MissingExtraError: it is not installed.
+        MissingExtraError: viser is not installed.
     """
     try:
         import viser
@@ -106,7 +109,7 @@ def load_viser() -> Any:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep viser's own words about its address out of the output; a viewer says its own."""
+    """Suppress viser's output about its address; a viewer prints its own."""
     import rich
 
     console = rich.get_console()

@@ -1,4 +1,4 @@
-"""Dragging a body with the mouse."""
+"""Drag events: a body dragged with the mouse."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Drag:
-    """One moment of a drag."""
+    """One event of a drag."""
 
     phase: Literal["start", "update", "end"]
+    """Press, motion or release."""
     owner: tuple[int, int]
-    """Body id and link index of the shape that was taken hold of."""
+    """Body id and link index of the dragged shape."""
     grip: Point
-    """The point of the shape that was taken hold of, where it is now in the page; m, world."""
+    """Current position of the grabbed point of the shape on the page, in the world frame (m)."""
     target: Point
-    """Where the mouse is, as far from the camera's plane as the grip; m, world."""
+    """Position of the mouse at the depth of the grip, in the world frame (m)."""
     client: int
     """Number of the page's client."""
 
 
 def drag_of(event: Any, owner: tuple[int, int]) -> Drag:
-    """A drag from viser's event."""
+    """Return the drag of a viser event on the shape of `owner`."""
     return Drag(
         phase=event.phase,
         owner=owner,

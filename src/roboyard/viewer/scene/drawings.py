@@ -1,4 +1,4 @@
-"""Lines, points and texts over a world, in the world or moving with its links."""
+"""Lines, points and texts in the world frame or in link frames, drawn over a world."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Array = NDArray[np.float64]
 Owner = tuple[int, int]
 
 DOT = 1e-5
-"""m: a point is a line too short to see, as wide as the point"""
+"""Length of a line that is drawn as a point (m)."""
 DECIMALS = 2
-"""of a width in pixels; lines of one width are sent as one"""
+"""Decimals of a width (pixels); lines of equal width are sent together."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -26,32 +26,32 @@ class SceneLines:
     """Line segments in one frame."""
 
     start: Array
-    """(k, 3) m"""
+    """(k, 3) first end in the frame of `link` (m)."""
     end: Array
-    """(k, 3) m"""
+    """(k, 3) second end in the frame of `link` (m)."""
     rgb: Array
-    """(k, 3) 0 to 1"""
+    """(k, 3) colour, 0 to 1."""
     width: float
-    """pixels"""
+    """Width (pixels)."""
     link: Owner | None = None
-    """Body id and link index whose frame they are in; None: the world."""
+    """Body id and link index of their frame; None: the world frame."""
 
     @classmethod
     def dots(cls, positions: Array, rgb: Array, size: float, link: Owner | None = None) -> SceneLines:
-        """Round points at (k, 3) positions (m), `size` pixels wide."""
+        """Return round points at (k, 3) positions (m) of (k, 3) colours, `size` pixels wide."""
         return cls(start=positions, end=positions + np.array([0.0, 0.0, DOT]), rgb=rgb, width=size, link=link)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Drawing:
-    """Everything that is drawn over a world at one moment."""
+    """All lines and texts drawn over a world."""
 
     lines: Sequence[SceneLines] = ()
     texts: Sequence[SceneText] = ()
 
 
 class Drawings:
-    """Draws on the pages of a server; what moves with a link is placed here: a page gets few messages."""
+    """Draws on the pages of a server; link frames are resolved here, so that few messages are sent."""
 
     def __init__(self, server: Any) -> None:
         self._scene = server.scene
@@ -66,13 +66,13 @@ class Drawings:
         self._rows: Mapping[Owner, int] | None = None
 
     def show(self, drawing: Drawing, rows: Mapping[Owner, int], positions: Array, quaternions: Array) -> None:
-        """Draw this, and nothing of what was drawn before.
+        """Replace the drawing on the pages.
 
         Args:
-            drawing: what to draw; the same object again costs little.
-            rows: body id and link index to the row of its pose; what hangs on another link is left out.
-            positions: (nbody, 3) m.
-            quaternions: (nbody, 4) w, x, y, z.
+            drawing: lines and texts; passing the same object again costs little.
+            rows: body id and link index to the row of its pose; lines and texts of other links are skipped.
+            positions: (nbody, 3) positions in the world frame (m).
+            quaternions: (nbody, 4) orientations w, x, y, z in the world frame.
         """
         changed = drawing is not self._drawing
         if changed:
@@ -132,16 +132,16 @@ class Drawings:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Group:
-    """All lines of one width."""
+    """All lines of one width (pixels)."""
 
     width: float
     links: list[Owner | None]
     of_link: NDArray[np.intp]
     """(k,) index into `links`."""
     ends: Array
-    """(k, 2, 3) m, each in the frame of its link."""
+    """(k, 2, 3) ends, each in the frame of its link (m)."""
     colors: NDArray[np.uint8]
-    """(k, 2, 3)"""
+    """(k, 2, 3) RGB of both ends."""
 
     @property
     def moves(self) -> bool:
@@ -175,7 +175,7 @@ def _by_width(lines: Sequence[SceneLines]) -> list[_Group]:
 
 
 class _Frames:
-    """Where links are now."""
+    """Current poses of links."""
 
     def __init__(self, rows: Mapping[Owner, int], positions: Array, quaternions: Array) -> None:
         self._rows, self._positions, self._quaternions = rows, positions, quaternions
@@ -183,7 +183,7 @@ class _Frames:
     def place(
         self, links: list[Owner | None], of_link: NDArray[np.intp], points: Array
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """(k, n, 3) points of links' frames in the world, and (k,) whether the link is there."""
+        """Return (k, n, 3) points of link frames in the world frame (m), and (k,) whether the link exists."""
         known = np.array([link is None or link in self._rows for link in links], dtype=bool)
         there = known[of_link] if links else np.zeros(0, dtype=bool)
         if not any(link is not None for link in links):
@@ -195,7 +195,7 @@ class _Frames:
         return turned + origins[of_link][:, None], there
 
     def turns(self, links: list[Owner | None]) -> Array:
-        """(k, 3, 3) rotations; the identity for the world and for links that are not there."""
+        """Return (k, 3, 3) rotations; identity for the world and for links that do not exist."""
         rows = [self._row(link) for link in links]
         turns = [
             np.eye(3) if row is None else matrix_from_quaternion(from_wxyz(self._quaternions[row]))

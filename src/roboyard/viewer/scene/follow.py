@@ -1,4 +1,4 @@
-"""Let the camera of every page go along with a thing, as smoothly as the page draws it."""
+"""Move the camera of every page with a node of the scene, at the frame rate of the page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SCRIPT = """
     const p = camera.getPosition(undefined, true), t = camera.getTarget(undefined, true);
     camera.setLookAt(p.x + by[0], p.y + by[1], p.z + by[2], t.x + by[0], t.y + by[1], t.z + by[2], false);
   };
-  listen(wanted => { path = wanted; last = null; });
+  listen(name => { path = name; last = null; });
   go();
   return () => cancelAnimationFrame(frame);
 """
@@ -31,13 +31,13 @@ class Follow:
     """Moves the cameras of all pages with a node of the scene."""
 
     def __init__(self, server: Any) -> None:
-        """Begin without following; `server` is a `viser.ViserServer`."""
+        """Start without following; `server` is a `viser.ViserServer`."""
         self._script = PageScript(server, "follow", _SCRIPT, lambda *_: None)
         self.path: str | None = None
-        """Of the node that is followed."""
+        """Path of the followed node; None: none."""
 
     def set(self, path: str | None) -> None:
-        """Follow the node at `path`; None: nothing. Jumps of over a metre are not followed."""
+        """Follow the node at `path`; None: stop. Jumps over 1 m are not followed."""
         if path == self.path:
             return
         self.path = path

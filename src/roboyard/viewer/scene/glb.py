@@ -1,7 +1,7 @@
-"""A render shape as binary glTF, the way a browser takes it: vertices, colours and texture in one piece.
+"""Write a render shape as binary glTF: vertices, colours and texture in one file for a browser.
 
 Source of the format: Khronos Group, glTF 2.0 Specification, sections 3 and 4 (GLB). Colours of a shape are
-those of a display (sRGB); a glTF's factors are linear.
+sRGB; colour factors in glTF are linear.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 NEAREST, LINEAR, TRILINEAR = 9728, 9729, 9987
 REPEAT = 10497
 CHECKER_PIXELS = 64
-"""Pixels along a side of the checkerboard's picture, which shows two by two squares."""
+"""Side of the texture of a checkerboard, which has two by two squares (pixels)."""
 
 
 def glb(shape: RenderShape) -> bytes:
-    """Binary glTF of a shape, its scale applied, in the mesh's own frame."""
+    """Return a shape as binary glTF, its scale applied, in the mesh frame."""
     arrays = mesh_arrays(shape.mesh)
     file = _File()
     corners = arrays.vertices[arrays.faces].reshape(-1, 3) * np.asarray(shape.scale, dtype=np.float32)
     normals = _scaled_normals(arrays.normals.reshape(-1, 3), shape.scale)
-    if np.prod(shape.scale) < 0:  # a mirrored triangle runs the other way round
+    if np.prod(shape.scale) < 0:  # mirroring reverses the order of the corners
         corners, normals = (a.reshape(-1, 3, 3)[:, ::-1].reshape(-1, 3) for a in (corners, normals))
     image, uv = _picture(shape, corners)
     if uv is not None and image is not None:
@@ -64,20 +64,20 @@ def glb(shape: RenderShape) -> bytes:
 
 
 def triangles(shape: RenderShape) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """(k, 3) vertices (m), scale applied, and (n, 3) faces of a shape in the mesh's own frame."""
+    """Return (k, 3) vertices (m), scale applied, and (n, 3) faces of a shape in the mesh frame."""
     arrays = mesh_arrays(shape.mesh)
     vertices = arrays.vertices * np.asarray(shape.scale, dtype=np.float32)
     return vertices.astype(np.float32), np.asarray(arrays.faces, dtype=np.uint32)
 
 
 def linear_rgb(srgb: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Linear light of display colours, both 0 to 1 (IEC 61966-2-1)."""
+    """Return the linear light of (..., 3) sRGB colours, both 0 to 1. Source: IEC 61966-2-1."""
     c = np.clip(srgb, 0.0, 1.0)
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 
 
 def _scaled_normals(normals: NDArray, scale: tuple[float, float, float]) -> NDArray[np.float32]:
-    """Unit normals of the scaled surface."""
+    """Return (n, 3) unit normals of the scaled surface."""
     given = np.asarray(scale, dtype=np.float32)
     turned = normals / np.where(given == 0.0, 1.0, given)
     length = np.linalg.norm(turned, axis=1, keepdims=True)
@@ -86,7 +86,7 @@ def _scaled_normals(normals: NDArray, scale: tuple[float, float, float]) -> NDAr
 
 
 def _picture(shape: RenderShape, corners: NDArray) -> tuple[NDArray[np.uint8] | None, NDArray | None]:
-    """Texture and (n, 2) coordinates of the corners, v down as glTF has it."""
+    """Return the texture and (n, 2) coordinates of the corners, v downwards as in glTF; None: no texture."""
     arrays = mesh_arrays(shape.mesh)
     image = shape.texture if shape.texture is not None or not shape.use_mesh_colors else shape.mesh.texture
     if image is not None and arrays.uv is not None:
@@ -96,7 +96,7 @@ def _picture(shape: RenderShape, corners: NDArray) -> tuple[NDArray[np.uint8] | 
     second, square = shape.checker
     tile = np.full((CHECKER_PIXELS, CHECKER_PIXELS, 4), 255, dtype=np.uint8)
     half = CHECKER_PIXELS // 2
-    # the factor is linear and multiplies the picture, so the second colour's share goes through light
+    # the colour factor is linear and multiplies the texture, so the ratio of the colours is linear too
     share = linear_rgb(np.asarray(second, dtype=float)) / np.maximum(
         linear_rgb(np.asarray(shape.rgba[:3], dtype=float)), 1e-6
     )
@@ -112,7 +112,7 @@ def _srgb(linear: NDArray) -> NDArray:
 def _joined(
     corners: NDArray, normals: NDArray, uv: NDArray | None
 ) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Distinct vertices as rows and the row of each corner."""
+    """Return distinct vertices as rows, and the row of each corner."""
     columns = [corners, normals] if uv is None else [corners, normals, uv]
     rows = np.ascontiguousarray(np.hstack(columns), dtype=np.float32)
     if not len(rows):
@@ -123,7 +123,7 @@ def _joined(
 
 
 class _File:
-    """A glTF document and its one buffer, while being written."""
+    """A glTF document with one buffer, being written."""
 
     def __init__(self) -> None:
         self._data = bytearray()
@@ -142,7 +142,7 @@ class _File:
         return len(self._views) - 1
 
     def add_array(self, values: NDArray, kind: str, *, bounds: bool = False) -> int:
-        """Accessor of vertex data."""
+        """Add (n, k) vertex data; returns the index of its accessor."""
         floats = np.ascontiguousarray(values, dtype="<f4")
         accessor: dict[str, Any] = {
             "bufferView": self._view(floats.tobytes(), ARRAY_BUFFER),
@@ -156,7 +156,7 @@ class _File:
         return len(self._accessors) - 1
 
     def add_image(self, image: NDArray[np.uint8], *, sharp: bool) -> None:
-        """The texture of all primitives."""
+        """Add the texture of all primitives, (h, w, 4) RGBA."""
         from PIL import Image
 
         png = io.BytesIO()
@@ -174,7 +174,7 @@ class _File:
     def add_primitive(
         self, attributes: dict[str, int], faces: NDArray, rgba: NDArray, *, textured: bool, specular: float
     ) -> None:
-        """Faces of one colour."""
+        """Add (n, 3) faces of one colour."""
         index = np.ascontiguousarray(faces, dtype="<u4")
         self._accessors.append(
             {

@@ -1,4 +1,4 @@
-"""What lidars see, as points in the scene where their rays ended."""
+"""Lidar scans as point clouds in the scene."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ if TYPE_CHECKING:
     from roboyard.sensors import Lidar, Scan
 
 NEAR, FAR = 0.5, 10.0
-"""m: where the colours begin and end"""
+"""Range of distances of the colour scale (m)."""
 RAMP = np.array([(225, 50, 40), (245, 165, 30), (90, 190, 70), (40, 120, 220), (80, 60, 160)], dtype=float)
-"""From near to far, evenly over the logarithm of the distance."""
+"""RGB colours from near to far, evenly spaced over the logarithm of the distance."""
 ITSELF = (255, 0, 200)
-"""Of points on the robot that carries the lidar."""
+"""RGB of points on the robot that carries the lidar."""
 SIZE = 0.02
-"""m: a point"""
+"""Size of a point (m)."""
 
 
 class Scans:
-    """One cloud of points; nothing in the scene while nothing is shown."""
+    """One point cloud, which has a node in the scene only while it has points."""
 
     def __init__(self, server: Any, path: str = "/scans") -> None:
-        """Begin with nothing shown; `path` is the cloud's place in the scene."""
+        """Start without points; `path` is the node of the cloud in the scene."""
         self._server, self._path = server, path
         self._node: Any = None
         self._points = np.zeros((0, 3), dtype=np.float32)
 
     @property
     def points(self) -> NDArray[np.float32]:
-        """(k, 3) m in the world: what is shown."""
+        """(k, 3) shown points in the world frame (m)."""
         return self._points
 
     def show(self, lidars: Sequence[Lidar]) -> None:
-        """Show one turn of each of these now; call it from the thread that steps the world."""
+        """Scan once with each lidar and show the points; call it from the simulation thread."""
         scans = [lidar.scan() for lidar in lidars]
         points = np.concatenate([np.zeros((0, 3)), *(scan.points() for scan in scans)]).astype(np.float32)
         if np.array_equal(points, self._points):
@@ -56,7 +56,7 @@ class Scans:
         self._points = points
 
     def clear(self) -> None:
-        """Show nothing."""
+        """Remove all points."""
         self._points = self._points[:0]
         if self._node is not None:
             self._node.remove()
@@ -64,7 +64,7 @@ class Scans:
 
 
 def lidars_of(robot: Robot) -> list[Lidar]:
-    """The lidars that a robot carries."""
+    """Return the lidars of a robot."""
     from roboyard.sensors import Lidar
 
     sensors = robot.sensors
@@ -72,7 +72,7 @@ def lidars_of(robot: Robot) -> list[Lidar]:
 
 
 def scan_colors(scan: Scan, carrier: int) -> NDArray[np.uint8]:
-    """(k, 3) colour of each point of a turn: by distance, and one of its own for the body `carrier`."""
+    """Return (k, 3) RGB of the points of a scan, by distance; points on the body `carrier` have `ITSELF`."""
     seen = scan.hit
     share = np.log(np.clip(scan.ranges[seen], NEAR, FAR) / NEAR) / np.log(FAR / NEAR)
     places = np.linspace(0.0, 1.0, len(RAMP))

@@ -1,4 +1,4 @@
-"""The page's scene: one frame for each link, with the link's shapes hanging from it."""
+"""Nodes of the page's scene: one frame for each link, with the link's shapes below it."""
 
 from __future__ import annotations
 
@@ -20,23 +20,25 @@ from roboyard.viewer.scene.snapshot import Links
 log = logging.getLogger(__name__)
 
 STILL = 1e-6
-"""m, and the same of a quaternion: less than this is no movement worth sending."""
+"""Smallest motion that is sent: position (m) and quaternion component."""
 
 SHEET = 1e-4
-"""m: what is thinner casts no shadow."""
+"""Thickness below which a shape casts no shadow (m)."""
 GROUND, FLATNESS = 5.0, 0.05
-"""m, and thickness over width: what is wider and flatter (terrain) casts none either, to stay clean."""
+"""Width (m) and thickness over width: wider and flatter shapes (terrain) cast no shadow either, as they
+would shade themselves."""
 
 HIGHLIGHT = (1.0, 0.45, 0.05, 1.0)
-"""rgba of a link that was picked."""
+"""RGBA of the selected link."""
 
 Look = tuple[Any, ...]
 
 
 class SceneNodes:
-    """Keeps the nodes of a viser scene in step with the shapes and poses it is given."""
+    """Updates the nodes of a viser scene to shapes and poses."""
 
     def __init__(self, scene: Any) -> None:
+        """Start without nodes; `scene` is a `viser.SceneApi`."""
         self._scene = scene
         self._frames: dict[str, Any] = {}
         self._shapes: dict[Look, tuple[Any, RenderShape]] = {}
@@ -47,27 +49,27 @@ class SceneNodes:
         self._quaternions = np.zeros((0, 4))
         self._count = 0
         self.on_click: Callable[[tuple[int, int]], None] | None = None
-        """Called with body id and link index when someone clicks a shape; set it before `show`."""
+        """Called with body id and link index of a clicked shape; set it before `show`."""
         self._on_drag: Callable[[Drag], None] | None = None
         self._visible = True
         self._wireframe = False
         self._tinted: tuple[int, int] | None = None
 
     def show(self, shapes: Sequence[RenderShape], links: Links) -> None:
-        """Make the nodes those of these links and shapes; what stays is not sent again."""
+        """Replace the nodes by those of these links and shapes; unchanged ones are not sent again."""
         if shapes is self._shown and links is self._links:
             return
         self._show_links(links)
-        wanted: dict[Look, RenderShape] = {}
+        needed: dict[Look, RenderShape] = {}
         for shape in shapes:
             if shape.owner in links.paths:
                 drawn = _tinted(shape) if shape.owner == self._tinted else shape
-                wanted[_look(links.paths[shape.owner], drawn)] = drawn
-        for look in [look for look in self._shapes if look not in wanted]:
+                needed[_look(links.paths[shape.owner], drawn)] = drawn
+        for look in [look for look in self._shapes if look not in needed]:
             handle, _ = self._shapes.pop(look)
             if look[0] in self._frames:
                 handle.remove()
-        for look, shape in wanted.items():
+        for look, shape in needed.items():
             if look not in self._shapes:
                 handle = self._add(look[0], shape)
                 if handle is not None:
@@ -125,14 +127,15 @@ class SceneNodes:
         return handle
 
     def set_wireframe(self, wireframe: bool) -> None:
-        """Draw the edges of triangles alone, but for floors."""
+        """Draw only the edges of triangles, except of floors."""
         if wireframe != self._wireframe:
             self._wireframe = wireframe
             self._redraw()
 
     def set_drag(self, on_drag: Callable[[Drag], None] | None) -> None:
-        """Call this, in the thread of the server's event loop, while the left button drags a shape that can
-        move; None: dragging turns the camera, as elsewhere.
+        """Call `on_drag` while the left button drags a movable link; None: dragging turns the camera.
+
+        It is called in the thread of the server's event loop.
         """
         if on_drag is self._on_drag:
             return
@@ -146,14 +149,14 @@ class SceneNodes:
         if on_drag is None or self._links is None or shape.owner in self._links.fixed:
             return
 
-        async def told(event: Any) -> None:
+        async def on_event(event: Any) -> None:
             # a coroutine runs in the event loop, in order
             on_drag(drag_of(event, shape.owner))
 
-        handle.on_drag(told)
+        handle.on_drag(on_event)
 
     def _redraw(self) -> None:
-        """Make all shapes anew."""
+        """Create all shapes again."""
         for handle, _ in self._shapes.values():
             handle.remove()
         self._shapes.clear()
@@ -162,13 +165,13 @@ class SceneNodes:
             self.show(shapes, self._links)
 
     def set_visible(self, visible: bool) -> None:
-        """Show or hide all shapes that are no floor."""
+        """Show or hide all shapes except floors."""
         self._visible = visible
         for handle, shape in self._shapes.values():
             handle.visible = visible or shape.infinite
 
     def tint(self, owner: tuple[int, int] | None) -> None:
-        """Draw the shapes of this link (body id, link index) in the highlight's colour; None: of no link."""
+        """Draw the shapes of a link (body id, link index) in `HIGHLIGHT`; None: of no link."""
         if owner == self._tinted:
             return
         self._tinted = owner
@@ -177,11 +180,11 @@ class SceneNodes:
             self.show(shapes, self._links)
 
     def move(self, positions: NDArray, quaternions: NDArray) -> int:
-        """Send the poses of links that moved; returns how many did.
+        """Send the poses of links that moved; returns their number.
 
         Args:
-            positions: (nbody, 3) m, rows as in MuJoCo.
-            quaternions: (nbody, 4) w, x, y, z.
+            positions: (nbody, 3) positions in the world frame (m), rows as in MuJoCo.
+            quaternions: (nbody, 4) orientations w, x, y, z in the world frame.
         """
         if not len(self._rows):
             return 0
@@ -198,7 +201,7 @@ class SceneNodes:
 
 
 def _is_ground(shape: RenderShape) -> bool:
-    """A floor, terrain or another flat piece: in its own shadow it would be all spots."""
+    """Return whether a shape is a floor, terrain or another flat piece, which would shade itself in spots."""
     if shape.infinite:
         return True
     thin, wide, _ = sorted(np.ptp(shape.mesh.vertices, axis=0) * np.abs(shape.scale))
@@ -210,7 +213,7 @@ def _tinted(shape: RenderShape) -> RenderShape:
 
 
 def _look(path: str, shape: RenderShape) -> Look:
-    """What tells one drawn shape from another; the node's path comes first."""
+    """Return the identity of a drawn shape: its node's path and all properties that change its appearance."""
     return (
         path,
         id(shape.mesh),

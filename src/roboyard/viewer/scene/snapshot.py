@@ -1,4 +1,4 @@
-"""One moment of a world, taken at the end of a step and safe to read from any thread."""
+"""`Snapshot`: the state of a world at the end of a step, readable from any thread."""
 
 from __future__ import annotations
 
@@ -19,53 +19,62 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Links:
-    """Every link of a world: where it is in the page's scene, and its row in MuJoCo's arrays."""
+    """Every link of a world: its node in the page's scene and its row in MuJoCo's arrays."""
 
     paths: Mapping[tuple[int, int], str]
     """Body id and link index to the path of the link's node."""
     rows: Mapping[str, int]
+    """Path of the node to the row."""
     by_owner: Mapping[tuple[int, int], int]
     """Body id and link index to the row."""
     fixed: frozenset[tuple[int, int]] = frozenset()
-    """Body id and link index of what can never move."""
+    """Body id and link index of links that are fixed to the world."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Snapshot:
-    """What a page needs to show one moment. Nothing in it changes afterwards, but for `data`."""
+    """The state that a page shows; immutable except for `data`."""
 
     model: Any
+    """The compiled `mujoco.MjModel`."""
     data: Any
-    """The world's own; only for `Snapshot.latest_qpos`."""
+    """The world's own `mujoco.MjData`; only for `Snapshot.latest_qpos`."""
     qpos: Array
+    """(nq,) joint positions (rad or m; free joints: position and quaternion w, x, y, z)."""
     shapes: tuple[RenderShape, ...]
+    """All shapes of the world."""
     links: Links
+    """All links of the world."""
     time: float
+    """Simulated time (s)."""
 
     def latest_qpos(self) -> Array:
-        """A copy of where the world is now; taken during a step it may be half of this step."""
+        """Return a copy of the current (nq,) joint positions; during a step it may be partly updated."""
         return self.data.qpos.copy()
 
 
 def take(world: World, model: Any, links: Links) -> Snapshot:
-    """The world as it is, with the `world.model` that `links` are of; for the thread that steps the world."""
+    """Return the current state of a world; call it from the simulation thread.
+
+    `model` is `world.model` and `links` were collected from it.
+    """
     shapes = tuple(world.render_scene().shapes)
     data = world.data
     return Snapshot(model=model, data=data, qpos=data.qpos.copy(), shapes=shapes, links=links, time=data.time)
 
 
 def gather_links(world: World) -> Links:
-    """All links with unique paths `/<body>/<link>`."""
-    welded = world.model.body_weldid  # first: handing the model out may number the bodies anew
+    """Return all links with unique paths `/<body>/<link>`."""
+    welded = world.model.body_weldid  # first: reading the model may renumber the bodies
     paths: dict[tuple[int, int], str] = {}
     rows: dict[str, int] = {}
     for body in world.bodies:
         for link in body.links:
-            path = wanted = f"/{node_name(body.name)}/{node_name(link.name)}"
+            path = base = f"/{node_name(body.name)}/{node_name(link.name)}"
             k = 1
             while path in rows:
                 k += 1
-                path = f"{wanted} ({k})"
+                path = f"{base} ({k})"
             paths[(body.id, link.index)] = path
             rows[path] = int(body.mujoco_ids[link.index])
     by_owner = {owner: rows[path] for owner, path in paths.items()}
@@ -74,19 +83,19 @@ def gather_links(world: World) -> Links:
 
 
 def node_name(name: str) -> str:
-    """A name as one step of a path in the scene."""
+    """Return a name as one element of a path in the scene."""
     return name.replace("/", "∕") or "unnamed"
 
 
 class PoseSender:
-    """Works out link poses from joint positions with arrays of its own, so that it may run in any thread."""
+    """Computes link poses from joint positions in its own `MjData`, in any thread."""
 
     def __init__(self) -> None:
         self._model: Any = None
         self._data: Any = None
 
     def poses(self, model: Any, qpos: Array) -> tuple[Array, Array]:
-        """(nbody, 3) positions (m) and (nbody, 4) quaternions (w, x, y, z) of all MuJoCo bodies."""
+        """Return (nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z of all bodies."""
         import mujoco
 
         if model is not self._model:

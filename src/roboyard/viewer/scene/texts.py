@@ -1,7 +1,7 @@
-"""Texts in a page's scene: coloured, many at once, in front of everything.
+"""Texts in a page's scene, in any colour, in front of all shapes.
 
-viser has labels, but each is a message and an element of its own and all are of one colour. Here one message
-brings all texts, and a script in the page writes them over the picture, from where its camera is.
+viser's labels have one colour and need a message and an element each. Here one message sends all texts, and a
+script in the page draws them over the picture.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from roboyard.viewer.page.page_script import PageScript
 Array = NDArray[np.float64]
 
 PIXELS = 16
-"""Height of a text of size 1 that faces the camera; pixels"""
+"""Height of a text of size 1 that faces the camera (pixels)."""
 HEIGHT = 0.1
-"""Height of a text of size 1 that lies in the scene; m"""
+"""Height of a text of size 1 that has an orientation in the scene (m)."""
 
 _SCRIPT = """
   const sheet = document.createElement("canvas"), ink = sheet.getContext("2d");
@@ -80,38 +80,41 @@ _SCRIPT = """
 
 
 class SceneText(NamedTuple):
-    """One text and where it is; a tuple, as hundreds are made for each picture."""
+    """One text and its pose; a tuple, as hundreds may be created for each frame."""
 
     text: str
+    """Text; newlines start new lines."""
     position: tuple[float, float, float]
-    """m, of its lower left corner, in the frame of `link`."""
+    """Lower left corner in the frame of `link` (m)."""
     rgb: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """0 to 1"""
+    """RGB, 0 to 1."""
     size: float = 1.0
+    """Factor on the height, `PIXELS` or `HEIGHT`."""
     orientation: tuple[float, float, float, float] | None = None
-    """x, y, z, w: it lies in the x-y plane of this frame, along x; None: it faces the camera."""
+    """Quaternion x, y, z, w of a frame; the text is in its x-y plane, along x. None: it faces the camera."""
     link: tuple[int, int] | None = None
-    """Body id and link index whose frame it is in; None: the world."""
+    """Body id and link index of its frame; None: the world frame."""
 
 
 class Texts:
     """The texts on all pages of a server."""
 
     def __init__(self, server: Any) -> None:
+        """Start without texts; `server` is a `viser.ViserServer`."""
         self._script = PageScript(
             server, "texts", _SCRIPT % {"pixels": PIXELS, "height": HEIGHT}, lambda client, value: None
         )
         self._shown: list[list[Any]] = []
 
     def show(self, texts: Sequence[SceneText], positions: Array, rotations: Array) -> None:
-        """Write these and no others.
+        """Replace all texts.
 
         Args:
-            texts: what to write.
-            positions: (k, 3) of the texts in the world; m.
-            rotations: (k, 3, 3) of the frames that they are in.
+            texts: the k texts.
+            positions: (k, 3) positions of the texts in the world frame (m).
+            rotations: (k, 3, 3) rotations of their frames in the world frame.
         """
-        wanted = [
+        rows = [
             [
                 text.text,
                 *place,
@@ -121,9 +124,9 @@ class Texts:
             ]
             for text, place, turn in zip(texts, np.round(positions, 5).tolist(), rotations, strict=True)
         ]
-        if wanted != self._shown:
-            self._script.send(wanted)
-            self._shown = wanted
+        if rows != self._shown:
+            self._script.send(rows)
+            self._shown = rows
 
 
 @lru_cache(maxsize=4096)
