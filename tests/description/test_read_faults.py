@@ -13,7 +13,7 @@ ERRORS = {
     "broken_xml": "broken_xml.urdf:8: not well-formed XML, column 5: mismatched tag",
     "cut_off": "cut_off.urdf:7: not well-formed XML",
     "doctype": "doctype.urdf:1: a DOCTYPE (DTD, entity declarations) is not accepted; remove it",
-    "empty": "empty.urdf: the file is empty; a URDF starts with a <robot> element",
+    "empty": "empty.urdf: the file is empty (0 bytes); a URDF starts with a <robot> element",
     "not_a_robot": "not_a_robot.urdf:1: the root element is <model>, not <robot>; give a URDF",
     "no_link": "no_link.urdf:1: robot: there is no <link>; a robot needs at least one link",
     "link_without_name": "link_without_name.urdf:3: link: a <link> has no name; give it a unique name",
