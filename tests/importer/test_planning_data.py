@@ -201,6 +201,24 @@ def test_joints_are_sampled_inside_their_limits(joint: Joint, expected: tuple[fl
         assert limits[0] <= lower <= upper <= limits[1]
 
 
+def test_a_joint_with_limits_beyond_half_a_turn_has_a_matrix() -> None:
+    """The arm swings between -5 and -4 rad and meets only a post there."""
+    links = "".join(f'<link name="{name}">{INERTIAL}</link>' for name in ("base", "arm", "post"))
+    hinge = '<joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>'
+    post = '<joint name="k" type="prismatic"><parent link="base"/><child link="post"/><axis xyz="0 0 1"/>'
+    text = f"{hinge}{LIMITS.format(-5, -4)}</joint>{post}{LIMITS.format(0, 0.01)}</joint>"
+    description = load_description(f'<robot name="r">{links}{text}</robot>')
+    spheres = {
+        "arm": (CollisionSphere(center=(1.0, 0.0, 0.0), radius=0.1),),
+        "post": (CollisionSphere(center=(math.cos(-4.5), math.sin(-4.5), 0.0), radius=0.1),),
+    }
+    rest = {"j": -4.0, "k": 0.0}
+    found = self_collision_matrix(description, spheres, rest, samples=300)
+    assert found.never == found.always == ()  # they meet in part of the range, at -4.5 rad
+    away = {**spheres, "post": (CollisionSphere(center=(1.0, 0.0, 0.0), radius=0.1),)}
+    assert self_collision_matrix(description, away, rest, samples=300).never == (("arm", "post"),)
+
+
 def test_followers_follow_in_random_postures_and_at_rest() -> None:
     links = "".join(f'<link name="{name}">{INERTIAL}</link>' for name in "abcd")
     one = '<joint name="{n}" type="revolute"><parent link="a"/><child link="{c}"/><axis xyz="0 0 1"/>{m}'
