@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.description.mass_properties import MassProperties
 from roboyard.errors import DescriptionError
 from roboyard.sim.body import Body
 from roboyard.sim.build.records import Built, BuiltLink
 from roboyard.sim.simulation import Simulation
+from roboyard.transforms import from_wxyz
 
 
 def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
@@ -32,16 +35,14 @@ def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0,
     text = str(source)
     path = None if "<mujoco" in text else Path(text)
     try:
-        child = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
-        child.copy().compile()
+        # compiled from the text again: a copy of a spec loses actuators whose joint does not exist
+        child = _parse(text, path)
+        compiled = _parse(text, path).compile()
     except (ValueError, OSError) as error:
         message = " ".join(str(error).split())
         raise DescriptionError(f"MuJoCo cannot read it: {message}", file=path) from error
     name = world.reserve_name(child.modelname or (path.stem if path else "mjcf"))
-    tops = [body.name or f"body{k}" for k, body in enumerate(child.worldbody.bodies)]
-    for body, top in zip(child.worldbody.bodies, tops, strict=True):
-        body.name = top
-    _name_everything(child)
+    tops = [body.name for body in child.worldbody.bodies]
     loose = [
         *child.worldbody.geoms,
         *child.worldbody.sites,
@@ -59,12 +60,19 @@ def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0,
         bodies.append(world.register(f"{name}", fixed, None, fixed_base=True))
     for top in tops:
         element = world.spec.body(f"{name}/{top}")
-        built = _collect(element, f"{name}/")
+        built = _collect(element, f"{name}/", compiled)
         bodies.append(world.register(f"{name}/{top}", built, None, fixed_base=built.free_joint is None))
     for body in bodies:
         world.pool.note_added(body, None)
     world.mark_stale()
     return tuple(bodies)
+
+
+def _parse(text: str, path: Path | None) -> Any:
+    """Parse an MJCF file or text; every body and joint gets a name."""
+    spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
+    _name_everything(spec)
+    return spec
 
 
 def _take_over_options(child: Any, world: Simulation) -> None:
@@ -80,14 +88,20 @@ def _take_over_options(child: Any, world: Simulation) -> None:
 
 
 def _name_everything(spec: Any) -> None:
-    """Name all unnamed bodies and joints, so that handles have names."""
-    for kind in ("bodies", "joints"):
-        for k, element in enumerate(getattr(spec, kind)):
+    """Name all unnamed bodies and joints, so that handles have names: `body0`, `joint3`, ..., each once."""
+    for prefix, elements, known in (
+        ("body", spec.worldbody.bodies, spec.bodies),
+        ("body", spec.bodies, spec.bodies),
+        ("joint", spec.joints, spec.joints),
+    ):
+        taken = {element.name for element in known}
+        for k, element in enumerate(elements):
             if not element.name:
-                element.name = f"{kind[:-1] if kind == 'joints' else 'body'}{k}"
+                element.name = next(new for i in itertools.count(k) if (new := f"{prefix}{i}") not in taken)
+                taken.add(element.name)
 
 
-def _collect(top: Any, prefix: str) -> Built:
+def _collect(top: Any, prefix: str, compiled: Any) -> Built:
     """Collect an attached tree depth first as link records.
 
     A body with several joints becomes a chain of links with a joint each; a top-level body with a joint gets
@@ -116,7 +130,9 @@ def _collect(top: Any, prefix: str) -> Built:
             )
             parent = len(built.links)
             built.links.append(between)
-        record = BuiltLink(name=name, parent=parent, element=element, link=None)
+        record = BuiltLink(
+            name=name, parent=parent, element=element, link=None, mass=_mass(compiled.body(name))
+        )
         if joints:
             record.joint_elements = (joints[-1],)
             record.joint_name = joints[-1].name.removeprefix(prefix)
@@ -127,3 +143,13 @@ def _collect(top: Any, prefix: str) -> Built:
         built.links.append(record)
         stack.extend((child, index) for child in reversed(list(element.bodies)))
     return built
+
+
+def _mass(body: Any) -> MassProperties:
+    """Mass properties of a body of a compiled model."""
+    return MassProperties(
+        mass=float(body.mass[0]),
+        position=body.ipos.copy(),
+        quaternion=from_wxyz(body.iquat),
+        principal=body.inertia.copy(),
+    )
