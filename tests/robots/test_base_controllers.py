@@ -38,7 +38,7 @@ def test_a_held_twist_drives_a_holonomic_base_along_a_closed_polygon(steps: int)
         places.append(q[:2])
     assert q == pytest.approx([1.0, -2.0, 0.4 + 2 * np.pi], abs=1e-9)
     radius = speed * DT / (2 * np.sin(np.pi / steps))
-    middle = np.mean(places, axis=0)
+    middle = np.array([1.0, -2.0]) + radius * np.array([-np.sin(0.4), np.cos(0.4)])
     assert np.linalg.norm(np.array(places) - middle, axis=1) == pytest.approx(np.full(steps, radius))
 
 
