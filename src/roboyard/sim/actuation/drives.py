@@ -48,7 +48,7 @@ class Drives:
                 kd = damping
         else:
             kp = stiffness
-            kd = 2.0 * np.sqrt(kp * inertia) if damping is None else damping
+            kd = 2.0 * np.sqrt(max(kp, 0.0) * inertia) if damping is None else damping
         self._write(joint, kp, kd, (target, velocity, 0.0), max_effort, motor)
 
     def velocity(self, joint: Joint, target: float, damping: float | None, max_effort: float | None) -> None:
@@ -93,8 +93,14 @@ class Drives:
     def _actuator(self, joint: Joint):
         actuator = joint._built.actuator
         if actuator is None:
+            name = f"joint {joint.name!r} of {joint.body.name!r}"
+            described = joint._built.joint
+            if joint.is_scalar and (described is None or described.mimic is None):
+                raise RoboyardError(
+                    f"{name} has no drive in this world; set world.motors or an actuator's control"
+                )
             reason = "mimics another joint" if joint.is_scalar else f"is {joint.type}"
-            raise RoboyardError(f"joint {joint.name!r} of {joint.body.name!r} {reason} and has no drive")
+            raise RoboyardError(f"{name} {reason} and has no drive")
         return actuator
 
     def _inertia(self, joint: Joint) -> float:
