@@ -2,10 +2,10 @@
 
     python benchmarks/camera.py [--rounds 15] [--only panda] [--json] [--no-gl]
 
-All take turns within one run, in changing order, so that a busy machine is equally unkind to each. PyBullet
-(its TinyRenderer) takes part where it is installed and loads the same URDFs; MuJoCo's GL renderer does where
-an OpenGL library answers, be it software. Figures are medians in milliseconds; "x tiny" and "x gl" say how
-many Roboyard pictures fit into the time of one of the other's.
+All alternate within one run, in changing order, so that the load of the machine affects each equally.
+PyBullet (its TinyRenderer) is included if installed and loads the same URDFs; MuJoCo's GL renderer is
+included if an OpenGL library works, also a software one. Figures are medians in milliseconds; "x tiny" and
+"x gl" are the time of the other renderer over that of Roboyard.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Scene:
     eye: tuple[float, float, float]
     target: tuple[float, float, float]
     height: float = 0.0
-    """m: where the base starts."""
+    """Initial position of the base (m)."""
     floor: bool = True
 
 
@@ -98,7 +98,7 @@ def triangles(scene: Scene) -> int:
 
 
 def measure(runs: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
-    """Median milliseconds of each, taking turns."""
+    """Return the median time of each (ms), measured in alternation."""
     times: dict[str, list[float]] = {name: [] for name in runs}
     order = list(runs)
     for run in runs.values():
@@ -128,7 +128,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--only", default="", help="part of a scene's name")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--no-gl", action="store_true", help="leave MuJoCo's GL renderer out")
+    parser.add_argument("--no-gl", action="store_true", help="skip MuJoCo's GL renderer")
     options = parser.parse_args()
     logging.getLogger("roboyard").setLevel(logging.ERROR)
     with_gl = not options.no_gl and gl_answers()

@@ -1,8 +1,8 @@
-"""What a page costs: stepping with it open, and drawing 1,000 lines and 200 texts anew 60 times a second.
+"""Cost of an open page: stepping, and replacing 1,000 lines and 200 texts at 60 Hz.
 
     python benchmarks/viewer.py
 
-A second process takes what the page is sent, as a browser would. Needs the extra `gui`.
+A second process receives the messages in place of a browser. Requires the extra `gui`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ while True:
 
 @contextmanager
 def watching(window: Any) -> Iterator[None]:
-    """Somebody has the page open."""
+    """Keep the page open in a second process."""
     process = subprocess.Popen([sys.executable, "-c", BROWSER, window.url.replace("http", "ws")])
     while not window._viewer.watchers:
         time.sleep(0.05)
@@ -53,6 +53,7 @@ def watching(window: Any) -> Iterator[None]:
 
 
 def steps_per_second(client: int, steps: int = STEPS) -> float:
+    """Return the steps per second of a client."""
     start = time.perf_counter()
     for _ in range(steps):
         p.stepSimulation(client)
@@ -60,30 +61,31 @@ def steps_per_second(client: int, steps: int = STEPS) -> float:
 
 
 def scene(client: int) -> None:
-    """An arm over a floor, holding still."""
+    """Load an arm with a fixed base."""
     p.setGravity(0, 0, -9.81, physicsClientId=client)
     p.loadURDF(str(asset_path("arm7")), useFixedBase=True, physicsClientId=client)
 
 
 def cost_of_window(direct: int, gui: int) -> tuple[float, float]:
-    """Steps a second with the window, and its share of the time; the two take turns in short blocks."""
+    """Return steps per second with the window, and its fraction of the time, measured in alternation."""
     pairs = [(steps_per_second(direct), steps_per_second(gui)) for _ in range(BLOCKS)]
     return float(np.median([b for _, b in pairs])), float(np.median([1.0 - b / a for a, b in pairs]))
 
 
 def stepping(direct: int, window: Any, gui: int) -> None:
+    """Print the cost of a window for stepping."""
     for client in (direct, gui):
         scene(client)
         steps_per_second(client)
     rate, cost = cost_of_window(direct, gui)
-    print(f"a window that nobody watches  {rate:9.0f} steps/s, {100 * cost:+.1f} % of the time")
+    print(f"window without an open page    {rate:9.0f} steps/s, {100 * cost:+.1f} % of the time")
     with watching(window):
         rate, cost = cost_of_window(direct, gui)
-    print(f"somebody watches              {rate:9.0f} steps/s, {100 * cost:+.1f} %")
+    print(f"window with an open page       {rate:9.0f} steps/s, {100 * cost:+.1f} %")
 
 
 def draw(client: int, k: int, ids: list[int]) -> list[int]:
-    """Every line and text in a new place; the ids of all of them."""
+    """Move every line and text; returns their ids."""
     line, text = p.addUserDebugLine, p.addUserDebugText
     ids = ids or [-1] * (LINES + TEXTS)
     shift = 0.001 * k
@@ -105,7 +107,7 @@ def draw(client: int, k: int, ids: list[int]) -> list[int]:
 
 
 def frame_cost(client: int) -> tuple[float, float]:
-    """CPU time of this process and time of the script for each of the frames; ms."""
+    """Return CPU time of this process and time of the script per frame (ms)."""
     ids = draw(client, 0, [])
     time.sleep(0.2)
     script, start = 0.0, time.process_time()
@@ -120,7 +122,7 @@ def frame_cost(client: int) -> tuple[float, float]:
 
 
 def timed(owner: Any, name: str, spent: list[float]) -> None:
-    """Have a method add the time of each call to a list."""
+    """Append the duration (s) of each call of a method to a list."""
     method: Callable[..., Any] = getattr(owner, name)
 
     def call(*args: Any) -> Any:
@@ -134,17 +136,18 @@ def timed(owner: Any, name: str, spent: list[float]) -> None:
 
 
 def drawing(direct: int, window: Any, gui: int) -> None:
+    """Print the cost of lines and texts."""
     alone, _ = frame_cost(direct)
     with watching(window):
-        looks: list[float] = []
+        gathers: list[float] = []
         publishes: list[float] = []
-        timed(window, "_look", looks)
+        timed(window, "_look", gathers)
         timed(window._viewer.drawings, "show", publishes)
         cpu, _ = frame_cost(gui)
-    mine = 1e3 * (np.median(looks) + np.median(publishes))
-    print(f"{LINES} lines and {TEXTS} texts, all new at 60 Hz, each frame on the server's side:")
-    print(f"  gathering and publishing    {mine:6.2f} ms ({len(publishes)} of {FRAMES} frames sent)")
-    print(f"  CPU time of the process     {cpu - alone:6.2f} ms more than without a window ({alone:.2f} ms)")
+    total = 1e3 * (np.median(gathers) + np.median(publishes))
+    print(f"{LINES} lines and {TEXTS} texts, all replaced at 60 Hz, per frame on the server:")
+    print(f"  gathering and publishing    {total:6.2f} ms ({len(publishes)} of {FRAMES} frames sent)")
+    print(f"  CPU time of the process     {cpu - alone:6.2f} ms above that without a window ({alone:.2f} ms)")
 
 
 def main() -> None:

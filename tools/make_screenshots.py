@@ -2,7 +2,7 @@
 
     python tools/make_screenshots.py [inspector] [lidar]
 
-Writes docs/images/<name>.png. Needs the extra `gui` and Chromium, which the tests know how to drive.
+Writes docs/images/<name>.png. Requires the extra `gui` and Chromium, run by `tests/viewer/chromium.py`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ sys.path.insert(0, str(ROOT / "tests" / "viewer"))
 import chromium  # noqa: E402
 
 PATIENCE = 25.0
-"""s that a page has for drawing, which it does by software"""
+"""Time for a page to render in software (s)."""
 CLEAN = (
     "document.querySelectorAll('[class*=Notification-root]').forEach(e => e.remove());"
     "document.activeElement?.blur()"
@@ -35,7 +35,7 @@ def take(
     act: Callable[[chromium.Page], None],
     seconds: float = PATIENCE,
 ) -> None:
-    """Open a page, do something with it, and write what it shows after a while."""
+    """Open a page, run `act` on it, and save a picture of it after `seconds`."""
     with tempfile.TemporaryDirectory() as folder:
         page = chromium.Page(url, Path(folder) / "profile", (1280, 800))
         try:
@@ -51,7 +51,7 @@ def take(
 
 
 def wait(tick: Callable[[float], None], seconds: float) -> None:
-    """Let time pass on the page's side."""
+    """Run `tick` in real time for `seconds`."""
     end = last = time.monotonic()
     end += seconds
     while last < end:
@@ -62,7 +62,7 @@ def wait(tick: Callable[[float], None], seconds: float) -> None:
 
 
 def inspector() -> None:
-    """R1 with its collision shapes, and one link picked."""
+    """Take a picture of R1 with its collision shapes and one selected link."""
     from roboyard.viewer.inspector import Inspector, find_robot
 
     page = Inspector(find_robot("r1"), port=0, quiet=True)
@@ -81,7 +81,7 @@ def inspector() -> None:
 
 
 def lidar() -> None:
-    """R1 in the flat with a lidar on its base."""
+    """Take a picture of R1 in the flat with a lidar on its base."""
     from roboyard.sensors import IMPORTED_PATTERN, Lidar
     from roboyard.viewer.driving import DrivingPage
 

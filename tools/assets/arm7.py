@@ -1,4 +1,4 @@
-"""`arm7/arm7.urdf`: a seven-joint arm on a fixed foot, collision shapes all primitives.
+"""`arm7/arm7.urdf`: a seven-joint arm on a fixed foot; all collision shapes are primitives.
 
 Joints alternate between the axis of the arm and the one across it without offsets: shoulder and wrist are
 spherical, the elbow swivels between them. Reach 0.9 m from the shoulder.
@@ -48,7 +48,7 @@ STAGES = (
 
 
 def build() -> dict[str, bytes]:
-    """Every file of the robot by its path under the assets folder."""
+    """Return every file of the robot by its path under the assets folder."""
     files: dict[str, bytes] = {}
 
     def add(name: str, solid: Mesh) -> None:
@@ -78,7 +78,7 @@ def _robot() -> tuple[list[Link], list[Joint]]:
     for number, stage in enumerate(STAGES, start=1):
         frame = (-HALF, 0.0, 0.0) if stage.across else (0.0, 0.0, 0.0)
         before_across = number > 1 and STAGES[number - 2].across
-        # The frame before is turned by -90 degrees about x where its joint is across the arm.
+        # The parent frame is rotated by -90 degrees about x where its joint axis is across the arm.
         xyz = (0.0, -stage.rise, 0.0) if before_across else (0.0, 0.0, stage.rise)
         rpy = (HALF, 0.0, 0.0) if before_across else frame
         limit = {
@@ -111,7 +111,7 @@ def _robot() -> tuple[list[Link], list[Joint]]:
 
 
 def _placed(solid: Mesh, stage: Stage) -> Mesh:
-    """From z along the straight arm to the link's frame."""
+    """Return the mesh of an arm along z in the link's frame."""
     return solid.moved(rpy=(HALF, 0, 0)) if stage.across else solid
 
 
@@ -139,7 +139,7 @@ def _foot_trim() -> Mesh:
 
 
 def _shell(stage: Stage, number: int) -> Mesh:
-    """Body from this joint to the drum of the next."""
+    """Return the body from this joint to the drum of the next one."""
     r = stage.radius
     end = STAGES[number].radius if number < len(STAGES) else r
     if number == len(STAGES):

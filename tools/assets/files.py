@@ -1,4 +1,4 @@
-"""Mesh, material and image files as bytes that are the same on every machine."""
+"""Mesh, material and image files as bytes that are identical on every machine."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Rgb = tuple[float, float, float]
 
 
 def number(value: float, digits: int = 5) -> str:
-    """Shortest decimal with at most `digits` places; never `-0`."""
+    """Return the shortest decimal with at most `digits` places; never `-0`."""
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
 
 def obj(mesh: Mesh, *, header: str, mtl: str | None = None, crease: float = 0.7) -> bytes:
-    """Wavefront OBJ with normals; one group for each material, which `mtl` names."""
+    """Return a Wavefront OBJ with normals and one group for each material of `mtl`."""
     mesh = tidy(mesh)
     lines = [f"# {header}"]
     if mtl is not None:
@@ -50,7 +50,7 @@ def obj(mesh: Mesh, *, header: str, mtl: str | None = None, crease: float = 0.7)
 
 
 def mtl(materials: Mapping[str, Rgb], *, header: str, textures: Mapping[str, str] | None = None) -> bytes:
-    """Material library: diffuse colours, and image files for the materials that have one."""
+    """Return a material library: diffuse colours, and image files for the materials that have one."""
     lines = [f"# {header}"]
     for name, rgb in materials.items():
         lines += [
@@ -66,7 +66,7 @@ def mtl(materials: Mapping[str, Rgb], *, header: str, textures: Mapping[str, str
 
 
 def stl(mesh: Mesh, *, header: str, unit: float = 1.0) -> bytes:
-    """Binary STL; `unit` is the file's length unit in metres (0.001 for millimetres)."""
+    """Return a binary STL; `unit` is the file's length unit in metres (0.001 for millimetres)."""
     mesh = tidy(mesh)
     v = (mesh.vertices[mesh.faces] / unit).astype("<f4")
     out = np.zeros(len(v), dtype=[("normal", "<f4", 3), ("v", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -79,10 +79,10 @@ def stl(mesh: Mesh, *, header: str, unit: float = 1.0) -> bytes:
 def dae(
     mesh: Mesh, *, header: str, colors: Mapping[str, Rgb], unit: float = 1.0, crease: float = 0.7
 ) -> bytes:
-    """COLLADA 1.4 with one triangle set for each material; `unit` is the file's length unit in metres.
+    """Return a COLLADA 1.4 file with one triangle set per material; `unit` is its length unit (m).
 
-    The scene turns the geometry about z by a quarter through a node, as exporters do, so a reader that
-    drops node transforms shows it: vertices are stored turned back.
+    A node of the scene rotates the geometry by 90 degrees about z, as exporters do, and the vertices are
+    stored rotated back: a reader that ignores node transforms gives a rotated mesh.
     """
     mesh = tidy(mesh)
     turned = mesh.vertices @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -145,7 +145,7 @@ def _dae_source(name: str, rows: NDArray[np.float64], digits: int) -> str:
 
 
 def png(pixels: NDArray[np.uint8], palette: Sequence[tuple[int, int, int]]) -> bytes:
-    """Palette PNG, stored, not compressed: zlib builds differ in what they write.
+    """Return an uncompressed palette PNG: compressed bytes differ between zlib builds.
 
     Args:
         pixels: (h, w) palette indices, row 0 at the top.

@@ -1,4 +1,4 @@
-"""Planes, cubes, balls and a table."""
+"""Planes, cubes, spheres and a table."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TILE = 1.0
 
 
 def build() -> dict[str, bytes]:
-    """Every file of this group by its path under the assets folder."""
+    """Return every file of this group by its path under the assets folder."""
     files = {"ground/checker.png": _checker()}
     for name, half in (("plane", 15.0), ("plane100", 100.0)):
         header = f"{HEADER}. Checkered ground, {2 * half:g} m square."
@@ -44,7 +44,7 @@ def build() -> dict[str, bytes]:
 
 
 def _checker() -> bytes:
-    """Two by two squares with a fine joint line, 128 pixels square."""
+    """Return two by two squares with a fine joint line, 128 by 128 pixels."""
     size, half = 128, 64
     row = np.arange(size)
     pixels = ((row[:, None] // half + row[None, :] // half) % 2).astype(np.uint8)

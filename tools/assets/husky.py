@@ -1,6 +1,6 @@
 """`husky/husky.urdf`: a four-wheeled skid-steer rover with bumpers and a sensor rail.
 
-The joint table is the published one of the classic example of that name; shapes, colours and masses are ours.
+The joint table is the published one of the classic example of that name; shapes, colours and masses are new.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ WHEELS = {
 
 
 def build() -> dict[str, bytes]:
-    """Every file of the robot by its path under the assets folder."""
+    """Return every file of the robot by its path under the assets folder."""
     meshes = {
         "chassis": _chassis(), "chassis_trim": _trim(), "lamps": _lamps(), "tyre": _tyre(), "rim": _rim(),
         "top_plate": _top_plate(), "user_rail": _rail(), "bumper": _bumper(), "imu": _imu(),
@@ -133,13 +133,13 @@ def _joints() -> list[Joint]:
 
 
 def _profile() -> list[tuple[float, float]]:
-    """Side view (x, z) of the hull, counter-clockwise."""
+    """Return the side view (x, z) of the hull, counter-clockwise."""
     front = [(0.36, -0.005), (0.40, 0.02), (0.468, 0.105), (0.462, 0.15), (0.40, 0.235), (0.36, 0.245)]
     return front + [(-x, z) for x, z in reversed(front)]
 
 
 def _chassis() -> Mesh:
-    """Body between the wheels and the covers over them."""
+    """Return the body between the wheels and the covers over them."""
     side_on = (pi / 2, 0.0, 0.0)
     hull = plate(_profile(), -0.19, 0.19, 0.018).moved(rpy=side_on)
     cover = loft(
@@ -175,7 +175,7 @@ def _lamps() -> Mesh:
 
 
 def _tyre() -> Mesh:
-    """Axle along y; chevron lugs reach the rolling radius."""
+    """Return a tyre about y; chevron lugs extend to the rolling radius."""
     r, w = WHEEL_RADIUS, WHEEL_WIDTH / 2
     wall = [(0.1, -w + 0.006), (0.115, -w), (0.15, -w), (r - 0.02, -w + 0.008), (r - 0.01, -w + 0.02)]
     core = hoop(wall + [(radius, -z) for radius, z in reversed(wall)], 48)
@@ -212,7 +212,7 @@ def _top_plate() -> Mesh:
 
 
 def _rail() -> Mesh:
-    """Roll-bar with a sensor shelf."""
+    """Return a roll bar with a sensor shelf."""
     arch = tube(
         bend([(0, -0.19, 0.0), (0, -0.19, 0.17), (0, 0.19, 0.17), (0, 0.19, 0.0)], 0.05, 5), 0.014, 14
     )
@@ -228,7 +228,7 @@ def _rail() -> Mesh:
 
 
 def _bumper() -> Mesh:
-    """Bar before the hull (towards +x); the frame is at the hull's nose."""
+    """Return a bar in front of the hull (towards +x); the frame is at the hull's nose."""
     bar = tube(
         bend([(-0.03, -0.24, 0), (0.045, -0.2, 0), (0.045, 0.2, 0), (-0.03, 0.24, 0)], 0.04, 4), 0.026, 14
     )

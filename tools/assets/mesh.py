@@ -14,7 +14,7 @@ GRID = 1e-5
 
 @dataclass(frozen=True, kw_only=True)
 class Mesh:
-    """Closed surfaces, counter-clockwise from outside. Components may overlap each other."""
+    """Closed surfaces, counter-clockwise seen from outside; components may overlap."""
 
     vertices: Array
     """(n, 3) m"""
@@ -34,18 +34,18 @@ class Mesh:
     def moved(
         self, xyz: tuple[float, float, float] = (0, 0, 0), rpy: tuple[float, float, float] = (0, 0, 0)
     ) -> Mesh:
-        """Turned by roll, pitch, yaw about the origin, then shifted."""
+        """Return the mesh rotated by roll, pitch, yaw about the origin, then translated."""
         return replace(self, vertices=self.vertices @ rotation(rpy).T + np.asarray(xyz, dtype=float))
 
     def scaled(self, x: float, y: float, z: float) -> Mesh:
-        """Scaled about the origin; an odd number of negative factors turns the faces round."""
+        """Return the mesh scaled about the origin; an odd number of negative factors reverses the faces."""
         turned = x * y * z < 0
         faces = self.faces[:, ::-1] if turned else self.faces
         uv = self.uv[:, ::-1] if turned and self.uv is not None else self.uv
         return replace(self, vertices=self.vertices * (x, y, z), faces=faces, uv=uv)
 
     def named(self, part: str) -> Mesh:
-        """All faces in one material."""
+        """Return the mesh with all faces in one material."""
         return replace(self, parts=(part,), face_parts=None)
 
     def __add__(self, other: Mesh) -> Mesh:
@@ -53,7 +53,7 @@ class Mesh:
 
 
 def rotation(rpy: tuple[float, float, float]) -> Array:
-    """(3, 3) Rz(yaw) Ry(pitch) Rx(roll), as URDF has it."""
+    """Return the (3, 3) matrix Rz(yaw) Ry(pitch) Rx(roll), the convention of URDF."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array([
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -63,7 +63,7 @@ def rotation(rpy: tuple[float, float, float]) -> Array:
 
 
 def merge(*meshes: Mesh) -> Mesh:
-    """All faces in one mesh, materials kept by name."""
+    """Return all faces in one mesh, materials kept by name."""
     names = tuple(dict.fromkeys(name for m in meshes for name in m.parts))
     start = np.cumsum([0] + [len(m.vertices) for m in meshes])
     textured = any(m.uv is not None for m in meshes)
@@ -81,12 +81,12 @@ def merge(*meshes: Mesh) -> Mesh:
 
 
 def steady(values: Array) -> Array:
-    """Nearest integers; values half-way, up to rounding errors, are always rounded up."""
+    """Return nearest integers; values half-way, up to rounding errors, are rounded up."""
     return np.floor(values + (0.5 + 1e-4))
 
 
 def tidy(mesh: Mesh) -> Mesh:
-    """Vertices on the grid, equal ones joined, faces that lost their area dropped."""
+    """Return a mesh with vertices on the grid, equal ones merged and faces without area dropped."""
     keys = steady(mesh.vertices / GRID).astype(np.int64)
     unique, inverse = np.unique(keys, axis=0, return_inverse=True)
     faces = inverse.reshape(-1)[mesh.faces]
@@ -105,7 +105,7 @@ def tidy(mesh: Mesh) -> Mesh:
 
 
 def corner_normals(mesh: Mesh, crease: float = 0.7) -> Array:
-    """(m, 3, 3) unit normal of each corner: faces that meet at under `crease` rad are smooth together."""
+    """Return (m, 3, 3) unit corner normals; edges of less than `crease` (rad) are smooth."""
     v = mesh.vertices[mesh.faces]
     area = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
     unit = area / np.linalg.norm(area, axis=1, keepdims=True)
@@ -130,7 +130,7 @@ class MassProperties:
 
 
 def mass_properties(mesh: Mesh, mass: float) -> MassProperties:
-    """Of the solid at uniform density; where components overlap the material counts twice.
+    """Return the mass properties of the solid at uniform density; overlapping components count twice.
 
     Source: signed tetrahedra against the origin; the second moment of a tetrahedron with one corner at
     the origin is V/20 (sum of p pᵀ over its corners + s sᵀ), s the sum of the corners.

@@ -1,4 +1,4 @@
-"""Finished packages of the bundled robots that ship as a vendor's files: the result of importing them.
+"""Finished packages of the bundled robots that are shipped as vendor files: the results of their import.
 
 A package ships the files that Roboyard reads: the URDF with its meshes, the MJCF (which holds the sensor
 frames) and the planner files. The definition beside them is written by hand. `make_assets.py --packages`
@@ -15,7 +15,7 @@ FOLDERS = ("curobo", "mjcf", "urdf")
 
 
 def build() -> dict[str, bytes]:
-    """Every file of every shipped package by its path under the assets folder."""
+    """Return every file of every shipped package by its path under the assets folder."""
     from roboyard.assets import SOURCE_CONFIGS
 
     files: dict[str, bytes] = {}
@@ -40,7 +40,7 @@ def build_package_files(name: str, config: str) -> dict[str, bytes]:
 
 
 def is_package_file(path: Path) -> bool:
-    """Whether a path relative to the assets folder belongs to a shipped package."""
+    """Return whether a path relative to the assets folder belongs to a shipped package."""
     from roboyard.assets import SOURCE_CONFIGS
 
     return len(path.parts) > 2 and path.parts[0] in SOURCE_CONFIGS and path.parts[1] in FOLDERS

@@ -24,5 +24,5 @@ COLORS: dict[str, Rgb] = {
 
 
 def pick(*names: str) -> dict[str, Rgb]:
-    """The named colours, for a URDF's <material> list."""
+    """Return the named colours for the <material> list of a URDF."""
     return {name: COLORS[name] for name in names}

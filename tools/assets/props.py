@@ -1,4 +1,4 @@
-"""Cart-pole and small props, all primitives."""
+"""Cart-pole and small props from primitives."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from assets.urdf import Inertial, Joint, Link, Shape, box, box_inertial, cylinde
 
 
 def build() -> dict[str, bytes]:
-    """Every file of this group by its path under the assets folder."""
+    """Return every file of this group by its path under the assets folder."""
     return {
         "cartpole.urdf": _cartpole(),
         "block.urdf": _brick("block", (0.1, 0.04, 0.04), 0.1, "red", 1.0),
@@ -79,4 +79,4 @@ def _tray() -> bytes:
         visuals=parts,
         collisions=parts,
     )
-    return document("tray", [link], [], pick("blue"), "Static open box to sort things in.")
+    return document("tray", [link], [], pick("blue"), "Static open box to sort objects into.")

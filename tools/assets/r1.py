@@ -1,8 +1,8 @@
-"""`r1/`: a dual-arm mobile manipulator on three steered wheels, packed the way vendors pack theirs.
+"""`r1/`: a dual-arm mobile manipulator on three steered wheels, packaged as vendors do.
 
 Link and joint names and the collision spheres are those of the R1 source configuration beside the
-URDF; dimensions follow from the spheres, everything else is ours. The package keeps the faults that make
-vendor files hard to use, on purpose: see `README.md` in it.
+URDF; dimensions follow from the spheres, everything else is our own. The package contains typical faults of
+vendor files on purpose: see `README.md` in it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DATA = Path(__file__).with_name("data")
 
 
 def build() -> dict[str, bytes]:
-    """Every file of the package by its path under the assets folder."""
+    """Return every file of the package by its path under the assets folder."""
     files = {f"{ROOT}/meshes/{name}": data for name, data in _meshes().items()}
     links, joints = _robot()
     about = "R1, dual-arm mobile manipulator, as its maker ships it"
@@ -180,13 +180,13 @@ def _wheel(number: int) -> tuple[list[Link], list[Joint]]:
 
 
 def _painted(part: str) -> list[Shape]:
-    """The shell, trim and accent of a part, as many as it has, each in its colour."""
+    """Return the shell, trim and accent of a part, if it has them, each in its colour."""
     files = ((f"{part} (shell)", "shell"), (f"{part} trim", "graphite"), (f"{part} accent", "teal"))
     return [_obj(name, color) for name, color in files if name in OBJ]
 
 
 def _solid(part: str) -> list[Shape]:
-    """The visual shell and trim of a part as its collision shapes."""
+    """Return the visual shell and trim of a part as its collision shapes."""
     return [_obj(name) for name in (f"{part} (shell)", f"{part} trim") if name in OBJ]
 
 

@@ -1,7 +1,7 @@
 """`r2d2.urdf`: a round droid on two legs and four wheels, with a gripper that slides out of its chest.
 
 The joint table (names, types, limits, axes, frames, efforts, velocities) is the published one of the classic
-example of that name; shapes, colours and masses are ours. 1.57075 is the table's own quarter turn.
+example of that name; shapes, colours and masses are new. 1.57075 is the table's own quarter turn.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ FINGER = {"lower": 0.0, "upper": 0.548, "effort": 1000.0, "velocity": 0.5}
 
 
 def build() -> dict[str, bytes]:
-    """Every file of the robot by its path under the assets folder."""
+    """Return every file of the robot by its path under the assets folder."""
     meshes = {
         "body shell": _body(), "body trim": _body_trim(), "head shell": _head(), "head trim": _head_trim(),
         "leg": _leg(), "leg trim": _leg_trim(), "foot": _foot(), "tyre": _tyre(), "hub": _hub(),
@@ -189,7 +189,7 @@ def _body() -> Mesh:
 
 
 def _curved(mesh: Mesh, radius: float) -> Mesh:
-    """A flat piece in the xz plane (facing +y) wrapped round the vertical axis at `radius`."""
+    """Return a flat piece in the xz plane (facing +y) bent around the vertical axis at `radius`."""
     v = mesh.vertices.copy()
     angle = v[:, 0] / radius
     r = radius + v[:, 1]
@@ -198,7 +198,7 @@ def _curved(mesh: Mesh, radius: float) -> Mesh:
 
 
 def _tile(x: float, z: float, half_x: float, half_z: float, proud: float = 0.005) -> Mesh:
-    """Raised panel on the body's surface."""
+    """Return a raised panel on the body's surface."""
     strips = max(1, round(half_x / 0.01))
     width = 2 * half_x / strips
     edges = [x - half_x + i * width for i in range(strips + 1)]
@@ -268,7 +268,7 @@ def _lens() -> Mesh:
 
 
 def _leg() -> Mesh:
-    """Right leg: slab with a round shoulder, its outer face at +x."""
+    """Return the right leg: a slab with a round shoulder, its outer face at +x."""
     sections = [(-0.58, 0.042, 0.085), (-0.42, 0.034, 0.05), (-0.12, 0.036, 0.062), (0.0, 0.04, 0.085)]
     slab = loft([(z, 0, 0, half_x, half_y, 0.02) for z, half_x, half_y in sections], 3, 0.008)
     shoulder = drum(0.1, -0.045, 0.05, 0.014, 36).moved(rpy=(0, 1.5707963, 0))

@@ -31,7 +31,7 @@ MIDDLE = -0.045
 
 
 def build() -> dict[str, bytes]:
-    """Every file of the robot by its path under the assets folder."""
+    """Return every file of the robot by its path under the assets folder."""
     meshes = {
         "shell": _behind(_shell()), "trim": _behind(_trim()), "lights": _behind(_lights()), "tyre": _tyre(),
         "rim": _rim(), "lidar": _lidar(), "caster": ball(CASTER_RADIUS, 20, 10),

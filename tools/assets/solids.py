@@ -1,4 +1,4 @@
-"""Closed solids to build robots from: boxes with rounded edges, lathes, lofts, tubes, plates.
+"""Closed solids to build robots from: rounded boxes, solids of revolution, lofts, tubes, plates.
 
 All are generated from a few numbers; every function returns counter-clockwise faces seen from outside.
 """
@@ -16,7 +16,7 @@ Point = tuple[float, float, float]
 
 
 def rounded_rectangle(half_x: float, half_y: float, radius: float, steps: int = 4) -> Array:
-    """(4 (steps + 1), 2) outline, counter-clockwise; a circle where the radius equals both halves."""
+    """Return a (4 (steps + 1), 2) outline, counter-clockwise; a circle if the radius equals both halves."""
     radius = min(radius, half_x, half_y)
     corner = [(half_x - radius, half_y - radius), (radius - half_x, half_y - radius),
               (radius - half_x, radius - half_y), (half_x - radius, radius - half_y)]  # fmt: skip
@@ -29,9 +29,9 @@ def rounded_rectangle(half_x: float, half_y: float, radius: float, steps: int = 
 
 
 def skin(rings: Sequence[Array]) -> Mesh:
-    """Surface through closed rings of equally many points, its ends closed by fans about their middles.
+    """Return a surface through closed rings of equally many points, its ends closed by fans.
 
-    Rings turn counter-clockwise seen from the end that the sequence moves towards.
+    Rings run counter-clockwise seen from the end of the sequence.
     """
     n = len(rings[0])
     k = np.arange(n)
@@ -50,7 +50,7 @@ def skin(rings: Sequence[Array]) -> Mesh:
 
 
 def loft(sections: Sequence[tuple[float, ...]], steps: int = 4, fillet: float = 0.0, rounds: int = 3) -> Mesh:
-    """Solid along z through rounded rectangles `(z, x, y, half_x, half_y, radius)`, z rising.
+    """Return a solid along z through rounded rectangles `(z, x, y, half_x, half_y, radius)`, z rising.
 
     The two ends are rounded with `fillet`.
     """
@@ -74,7 +74,7 @@ def loft(sections: Sequence[tuple[float, ...]], steps: int = 4, fillet: float = 
 
 
 def disc(z: float, radius: float) -> tuple[float, ...]:
-    """A round section about the axis, for `loft`."""
+    """Return a circular section about the axis, for `loft`."""
     return (z, 0.0, 0.0, radius, radius, radius)
 
 
@@ -87,14 +87,14 @@ def _inset(row: Array, inset: float, z: float) -> Array:
 
 
 def rounded_box(half: Point, radius: float, steps: int = 3, corner: float | None = None) -> Mesh:
-    """Box about the origin with half extents `half`; `corner` is the radius of the upright edges."""
+    """Return a box about the origin with half extents `half`; `corner` is the radius of the upright edges."""
     x, y, z = half
     corner = radius if corner is None else corner
     return loft([(-z, 0, 0, x, y, corner), (z, 0, 0, x, y, corner)], steps, min(radius, z * 0.999), steps)
 
 
 def revolve(profile: Sequence[tuple[float, float]], segments: int = 32) -> Mesh:
-    """Solid of revolution about z through `(radius, z)`, z rising on the outside; ends close on the axis."""
+    """Return the solid of revolution about z of `(radius, z)`, z rising outside; ends close on the axis."""
     angle = np.arange(segments) * (2 * pi / segments)
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     rings = [np.column_stack([circle * r, np.full(segments, z)]) for r, z in profile]
@@ -102,7 +102,7 @@ def revolve(profile: Sequence[tuple[float, float]], segments: int = 32) -> Mesh:
 
 
 def hoop(profile: Sequence[tuple[float, float]], segments: int = 32) -> Mesh:
-    """Solid of revolution about z of a closed outline `(radius, z)` that stays off the axis.
+    """Return the solid of revolution about z of a closed outline `(radius, z)` away from the axis.
 
     The outline runs upwards on the outside.
     """
@@ -114,7 +114,7 @@ def hoop(profile: Sequence[tuple[float, float]], segments: int = 32) -> Mesh:
 def drum(
     radius: float, low: float, high: float, fillet: float = 0.004, segments: int = 32, rounds: int = 2
 ) -> Mesh:
-    """Cylinder about z from `low` to `high` with rounded rims."""
+    """Return a cylinder about z from `low` to `high` with rounded rims."""
     profile = []
     for i in range(rounds + 1):
         t = i / rounds * pi / 2
@@ -126,18 +126,18 @@ def drum(
 
 
 def ring(radius: float, tube: float, low: float, high: float, segments: int = 32) -> Mesh:
-    """Band about z: outer `radius`, wall `tube`, square section."""
+    """Return a band about z: outer `radius`, wall `tube`, square section."""
     return hoop([(radius, low), (radius, high), (radius - tube, high), (radius - tube, low)], segments)
 
 
 def torus(radius: float, tube: float, segments: int = 32, sides: int = 10, squash: float = 1.0) -> Mesh:
-    """Ring of round section about z; `squash` scales its height."""
+    """Return a ring of circular section about z; `squash` scales its height."""
     around = [2 * pi * i / sides for i in range(sides)]
     return hoop([(radius + tube * cos(t), tube * squash * sin(t)) for t in around], segments)
 
 
 def _closed(rings: Sequence[Array]) -> Mesh:
-    """Rings joined one to the next, the last to the first."""
+    """Return the surface through rings, the last joined to the first."""
     n, m = len(rings[0]), len(rings)
     k = np.arange(n)
     nxt = np.roll(k, -1)
@@ -150,7 +150,7 @@ def _closed(rings: Sequence[Array]) -> Mesh:
 
 
 def tube(points: Sequence[Point], radius: float, sides: int = 10, caps: int = 2) -> Mesh:
-    """Round bar along a polyline, mitred at its bends, ends domed."""
+    """Return a round bar along a polyline, mitred at its bends, with domed ends."""
     path = np.asarray(points, dtype=float)
     steps = np.diff(path, axis=0)
     steps /= np.linalg.norm(steps, axis=1, keepdims=True)
@@ -180,7 +180,7 @@ def tube(points: Sequence[Point], radius: float, sides: int = 10, caps: int = 2)
 
 
 def bend(points: Sequence[Point], radius: float, steps: int = 4) -> list[Point]:
-    """The polyline with its inner corners replaced by arcs that start `radius` before each corner."""
+    """Return the polyline with its inner corners replaced by arcs that start `radius` before each corner."""
     path = [np.asarray(p, dtype=float) for p in points]
     out = [path[0]]
     for before, corner, after in zip(path, path[1:], path[2:], strict=False):
@@ -194,19 +194,19 @@ def bend(points: Sequence[Point], radius: float, steps: int = 4) -> list[Point]:
 
 
 def ball(radius: float, segments: int = 24, rings: int = 12) -> Mesh:
-    """Sphere about the origin."""
+    """Return a sphere about the origin."""
     latitudes = [pi * (i / rings - 0.5) for i in range(rings + 1)]
     return revolve([(radius * cos(t), radius * sin(t)) for t in latitudes], segments)
 
 
 def dome(radius: float, height: float, segments: int = 32, rings: int = 8) -> Mesh:
-    """Half an ellipsoid standing on z = 0."""
+    """Return half an ellipsoid above z = 0."""
     latitudes = [pi / 2 * i / rings for i in range(rings + 1)]
     return revolve([(radius * cos(t), height * sin(t)) for t in latitudes], segments)
 
 
 def plate(outline: Sequence[tuple[float, float]], low: float, high: float, bevel: float = 0.0) -> Mesh:
-    """Flat piece from z `low` to `high`, edges bevelled; its outline turns counter-clockwise."""
+    """Return a flat piece from z `low` to `high` with bevelled edges; its outline runs counter-clockwise."""
     points = np.asarray(outline, dtype=float)
     inner = _shrink(points, bevel) if bevel > 0 else points
     rings = [(inner, low), (points, low + bevel), (points, high - bevel), (inner, high)]
@@ -227,7 +227,7 @@ def plate(outline: Sequence[tuple[float, float]], low: float, high: float, bevel
 
 
 def _shrink(points: Array, distance: float) -> Array:
-    """Every edge moved inwards by `distance`."""
+    """Return the outline with every edge moved inwards by `distance`."""
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     before /= np.linalg.norm(before, axis=1, keepdims=True)
     after /= np.linalg.norm(after, axis=1, keepdims=True)
@@ -238,7 +238,7 @@ def _shrink(points: Array, distance: float) -> Array:
 
 
 def _ears(points: Array) -> list[tuple[int, int, int]]:
-    """Triangles of a simple counter-clockwise polygon, by clipping ears."""
+    """Return the triangles of a simple counter-clockwise polygon, by ear clipping."""
 
     def cross(o: int, a: int, b: int) -> float:
         u, v = points[a] - points[o], points[b] - points[o]
@@ -263,11 +263,11 @@ def _ears(points: Array) -> list[tuple[int, int, int]]:
 
 
 def mirrored(mesh: Mesh, axis: str = "y") -> Mesh:
-    """The mesh and its mirror image."""
+    """Return the mesh and its mirror image."""
     sign = {"x": (-1, 1, 1), "y": (1, -1, 1), "z": (1, 1, -1)}[axis]
     return merge(mesh, mesh.scaled(*sign))
 
 
 def arrayed(mesh: Mesh, count: int, phase: float = 0.0) -> Mesh:
-    """`count` copies spread round the z axis."""
+    """Return `count` copies evenly around the z axis."""
     return merge(*(mesh.moved(rpy=(0, 0, phase + 2 * pi * i / count)) for i in range(count)))
