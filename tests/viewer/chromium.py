@@ -1,4 +1,4 @@
-"""A real browser without a window, driven over its debugging port."""
+"""A headless browser, controlled through its debugging port."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FLAGS = (
 
 
 class Page:
-    """One page of a browser of its own; `close` ends both."""
+    """One page in its own browser; `close` ends both."""
 
     def __init__(self, url: str, profile: Path, size: tuple[int, int] = (900, 600)) -> None:
         from websockets.sync.client import connect
@@ -72,14 +72,14 @@ class Page:
                 return answer.get("result")
 
     def evaluate(self, script: str) -> Any:
-        """Value of a JavaScript expression."""
+        """Return the value of a JavaScript expression."""
         return self._call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")
 
     def picture(self) -> np.ndarray:
-        """(h, w, 3) int16 of the page."""
+        """Return the page as (h, w, 3) int16."""
         from PIL import Image
 
-        for _ in range(20):  # a page that is only loading has no picture
+        for _ in range(20):  # a loading page has no picture
             answer = self._call("Page.captureScreenshot", format="png")
             if answer is not None:
                 break
@@ -92,7 +92,7 @@ class Page:
             self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
     def place_of(self, script: str, x: float = 0.5, y: float = 0.5) -> tuple[float, float] | None:
-        """A point of the element that a JavaScript expression gives; None where there is none."""
+        """Return a point of the element of a JavaScript expression; None: there is no element."""
         box = self.evaluate(
             f"(() => {{ const e = {script}; if (!e) return null; e.scrollIntoView({{block: 'nearest'}});"
             "const b = e.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()"
@@ -100,7 +100,7 @@ class Page:
         return None if box is None else (box[0] + x * box[2], box[1] + y * box[3])
 
     def with_text(self, text: str) -> str:
-        """JavaScript for the innermost element that says exactly this."""
+        """Return JavaScript for the innermost element with exactly this text."""
         return (
             "[...document.querySelectorAll('button,label,span,p,div')]"
             f".filter(e => e.textContent.trim() === {json.dumps(text)}).pop()"

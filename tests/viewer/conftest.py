@@ -1,4 +1,4 @@
-"""A browser's half of the conversation, spoken without a browser."""
+"""A fake browser: the client side of a page's protocol."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import pytest
 
 
 class FakeBrowser:
-    """Connects as a page does and remembers what it is told."""
+    """Connects like a page and stores the received messages."""
 
     def __init__(self, viewer: Any, *, is_slow: bool = False) -> None:
-        """Open a page; a slow one has not yet said where it looks from, which is what makes it a page."""
+        """Open a page; a slow one has not sent its camera yet, so it is not a client yet."""
         import viser
         from websockets.sync.client import connect
 
@@ -32,7 +32,7 @@ class FakeBrowser:
     def look_from(
         self, position: tuple[float, float, float], look_at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     ) -> None:
-        """Say where the page looks from and to."""
+        """Send the page's camera."""
         self.send(
             type="ViewerCameraMessage",
             wxyz=(1.0, 0.0, 0.0, 0.0),
@@ -52,7 +52,7 @@ class FakeBrowser:
         self.socket.send(msgspec.msgpack.encode(message))
 
     def listen(self, until: Callable[[dict[str, Any]], bool], seconds: float = 10.0) -> dict[str, Any]:
-        """The first message that fits; fails the test when there is none in time."""
+        """Return the first message that matches; fails the test if there is none in time."""
         import msgspec
         import zstandard
 
@@ -68,7 +68,7 @@ class FakeBrowser:
             for message in packet["messages"]:
                 if until(message):
                     return message
-        pytest.fail(f"not told in {seconds} s; {len(self.messages)} other messages")
+        pytest.fail(f"no matching message in {seconds} s; {len(self.messages)} other messages")
 
     def close(self) -> None:
         self.socket.close()
@@ -76,7 +76,7 @@ class FakeBrowser:
 
 @pytest.fixture
 def browser() -> Iterator[Callable[..., FakeBrowser]]:
-    """Opens pages; they are closed when the test ends."""
+    """Open pages, which are closed when the test ends."""
     opened = []
 
     def open_page(viewer: Any, **options: Any) -> FakeBrowser:
@@ -90,7 +90,7 @@ def browser() -> Iterator[Callable[..., FakeBrowser]]:
 
 @pytest.fixture
 def wait() -> Callable[..., None]:
-    """Waits until something is so; fails the test when it takes too long."""
+    """Wait until a condition is true; fails the test if it takes too long."""
 
     def wait_until(so: Callable[[], object], seconds: float = 10.0) -> None:
         end = time.monotonic() + seconds
@@ -121,7 +121,7 @@ PENDULUM = """
 
 @pytest.fixture
 def pendulum(tmp_path: Any) -> Any:
-    """URDF file of a pendulum with one limited hinge."""
+    """Return the URDF file of a pendulum with one limited hinge."""
     file = tmp_path / "pendulum.urdf"
     file.write_text(PENDULUM)
     return file
@@ -154,7 +154,7 @@ GRIPPER = """
 
 @pytest.fixture
 def gripper(tmp_path: Any) -> Any:
-    """URDF file of a gripper whose right finger follows the left one."""
+    """Return the URDF file of a gripper whose right finger follows the left one."""
     file = tmp_path / "gripper.urdf"
     file.write_text(GRIPPER)
     return file

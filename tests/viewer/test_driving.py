@@ -31,7 +31,7 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DrivingPage]:
 
 @pytest.fixture
 def page(served: DrivingPage) -> DrivingPage:
-    """R1 on an empty floor in its initial state."""
+    """Return R1 on an empty floor in its initial state."""
     if served.scene_setup.setup["robot"] != "r1" or served.scene_setup.scene.name != "empty":
         served.set_up({"scene": "empty", "robot": "r1"})
     served.reset()
@@ -41,7 +41,7 @@ def page(served: DrivingPage) -> DrivingPage:
 
 @pytest.fixture
 def rover(served: DrivingPage) -> DrivingPage:
-    """The rover on an empty floor."""
+    """Return the rover on an empty floor."""
     served.set_up({"scene": "empty", "robot": "rover"})
     return served
 

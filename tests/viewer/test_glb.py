@@ -39,7 +39,7 @@ def test_a_mirrored_mesh_still_faces_outwards() -> None:
     assert (outward > 0.9).all()
 
 
-def test_normals_of_a_stretched_sphere_are_those_of_the_ellipsoid() -> None:
+def test_normals_of_a_scaled_sphere_are_those_of_the_ellipsoid() -> None:
     scene = read(glb(shape(primitives.sphere(), scale=(1.0, 1.0, 0.25))))
     (mesh,) = scene.geometry.values()
     places = np.asarray(mesh.vertices)
@@ -70,7 +70,7 @@ def test_each_face_colour_becomes_a_material_and_rgba_multiplies_it() -> None:
         assert count == expected_count
 
 
-def test_the_mesh_files_colours_step_back_for_the_descriptions_own() -> None:
+def test_a_material_of_the_description_overrides_the_mesh_colours() -> None:
     box = primitives.box()
     colors = np.tile(np.array([[255, 0, 0, 255]], dtype=np.uint8), (len(box.faces), 1))
     painted = TriangleMesh(vertices=box.vertices, faces=box.faces, colors=read_only(colors, np.uint8))
@@ -79,14 +79,14 @@ def test_the_mesh_files_colours_step_back_for_the_descriptions_own() -> None:
     assert tuple(mesh.visual.material.baseColorFactor) == (0, 255, 0, 255)
 
 
-def test_a_texture_travels_whole_and_the_right_way_up() -> None:
+def test_a_texture_is_complete_and_upright() -> None:
     picture = np.arange(4 * 6 * 4, dtype=np.uint8).reshape(4, 6, 4)
     picture[..., 3] = 255
     floor = primitives.plane()
     scene = read(glb(shape(floor, texture=picture, rgba=(1.0, 1.0, 1.0, 1.0))))
     (mesh,) = scene.geometry.values()
     np.testing.assert_array_equal(np.asarray(mesh.visual.material.baseColorTexture), picture)
-    # trimesh turns v up again on reading, so coordinates come back as the mesh has them
+    # trimesh flips v on reading, so the coordinates are those of the mesh
     corner = np.argmin(np.abs(np.asarray(mesh.vertices) - (-0.5, -0.5, 0.0)).sum(axis=1))
     assert mesh.visual.uv[corner] == pytest.approx((0.0, 0.0), abs=1e-6)
 

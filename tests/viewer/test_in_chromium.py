@@ -1,4 +1,4 @@
-"""The inspector in a real browser: pixels, not only messages. Skipped where there is no Chromium."""
+"""The inspector in a real browser: pixels, not only messages. Skipped without Chromium."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def shown(gripper: Path, tmp_path: Path) -> Iterator[tuple[Inspector, chromium.P
 
 
 def until(inspector: Inspector, so: Callable[[], Any], seconds: float = 40.0) -> Any:
-    """Runs the inspector until something is so."""
+    """Run the inspector until a condition is true."""
     import time
 
     end = time.monotonic() + seconds
@@ -52,12 +52,12 @@ def until(inspector: Inspector, so: Callable[[], Any], seconds: float = 40.0) ->
 
 
 def share(picture: np.ndarray, channel: int) -> float:
-    """Share of the pixels in which one colour stands out."""
+    """Return the fraction of the pixels in which one channel dominates."""
     others = np.delete(picture, channel, axis=2).max(axis=2)
     return float((picture[..., channel] > others + 60).mean())
 
 
-def test_the_robot_is_seen_switched_and_moved(shown: tuple[Inspector, chromium.Page]) -> None:
+def test_the_robot_is_shown_switched_and_moved(shown: tuple[Inspector, chromium.Page]) -> None:
     inspector, page = shown
     until(inspector, lambda: inspector.viewer.watchers == 1)
     until(inspector, lambda: share(page.picture(), 0) > 0.005)

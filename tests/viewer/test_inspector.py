@@ -49,11 +49,11 @@ def inspect(gripper: Path) -> Iterator[Callable[..., Inspector]]:
 
 
 def press(inspector: Inspector, handle: Any, page: Any, **updates: Any) -> None:
-    """What a browser sends when someone uses an element of the panel."""
+    """Send the message of a user action on an element of the panel."""
     page.send(type="GuiUpdateMessage", uuid=handle._impl.uuid, updates=updates)
 
 
-def test_it_stands_on_the_floor_paused(inspect) -> None:
+def test_the_robot_starts_paused_on_the_floor(inspect) -> None:
     inspector = inspect()
     assert inspector.body.bounds[0, 2] == pytest.approx(0.001, abs=1e-6)
     inspector.tick(0.5)
@@ -66,7 +66,7 @@ def test_playing_runs_in_real_time_and_pausing_stops_it(inspect) -> None:
     for _ in range(60):
         inspector.tick(1 / 60)
     assert inspector.world.time == pytest.approx(1.0, abs=0.02)
-    inspector.tick(30.0)  # a long pause of the machine is not made up for
+    inspector.tick(30.0)  # a long pause of the machine is not caught up
     assert inspector.world.time < 1.2
     inspector.play(False)
     before = inspector.world.time
@@ -74,14 +74,14 @@ def test_playing_runs_in_real_time_and_pausing_stops_it(inspect) -> None:
     assert inspector.world.time == before
 
 
-def test_one_step_is_one_step(inspect) -> None:
+def test_the_step_button_simulates_one_step(inspect) -> None:
     inspector = inspect()
     inspector.step_once()
     assert inspector.world.time == pytest.approx(inspector.world.timestep)
     assert not inspector.is_playing
 
 
-def test_a_paused_slider_places_the_joint_and_its_follower(inspect, browser, wait) -> None:
+def test_a_paused_slider_sets_the_joint_and_its_mimic_joint(inspect, browser, wait) -> None:
     inspector = inspect()
     page = browser(inspector.viewer)
     press(inspector, inspector.joints.sliders["grip"], page, value=0.5)
@@ -96,7 +96,7 @@ def test_a_paused_slider_places_the_joint_and_its_follower(inspect, browser, wai
     assert abs(node.wxyz[3]) == pytest.approx(np.sin(0.25), abs=1e-5)
 
 
-def test_a_playing_slider_is_where_the_drive_goes(inspect) -> None:
+def test_a_playing_slider_sets_the_target_of_the_drive(inspect) -> None:
     inspector = inspect()
     inspector.play(True)
     inspector.joints.move("grip", 0.4)
@@ -107,7 +107,7 @@ def test_a_playing_slider_is_where_the_drive_goes(inspect) -> None:
     assert inspector.body.joint("follow").position == pytest.approx(-0.4, abs=0.03)
 
 
-def test_let_go_the_joints_are_free(inspect) -> None:
+def test_joints_are_free_with_drives_disabled(inspect) -> None:
     inspector = inspect()
     inspector.joints.hold(False)
     inspector.play(True)
@@ -118,7 +118,7 @@ def test_let_go_the_joints_are_free(inspect) -> None:
     assert inspector.body.joint("grip").applied_effort == 0.0
 
 
-def test_sliders_span_the_limits_and_followers_cannot_be_pulled(inspect) -> None:
+def test_sliders_span_the_limits_and_mimic_joints_are_disabled(inspect) -> None:
     sliders = inspect().joints.sliders
     assert set(sliders) == {"grip", "follow"}
     assert (sliders["grip"].min, sliders["grip"].max) == (-0.2, 0.8)
@@ -128,7 +128,7 @@ def test_sliders_span_the_limits_and_followers_cannot_be_pulled(inspect) -> None
     assert "effort 20" in sliders["grip"].hint
 
 
-def test_wiggling_visits_both_limits_and_comes_back(inspect) -> None:
+def test_wiggling_reaches_both_limits_and_returns(inspect) -> None:
     inspector = inspect()
     inspector.joints.move("grip", 0.1)
     inspector.wiggle()
@@ -144,7 +144,7 @@ def test_wiggling_visits_both_limits_and_comes_back(inspect) -> None:
     assert inspector.wiggle_button.label == "Wiggle every joint"
 
 
-def test_reset_brings_everything_back(inspect) -> None:
+def test_reset_restores_the_initial_state(inspect) -> None:
     inspector = inspect(fixed_base=False)
     place = inspector.body.position
     inspector.play(True)
@@ -200,7 +200,7 @@ def test_a_switch_on_the_page_shows_and_hides(inspect, browser, wait, planner_fi
     assert all(handle.visible == shape.infinite for handle, shape in shown)
 
 
-def test_inertia_boxes_are_the_bodies_they_stand_for(inspect) -> None:
+def test_inertia_boxes_have_the_inertia_of_their_links(inspect) -> None:
     edges = np.array([0.3, 0.2, 0.1])
     moments = 4.0 / 12.0 * np.array([0.2**2 + 0.1**2, 0.3**2 + 0.1**2, 0.3**2 + 0.2**2])
     assert inertia_box(4.0, moments) == pytest.approx(edges)
@@ -221,14 +221,14 @@ def test_contacts_and_the_centre_of_mass_follow_the_world(inspect) -> None:
     assert len(points.points) == len(inspector.world.contacts(inspector.body)) > 0
     assert np.abs(points.points[:, 2]).max() < 0.01
     push = (forces.points[:, 1] - forces.points[:, 0]).sum(axis=0)
-    # at rest the arrows together are the robot's weight, upwards
+    # at rest the arrows add up to the robot's weight, upwards
     assert push == pytest.approx([0, 0, FORCE_LENGTH * inspector.overlays.size], abs=0.003)
     total = inspector.overlays.nodes("centres of mass")[-1]
     assert total.position == pytest.approx(inspector.body.center_of_mass, abs=1e-3)
 
 
 @pytest.mark.parametrize("shape", ["visual", "collision"])
-def test_a_clicked_shape_picks_its_link(inspect, browser, wait, shape: str) -> None:
+def test_a_clicked_shape_selects_its_link(inspect, browser, wait, shape: str) -> None:
     inspector = inspect()
     page = browser(inspector.viewer)
     inspector.overlays.switch("collision shapes", True)
@@ -260,7 +260,7 @@ def test_the_tree_has_every_link_with_its_mass_and_depth(inspect) -> None:
     assert depths == [0, 1, 2, 1]
 
 
-def test_findings_stand_with_their_link(gripper: Path) -> None:
+def test_findings_are_listed_with_their_link(gripper: Path) -> None:
     text = gripper.read_text().replace('<mass value="0.5"/>', '<mass value="-0.5"/>', 1)
     bad = gripper.with_name("bad.urdf")
     bad.write_text(text)
@@ -274,12 +274,12 @@ def test_findings_stand_with_their_link(gripper: Path) -> None:
     assert all(plain(finding.message) in shown for finding in found)
 
 
-def test_names_from_a_file_are_text_on_the_page() -> None:
+def test_names_from_a_file_are_escaped_on_the_page() -> None:
     assert "<" not in plain('<img src=x onerror="alert(1)">')
     assert plain("left finger") == "left finger"
 
 
-def test_the_plot_says_when_the_joints_have_settled(inspect) -> None:
+def test_the_plot_reports_joints_at_rest(inspect) -> None:
     inspector = inspect()
     inspector.play(True)
     inspector.joints.move("grip", 0.6)
@@ -295,7 +295,7 @@ def test_the_plot_says_when_the_joints_have_settled(inspect) -> None:
     assert (np.diff(time) > 0).all()
 
 
-def test_the_cameras_picture_is_the_worlds(inspect) -> None:
+def test_the_camera_picture_is_rendered_from_the_world(inspect) -> None:
     from roboyard.viewer.inspector.panels.camera_panel import camera_of
 
     inspector = inspect()
@@ -307,7 +307,7 @@ def test_the_cameras_picture_is_the_worlds(inspect) -> None:
     assert len(np.unique(inspector.camera.picture.image.reshape(-1, 3), axis=0)) >= 3
 
 
-def test_a_failing_request_is_reported_and_the_page_goes_on(
+def test_a_failing_request_is_reported_and_the_page_keeps_running(
     inspect, caplog: pytest.LogCaptureFixture
 ) -> None:
     inspector = inspect()

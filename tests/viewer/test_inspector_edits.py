@@ -1,4 +1,4 @@
-"""Editing on the inspector's page: sensors, spheres, pairs; checks; writing back; importing again."""
+"""Edits on the inspector's page: sensors, spheres, pairs; checks; saving; importing again."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from roboyard.viewer.inspector.edits.save_edits import write_definition, write_p
 pytest.importorskip("viser")
 
 CONFIG = """\
-# What the importer is told about the gripper.
+# Import configuration of the gripper.
 urdf_path: gripper.urdf   # beside this file
 name: gripper
 overwrite: true
@@ -67,13 +67,13 @@ def inspect(gripper: Path) -> Iterator[Callable[..., Inspector]]:
 
 
 def typed(inspector: Inspector, page: Any, wait: Any, element: Any, value: Any) -> None:
-    """Someone on a page gives an element of the panel a value."""
+    """Set the value of an element of the panel as a user of a page does."""
     page.send(type="GuiUpdateMessage", uuid=element._impl.uuid, updates={"value": value})
     wait(lambda: inspector._requests.qsize() > 0)
     inspector.tick(0.01)
 
 
-def test_notes_are_what_the_configuration_says(config: Path, gripper: Path) -> None:
+def test_edits_start_with_the_configuration(config: Path, gripper: Path) -> None:
     edits = read_edit_state(RobotSource(name="gripper", urdf=gripper, config=config))
     first, second = edits.sensors
     assert (first.kind, first.link, first.parent) == ("camera_links", "eye", "palm")
@@ -85,14 +85,14 @@ def test_notes_are_what_the_configuration_says(config: Path, gripper: Path) -> N
     assert edits.planner_pairs == {("left", "palm"), ("palm", "right")}
 
 
-def test_a_live_picture_is_what_a_camera_there_sees(inspect, config: Path, browser, wait) -> None:
+def test_a_live_picture_is_rendered_at_the_camera_pose(inspect, config: Path, browser, wait) -> None:
     from roboyard.sensors import CameraSensor
 
     inspector = inspect(config=config)
     panel = inspector.panels.sensors
     blank = panel.picture.image.copy()
     inspector.tick(0.01)
-    np.testing.assert_array_equal(panel.picture.image, blank)  # nobody watches
+    np.testing.assert_array_equal(panel.picture.image, blank)  # no page is open
     page = browser(inspector.viewer)
     wait(lambda: inspector.viewer.watchers == 1)
     typed(inspector, page, wait, panel.position, (0.0, -0.9, 0.5))
@@ -108,14 +108,16 @@ def test_a_live_picture_is_what_a_camera_there_sees(inspect, config: Path, brows
     assert len(np.unique(panel.picture.image.reshape(-1, 3), axis=0)) > 3
 
 
-def test_a_frustum_stands_where_its_camera_is(inspect, config: Path) -> None:
+def test_a_frustum_is_at_the_pose_of_its_camera(inspect, config: Path) -> None:
     inspector = inspect(config=config)
     inspector.overlays.switch("sensors and tools", True)
     first, second = inspector.overlays.nodes("sensors and tools")
     assert first.name.startswith("/gripper/palm/")
     np.testing.assert_allclose(first.position, [0.05, 0, 0.1])
     np.testing.assert_allclose(second.position, [0.05, 0, 0.12])
-    np.testing.assert_allclose(np.abs(first.wxyz), [0, 1, 0, 0])  # drawn as looking along +z, y down
+    np.testing.assert_allclose(
+        np.abs(first.wxyz), [0, 1, 0, 0]
+    )  # viser's frustum: viewing direction +z, y down
     inspector.panels.sensors.move(inspector.panels.edits.sensors[0], (0.0, 0.0, 0.3), (0, 0, 0, 1))
     np.testing.assert_allclose(inspector.overlays.nodes("sensors and tools")[1].position, [0, 0, 0.32])
 
@@ -140,15 +142,13 @@ def test_a_dragged_handle_moves_the_sensor(inspect, config: Path, browser, wait)
     assert tuple(panel.position.value) == (0.1, 0.2, 0.3)
 
 
-def test_an_edit_written_back_is_in_the_file_and_nothing_else_is(
-    inspect, config: Path, browser, wait
-) -> None:
+def test_a_saved_edit_changes_only_its_lines_of_the_file(inspect, config: Path, browser, wait) -> None:
     inspector = inspect(config=config)
     page = browser(inspector.viewer)
     typed(inspector, page, wait, inspector.panels.sensors.position, (0.06, 0.0, 0.1))
     inspector.panels.spheres.pick("palm", 0)
     typed(inspector, page, wait, inspector.panels.spheres.radius, 0.055)
-    assert config.read_text() == CONFIG  # nobody pressed the button
+    assert config.read_text() == CONFIG  # the button was not pressed
     assert inspector.panels.save.is_changed
     page.send(
         type="GuiUpdateMessage", uuid=inspector.panels.save.write_button._impl.uuid, updates={"value": True}
@@ -168,7 +168,7 @@ def test_an_edit_written_back_is_in_the_file_and_nothing_else_is(
     assert inspector.panels.save.write() == []
 
 
-def test_spheres_come_and_go(inspect, config: Path) -> None:
+def test_spheres_are_added_and_deleted(inspect, config: Path) -> None:
     inspector = inspect(config=config)
     panel, edits = inspector.panels.spheres, inspector.panels.edits
     panel.pick("left", 0)
@@ -193,7 +193,7 @@ def test_spheres_come_and_go(inspect, config: Path) -> None:
     assert "# the middle" in config.read_text()
 
 
-def test_pairs_come_and_go(inspect, config: Path) -> None:
+def test_pairs_are_added_and_removed(inspect, config: Path) -> None:
     inspector = inspect(config=config)
     panel, edits = inspector.panels.pairs, inspector.panels.edits
     panel.add([("left", "right")])
@@ -215,7 +215,7 @@ def test_pairs_come_and_go(inspect, config: Path) -> None:
     assert "go into the definition that an import makes" in inspector.panels.save.message.content
 
 
-def test_a_bare_urdf_gets_a_new_configuration_and_never_anothers(inspect, gripper: Path) -> None:
+def test_a_bare_urdf_gets_a_new_configuration_and_never_overwrites_another(inspect, gripper: Path) -> None:
     inspector = inspect()
     save = inspector.panels.save
     assert save.write() == []
@@ -276,7 +276,7 @@ def test_planner_files_and_definitions_are_edited_in_place(tmp_path: Path) -> No
     )
 
 
-def test_the_import_button_imports_what_was_edited_and_shows_it(
+def test_the_import_button_imports_the_edits_and_shows_the_robot(
     inspect, config: Path, tmp_path: Path, monkeypatch, wait
 ) -> None:
     monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
@@ -291,7 +291,7 @@ def test_the_import_button_imports_what_was_edited_and_shows_it(
     np.testing.assert_allclose(eye - palm, [0.05, 0, 0.25], atol=1e-9)
     assert "Imported into" in inspector.panels.save.message.content
     found = find_robot("gripper")
-    assert found.config == config  # the package remembers
+    assert found.config == config  # the package stores its path
     assert ("left", "right") in read_edit_state(found).physics_pairs
     assert [body.name for body in inspector.world.bodies].count("gripper") == 1
     inspector.play(True)
@@ -306,7 +306,7 @@ def test_the_import_button_imports_what_was_edited_and_shows_it(
     np.testing.assert_allclose(eye - palm, [0.05, 0, 0.2], atol=1e-9)
 
 
-def test_an_import_that_fails_leaves_the_robot_and_says_why(
+def test_a_failed_import_keeps_the_robot_and_reports_the_error(
     inspect, config: Path, tmp_path, monkeypatch, wait
 ) -> None:
     monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
@@ -320,7 +320,7 @@ def test_an_import_that_fails_leaves_the_robot_and_says_why(
     assert not (tmp_path / "data" / "omnigibson-robot-assets" / "models").exists()
 
 
-def test_a_robot_that_cannot_be_read_leaves_the_old_one(inspect, tmp_path: Path) -> None:
+def test_a_robot_that_cannot_be_loaded_keeps_the_old_one(inspect, tmp_path: Path) -> None:
     inspector = inspect()
     bad = tmp_path / "bad.urdf"
     bad.write_text("<robot")
@@ -331,7 +331,7 @@ def test_a_robot_that_cannot_be_read_leaves_the_old_one(inspect, tmp_path: Path)
     assert not inspector.body.is_removed
 
 
-def test_checks_find_what_is_wrong_and_point_at_it(inspect, gripper: Path, browser, wait) -> None:
+def test_checks_list_violations_and_show_their_links(inspect, gripper: Path, browser, wait) -> None:
     text = gripper.read_text()
     text = text.replace(
         '<collision><origin xyz="0.1 0 0"/><geometry><box size="0.2 0.02 0.02"/>',
@@ -365,7 +365,7 @@ def test_checks_find_what_is_wrong_and_point_at_it(inspect, gripper: Path, brows
     np.testing.assert_allclose(moved["look_at"], left.mean(axis=0), atol=1e-6)
 
 
-def test_links_that_overlap_are_told_until_they_may(inspect, gripper: Path) -> None:
+def test_overlapping_links_are_reported_until_their_collision_is_disabled(inspect, gripper: Path) -> None:
     text = gripper.read_text().replace('<origin xyz="0.05 0.03 0.2"/>', '<origin xyz="0.05 0.03 0.0"/>')
     text = text.replace(
         '<joint name="grip" type="revolute"><parent link="palm"/>',
@@ -384,7 +384,7 @@ def test_links_that_overlap_are_told_until_they_may(inspect, gripper: Path) -> N
     assert checks.results["no unexpected self-collision"].passed
 
 
-def test_round_is_round() -> None:
+def test_out_of_round_measures_the_variation_of_the_diameter() -> None:
     turn = np.linspace(0, 2 * np.pi, 96, endpoint=False)
     disc = np.stack([np.cos(turn), np.sin(turn), np.zeros(96)], axis=1)
     wheel = 0.1 * np.concatenate([disc, np.add(disc, (0, 0, 0.5))]) + (0.3, 0.2, 0.1)
@@ -392,10 +392,12 @@ def test_round_is_round() -> None:
     assert out_of_round(wheel * [1.0, 1.2, 1.0], [np.array([0.0, 0.0, 1.0])]) == pytest.approx(
         1 - 1 / 1.2, abs=0.01
     )
-    assert out_of_round(wheel, list(np.eye(3))) < 0.01  # the roundest axis counts
+    assert out_of_round(wheel, list(np.eye(3))) < 0.01  # about the roundest axis
 
 
-def test_a_live_scan_puts_points_where_the_rays_end(inspect: Callable[..., Inspector], config: Path) -> None:
+def test_a_live_scan_shows_the_points_hit_by_the_rays(
+    inspect: Callable[..., Inspector], config: Path
+) -> None:
     inspector = inspect(config=config)
     panel, scans = inspector.panels.sensors, inspector.overlays.sensors.scans
     lidar = next(sensor for sensor in panel._edits.sensors if sensor.kind == "lidar_links")
@@ -404,11 +406,11 @@ def test_a_live_scan_puts_points_where_the_rays_end(inspect: Callable[..., Inspe
     panel.pick(lidar)
     assert panel.scan_box.visible
     panel.update(watched=True)
-    assert not len(scans.points)  # nobody asked for it
+    assert not len(scans.points)  # the box is not ticked
 
     panel.scan_box.value = True
     panel.update(watched=False)
-    assert not len(scans.points)  # nobody sees it
+    assert not len(scans.points)  # no page is open
     panel.update(watched=True)
     name, pose = panel._edits.place_of(lidar)
     position, quaternion = inspector.body.link(name).pose

@@ -1,4 +1,4 @@
-"""Keys of pages, as a browser tells them. What a real browser sends is tested in `test_in_chromium.py`."""
+"""Keys of pages, from a fake browser; real browsers are tested in `test_pages_in_chromium.py`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def viewer() -> Iterator[Viewer]:
 
 
 class Typist:
-    """Says what the script in a page says."""
+    """Sends the messages of the script in a page."""
 
     def __init__(self, keys: Keys, page: Any) -> None:
         self._uuid, self._page, self._count = keys._script._uuid, page, 0
@@ -59,13 +59,13 @@ def test_keys_are_held_until_they_are_released(viewer, browser, wait) -> None:
     assert keys.held == {"ArrowUp", "b"}
 
 
-def test_a_page_that_closes_lets_go_of_its_keys_alone(viewer, browser, wait) -> None:
+def test_a_closing_page_releases_only_its_own_keys(viewer, browser, wait) -> None:
     keys = Keys(viewer.server)
     first, second = browser(viewer), browser(viewer)
     Typist(keys, first).say([["a", True], ["b", True]])
     wait(lambda: keys.held == {"a", "b"})
     typist = Typist(keys, second)
-    typist._count = 100  # the same words twice in a row are not told
+    typist._count = 100  # a second identical message is not sent
     typist.say([["b", True], ["c", True]])
     wait(lambda: keys.held == {"a", "b", "c"})
     first.close()
@@ -84,7 +84,7 @@ def test_a_page_that_closes_lets_go_of_its_keys_alone(viewer, browser, wait) -> 
         json.dumps([1, [["a"], 3, ["", True], ["x" * 99, True]]]),
     ],
 )
-def test_rubbish_is_no_key(viewer, browser, wait, rubbish: str) -> None:
+def test_invalid_messages_are_ignored(viewer, browser, wait, rubbish: str) -> None:
     keys = Keys(viewer.server)
     typist = Typist(keys, browser(viewer))
     typist.say_raw(rubbish)
@@ -95,7 +95,7 @@ def test_rubbish_is_no_key(viewer, browser, wait, rubbish: str) -> None:
     assert "a" not in keys.held
 
 
-def test_pages_get_the_script_that_keeps_grabbed_keys(viewer, browser) -> None:
+def test_pages_get_the_script_with_the_grabbed_keys(viewer, browser) -> None:
     Keys(viewer.server, grab={"w", "ArrowUp"})
-    told = browser(viewer).listen(lambda m: m["type"] == "RunJavascriptMessage")
-    assert 'grabbed = ["ArrowUp", "w"]' in told["source"]
+    message = browser(viewer).listen(lambda m: m["type"] == "RunJavascriptMessage")
+    assert 'grabbed = ["ArrowUp", "w"]' in message["source"]

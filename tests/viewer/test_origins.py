@@ -1,4 +1,4 @@
-"""Foreign pages may not talk to a viewer."""
+"""Requests of foreign pages to a viewer are rejected."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ pytest.importorskip("viser")
         ("http://[::1]:8080", "[::1]:8080"),
     ],
 )
-def test_its_own_page_is_answered(origin: str | None, host: str) -> None:
+def test_the_own_page_is_accepted(origin: str | None, host: str) -> None:
     assert refusal(origin, host, loopback=True) is None
 
 
@@ -33,28 +33,31 @@ def test_its_own_page_is_answered(origin: str | None, host: str) -> None:
         ("https://evil.example", "127.0.0.1:8080"),
         ("http://127.0.0.1:3000", "127.0.0.1:8080"),
         ("null", "127.0.0.1:8080"),
-        ("http://evil.example:8080", "evil.example:8080"),  # a name that was made to point here
+        (
+            "http://evil.example:8080",
+            "evil.example:8080",
+        ),  # DNS rebinding: a foreign name that resolves to this machine
         (None, "evil.example"),
         ("http://127.0.0.1.evil.example", "127.0.0.1.evil.example"),
     ],
 )
-def test_a_foreign_page_is_refused(origin: str | None, host: str) -> None:
+def test_a_foreign_page_is_rejected(origin: str | None, host: str) -> None:
     assert VARIABLE in str(refusal(origin, host, loopback=True))
 
 
-def test_more_origins_can_be_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_environment_variable_adds_origins(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, "https://hub.example.org/, http://other")
     assert refusal("https://hub.example.org", "localhost:8080", loopback=True) is None
     assert refusal("https://hub.example.org", "hub.example.org", loopback=True) is None
     assert refusal("https://evil.example", "localhost:8080", loopback=True) is not None
 
 
-def test_open_to_the_network_it_goes_by_any_name() -> None:
+def test_a_server_open_to_the_network_accepts_any_host_name() -> None:
     assert refusal("http://robot.lan:8080", "robot.lan:8080", loopback=False) is None
     assert refusal("https://evil.example", "robot.lan:8080", loopback=False) is not None
 
 
-def test_the_server_refuses_the_handshake_of_a_foreign_page() -> None:
+def test_the_server_rejects_the_handshake_of_a_foreign_page() -> None:
     import viser
     from websockets.exceptions import InvalidStatus
     from websockets.sync.client import connect

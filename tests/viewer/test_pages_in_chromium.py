@@ -1,4 +1,4 @@
-"""Driving and editing in a real browser: keys, sticks, fields, pixels. Skipped without Chromium."""
+"""Driving and editing in a real browser: keys, joysticks, fields, pixels. Skipped without Chromium."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ pytestmark = [
 
 
 def until(tick: Callable[[float], None], so: Callable[[], Any], seconds: float = 60.0) -> Any:
-    """Lets the page's side run in real time until something is so; `so` runs beside it."""
+    """Run `tick` in real time until `so` is true; `so` runs in another thread."""
     end, found = time.monotonic() + seconds, []
 
     def look() -> None:
@@ -61,7 +61,7 @@ def driving(tmp_path: Path) -> Iterator[tuple[DrivingPage, chromium.Page]]:
     drive.close()
 
 
-def test_keys_and_sticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage, chromium.Page]) -> None:
+def test_keys_and_joysticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage, chromium.Page]) -> None:
     drive, page = driving
 
     def x() -> float:
@@ -86,11 +86,11 @@ def test_keys_and_sticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage, c
         "Input.dispatchMouseEvent", type="mouseReleased", x=there[0], y=there[1], button="left", clickCount=1
     )
     until(drive.tick, lambda: drive.joysticks.values["drive"] == (0.0, 0.0))
-    # and the camera of the page went along
+    # and the camera of the page followed
     script = "JSON.stringify(window.__viserMutable.cameraControl.getTarget(undefined))"
     until(drive.tick, lambda: page.evaluate(script) != seen)
 
-    # a key typed into a field is not heard
+    # a key typed into a field is ignored
     number = (
         "[...document.querySelectorAll('input')].find(e => e.inputMode === 'decimal' || e.type === 'number')"
     )
@@ -103,7 +103,7 @@ def test_keys_and_sticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage, c
 
     key(page, "keyDown", "k")
     until(drive.tick, lambda: "k" in drive.keys.held)
-    page.close()  # with the key down: it is let go
+    page.close()  # with the key down: it is released
     until(drive.tick, lambda: not drive.keys.held)
 
 
@@ -126,7 +126,7 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
         click("sensors and tools")
         until(inspector.tick, lambda: inspector.overlays.is_on("sensors and tools"))
         orange = [240, 140, 20]
-        # the pyramid of the picked camera stands out in orange
+        # the pyramid of the selected camera is orange
         until(
             inspector.tick,
             lambda: (np.abs(page.picture() - orange).max(axis=2) < 40).mean() > 1e-4,
@@ -159,7 +159,7 @@ def test_every_switch_changes_the_picture(gripper: Path, tmp_path: Path) -> None
     page = chromium.Page(inspector.viewer.url, tmp_path / "profile")
 
     def still() -> np.ndarray:
-        """The scene, once two pictures are alike."""
+        """Return the scene, once two pictures are equal."""
         last: list[np.ndarray] = []
 
         def same() -> bool:
@@ -170,7 +170,7 @@ def test_every_switch_changes_the_picture(gripper: Path, tmp_path: Path) -> None
         return last[-1]
 
     def changed(before: np.ndarray) -> float:
-        """Share of the scene that looks otherwise."""
+        """Return the fraction of the scene that changed."""
         return float((np.abs(page.picture()[60:, :500] - before).max(axis=2) > 25).mean())
 
     try:
@@ -187,7 +187,7 @@ def test_every_switch_changes_the_picture(gripper: Path, tmp_path: Path) -> None
             until(inspector.tick, lambda box=box, was=was: box.value != was)
             until(inspector.tick, lambda before=before: changed(before) > 1e-4, 20)
             if label == "visual meshes":
-                continue  # they stay hidden: contacts lie below them
+                continue  # they stay hidden: they would cover the contacts
             page.click(*page.place_of(page.with_text(label)))
             until(inspector.tick, lambda box=box, was=was: box.value == was)
     finally:

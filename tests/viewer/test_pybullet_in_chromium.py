@@ -1,4 +1,4 @@
-"""PyBullet's GUI in real browsers: pixels, keys and mouse. Skipped where there is no Chromium."""
+"""PyBullet's GUI in real browsers: pixels, keys and mouse. Skipped without Chromium."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 @pytest.fixture
 def browse(window: Any, tmp_path: Path) -> Iterator[Callable[[], chromium.Page]]:
-    """Opens pages in browsers of their own."""
+    """Open pages, each in its own browser."""
     pages: list[chromium.Page] = []
 
     def open_page() -> chromium.Page:
@@ -54,7 +54,7 @@ def browse(window: Any, tmp_path: Path) -> Iterator[Callable[[], chromium.Page]]
 def run_until(
     so: Callable[[], Any], step: Callable[[], None] = p.stepSimulation, seconds: float = 60.0
 ) -> Any:
-    """Runs the simulation until something is so."""
+    """Run the simulation until a condition is true."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         for _ in range(10):
@@ -68,7 +68,7 @@ def run_until(
 
 
 def share(page: chromium.Page, channel: int) -> float:
-    """Share of the pixels in which one colour stands out; the panel and its blue are left out."""
+    """Return the fraction of the pixels in which one channel dominates, without the panel."""
     picture = page.picture()[150:, :500]
     others = np.delete(picture, channel, axis=2).max(axis=2)
     return float((picture[..., channel] > others + 60).mean())
@@ -97,14 +97,14 @@ def drag(
 
 
 def arm(pendulum: Path) -> int:
-    """A red pendulum on a bolt."""
+    """Load a red pendulum with a fixed base."""
     body = p.loadURDF(str(pendulum), [0, 0, 0.5], useFixedBase=True)
     for link in (-1, 0):
         p.changeVisualShape(body, link, rgbaColor=[1, 0, 0, 1])
     return body
 
 
-def test_a_robot_is_seen_moved_and_drawn_on(window: Any, browse: Any, pendulum: Path) -> None:
+def test_a_robot_is_shown_moved_and_drawn_on(window: Any, browse: Any, pendulum: Path) -> None:
     body = arm(pendulum)
     slider = p.addUserDebugParameter("hinge", -2, 2, 0)
     p.resetDebugVisualizerCamera(1.2, 0, 0, [0, 0, 0.3])
@@ -134,7 +134,7 @@ def test_a_robot_is_seen_moved_and_drawn_on(window: Any, browse: Any, pendulum: 
     run_until(lambda: share(page, 2) > 0.004)
 
     red = share(page, 0)
-    p.changeVisualShape(body, -1, rgbaColor=[0, 1, 0, 1])  # the picture follows what is switched
+    p.changeVisualShape(body, -1, rgbaColor=[0, 1, 0, 1])  # the picture follows the change
     run_until(lambda: share(page, 1) > 0.002 and share(page, 0) < red)
 
 
@@ -166,7 +166,7 @@ def test_keys_drive_and_the_mouse_turns_the_camera(window: Any, browse: Any, pen
     assert moves[0][3:] == (0, p.KEY_IS_DOWN | p.KEY_WAS_TRIGGERED)
 
 
-def test_two_browsers_agree_and_may_close(window: Any, browse: Any, pendulum: Path) -> None:
+def test_two_browsers_show_the_same_and_can_close(window: Any, browse: Any, pendulum: Path) -> None:
     body = arm(pendulum)
     p.resetDebugVisualizerCamera(1.2, 0, 0, [0, 0, 0.3])
     pages = [browse(), browse()]

@@ -1,4 +1,4 @@
-"""PyBullet's GUI as pages are told of it; a real browser sees it in `test_pybullet_in_chromium.py`."""
+"""PyBullet's GUI as messages to pages; real browsers are tested in `test_pybullet_in_chromium.py`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ pytest.importorskip("viser")
 
 @pytest.fixture
 def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """The window of client 0."""
+    """Open the window of client 0."""
     monkeypatch.delenv("ROBOYARD_VIEWER", raising=False)
     monkeypatch.delenv("DISPLAY", raising=False)
     assert p.connect(p.GUI, options="--port=0") == 0
@@ -31,7 +31,7 @@ def window(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 @pytest.fixture
 def watched(window: Any, browser: Any, wait: Any) -> tuple[Any, Any]:
-    """The window, and a page that has it open."""
+    """Open a page of the window; returns both."""
     page = browser(window._viewer)
     wait(lambda: window._viewer.watchers == 1)
     return window, page
@@ -43,7 +43,7 @@ def box(height: float = 1.0, mass: float = 1.0) -> int:
 
 
 def lines(window: Any) -> dict[float, np.ndarray]:
-    """(k, 2, 3) m of the lines on the page, by width."""
+    """Return the (k, 2, 3) ends (m) of the lines on the page, by width (pixels)."""
     return window._viewer.drawings._sent
 
 
@@ -60,7 +60,7 @@ def of_type(name: str, **properties: Any) -> Callable[[dict[str, Any]], bool]:
     return lambda m: m["type"] == name and all(m["props"].get(k) == v for k, v in properties.items())
 
 
-def test_bodies_show_without_a_step_and_worlds_change(watched: Any, wait: Any) -> None:
+def test_bodies_are_shown_without_a_step_and_worlds_can_change(watched: Any, wait: Any) -> None:
     window, _ = watched
     body = box()
     wait(lambda: drawn_shapes(window) == 1)
@@ -78,7 +78,7 @@ def test_bodies_show_without_a_step_and_worlds_change(watched: Any, wait: Any) -
     wait(lambda: drawn_shapes(window) == 1)
 
 
-def test_a_page_sees_the_world_move(watched: Any) -> None:
+def test_a_page_receives_the_motion_of_the_world(watched: Any) -> None:
     _, page = watched
     p.setGravity(0, 0, -10)
     body = box(5.0)
@@ -157,14 +157,14 @@ def test_lines_and_texts_move_with_their_parents(watched: Any, wait: Any) -> Non
     wait(lambda: lines(window) == {} and texts(window) == [])
 
 
-def test_drawings_leave_when_their_life_ends(watched: Any, wait: Any) -> None:
+def test_drawings_are_removed_when_their_lifetime_ends(watched: Any, wait: Any) -> None:
     window, _ = watched
     p.addUserDebugText("soon gone", [0, 0, 1], lifeTime=0.3)
     wait(lambda: len(texts(window)) == 1)
     wait(lambda: texts(window) == [])
 
 
-def test_the_camera_goes_both_ways(watched: Any, wait: Any) -> None:
+def test_the_camera_is_synchronised_in_both_directions(watched: Any, wait: Any) -> None:
     _, page = watched
     p.resetDebugVisualizerCamera(3, 30, -20, [1, 2, 3])
     moved = page.listen(
@@ -202,26 +202,26 @@ def test_the_camera_goes_both_ways(watched: Any, wait: Any) -> None:
     wait(lambda: p.getDebugVisualizerCamera()[:2] == (1024, 768))
 
 
-def test_a_page_that_was_opening_while_the_camera_moved_follows(window: Any, browser: Any, wait: Any) -> None:
+def test_a_page_opening_while_the_camera_moves_gets_the_view(window: Any, browser: Any, wait: Any) -> None:
     p.resetDebugVisualizerCamera(2, 0, 0, [0, 0, 0])
-    slow = browser(window._viewer, is_slow=True)  # it was told where to look from before the script moved on
+    slow = browser(window._viewer, is_slow=True)  # got its view before the script moved the camera
     browser(window._viewer)
     wait(lambda: window._viewer.watchers == 1)
     p.resetDebugVisualizerCamera(3, 30, -20, [1, 2, 3])
-    told = p.getDebugVisualizerCamera()[8:]
+    reported = p.getDebugVisualizerCamera()[8:]
     wait(lambda: window.camera._pages._aimed.target[0] == 1.0)
     slow.look_from((0.0, -2.0, 0.0))
-    for _ in range(2):  # the first telling is lost
+    for _ in range(2):  # the first message is lost
         moved = slow.listen(lambda m: m["type"] == "SetCameraPositionMessage" and not m["initial"])
         np.testing.assert_allclose(moved["position"], window.camera._pages._aimed.eye)
-    assert p.getDebugVisualizerCamera()[8:] == told == (30.0, -20.0, 3.0, (1.0, 2.0, 3.0))
+    assert p.getDebugVisualizerCamera()[8:] == reported == (30.0, -20.0, 3.0, (1.0, 2.0, 3.0))
     slow.look_from(moved["position"], (1.0, 2.0, 3.0))
     wait(lambda: 1 not in window.camera._pages._requested)
-    slow.look_from((0.0, -5.0, 0.0))  # now somebody turns it
+    slow.look_from((0.0, -5.0, 0.0))  # now a user turns it
     wait(lambda: p.getDebugVisualizerCamera()[10] == pytest.approx(5.0))
 
 
-def test_a_page_opens_where_the_script_looks_from(window: Any) -> None:
+def test_a_page_opens_with_the_view_of_the_script(window: Any) -> None:
     p.resetDebugVisualizerCamera(3, 0, 0, [1, 2, 3])
     np.testing.assert_allclose(window._viewer.server.initial_camera.position, [1, -1, 3], atol=1e-9)
 
@@ -254,7 +254,7 @@ def test_keys_and_mouse_reach_the_script_once(watched: Any, wait: Any) -> None:
     assert p.getMouseEvents() == ()
 
 
-def test_a_body_is_dragged_and_let_go(watched: Any, wait: Any) -> None:
+def test_a_body_is_dragged_and_released(watched: Any, wait: Any) -> None:
     window, page = watched
     body, floor = box(0.5), box(-2.0, mass=0.0)
     wait(lambda: drawn_shapes(window) == 2)
@@ -300,13 +300,13 @@ def test_a_body_is_dragged_and_let_go(watched: Any, wait: Any) -> None:
 
     drag("start", name, (0, 0, 0.6))
     wait(lambda: window._dragging._held is not None)
-    page.close()  # in the middle of it: the next command lets go
+    page.close()  # during the drag: the next command releases the body
     wait(lambda: window._viewer.watchers == 0 and window.update_requested)
     p.stepSimulation()
     assert len(CLIENTS[0].scene.world.constraints) == 0
 
 
-def test_real_time_passes_on_its_own(window: Any, wait: Any) -> None:
+def test_real_time_simulation_runs_in_the_background(window: Any, wait: Any) -> None:
     p.setGravity(0, 0, -10)
     body = box(5.0)
     p.setRealTimeSimulation(1)
@@ -343,7 +343,7 @@ def test_flags_act_on_the_page(watched: Any, wait: Any) -> None:
     wait(lambda: drawn_shapes(window) == 2)
 
 
-def test_pictures_that_a_script_takes_are_in_the_panel(watched: Any) -> None:
+def test_pictures_of_a_script_are_shown_in_the_panel(watched: Any) -> None:
     _, page = watched
     p.configureDebugVisualizer(p.COV_ENABLE_DEPTH_BUFFER_PREVIEW, 0)
     p.getCameraImage(64, 48)
@@ -354,7 +354,7 @@ def test_pictures_that_a_script_takes_are_in_the_panel(watched: Any) -> None:
     assert not any(of_type("GuiImageMessage", label="depth")(m) for m in page.messages)
 
 
-def test_rubbish_on_the_socket_changes_nothing(watched: Any, browser: Any, wait: Any) -> None:
+def test_invalid_messages_are_ignored(watched: Any, browser: Any, wait: Any) -> None:
     window, page = watched
     p.setGravity(0, 0, -10)
     body = box(5.0)
@@ -376,7 +376,7 @@ def test_rubbish_on_the_socket_changes_nothing(watched: Any, browser: Any, wait:
     good.listen(lambda m: m["type"] == "SetPositionMessage" and m["position"][2] < 5.0)
 
 
-def test_with_nobody_watching_the_page_is_not_touched(window: Any) -> None:
+def test_without_an_open_page_nothing_is_sent(window: Any) -> None:
     box()
     p.addUserDebugLine([0, 0, 0], [1, 0, 0])
     p.addUserDebugParameter("s", 0, 1, 0.5)
@@ -428,5 +428,5 @@ def test_wrong_options_are_named(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("width", [0.001, 0.5, 1.0, 2.0, 6.28, 1e6])
-def test_sliders_have_a_thousand_places(width: float) -> None:
+def test_sliders_have_a_thousand_steps(width: float) -> None:
     assert 1000 <= width / step_of(width) * (1 + 1e-9) <= 10001

@@ -1,4 +1,4 @@
-"""Points of lidars in a scene: where, in what colour, and at what cost."""
+"""Points of lidars in a scene: positions, colours and cost."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytest.importorskip("viser")
 
 @pytest.fixture
 def ring() -> tuple[World, Any, Lidar]:
-    """A lidar in the middle of two walls, 0.5 and 20 m away."""
+    """Build a lidar between two walls, 0.5 and 20 m away."""
     world = World()
     near = world.add_box((0.2, 4, 1), (0.6, 0, 0.5))
     world.add_box((0.2, 4, 1), (-20.1, 0, 0.5))
@@ -26,7 +26,7 @@ def ring() -> tuple[World, Any, Lidar]:
     return world, near, Lidar(carrier.links[0], pattern=pattern)
 
 
-def test_points_lie_on_what_is_hit_and_go_when_nothing_is(ring: tuple[World, Any, Lidar]) -> None:
+def test_points_are_on_hit_surfaces_and_removed_without_hits(ring: tuple[World, Any, Lidar]) -> None:
     world, near, lidar = ring
     with Viewer(world, port=0, quiet=True) as viewer:
         scans = Scans(viewer.server)
@@ -44,7 +44,7 @@ def test_points_lie_on_what_is_hit_and_go_when_nothing_is(ring: tuple[World, Any
         scans.clear()
 
 
-def test_colours_tell_near_from_far_and_the_carrier(ring: tuple[World, Any, Lidar]) -> None:
+def test_colours_show_distance_and_the_carrier(ring: tuple[World, Any, Lidar]) -> None:
     _, near, lidar = ring
     scan = lidar.scan()
     by_distance = dict(zip(scan.ranges[scan.hit].round(3), map(tuple, scan_colors(scan, -1)), strict=True))

@@ -24,7 +24,7 @@ def test_the_next_free_port_is_taken() -> None:
             assert viewer.url == f"http://127.0.0.1:{viewer.port}"
 
 
-def test_it_listens_on_this_machine_alone() -> None:
+def test_the_server_listens_on_this_machine_only() -> None:
     with Viewer(World(), port=0, quiet=True) as viewer:
         socket.create_connection(("127.0.0.1", viewer.port), timeout=2).close()
         with pytest.raises(ConnectionRefusedError):

@@ -15,7 +15,7 @@ pytest.importorskip("viser")
 
 
 def poses_of(viewer: Viewer) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Position and rotation matrix of each link's node."""
+    """Return position and rotation matrix of each link's node."""
     nodes = viewer.nodes._frames
     return {
         path: (np.array(node.position), matrix_from_quaternion(from_wxyz(node.wxyz)))
@@ -39,7 +39,7 @@ def expect_poses(viewer: Viewer, world: World) -> None:
             np.testing.assert_allclose(turn, rotations[link.mujoco_id], atol=1e-5)
 
 
-def test_links_stand_where_the_world_has_them(pendulum: Any) -> None:
+def test_links_have_the_poses_of_the_world(pendulum: Any) -> None:
     world = World()
     world.add_plane()
     body = world.add_urdf(pendulum, position=(0.3, 0.1, 1.0), fixed_base=True)
@@ -52,7 +52,7 @@ def test_links_stand_where_the_world_has_them(pendulum: Any) -> None:
         assert len(visuals(viewer)) == len(world.render_scene().shapes)
 
 
-def test_bodies_come_and_go() -> None:
+def test_bodies_are_added_and_removed() -> None:
     world = World()
     world.add_plane()
     with Viewer(world, port=0, quiet=True) as viewer:
@@ -91,7 +91,7 @@ def test_a_new_colour_replaces_only_that_shape() -> None:
         assert len(before & after) == 1
 
 
-def test_browsers_are_told_of_movement_while_the_world_steps(browser, wait) -> None:
+def test_browsers_receive_motion_while_the_world_steps(browser, wait) -> None:
     world = World()
     world.add_box((0.2, 0.2, 0.2), position=(0, 0, 5), name="falling")
     with Viewer(world, port=0, quiet=True) as viewer:
@@ -127,7 +127,7 @@ def test_the_last_of_many_quick_steps_is_shown(browser, wait) -> None:
         expect_poses(viewer, world)
 
 
-def test_who_comes_after_the_last_step_sees_it(browser, wait) -> None:
+def test_a_page_opened_after_the_last_step_shows_it(browser, wait) -> None:
     world = World()
     world.add_box((0.2, 0.2, 0.2), position=(0, 0, 5))
     with Viewer(world, port=0, quiet=True) as viewer:
@@ -138,7 +138,7 @@ def test_who_comes_after_the_last_step_sees_it(browser, wait) -> None:
         expect_poses(viewer, world)
 
 
-def test_nothing_is_copied_while_nobody_watches() -> None:
+def test_nothing_is_copied_without_an_open_page() -> None:
     world = World()
     world.add_box((0.2, 0.2, 0.2), position=(0, 0, 5))
     with Viewer(world, port=0, quiet=True) as viewer:
@@ -170,7 +170,7 @@ def test_a_page_changes_nothing_in_the_world(browser, wait, pendulum: Any) -> No
     np.testing.assert_array_equal(run(True), run(False))
 
 
-def test_rubbish_on_the_socket_changes_nothing(browser, wait) -> None:
+def test_invalid_messages_are_ignored(browser, wait) -> None:
     world = World()
     world.add_box((0.2, 0.2, 0.2), position=(0, 0, 5), name="falling")
     with Viewer(world, port=0, quiet=True) as viewer:
@@ -184,7 +184,7 @@ def test_rubbish_on_the_socket_changes_nothing(browser, wait) -> None:
         good.listen(lambda m: m["type"] == "SetPositionMessage" and m["position"][2] < 5.0)
 
 
-def test_closing_leaves_the_world_alone() -> None:
+def test_closing_keeps_the_world() -> None:
     world = World()
     world.add_box((0.2, 0.2, 0.2), position=(0, 0, 5))
     viewer = Viewer(world, port=0, quiet=True)
@@ -195,7 +195,7 @@ def test_closing_leaves_the_world_alone() -> None:
     assert "closed" in repr(viewer)
 
 
-def test_names_with_slashes_and_twins_get_nodes_of_their_own() -> None:
+def test_names_with_slashes_and_equal_names_get_unique_nodes() -> None:
     world = World()
     world.add_box((0.1, 0.1, 0.1), name="a/b")
     world.add_box((0.1, 0.1, 0.1), position=(1, 0, 0), name="a∕b")
