@@ -154,7 +154,7 @@ def test_a_backdrop_is_linear_from_the_top_edge_to_the_bottom_edge(picture) -> N
     assert np.array_equal(image.rgb, np.repeat(image.rgb[:, :1], 41, axis=1))
 
 
-def test_an_endless_floor_fades_by_a_smooth_step_of_its_depth(picture, floor) -> None:
+def test_an_infinite_floor_fades_by_a_smooth_step_of_its_depth(picture, floor) -> None:
     backdrop = Backdrop(top=(0.0, 0.0, 0.0), bottom=(0.0, 0.0, 0.0), fade=(2.0, 6.0))
     camera = Camera.look_at((0, 0, 1.0), (5, 0, 0.0), width=11, height=120, far=200.0)
     image = picture([floor], camera, background=backdrop, light=UNLIT)

@@ -27,7 +27,7 @@ AXLE = 0.3
 """Distance between the wheels' middles; m"""
 CASTER_RADIUS = 0.03
 MIDDLE = -0.045
-"""The round body's middle is behind the axle, so that the caster carries weight; m"""
+"""Position of the body's centre, behind the axle, so that the caster is loaded (m)."""
 
 
 def build() -> dict[str, bytes]:

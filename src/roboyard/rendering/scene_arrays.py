@@ -1,4 +1,4 @@
-"""A scene as flat arrays, collected once per revision, so that a frame sends only transforms."""
+"""A scene as flat arrays, collected once per revision, so that a frame needs only transforms."""
 
 from __future__ import annotations
 
@@ -52,11 +52,11 @@ class SceneArrays:
     opaque: Ints
     """(draws, 6): instance, vertices from, to, faces from, to, side to cull; these also cast shadows."""
     clear: Ints
-    """(draws, 6) like `opaque`, see-through."""
+    """(draws, 6) like `opaque`, transparent."""
     planes: Ints
-    """Instances that are endless planes and opaque."""
+    """Instances that are infinite planes and opaque."""
     clear_planes: Ints
-    """Instances that are endless planes and see-through."""
+    """Instances that are infinite planes and transparent."""
     materials: Array
     """(instances, 11): RGBA, specular, second RGB and square size of the checkerboard (0: none), scale along
     x and y."""

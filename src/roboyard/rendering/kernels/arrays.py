@@ -82,4 +82,4 @@ class Background(NamedTuple):
     gradient: Array
     """(2, 4) RGBA at the top and at the bottom."""
     fade: Array
-    """(2,) depths between which endless planes dissolve into the background (m)."""
+    """(2,) depths between which infinite planes fade into the background (m)."""

@@ -75,8 +75,8 @@ def shade_face(
 ):  # fmt: skip
     """Shade columns `first` to `end` of a row, which all show the same face; arguments as of `shade`."""
     instance, face = np.int64(code >> 32), np.int64(code & 0x7FFFFFFF)
-    endless = face == PLANE
-    if endless:
+    infinite = face == PLANE
+    if infinite:
         face = np.int64(instances.links[instance, 5])
     to_local, to_world, materials = instances.to_local, instances.to_world, instances.materials
     to_mesh = row3_of(to_local, instance, 0), row3_of(to_local, instance, 1), row3_of(to_local, instance, 2)
@@ -86,8 +86,8 @@ def shade_face(
     # normals transform with the transposed inverse
     face_normal = unit(transposed_product(to_mesh, across))
     share_1, share_2 = barycentric_vectors(edge_1, edge_2)
-    flat, flat_normal = endless or is_flat(meshes.normals, face), face_normal
-    if flat and not endless:
+    flat, flat_normal = infinite or is_flat(meshes.normals, face), face_normal
+    if flat and not infinite:
         flat_normal = unit(transposed_product(to_mesh, row3_of(meshes.normals, face, 0)))
     light = sun.light
     to_sun = light[0], light[1], light[2]
@@ -128,7 +128,7 @@ def shade_face(
             color = lit_color(color, normal, direction, sun_share, shininess, light)
         else:
             color = scaled(color, light[6])
-        if endless and depth > fade[0]:
+        if infinite and depth > fade[0]:
             share = min((depth - fade[0]) / (fade[1] - fade[0]), 1.0)
             color = mixed(color, behind[:3], share * share * (3.0 - 2.0 * share))
         color = min(color[0], 1.0), min(color[1], 1.0), min(color[2], 1.0)
@@ -260,7 +260,7 @@ def fill(out, first, end, rgba):
 
 @without_refcounts
 def add_behind(front, p, color, alpha):
-    """Add a see-through surface behind the layers in front of pixel p (premultiplied RGBA)."""
+    """Add a transparent surface behind the layers in front of pixel p (premultiplied RGBA)."""
     weight = (1.0 - front[p, 3]) * alpha
     front[p, 0] += weight * color[0]
     front[p, 1] += weight * color[1]

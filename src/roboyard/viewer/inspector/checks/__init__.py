@@ -1,4 +1,4 @@
-"""Checks of a robot in the inspector, with the links to look at."""
+"""Checks of a robot in the inspector, with the links of their violations."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Violation:
     text: str
     """Element, value and, where known, the remedy."""
     link: str | None = None
-    """Name of the link to look at."""
+    """Name of the link to show."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

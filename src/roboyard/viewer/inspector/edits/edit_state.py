@@ -38,7 +38,7 @@ class SensorPose:
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Position (m)."""
     quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
-    """Orientation x, y, z, w; cameras look along -z with +y up."""
+    """Orientation x, y, z, w; the viewing direction of cameras is -z, +y is up."""
 
     @property
     def pose(self) -> Array:

@@ -22,7 +22,7 @@ ASPECT = 4.0 / 3.0
 FOVY = 2.0 * math.atan(math.tan(FOVX / 2.0) / ASPECT)
 """Vertical field of view (rad)."""
 TO_OPTICAL = np.diag([1.0, -1.0, -1.0, 1.0])
-"""From a camera that looks along -z, +y up, to one that looks along +z, +y down."""
+"""Rotation from a camera frame with viewing direction -z and +y up to one with +z and +y down."""
 PLAIN, PICKED = (60, 60, 70), (250, 120, 10)
 RINGS = 48
 """Points of a ring."""
