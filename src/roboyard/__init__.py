@@ -6,9 +6,9 @@ that needs them.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from roboyard._lazy import lazy_names
 from roboyard._version import __version__
 from roboyard.errors import RoboyardError
 
@@ -63,15 +63,7 @@ if TYPE_CHECKING:
     from roboyard.viewer import Viewer
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name from its module at first use.
-
-    Raises:
-        AttributeError: `name` is not public.
-    """
-    if name in _MODULES:
-        return getattr(import_module(_MODULES[name]), name)
-    raise AttributeError(f"module 'roboyard' has no attribute {name!r}")
+__getattr__ = lazy_names(__name__, _MODULES)
 
 
 def __dir__() -> list[str]:
