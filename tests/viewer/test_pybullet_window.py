@@ -121,6 +121,26 @@ def test_a_button_counts_its_clicks(watched: Any, wait: Any) -> None:
     wait(lambda: p.readUserDebugParameter(button) == 7.0)
 
 
+def test_a_click_right_after_a_button_appears_is_counted(
+    watched: Any, wait: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A busy process may set the callback long after it has made the button."""
+    import viser
+
+    on_click = viser.GuiButtonHandle.on_click
+
+    def late(handle: Any, callback: Any) -> Any:
+        time.sleep(0.3)
+        return on_click(handle, callback)
+
+    monkeypatch.setattr(viser.GuiButtonHandle, "on_click", late)
+    _, page = watched
+    button = p.addUserDebugParameter("go", 1, 0, 5)
+    made = page.listen(of_type("GuiButtonMessage", label="go"))
+    page.send(type="GuiUpdateMessage", uuid=made["uuid"], updates={"value": True})
+    wait(lambda: p.readUserDebugParameter(button) == 6.0)
+
+
 def test_lines_are_drawn_replaced_and_removed(watched: Any, wait: Any) -> None:
     window, page = watched
     first = p.addUserDebugLine([0, 0, 0], [1, 0, 0], [1, 0, 0], lineWidth=2)

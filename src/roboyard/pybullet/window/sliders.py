@@ -17,6 +17,7 @@ class Sliders:
 
     def __init__(self, server: Any) -> None:
         """Add sliders to the panel of a server."""
+        self._server = server
         self._gui = server.gui
         self._elements: dict[int, tuple[Parameter, Any]] = {}
 
@@ -26,7 +27,8 @@ class Sliders:
             self._elements.pop(number)[1].remove()
         for number, parameter in parameters.items():
             if number not in self._elements:
-                self._elements[number] = parameter, self._add(parameter)
+                with self._server.atomic():  # no page sees an element before its callback is set
+                    self._elements[number] = parameter, self._add(parameter)
 
     def _add(self, parameter: Parameter) -> Any:
         if parameter.is_button:
