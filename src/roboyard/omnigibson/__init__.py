@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from roboyard._lazy import lazy_names
 from roboyard.omnigibson.import_alias import install_omnigibson_alias
 from roboyard.omnigibson.urdf_helpers import (
     copy_robot_to_models,
@@ -35,11 +36,4 @@ __all__ = [
     "wrap",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Import the wrapper of robots, which needs the simulation, at its first use."""
-    if name in ("OmniGibsonRobot", "wrap"):
-        from roboyard.omnigibson import wrapped_robot
-
-        return getattr(wrapped_robot, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = lazy_names(__name__, dict.fromkeys(("OmniGibsonRobot", "wrap"), f"{__name__}.wrapped_robot"))

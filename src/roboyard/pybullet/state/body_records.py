@@ -12,7 +12,7 @@ from roboyard.description.model import Pose
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
 from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT, joint_infos
-from roboyard.transforms import Array, conjugate, from_wxyz, multiply, rotate
+from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
@@ -240,8 +240,3 @@ def _zero_effort(kind: int) -> Any:
 
 def _is_identity(pose: Pose) -> bool:
     return tuple(pose.position) == (0.0, 0.0, 0.0) and tuple(pose.quaternion) == (0.0, 0.0, 0.0, 1.0)
-
-
-def pose_of_qpos(free: Array) -> tuple[Array, Array]:
-    """Return the (3,) position and (4,) quaternion (x, y, z, w) of a free joint's (7,) numbers."""
-    return free[:3].copy(), from_wxyz(free[3:])

@@ -81,11 +81,6 @@ def make_groups(setup: Setup, plans: Mapping[str, GroupPlan], config: Controller
     return groups
 
 
-def allowed_keys(name: str) -> list[str]:
-    """Return the keys of a controller."""
-    return list(REGISTERED_CONTROLLERS[name].Settings.model_fields)
-
-
 def _keys_of(group: str, given: str | Mapping[str, Any], default: str, setup: Setup) -> dict[str, Any]:
     """Return all keys of a group's controller."""
     given = {"name": given} if isinstance(given, str) else dict(given)
