@@ -109,7 +109,7 @@ def test_base(robot: RobotModel, tmp_path: Path) -> None:
 
 def test_holonomic_base(robot: RobotModel, tmp_path: Path) -> None:
     virtual = tuple(f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz"))
-    semantic = replace(robot.semantic, base="holonomic", base_joints=virtual)
+    semantic = replace(robot.semantic, base="holonomic", base_joints=virtual, virtual_joints=virtual)
     data = load(replace(robot, semantic=semantic, approximations={"wheel": "boundingSphere"}), tmp_path)
     assert data["holonomic_base"] == {"force_sphere_wheel_approximation": True}
     assert data["locomotion"]["base_joint_names"] == list(virtual)

@@ -230,7 +230,7 @@ def test_floating_falls_and_fixed_stays(robot: RobotModel, tmp_path: Path) -> No
 
 def test_robots_on_wheels_float_unless_virtual_joints_carry_them(robot: RobotModel, tmp_path: Path) -> None:
     wheeled = replace(robot, semantic=replace(robot.semantic, wheel_links=("puck",)))
-    holonomic = replace(wheeled, semantic=replace(wheeled.semantic, base="holonomic"))
+    holonomic = replace(wheeled, semantic=replace(wheeled.semantic, base="holonomic", virtual_joints=("x",)))
     for case, (given, floats) in {
         "bare": (robot, False),
         "wheels": (wheeled, True),

@@ -73,6 +73,7 @@ def dual() -> RobotModel:
         base_link="base",
         base="holonomic",
         base_joints=tuple(f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz")),
+        virtual_joints=tuple(f"base_footprint_{axis}_joint" for axis in ("x", "y", "z", "rx", "ry", "rz")),
         end_effectors=effectors,
         trunk_joints=("torso_joint",),
         postures={REST: rest},

@@ -36,6 +36,7 @@ def test_the_tree_of_files_is_the_documents(r1):
         "curobo/r1.yml",
         "curobo/r1.xrdf",
         "misc/metadata.json",
+        "understanding.json",
         "import_log.json",
         "import_report.html",
     ):

@@ -87,7 +87,7 @@ def _notes(robot: RobotModel) -> tuple[str, ...]:
 def _variants(planner: Planner) -> dict[str, dict[str, Any]]:
     """Return the configurations by name; each has all keys."""
     default = _flat(planner)
-    if planner.robot.semantic.base != "holonomic":
+    if not planner.robot.semantic.virtual_joints:
         return {"default": default}
     rest = {joint.name: planner.rest(joint) for joint in planner.joints}
     body = {name: value for name, value in rest.items() if "base_footprint" not in name}

@@ -26,13 +26,8 @@ from roboyard.kinematics.joint_order import breadth_first_joints, single_dof_joi
 
 if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel
-    from roboyard.description.semantic import BaseKind, SemanticDescription
+    from roboyard.description.semantic import SemanticDescription
 
-_BASE_CONTROLLERS: dict[BaseKind, str] = {
-    "holonomic": "HolonomicBaseJointController",
-    "differential": "DifferentialDriveController",
-    "wheeled": "JointController",
-}
 _CONTROLLERS = {
     "trunk": "JointController",
     "arm": "InverseKinematicsController",
@@ -60,9 +55,15 @@ def write(robot: RobotModel, path: Path | str) -> ExportResult:
 def _group_controllers(semantic: SemanticDescription) -> dict[str, str]:
     """Return each group's controller, in action order."""
     return {
-        group: _BASE_CONTROLLERS[semantic.base] if group == "base" else _CONTROLLERS[group.partition("_")[0]]
+        group: _base_controller(semantic) if group == "base" else _CONTROLLERS[group.partition("_")[0]]
         for group in semantic.groups
     }
+
+
+def _base_controller(semantic: SemanticDescription) -> str:
+    if semantic.virtual_joints:
+        return "HolonomicBaseJointController"
+    return "JointController" if semantic.wheel_pair is None else "DifferentialDriveController"
 
 
 def _controllers(groups: dict[str, str]) -> str:
@@ -100,15 +101,15 @@ def _base(robot: RobotModel) -> str:
         "base_joint_names": list(semantic.base_joints),
         "floor_touching_base_link_names": wheels,
     }
-    if semantic.base == "holonomic":
+    if semantic.virtual_joints:
         spheres = any(robot.approximations.get(link) == "boundingSphere" for link in wheels)
         block = {"holonomic_base": {"force_sphere_wheel_approximation": spheres}, "locomotion": joints}
         return "# A holonomic base on virtual joints.\n" + dump(block)
-    if semantic.base == "differential" and semantic.wheel_pair is not None:
+    if semantic.wheel_pair is not None:
         pair = semantic.wheel_pair
         two_wheel = {"wheel_radius": round(pair.radius, 4), "wheel_axle_length": round(pair.length, 4)}
         return "# Two driven wheels, left and right.\n" + dump({"two_wheel": two_wheel, "locomotion": joints})
-    if semantic.base == "wheeled":
+    if joints["base_joint_names"]:
         text = "# A base on wheels.\n" + dump({"locomotion": joints})
         return text + "# two_wheel:\n#   wheel_radius: 0.0        # m\n#   wheel_axle_length: 0.0   # m\n"
     return "# locomotion:\n#   base_joint_names: []\n#   floor_touching_base_link_names: []\n"

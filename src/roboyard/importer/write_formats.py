@@ -9,7 +9,7 @@ from roboyard.description.robot_model import RobotModel
 from roboyard.errors import MissingExtraError
 from roboyard.export.export_result import ExportResult
 from roboyard.importer.context import ImportContext
-from roboyard.importer.steps.metadata import write_metadata
+from roboyard.importer.steps.metadata import write_metadata, write_understanding
 
 
 def write_package(robot: RobotModel, context: ImportContext) -> dict[str, ExportResult]:
@@ -36,6 +36,7 @@ def write_package(robot: RobotModel, context: ImportContext) -> dict[str, Export
         for note in written[kind].notes:
             context.log.note(f"{kind}: {note}")
     write_metadata(robot, build / "misc" / "metadata.json")
+    write_understanding(robot, build / "understanding.json")
     context.log.facts["files"] = {
         kind: [relative(path, build) for path in result.files[:1]] for kind, result in written.items()
     }

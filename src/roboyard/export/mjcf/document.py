@@ -50,7 +50,7 @@ def write(robot: RobotModel, path: Path | str, *, floating: bool | None = None) 
     target.parent.mkdir(parents=True, exist_ok=True)
     description = robot.description
     if floating is None:
-        floating = bool(robot.semantic.wheel_links) and robot.semantic.base != "holonomic"
+        floating = bool(robot.semantic.wheel_links) and not robot.semantic.virtual_joints
     notes: list[str] = []
     root = ET.Element("mujoco", model=robot.name)
     # strippath off: files keep their folders; inertiafromgeom off: masses are the file's own

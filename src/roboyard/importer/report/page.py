@@ -20,10 +20,14 @@ if TYPE_CHECKING:
 
 MAX_ROWS = 40
 BASES = {
-    "none": "fixed or legged",
+    "none": "fixed",
+    "fixed": "fixed",
     "wheeled": "on wheels",
-    "differential": "two driven wheels",
+    "differential": "driven wheels on two sides",
     "holonomic": "moves in x, y, yaw",
+    "ackermann": "steers like a car",
+    "legged": "on legs",
+    "floating": "free in the air",
 }
 """Kind of base to its words."""
 _RESOLVED = {

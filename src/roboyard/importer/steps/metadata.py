@@ -1,4 +1,4 @@
-"""Size of the robot, which OmniGibson reads from `misc/metadata.json`."""
+"""Size of the robot, which OmniGibson reads from `misc/metadata.json`, and the understanding of it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from roboyard.description.robot_model import Metadata, RobotModel
+from roboyard.description.understanding import conclusions, understanding
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.bounds import robot_bounds
 
@@ -38,3 +39,9 @@ def write_metadata(robot: RobotModel, path: Path) -> None:
         "orientations": [],
     }
     path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+
+
+def write_understanding(robot: RobotModel, path: Path) -> None:
+    """Write `understanding.json`: kind, base, limbs, grippers and sensors, and each conclusion's reasons."""
+    data = {"understanding": understanding(robot.semantic), "conclusions": conclusions(robot.semantic)}
+    path.write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

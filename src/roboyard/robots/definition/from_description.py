@@ -67,18 +67,17 @@ def _infer(description: RobotDescription) -> SemanticDescription:
 
 def _add_base(semantic: SemanticDescription, data: dict[str, Any], controllers: dict[str, str]) -> set[str]:
     """Add the blocks of the base, and return the names of its joints."""
-    match semantic.base:
-        case "holonomic":
-            data["holonomic_base"] = {}
-            controllers["base"] = "HolonomicBaseJointController"
-        case "differential" if semantic.wheel_pair is not None:
-            pair = semantic.wheel_pair
-            data["two_wheel"] = {"wheel_radius": pair.radius, "wheel_axle_length": pair.length}
-            controllers["base"] = "DifferentialDriveController"
-        case "wheeled":
-            controllers["base"] = "JointController"
-        case _:
-            return set()
+    pair = semantic.wheel_pair
+    if not semantic.base_joints:
+        return set()
+    if semantic.virtual_joints:
+        data["holonomic_base"] = {}
+        controllers["base"] = "HolonomicBaseJointController"
+    elif pair is not None:
+        data["two_wheel"] = {"wheel_radius": pair.radius, "wheel_axle_length": pair.length}
+        controllers["base"] = "DifferentialDriveController"
+    else:
+        controllers["base"] = "JointController"
     data["locomotion"] = {
         "base_joint_names": semantic.base_joints,
         "floor_touching_base_link_names": (*semantic.wheel_links, *semantic.caster_links),
