@@ -1,0 +1,1 @@
+"""Collision checking, sampling, shortcuts and timing as numba functions over plain arrays."""
