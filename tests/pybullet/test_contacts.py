@@ -100,3 +100,33 @@ def test_shapes_of_no_body_count_as_link_minus_two(client: int) -> None:
     )
     assert point[1:5] == (-1, box, -2, -1)
     assert point[8] == pytest.approx(0.8)
+
+
+def test_the_normal_force_of_a_resting_ball_settles_within_three_steps(client: int) -> None:
+    """Numbers of PyBullet 3.2.7: one point, 10 N from the third step on, and a distance of -10 µm."""
+    p.setGravity(0, 0, -10)
+    plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.5), -1, [0, 0, 0.5])
+    for step in range(1, 6):
+        p.stepSimulation()
+        ((*_, distance, force, _, _, _, _),) = p.getContactPoints(ball, plane)
+        assert force == pytest.approx(10.0, abs=1e-4 if step >= 3 else 1.0)
+        assert distance == pytest.approx(0.0, abs=3e-5)
+
+
+@pytest.mark.parametrize("of_plane", [0.0, 0.003])
+def test_rolling_friction_is_the_sum_of_both_bodies(client: int, of_plane: float) -> None:
+    """A ball slows by c g / (1.4 r); PyBullet's c (m) is each body's own times the other's lateral friction."""
+    radius, mu_plane, mu_ball, own = 0.1, 0.5, 0.8, 0.004
+    p.setGravity(0, 0, -10)
+    plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    ball = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=radius), -1, [0, 0, radius])
+    p.changeDynamics(plane, -1, lateralFriction=mu_plane, rollingFriction=of_plane)
+    p.changeDynamics(
+        ball, -1, lateralFriction=mu_ball, rollingFriction=own, linearDamping=0, angularDamping=0
+    )
+    p.resetBaseVelocity(ball, [1, 0, 0], [0, 1 / radius, 0])
+    for _ in range(120):
+        p.stepSimulation()
+    c = own * mu_plane + of_plane * mu_ball
+    assert p.getBaseVelocity(ball)[0][0] == pytest.approx(1 - 0.5 * c * 10 / (1.4 * radius), abs=0.01)

@@ -143,3 +143,46 @@ def test_files_that_cannot_be_used(client: int, tmp_path: Path) -> None:
     with pytest.raises(p.error, match=r"Couldn't load \.mjcf file\.") as caught:
         p.loadMJCF(str(tmp_path / "bad.xml"))
     assert "bad.xml:8" in " ".join(caught.value.__notes__)
+
+
+CONTYPES = {
+    ((1, 0), (1, 0)): False, ((1, 0), (0, 1)): True, ((0, 1), (0, 1)): False, ((0, 1), (1, 0)): True,
+    ((1, 1), (0, 1)): True, ((1, 1), (0, 0)): False, ((0, 0), (1, 1)): False, ((2, 4), (4, 2)): True,
+    ((2, 2), (1, 1)): False, ((3, 0), (0, 2)): True,
+}  # fmt: skip
+"""(contype, conaffinity) of a plane and of a ball: whether PyBullet 3.2.7 lets the ball rest on the plane."""
+
+
+@pytest.mark.parametrize(("bits", "rests"), list(CONTYPES.items()))
+def test_shapes_touch_where_one_contype_meets_the_other_conaffinity(
+    client: int, tmp_path: Path, bits: tuple[tuple[int, int], tuple[int, int]], rests: bool
+) -> None:
+    plane, ball = (f'contype="{own}" conaffinity="{other}"' for own, other in bits)
+    (tmp_path / "plane.xml").write_text(
+        f'<mujoco><worldbody><geom type="plane" size="5 5 .1" {plane}/></worldbody></mujoco>'
+    )
+    (tmp_path / "ball.xml").write_text(
+        '<mujoco><worldbody><body pos="0 0 .11"><joint type="free"/>'
+        f'<geom type="sphere" size=".1" {ball}/></body></worldbody></mujoco>'
+    )
+    p.setGravity(0, 0, -10)
+    p.loadMJCF(str(tmp_path / "plane.xml"))
+    (body,) = p.loadMJCF(str(tmp_path / "ball.xml"))
+    for _ in range(60):
+        p.stepSimulation()
+    assert (p.getBasePositionAndOrientation(body)[0][2] > 0.09) == rests
+
+
+@pytest.mark.parametrize("bit", [0, 1])
+def test_contype_and_conaffinity_0_collide_with_nothing_within_their_body(
+    client: int, tmp_path: Path, bit: int
+) -> None:
+    ball = f'<geom type="sphere" size="0.1" contype="{bit}" conaffinity="{bit}"/>'
+    (tmp_path / "tree.xml").write_text(
+        f'<mujoco><worldbody><body pos="0 0 1">{ball}'
+        f'<body pos="0 0 .3"><joint type="hinge" axis="0 1 0"/>{ball}'
+        f'<body pos="0 0 -.2"><joint type="hinge" axis="0 1 0"/>{ball}</body></body></body></worldbody></mujoco>'
+    )
+    p.loadMJCF(str(tmp_path / "tree.xml"), flags=p.URDF_USE_SELF_COLLISION)
+    p.stepSimulation()
+    assert len(p.getContactPoints()) == bit

@@ -191,8 +191,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
             )
             ids.append(record.number)
             for name, (group, mask) in part.filters.items():
-                if (group, mask) != (1, 1):
-                    scene.filters.set_group((record.number, model.index_by_name[name]), group, mask)
+                scene.filters.set_group((record.number, model.index_by_name[name]), group, mask)
     except RoboyardError as problem:
         raise failure(_NO_MJCF, *str(problem).splitlines()) from problem
     return tuple(ids)

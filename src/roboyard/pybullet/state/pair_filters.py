@@ -1,4 +1,8 @@
-"""Which links may collide: groups and masks as in Bullet, and single pairs that override them."""
+"""Which links may collide: groups and masks as in Bullet, and single pairs that override them.
+
+PyBullet's worlds let two links collide where the group of either shares a bit with the mask of the other, as
+MuJoCo's contype and conaffinity; Bullet's own default requires both.
+"""
 
 from __future__ import annotations
 
@@ -23,19 +27,21 @@ class PairFilters:
         self._world, self._bodies = world, bodies
         self._groups: dict[Place, tuple[int, int]] = {}
         self._pairs: dict[tuple[Place, Place], bool] = {}
+        self._self_colliding: set[int] = set()
+        """Bodies whose own links may touch one another."""
 
     def group_of(self, body: int, link: int) -> int:
         """Return the filter group of a link: the script's, else 2 for a fixed base and 1 for other links."""
         given = self._groups.get((body, link))
         if given is not None:
             return given[0]
-        return STATIC_GROUP if self._bodies[body].model.fixed_base and link == -1 else DEFAULT_GROUP
+        return STATIC_GROUP if self._is_static(body, link) else DEFAULT_GROUP
 
     def set_group(self, place: Place, group: int, mask: int) -> None:
         """Set the filter group and mask of a link, and update its pairs with all other links."""
         self._groups[place] = (group, mask)
         for body, record in self._bodies.items():
-            if body != place[0]:
+            if body != place[0] or body in self._self_colliding:
                 self._apply_to(place, record)
 
     def set_pair(self, a: Place, b: Place, collide: bool) -> None:
@@ -43,29 +49,37 @@ class PairFilters:
         self._pairs[(min(a, b), max(a, b))] = collide
         self._set(a, b, collide)
 
-    def add_body(self, record: BodyRecord) -> None:
+    def add_body(self, record: BodyRecord, *, self_collision: bool) -> None:
         """Apply the filters of other links to the links of a new body."""
+        if self_collision:
+            self._self_colliding.add(record.number)
         for place in self._groups:
             self._apply_to(place, record)
 
     def remove_body(self, body: int) -> None:
         """Drop the filters of a body that was removed."""
+        self._self_colliding.discard(body)
         self._groups = {place: given for place, given in self._groups.items() if place[0] != body}
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}
 
     def _apply_to(self, place: Place, record: BodyRecord) -> None:
         for link, part in enumerate(record.model.links, start=-1):
-            if part.collisions:
+            if part.collisions and place != (record.number, link):
                 self._apply(place, (record.number, link))
 
     def _apply(self, a: Place, b: Place) -> None:
         pair = self._pairs.get((min(a, b), max(a, b)))
-        both = self.group_of(*a) & self._mask_of(*b) and self.group_of(*b) & self._mask_of(*a)
-        self._set(a, b, bool(both) if pair is None else pair)
+        either = self.group_of(*a) & self._mask_of(*b) or self.group_of(*b) & self._mask_of(*a)
+        self._set(a, b, bool(either) if pair is None else pair)
 
     def _mask_of(self, body: int, link: int) -> int:
         given = self._groups.get((body, link))
-        return -1 if given is None else given[1]
+        if given is not None:
+            return given[1]
+        return ~STATIC_GROUP if self._is_static(body, link) else -1
+
+    def _is_static(self, body: int, link: int) -> bool:
+        return self._bodies[body].model.fixed_base and link == -1
 
     def _set(self, a: Place, b: Place, collide: bool) -> None:
         first, second = self._link(*a), self._link(*b)

@@ -116,7 +116,7 @@ class PhysicsScene:
             )
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self._without_motors.append(record)
-        self.filters.add_body(record)
+        self.filters.add_body(record, self_collision=self_collision)
         self.textures.add_body(record)
         return record
 

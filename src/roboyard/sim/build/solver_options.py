@@ -30,8 +30,8 @@ CONTACT_SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 """Nearly rigid: at rest a body sinks in by well under 0.1 mm."""
 
 
-HARD_SOLIMP = (0.999, 0.999, 0.001, 0.5, 2.0)
-"""Impedance of contacts on the velocity level."""
+HARD_SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+"""Impedance of contacts on the velocity level: MuJoCo's largest. `hard_contacts` raises it further."""
 
 
 def new_spec() -> mujoco.MjSpec:

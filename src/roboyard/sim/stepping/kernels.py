@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+RIGIDITY = 0.1
+"""Factor on the regularisation of rigid contacts."""
+
 
 @njit(cache=True)
 def add_damping(damping, mass, inertia, rootid, cvel, xipos, ximat, subtree_com, xfrc):  # pragma: no cover
@@ -59,7 +62,9 @@ def add_bounce(restitution, geom, address, velocity, impedance, timestep, slow, 
 
 @njit(cache=True)
 def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # pragma: no cover
-    """Replace each contact's friction by the product of its geoms' coefficients, regularisation included.
+    """Replace each contact's friction by Bullet's mixture of its geoms' coefficients, regularisation included.
+
+    Sliding: the product. Spinning and rolling: each geom's own coefficient times the other's sliding one, summed.
 
     coefficients: (ngeom, 3) sliding, spinning and rolling. MuJoCo mixes by maximum when it makes the
     constraints; its elliptic cone keeps the ratio of the rows' regularisers equal to the squared ratio of
@@ -73,9 +78,11 @@ def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # p
         mu[i] *= slide / friction[i, 0]
         friction[i, 0] = friction[i, 1] = slide
         if dim[i] > 3:
-            friction[i, 2] = max(coefficients[a, 1] * coefficients[b, 1], 1e-5)
+            spin = coefficients[a, 1] * coefficients[b, 0] + coefficients[b, 1] * coefficients[a, 0]
+            friction[i, 2] = max(spin, 1e-5)
         if dim[i] > 4:
-            friction[i, 3] = friction[i, 4] = max(coefficients[a, 2] * coefficients[b, 2], 1e-5)
+            roll = coefficients[a, 2] * coefficients[b, 0] + coefficients[b, 2] * coefficients[a, 0]
+            friction[i, 3] = friction[i, 4] = max(roll, 1e-5)
         for k in range(3, dim[i]):
             ratio = slide / friction[i, k - 1]
             R[row + k] = R[row + 1] * ratio * ratio
@@ -84,13 +91,15 @@ def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # p
 
 @njit(cache=True)
 def hard_contacts(  # pragma: no cover
-    restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref
+    restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref, R, D
 ):
     """Write reference accelerations of rigid contacts, solved for the velocity after the step.
 
     The normal velocity after the step is at least -dist / dt for a gap, -erp dist / dt for a penetration and
     -e v for a bounce; sliding stops completely, as far as friction can. `base` receives the normal rows'
     references before the correction for sliding (see `correct_sliding`), whose first estimate is made here.
+    Regularisers R (and their inverses D) shrink, so that a body at rest has exactly its weight as normal force
+    within three steps; MuJoCo bounds the impedance, and with it R, for time steps much larger than needed here.
     """
     for i in range(geom.shape[0]):
         a, b, row = geom[i, 0], geom[i, 1], address[i]
@@ -102,6 +111,9 @@ def hard_contacts(  # pragma: no cover
         if e > 0.0 and v < -slow and dist[i] + v * timestep < 0.0:
             wanted = max(wanted, -e * v)
         base[row] = aref[row] = (wanted - v) / timestep
+        for k in range(dim[i]):
+            R[row + k] *= RIGIDITY
+            D[row + k] /= RIGIDITY
         if dim[i] > 1:
             for k in range(1, dim[i]):
                 aref[row + k] = -velocity[row + k] / timestep
@@ -109,6 +121,17 @@ def hard_contacts(  # pragma: no cover
             slip -= friction[i, 0] * max(wanted - v, 0.0)
             if slip > 0.0:
                 aref[row] -= friction[i, 0] * slip / timestep
+
+
+@njit(cache=True)
+def copy_to_islands(source, R, D, island_R, island_D):  # pragma: no cover
+    """Copy regularisers and their inverses to MuJoCo's arrays that are sorted by island, which it solves.
+
+    source: (nefc,) row of each row of the sorted arrays. MuJoCo itself copies reference accelerations only.
+    """
+    for i in range(source.shape[0]):
+        island_R[i] = R[source[i]]
+        island_D[i] = D[source[i]]
 
 
 @njit(cache=True)

@@ -133,17 +133,16 @@ class Surfaces:
         contact = data.contact
         geom, dim, address, friction = contact.geom, contact.dim, contact.efc_address, contact.friction
         velocity, reference = data.efc_vel, data.efc_aref
+        weights = data.efc_R, data.efc_D
         if profile.product_friction:
-            kernels().product_friction(
-                self._friction, geom, dim, address, friction, contact.mu, data.efc_R, data.efc_D
-            )
+            kernels().product_friction(self._friction, geom, dim, address, friction, contact.mu, *weights)
         if self._world.hard_contacts:
             rows = data.nefc
             if len(self._base) < rows:
                 self._base, self._acceleration = np.zeros(2 * rows), np.zeros(2 * rows)
             kernels().hard_contacts(
                 *(self._restitution_rows, geom, dim, address, contact.dist, friction, velocity),
-                *(timestep, profile.erp, profile.slow, self._base, reference),
+                *(timestep, profile.erp, profile.slow, self._base, reference, *weights),
             )
             self._sliding = dim, address, friction, velocity, self._acceleration[:rows]
             self._references = self._base, reference
@@ -152,6 +151,8 @@ class Surfaces:
                 *(self._restitution_rows, geom, address, velocity, data.efc_KBIP),
                 *(timestep, profile.slow, reference),
             )
+        if data.nisland and (profile.product_friction or self._world.hard_contacts):
+            kernels().copy_to_islands(data.map_iefc2efc, *weights, data.iefc_R, data.iefc_D)
 
     def correct_sliding(self, model: Any, data: Any, timestep: float) -> None:
         """Correct sliding contacts and solve again until they agree, after the solver."""
