@@ -20,6 +20,7 @@ from roboyard.robots.definition.from_description import default_definition
 from roboyard.robots.definition.load import check_fits, load_definition, parse_definition
 from roboyard.robots.definition.postures import ResetMode
 from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.robots.placement import stand_on_floor
 from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.robot import Robot
 from roboyard.robots.sensor_set import SensorOptions
@@ -66,6 +67,7 @@ def add_robot(
     reset_joint_pos: ArrayLike | None = None,
     default_reset_mode: ResetMode = "untuck",
     sensor_options: SensorOptions | None = None,
+    on_floor: bool | None = None,
 ) -> Robot:
     """Add a robot with its controllers to a world.
 
@@ -73,7 +75,7 @@ def add_robot(
         world: that the robot is added to.
         robot: a registered name ("r1"), a robot file (see `load_description`), one of
             `REGISTERED_ROBOTS`, a description or a model.
-        position: (3,) of the root link's frame in the world frame (m).
+        position: (3,) of the root link's frame in the world frame (m). See `on_floor`.
         orientation: (4,) quaternion x, y, z, w of the root link's frame in the world frame.
         controllers: group to a controller's name, or to its keys; the definition's by default.
         fixed_base: attach the root link to the world. None: robots that walk or drive on wheels float, all
@@ -92,6 +94,9 @@ def add_robot(
         default_reset_mode: posture of the definition's `mobile_manipulation` block to start in.
         sensor_options: kind of sensor ("Camera", "Lidar") or link that has one, to keywords of
             `roboyard.sensors.CameraSensor` or `Lidar` (width, rate, pattern, ...).
+        on_floor: put the robot's lowest point, visual shapes included, on the surface below `position`. True:
+            from any height; False: never, the root frame goes to `position`; None: where `position` is on
+            that surface (the spawn pose of a scene is), and where the robot would start inside it.
 
     Raises:
         ConfigError: the definition or an option is wrong, or the robot unknown.
@@ -110,7 +115,7 @@ def add_robot(
     )
     try:
         _disable_collision_pairs(world, body, source.definition)
-        return Robot(
+        added = Robot(
             body,
             source.definition,
             edited,
@@ -123,9 +128,11 @@ def add_robot(
             sensor_file=source.sensor_file,
             sensor_options=sensor_options,
         )
+        stand_on_floor(added, on_floor)
     except Exception:
         _remove(world, body)
         raise
+    return added
 
 
 def load_source(

@@ -249,7 +249,7 @@ class Body:
                 world.live_model.body_pos[row] = xyz
             if wxyz is not None:
                 world.live_model.body_quat[row] = wxyz
-            world.mark_moved()
+            world.mark_fixed_moved()
 
     def free_base(self) -> None:
         """Free a fixed base, which then moves from its present pose, at rest, with its link's mass.

@@ -139,6 +139,19 @@ class Engine(Generic[BodyT]):
         """Note that positions or velocities were written: recompute derived quantities when they are read."""
         self._moved = self._velocity_moved = True
 
+    def mark_fixed_moved(self) -> None:
+        """Note that the pose of a fixed body was written. A world with sleeping takes fixed bodies, and what
+        hangs on them, for unmoved, so their positions are computed here with sleeping off.
+        """
+        self.mark_moved()
+        option, sleeps = self._model.opt, int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+        if option.enableflags & sleeps:
+            option.enableflags &= ~sleeps
+            try:
+                mujoco.mj_kinematics(self._model, self._data)
+            finally:
+                option.enableflags |= sleeps
+
     def ensure_compiled(self) -> None:
         """Compile if the spec was edited; all remaining bodies keep their state.
 

@@ -16,9 +16,6 @@ from roboyard.sim.body import Body
 from roboyard.sim.world import World
 from roboyard.transforms import Array
 
-SUNK = 2e-3
-"""A robot that reaches further below the floor is lifted onto it (m)."""
-
 
 @dataclass(kw_only=True, slots=True)
 class TestWorld:
@@ -55,9 +52,6 @@ class TestWorld:
         robot = add_robot(
             world, self.source, definition=self.definition, name=self.name, **{**self.options, **options}
         )
-        lowest = float(robot.body.bounds[0, 2])
-        if not robot.body.is_fixed or lowest < -SUNK:
-            robot.set_pose(robot.position - [0.0, 0.0, lowest])
         self.joint_count = len(robot.joint_names)
         return robot
 
