@@ -186,3 +186,46 @@ def test_moved_files_are_those_whose_path_ends_alike(
 )
 def test_meshes_and_images_are_known_by_their_suffix(name: str, expected: bool) -> None:
     assert is_mesh_or_image(Path(name)) is expected
+
+
+def linked_source(folder: Path, mark: str, target: Path) -> Path:
+    """A robot's folder that looks like a workspace whose `src` leads elsewhere."""
+    (folder / mark).mkdir(parents=True)
+    (folder / "src").symlink_to(target, target_is_directory=True)
+    return folder
+
+
+@pytest.mark.parametrize("mark", ["log", "build", "install", "devel", ".catkin_tools", ".rosinstall"])
+@pytest.mark.parametrize("form", ["{}", "file://{}", "../private/plan.stl", "package://src/private/plan.stl"])
+def test_a_linked_src_makes_nothing_outside_part_of_the_robot(tmp_path: Path, mark: str, form: str) -> None:
+    plan = mesh(package(tmp_path / "private", "plans") / "plan.stl")
+    robot = linked_source(tmp_path / "arm_2", mark, Path("/"))
+    found = Resolver(base=robot, environment={}).resolve(form.format(plan))
+    assert found.path is None
+    assert found.problem is not None
+
+
+def test_a_link_above_the_workspace_changes_nothing(tmp_path: Path) -> None:
+    plan = mesh(tmp_path / "ws" / "src" / "arm" / "meshes" / "a.stl")
+    (tmp_path / "ws" / "build").mkdir()
+    (tmp_path / "short").symlink_to(tmp_path / "ws")
+    base = tmp_path / "short" / "install" / "arm" / "robots"
+    base.mkdir(parents=True)
+    found = Resolver(base=base, environment={}).resolve(str(plan))
+    assert found.path == plan
+
+
+def test_a_package_that_is_a_link_out_of_a_search_path_needs_a_manifest(tmp_path: Path) -> None:
+    plan = mesh(tmp_path / "private" / "plan.stl")
+    given = tmp_path / "given"
+    given.mkdir()
+    (given / "arm").symlink_to(plan.parent)
+    files = Resolver(search_paths=[given], environment={})
+    assert files.resolve("package://arm/plan.stl").path is None
+    package(plan.parent, "arm")
+    assert files.resolve("package://arm/plan.stl").path == given / "arm" / "plan.stl"
+
+
+def test_a_manifest_full_of_blanks_is_read_at_once(tmp_path: Path) -> None:
+    (tmp_path / "package.xml").write_text("<package><name>" + " " * 900_000 + "x")
+    assert package_name(tmp_path) is None

@@ -214,7 +214,8 @@ class Resolver:
             if known == name:
                 yield _Candidate(Path(folder), tail)
         for root in self._given:
-            yield _Candidate(root / name, tail)
+            if _is_own_package(root / name, root):
+                yield _Candidate(root / name, tail)
             if root.name == name or package_name(root) == name:
                 yield _Candidate(root, tail)
         if self._package is not None and package_name(self._package) == name:
@@ -282,6 +283,16 @@ class Resolver:
         if any(real.is_relative_to(folder.resolve()) for folder in (root, *self._trusted)):
             return True
         return any(_is_in_mesh_folder(real, folder.resolve()) for folder in self._above[1:3])
+
+
+def _is_own_package(folder: Path, root: Path) -> bool:
+    """True unless `folder` is a link out of `root` to something that is no package."""
+    try:
+        if folder.resolve().is_relative_to(root.resolve()):
+            return True
+    except (OSError, RuntimeError, ValueError):  # links in a ring, a name that no file can have
+        return False
+    return any((folder / manifest).is_file() for manifest in ("package.xml", "model.config"))
 
 
 def _is_in_mesh_folder(file: Path, folder: Path) -> bool:

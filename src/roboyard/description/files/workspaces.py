@@ -26,8 +26,8 @@ def package_name(folder: Path) -> str | None:
         head = file.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return None
-    match = re.search(r"<name>\s*([^<]*?)\s*</name>", head)
-    return match[1] if match else None
+    match = re.search(r"<name>([^<]*)</name>", head)
+    return match[1].strip() if match else None
 
 
 @lru_cache(maxsize=64)
@@ -74,10 +74,26 @@ def package_folders(above: Sequence[Path]) -> tuple[Path, ...]:
 def workspace_sources(above: Sequence[Path]) -> tuple[Path, ...]:
     """Return the `src` of each workspace that holds the description, found by the build folders beside it.
 
-    Installed packages are often links to files in there. `above` is as for `package_folders`.
+    Installed packages are often links to files in there. A `src` that is a link counts as none, since a
+    robot's archive could lead it anywhere. `above` is as for `package_folders`.
     """
-    roots = [folder for folder in above if any((folder / mark).exists() for mark in _WORKSPACE_MARKS)]
-    return tuple(folder / "src" for folder in roots if (folder / "src").is_dir())
+    roots = [folder for folder in above if any(_exists(folder / mark) for mark in _WORKSPACE_MARKS)]
+    return tuple(folder / "src" for folder in roots if _is_real_folder(folder / "src"))
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
+def _is_real_folder(path: Path) -> bool:
+    """True for a folder that is no link and, links above it resolved, stands in its parent."""
+    try:
+        return path.is_dir() and not path.is_symlink() and path.resolve().parent == path.parent.resolve()
+    except (OSError, RuntimeError):
+        return False
 
 
 def _is_plain_folder(entry: os.DirEntry[str]) -> bool:
