@@ -29,6 +29,7 @@ from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
+from roboyard.description.files.beside import matching_files, moveit_configurations
 from roboyard.description.files.moved_files import LEAST_SHARED, is_mesh_or_image, moved_file
 from roboyard.description.files.workspaces import (
     package_folders,
@@ -135,6 +136,25 @@ class Resolver:
         if folder is not None:
             return Resolved(path=None, problem=f"{folder} is a folder; name a file")
         return Resolved(path=None, problem=self._not_found(scheme, rest, seen))
+
+    def files_beside(self, pattern: str) -> tuple[Path, ...]:
+        """Return the files beside the description that match a pattern such as `*.srdf`, nearest first.
+
+        They are in its folder, in its package (top level, `srdf/`, `config/`), or in `config/` of a MoveIt
+        configuration package beside it.
+        """
+        if self.base is None or self._package is None:
+            return ()
+        around = dict.fromkeys((self.base, self.base.parent if self.base != self._package else self.base))
+        folders = [self.base]
+        folders += [place / name for place in (*around, self._package) for name in ("srdf", "config")]
+        folders += [self._package, *moveit_configurations(self._package)]
+        found: dict[Path, None] = {}
+        for folder in dict.fromkeys(folders):
+            for file in matching_files(folder, pattern):
+                if self._is_allowed(file, folder if folder.is_relative_to(self._package) else folder.parent):
+                    found[file] = None
+        return tuple(found)
 
     def _moved(self, scheme: str, rest: str) -> Resolved | None:
         """The file of the description's own tree that a path from another tree means."""

@@ -1,0 +1,1 @@
+"""Statements of a robot's files beyond links and joints: simulator blocks, transmissions, an SRDF."""
