@@ -11,7 +11,7 @@ import yaml
 
 from roboyard.description import Joint, Link, RobotDescription
 from roboyard.description.robot_model import PlanningData, RobotModel
-from roboyard.description.semantic import REST, EndEffector, SemanticDescription
+from roboyard.description.semantic import REST, TUCK, EndEffector, Leg, SemanticDescription, Wheel
 from roboyard.export import definition
 from roboyard.morphology.analyze import complete_semantics
 
@@ -73,7 +73,7 @@ def test_groups(robot: RobotModel, tmp_path: Path) -> None:
     order = ["base", "trunk", "arm_left", "gripper_left", "arm_right", "gripper_right"]
     assert data["raw_controller_order"] == order
     assert list(data["default_controllers"]) == order
-    assert data["default_controllers"]["arm_left"] == "InverseKinematicsController"
+    assert data["default_controllers"]["arm_left"] == "JointController"  # two joints follow no pose
 
 
 def test_arms_begin_where_their_chains_part(robot: RobotModel, tmp_path: Path) -> None:
@@ -118,8 +118,86 @@ def test_holonomic_base(robot: RobotModel, tmp_path: Path) -> None:
 
 def test_a_short_chain_without_gripper_is_no_arm(robot: RobotModel, tmp_path: Path) -> None:
     data = load(with_semantics(robot, end_effectors=(EndEffector(link="left_eef_link"),)), tmp_path)
-    assert data["raw_controller_order"] == []
+    assert data["raw_controller_order"] == ["trunk"]  # every driven joint has a group
     assert "manipulation" not in data
+
+
+def test_an_arm_that_reaches_poses_has_inverse_kinematics(tmp_path: Path) -> None:
+    for count, name in ((4, "JointController"), (5, "InverseKinematicsController")):
+        links, joints = arm("left", count)
+        effector = EndEffector(
+            link="left_eef_link", gripper_links=("left_finger",), gripper_joints=("left_grip",)
+        )
+        description = RobotDescription(
+            name="dual", links=tuple(Link(name=link) for link in ("torso", *links)), joints=tuple(joints)
+        )
+        stated = SemanticDescription(base_link="torso", end_effectors=(effector,))
+        robot = RobotModel(
+            name="dual", description=description, semantic=complete_semantics(description, stated)
+        )
+        assert load(robot, tmp_path)["default_controllers"]["arm_0"] == name
+
+
+def wheel(name: str, x: float, y: float) -> Wheel:
+    """A wheel of 0.1 m whose axle is along -y."""
+    return Wheel(joint=name, link=f"{name}_link", radius=0.1, centre=(x, y, 0.1), axis=(0.0, -1.0, 0.0))
+
+
+def chassis(*names: str, **semantic: Any) -> RobotModel:
+    """A base with one continuous joint for each name."""
+    joints = tuple(Joint(name=n, type="continuous", parent="base", child=f"{n}_link") for n in names)
+    links = ("base", *(f"{n}_link" for n in names))
+    return RobotModel(
+        name="dual",
+        description=RobotDescription(name="c", links=tuple(Link(name=n) for n in links), joints=joints),
+        semantic=SemanticDescription(base_link="base", **semantic),
+    )
+
+
+def test_wheels_of_a_skid_steered_base_are_listed_left_first(tmp_path: Path) -> None:
+    """The robot faces -x, so its left is -y."""
+    names = ("fl", "fr", "rl", "rr")
+    wheels = tuple(
+        wheel(n, x, y) for n, x, y in zip(names, (-0.3, -0.3, 0.3, 0.3), (-0.2, 0.2, -0.2, 0.2), strict=True)
+    )
+    robot = chassis(
+        *names, base="differential", wheels=wheels[::-1], forward=(-1.0, 0.0, 0.0), base_joints=names
+    )
+    data = load(robot, tmp_path)
+    assert data["locomotion"]["base_joint_names"] == ["fl", "rl", "fr", "rr"]
+    assert data["two_wheel"] == {"wheel_radius": 0.1, "wheel_axle_length": 0.4}
+    assert data["default_controllers"] == {"base": "DifferentialDriveController"}
+
+
+def test_legs_head_and_casters(tmp_path: Path) -> None:
+    """Legs are the base's joints, and what nothing drives belongs to no group."""
+    robot = chassis(
+        "hip",
+        "knee",
+        "neck",
+        "swivel",
+        "tail",
+        base="legged",
+        legs=(Leg(name="left", joints=("hip", "knee"), foot="knee_link"),),
+        head_joints=("neck",),
+        caster_joints=("swivel",),
+    )
+    data = load(robot, tmp_path)
+    assert data["locomotion"] == {
+        "base_joint_names": ["hip", "knee"],
+        "floor_touching_base_link_names": ["knee_link"],
+    }
+    assert data["active_camera"] == {"camera_joint_names": ["neck"]}
+    assert data["articulated_trunk"]["trunk_joint_names"] == ["tail"]
+    assert data["raw_controller_order"] == ["base", "trunk", "camera"]
+
+
+def test_a_tucked_posture_is_written_beside_the_rest_posture(robot: RobotModel, tmp_path: Path) -> None:
+    postures = {REST: {"lift": 0.3}, TUCK: {"lift": 0.1, "left_joint1": -0.5}}
+    tucked = replace(robot, semantic=replace(robot.semantic, postures=postures))
+    block = load(tucked, tmp_path)["mobile_manipulation"]
+    assert block["untucked_default_joint_pos"] == [0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.05, 0.05]
+    assert block["tucked_default_joint_pos"] == [0.1, 0.0, -0.5, 0.0, 0.0, 0.0, 0.05, 0.05]
 
 
 def test_one_arm_has_the_default_name(robot: RobotModel, tmp_path: Path) -> None:

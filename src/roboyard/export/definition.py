@@ -20,50 +20,38 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roboyard.config.yaml_text import Column, annotate, dump
+from roboyard.export.definition_blocks import DefinitionBlocks, definition_blocks
 from roboyard.export.export_result import ExportResult
 from roboyard.export.planner import Planner
 from roboyard.kinematics.joint_order import breadth_first_joints, single_dof_joints
 
 if TYPE_CHECKING:
+    from roboyard.description.model import Joint
     from roboyard.description.robot_model import RobotModel
-    from roboyard.description.semantic import SemanticDescription
-
-_CONTROLLERS = {
-    "trunk": "JointController",
-    "arm": "InverseKinematicsController",
-    "gripper": "MultiFingerGripperController",
-}
-"""Beginning of a group's name to its controller."""
 
 
 def write(robot: RobotModel, path: Path | str) -> ExportResult:
     """Write the skeleton of a robot's definition; returns the file."""
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
+    wheels = robot.semantic.wheel_links
+    blocks = definition_blocks(
+        robot.description,
+        robot.semantic,
+        sphere_wheels=any(robot.approximations.get(link) == "boundingSphere" for link in wheels),
+    )
     parts = [
         f"# Definition of {robot.name}. Entries behind '#' are yours to fill in; unknown keys are errors.\n",
-        _controllers(_group_controllers(robot.semantic)),
+        _controllers(blocks.controllers),
         _general(robot),
-        _base(robot),
-        _trunk(robot),
-        _manipulation(robot),
+        _base(blocks),
+        _trunk(blocks),
+        _head(blocks),
+        _manipulation(robot, blocks),
+        _postures(robot),
     ]
     target.write_text("\n".join(part for part in parts if part), encoding="utf-8")
     return ExportResult(files=(target,))
-
-
-def _group_controllers(semantic: SemanticDescription) -> dict[str, str]:
-    """Return each group's controller, in action order."""
-    return {
-        group: _base_controller(semantic) if group == "base" else _CONTROLLERS[group.partition("_")[0]]
-        for group in semantic.groups
-    }
-
-
-def _base_controller(semantic: SemanticDescription) -> str:
-    if semantic.virtual_joints:
-        return "HolonomicBaseJointController"
-    return "JointController" if semantic.wheel_pair is None else "DifferentialDriveController"
 
 
 def _controllers(groups: dict[str, str]) -> str:
@@ -75,7 +63,7 @@ def _controllers(groups: dict[str, str]) -> str:
 
 
 def _general(robot: RobotModel) -> str:
-    joints = single_dof_joints(breadth_first_joints(robot.description))
+    joints = _vector_joints(robot)
     data: dict[str, Any] = {"base_footprint_link_name": robot.semantic.base_link}
     text = "# The link that counts as the base, below virtual joints.\n" + dump(data)
     if joints and robot.planning is not None:
@@ -94,55 +82,52 @@ def _general(robot: RobotModel) -> str:
     return text
 
 
-def _base(robot: RobotModel) -> str:
-    semantic = robot.semantic
-    wheels = list(semantic.wheel_links)
-    joints = {
-        "base_joint_names": list(semantic.base_joints),
-        "floor_touching_base_link_names": wheels,
-    }
-    if semantic.virtual_joints:
-        spheres = any(robot.approximations.get(link) == "boundingSphere" for link in wheels)
-        block = {"holonomic_base": {"force_sphere_wheel_approximation": spheres}, "locomotion": joints}
-        return "# A holonomic base on virtual joints.\n" + dump(block)
-    if semantic.wheel_pair is not None:
-        pair = semantic.wheel_pair
-        two_wheel = {"wheel_radius": round(pair.radius, 4), "wheel_axle_length": round(pair.length, 4)}
-        return "# Two driven wheels, left and right.\n" + dump({"two_wheel": two_wheel, "locomotion": joints})
-    if joints["base_joint_names"]:
-        text = "# A base on wheels.\n" + dump({"locomotion": joints})
+def _vector_joints(robot: RobotModel) -> tuple[Joint, ...]:
+    """Return the joints of a definition's vectors, breadth first."""
+    return single_dof_joints(breadth_first_joints(robot.description))
+
+
+def _base(blocks: DefinitionBlocks) -> str:
+    if "holonomic_base" in blocks.base:
+        return "# A holonomic base on virtual joints.\n" + dump(blocks.base)
+    if "two_wheel" in blocks.base:
+        return "# Driven wheels, the left ones first.\n" + dump(blocks.base)
+    if blocks.base:
+        text = "# Joints that move the base, and the links on which it stands.\n" + dump(blocks.base)
         return text + "# two_wheel:\n#   wheel_radius: 0.0        # m\n#   wheel_axle_length: 0.0   # m\n"
     return "# locomotion:\n#   base_joint_names: []\n#   floor_touching_base_link_names: []\n"
 
 
-def _trunk(robot: RobotModel) -> str:
-    trunk = [joint for joint in robot.description.joints if joint.name in robot.semantic.trunk_joints]
-    if not trunk:
+def _trunk(blocks: DefinitionBlocks) -> str:
+    if not blocks.trunk:
         return "# articulated_trunk:\n#   trunk_link_names: []\n#   trunk_joint_names: []\n"
-    names = {
-        "trunk_link_names": [joint.child for joint in trunk],
-        "trunk_joint_names": [joint.name for joint in trunk],
-    }
-    return "# Joints that move all arms.\n" + dump({"articulated_trunk": names})
+    return "# Joints that move all arms, and joints of no other group.\n" + dump(blocks.trunk)
 
 
-def _manipulation(robot: RobotModel) -> str:
-    arms = robot.semantic.arms
-    if not arms:
+def _head(blocks: DefinitionBlocks) -> str:
+    if not blocks.camera:
+        return "# active_camera:\n#   camera_joint_names: []\n"
+    return "# Joints that turn the head.\n" + dump(blocks.camera)
+
+
+def _manipulation(robot: RobotModel, blocks: DefinitionBlocks) -> str:
+    if not blocks.manipulation:
         return "# manipulation:\n#   n_arms: 1\n#   arm_link_names: {}\n#   eef_link_names: {}\n"
-    child_of = {joint.name: joint.child for joint in robot.description.joints}
-    block: dict[str, Any] = {
-        "n_arms": len(arms),
-        "arm_names": [arm.name for arm in arms],
-        "arm_link_names": {arm.name: [child_of[joint] for joint in arm.joints] for arm in arms},
-        "arm_joint_names": {arm.name: list(arm.joints) for arm in arms},
-        "eef_link_names": {arm.name: arm.end_effector.link for arm in arms},
-        "finger_link_names": {arm.name: list(arm.end_effector.gripper_links) for arm in arms},
-        "finger_joint_names": {arm.name: list(arm.end_effector.gripper_joints) for arm in arms},
+    return "# Arms and grippers.\n" + dump(blocks.manipulation)
+
+
+def _postures(robot: RobotModel) -> str:
+    """Return the block of the working and the tucked posture; empty where no tucked one is known."""
+    joints, tuck = _vector_joints(robot), robot.semantic.tuck
+    if not tuck or robot.planning is None:
+        return ""
+    planner = Planner(robot=robot, data=robot.planning)
+    rest = {joint.name: planner.locked.get(joint.name, planner.rest(joint)) for joint in joints}
+    tucked = {**rest, **{name: value for name, value in tuck.items() if name in rest}}
+    block = {
+        "mobile_manipulation": {
+            "untucked_default_joint_pos": Column(rest[joint.name] for joint in joints),
+            "tucked_default_joint_pos": Column(tucked[joint.name] for joint in joints),
+        }
     }
-    text = "# Arms and grippers.\n" + dump({"manipulation": block})
-    text += "  # arm_workspace_range:   # degrees\n"
-    text += "".join(f"  #   {arm.name}: [-45, 45]\n" for arm in arms)
-    text += "  # assisted_grasp_start_points: {}   # arm to [[link, [x, y, z]], ...]\n"
-    text += "  # assisted_grasp_end_points: {}\n"
-    return text
+    return "# Postures for working and for driving, in the order of default_joint_pos.\n" + dump(block)

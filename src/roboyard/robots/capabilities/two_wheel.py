@@ -12,6 +12,7 @@ from roboyard.robots.capabilities.robot_parts import RobotParts
 from roboyard.robots.control import DifferentialDriveController
 from roboyard.robots.control.differential_drive import wheel_odometry
 from roboyard.robots.definition.schema import TwoWheel as Block
+from roboyard.robots.stability.wheels import rolling_signs
 from roboyard.transforms import Array
 
 DISCRETE_SPEED = 0.5
@@ -29,10 +30,13 @@ class TwoWheel:
         """Radius of both wheels (m)."""
         self.wheel_axle_length = block.wheel_axle_length
         """Distance between the wheels (m)."""
+        signs = rolling_signs(robot.definition, robot.description)
+        self._signs = np.array(signs or np.ones(len(locomotion.joint_names)))
 
     def odometry(self) -> tuple[float, float]:
         """Return forward speed (m/s) and yaw rate (rad/s) from the wheel speeds, without slip."""
-        return wheel_odometry(self._locomotion.joint_velocities, self.wheel_radius, self.wheel_axle_length)
+        forwards = self._signs * self._locomotion.joint_velocities
+        return wheel_odometry(forwards, self.wheel_radius, self.wheel_axle_length)
 
     def proprioception(self, q: Array, v: Array) -> dict[str, Any]:
         """Return the odometry under OmniGibson's keys.

@@ -27,7 +27,7 @@ from roboyard.sim.actuation.gains import (
     position_stiffness,
     velocity_damping,
 )
-from roboyard.transforms import Array
+from roboyard.transforms import Array, conjugate, rotate
 
 POSITION, VELOCITY, EFFORT, FREE = range(4)
 OFFSET_TIME = 0.5
@@ -161,6 +161,10 @@ class ControlLoop:
         state.inertia = self.joints.inertia[group.indices]
         if self._support_polygon is not None and controller.keeps_balance:
             state.balance = partial(self._support_polygon.balance, group.indices)
+        if controller.needs_yaw_rate:
+            root = self.joints.body.links[0]
+            quaternion = root.pose[1]
+            state.yaw_rate = float(rotate(conjugate(quaternion), root.velocity[1])[2])
         if controller.control_type == "effort":
             if controller.needs_mass_matrix:
                 state.mass_matrix = self.joints.mass_matrix(group.indices)

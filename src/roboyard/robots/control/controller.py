@@ -74,6 +74,9 @@ class GroupState:
     mount: Array = field(default_factory=lambda: EYE4)
     """(4, 4) pose of the group's parent frame in the robot's base frame. For a base: its pose in the frame of
     the virtual joints."""
+    yaw_rate: float | None = None
+    """Of the base about its own z axis, as a gyroscope measures it (rad/s); for controllers with
+    `needs_yaw_rate`."""
 
 
 RISE_TIME = 0.2
@@ -157,6 +160,7 @@ class Controller(ABC):
     Settings: ClassVar[type[ControllerSettings]] = ControllerSettings
     """Model of its keys."""
     needs_mass_matrix: ClassVar[bool] = False
+    needs_yaw_rate: ClassVar[bool] = False
     """Whether states need `mass_matrix`."""
     keeps_balance: ClassVar[bool] = False
     """Whether states need `balance`."""

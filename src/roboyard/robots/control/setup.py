@@ -18,6 +18,7 @@ from roboyard.robots.definition.groups import GroupPlan
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.joint_arrays import Indices
 from roboyard.robots.limits import select_limits
+from roboyard.robots.stability.wheels import rolling_signs
 from roboyard.transforms import Array
 
 ControllerConfig = Mapping[str, str | Mapping[str, Any]]
@@ -104,6 +105,8 @@ def _defaults(group: str, name: str, setup: Setup) -> dict[str, Any]:
     if name == "JointController":
         if kind in ("arm", "trunk", "camera"):
             return {"motor_type": "position", "use_delta_commands": True, "command_output_limits": None}
+        if kind == "base" and _is_legged(setup):
+            return {"motor_type": "position", "use_delta_commands": True, "command_output_limits": None}
         return {"motor_type": "velocity"}
     if name == "NullJointController":
         return {"motor_type": "velocity" if kind in ("base", "gripper") else "position"}
@@ -111,6 +114,16 @@ def _defaults(group: str, name: str, setup: Setup) -> dict[str, Any]:
     if name == "DifferentialDriveController" and wheels is not None:
         return {"wheel_radius": wheels.wheel_radius, "wheel_axle_length": wheels.wheel_axle_length}
     return {}
+
+
+def _is_legged(setup: Setup) -> bool:
+    """Return whether all joints of the base have position limits, as legs do and wheels do not."""
+    block = setup.definition.locomotion
+    if block is None or setup.definition.holonomic_base is not None:
+        return False
+    index = {name: i for i, name in enumerate(setup.joint_names)}
+    indices = [index[name] for name in block.base_joint_names if name in index]
+    return bool(np.isfinite(setup.limits.lower[indices]).all() and indices)
 
 
 def _subsumed(plans: Mapping[str, GroupPlan], keys: Mapping[str, Mapping[str, Any]]) -> set[str]:
@@ -144,6 +157,8 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
             joints = chain.joint_names
         elif keys["name"] == "HolonomicBaseJointController":
             mount = scaled(from_description(setup.description, setup.base_link), setup.scale)
+        elif keys["name"] == "DifferentialDriveController":
+            extra = {"signs": rolling_signs(setup.definition, setup.description)}
         index = {name: i for i, name in enumerate(setup.joint_names)}
         indices = np.array([index[name] for name in joints], dtype=np.intp)
         if keys["name"] == "NullJointController" and "default_goal" not in keys:

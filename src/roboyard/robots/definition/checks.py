@@ -142,7 +142,7 @@ def _bases(definition: RobotDefinition) -> Found:
                 ("locomotion",),
                 "is required with two_wheel; give base_joint_names [left wheel, right wheel]",
             )
-        elif len(locomotion.base_joint_names) != 2:
+        elif not locomotion.base_joint_names or len(locomotion.base_joint_names) % 2:
             message = (
                 f"must list two joints with two_wheel, left then right, got "
                 f"{len(locomotion.base_joint_names)}"

@@ -134,10 +134,10 @@ class HolonomicBase(Section):
 
 
 class TwoWheel(Section):
-    """Two driven wheels on one axle."""
+    """Two driven wheels on one axle; or several on each side, listed left then right (skid steering)."""
 
     wheel_radius: Number = 0.0
-    """Radius of both wheels (m)."""
+    """Radius of the wheels (m)."""
     wheel_axle_length: Number = 0.0
     """Distance between the wheels (m)."""
 

@@ -190,7 +190,9 @@ def support_polygon_of(robot: RobotBody) -> SupportPolygon | None:
     links = robot.locomotion.floor_touching_links
     if robot.definition.holonomic_base is None:
         driven = {robot.joint(name).child.name for name in robot.locomotion.joint_names}
-        if robot.two_wheel is None or robot.body.is_fixed or driven.issuperset(link.name for link in links):
+        if robot.two_wheel is None or robot.body.is_fixed:
+            return None
+        if len(driven) == 2 and driven.issuperset(link.name for link in links):
             return None
     above = robot.description.parent_joint
     rolling = [link.name in above and above[link.name].is_moving for link in links]

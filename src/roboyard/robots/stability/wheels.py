@@ -1,4 +1,4 @@
-"""The two driven wheels of a robot: radius and contact by its definition, width by their shapes.
+"""The driven wheels of a robot, left and right: radius and contact by its definition, width by their shapes.
 
 A definition gives wheel radius and axle length; the shapes give them only roughly (a hull with a margin, a
 hub that reaches inwards). So each wheel collides as a flat ellipsoid of the definition's radius, whose centre
@@ -33,6 +33,8 @@ from roboyard.transforms import Array
 
 MIN_HALF_WIDTH = 0.1
 """Smallest half width of a wheel, as a fraction of its radius."""
+MIN_APART = 1e-6
+"""Smallest distance between the left and the right wheels along their axle (m)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -59,9 +61,7 @@ class Wheel:
 
 
 def driven_wheels(definition: RobotDefinition, description: RobotDescription) -> dict[str, Wheel]:
-    """Return the left and the right wheel by link; empty without two driven wheels, or where they have no
-    shape.
-    """
+    """Return the driven wheels by link, the left ones first; empty where a wheel has no collision shape."""
     if definition.two_wheel is None or definition.locomotion is None:
         return {}
     joints = [description.joint_by_name[name] for name in definition.locomotion.base_joint_names]
@@ -70,15 +70,20 @@ def driven_wheels(definition: RobotDefinition, description: RobotDescription) ->
         return {}
     poses = forward_kinematics(description)
     axes = [poses[j.child][:3, :3] @ np.asarray(j.axis) for j in joints]
-    signs = [1.0, float(np.sign(axes[0] @ axes[1]) or 1.0)]
+    signs = [float(np.sign(axis @ axes[0]) or 1.0) for axis in axes]
     starts = [float(poses[j.child][:3, 3] @ axes[0]) for j in joints]
     spans = [extent_along(link, joint.axis) for link, joint in zip(links, joints, strict=True)]
     centres = [(low + high) / 2 for low, high in spans]
     sides = [start + sign * c for start, sign, c in zip(starts, signs, centres, strict=True)]
-    middle, apart = sum(sides) / 2, float(np.sign(sides[0] - sides[1]))
+    half = len(joints) // 2
+    left, right = float(np.mean(sides[:half])), float(np.mean(sides[half:]))
+    middle, apart = (left + right) / 2, float(np.sign(left - right))
     if apart:
-        half = apart * definition.two_wheel.wheel_axle_length / 2
-        targets = [(middle + half - starts[0]) * signs[0], (middle - half - starts[1]) * signs[1]]
+        reach = apart * definition.two_wheel.wheel_axle_length / 2
+        targets = [
+            (middle + (reach if k < half else -reach) - start) * sign
+            for k, (start, sign) in enumerate(zip(starts, signs, strict=True))
+        ]
         centres = [float(np.clip(c, *span)) for c, span in zip(targets, spans, strict=True)]
         sides = [start + sign * c for start, sign, c in zip(starts, signs, centres, strict=True)]
     return {
@@ -93,6 +98,41 @@ def driven_wheels(definition: RobotDefinition, description: RobotDescription) ->
         )
         for joint, link, span, centre, side in zip(joints, links, spans, centres, sides, strict=True)
     }
+
+
+def to_left(definition: RobotDefinition, description: RobotDescription) -> Array | None:
+    """Return the (3,) unit vector along the axle from the right wheels to the left ones, joints at zero, in
+    the root link's frame; None where the wheels are in one place.
+    """
+    if definition.two_wheel is None or definition.locomotion is None:
+        return None
+    names = definition.locomotion.base_joint_names
+    poses = forward_kinematics(description)
+    joints = [description.joint_by_name[name] for name in names]
+    axle = poses[joints[0].child][:3, :3] @ np.asarray(joints[0].axis)
+    axle = axle / np.linalg.norm(axle)
+    places = []
+    for joint in joints:
+        link = description.link_by_name[joint.child]
+        own = poses[joint.child][:3, :3] @ np.asarray(joint.axis)
+        ends = extent_along(link, joint.axis) if link.collisions or link.visuals else (0.0, 0.0)
+        places.append(float(poses[joint.child][:3, 3] @ axle + np.sign(own @ axle) * sum(ends) / 2))
+    half = len(places) // 2
+    apart = float(np.mean(places[:half]) - np.mean(places[half:]))
+    return axle * np.sign(apart) if abs(apart) > MIN_APART else None
+
+
+def rolling_signs(definition: RobotDefinition, description: RobotDescription) -> tuple[float, ...]:
+    """Return, for each driven wheel, 1 where a positive speed of its joint rolls the robot forwards, else -1.
+
+    Forwards has the left wheels on the left.
+    """
+    left = to_left(definition, description)
+    if left is None or definition.locomotion is None:
+        return ()
+    poses = forward_kinematics(description)
+    joints = [description.joint_by_name[name] for name in definition.locomotion.base_joint_names]
+    return tuple(float(np.sign(poses[j.child][:3, :3] @ np.asarray(j.axis) @ left) or 1.0) for j in joints)
 
 
 def as_sphere(link: Link, wheel: Wheel, radius: float) -> Link:

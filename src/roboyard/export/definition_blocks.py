@@ -1,0 +1,219 @@
+"""The blocks of a robot definition, from a description and its semantics: plain data for files and spawning.
+
+| found | group and controller |
+| --- | --- |
+| six virtual joints | `base`, HolonomicBaseJointController |
+| driven wheels on two sides | `base`, DifferentialDriveController; left wheels first |
+| other wheels, with the joints that steer them | `base`, JointController |
+| legs | `base`, JointController |
+| joints below all arms, and driven joints of no other group | `trunk`, JointController |
+| joints of a head | `camera`, JointController |
+| joints of an arm | `arm_<name>` |
+| fingers | `gripper_<name>` |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from roboyard.description.model import RobotDescription
+from roboyard.description.semantic import Arm, SemanticDescription, Wheel
+from roboyard.kinematics.joint_order import single_dof_joints
+
+MIN_IK_JOINTS = 5
+"""Smallest number of joints of an arm that follows poses; one with fewer is driven joint by joint."""
+
+
+@dataclass(kw_only=True, slots=True)
+class DefinitionBlocks:
+    """Blocks and controllers of a definition, in its own keys."""
+
+    base: dict[str, Any] = field(default_factory=dict)
+    """`holonomic_base`, `two_wheel` and `locomotion`."""
+    trunk: dict[str, Any] = field(default_factory=dict)
+    """`articulated_trunk`."""
+    camera: dict[str, Any] = field(default_factory=dict)
+    """`active_camera`."""
+    manipulation: dict[str, Any] = field(default_factory=dict)
+    """`manipulation`."""
+    controllers: dict[str, str] = field(default_factory=dict)
+    """Group to controller, in action order."""
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """All blocks with `raw_controller_order` and `default_controllers`."""
+        return {
+            "raw_controller_order": list(self.controllers),
+            "default_controllers": self.controllers,
+            **self.base,
+            **self.trunk,
+            **self.camera,
+            **self.manipulation,
+        }
+
+
+def definition_blocks(
+    description: RobotDescription,
+    semantic: SemanticDescription,
+    *,
+    arm_controller: str = "InverseKinematicsController",
+    sphere_wheels: bool = False,
+) -> DefinitionBlocks:
+    """Return the blocks of a robot's definition.
+
+    Args:
+        description: of the robot.
+        semantic: of the robot.
+        arm_controller: of arms with at least `MIN_IK_JOINTS` joints; shorter ones have a JointController.
+        sphere_wheels: whether the wheels of a holonomic base collide as spheres.
+    """
+    driven = {joint.name: joint.child for joint in single_dof_joints(description.depth_first_joints)}
+    free = {name for name in driven if description.joint_by_name[name].mimic is None}
+    blocks = DefinitionBlocks()
+    claimed = _add_base(semantic, free, blocks, sphere_wheels)
+    arms = [arm for arm in semantic.arms if arm.joints and free.issuperset(arm.joints)]
+    fingers = {arm.name: [name for name in finger_joints(arm, driven) if name in free] for arm in arms}
+    of_arms = {name for arm in arms for name in (*arm.joints, *fingers[arm.name])}
+    head = [name for name in semantic.head_joints if name in free - claimed - of_arms]
+    trunk = [name for name in semantic.trunk_joints if name in free - claimed - of_arms - set(head)]
+    left = free - claimed - of_arms - {*head, *trunk, *_undriven(description, semantic)}
+    trunk += [name for name in driven if name in left]
+    if trunk:
+        links = [driven[name] for name in trunk]
+        blocks.trunk["articulated_trunk"] = {"trunk_link_names": links, "trunk_joint_names": trunk}
+        blocks.controllers["trunk"] = "JointController"
+    if head:
+        blocks.camera["active_camera"] = {"camera_joint_names": head}
+        blocks.controllers["camera"] = "JointController"
+    _add_arms(description, arms, fingers, driven, arm_controller, blocks)
+    return blocks
+
+
+def finger_joints(arm: Arm, child_of: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the driven joints of an arm's gripper: those stated or found, else all that move its links.
+
+    Args:
+        arm: with or without a gripper.
+        child_of: joint of one degree of freedom to its child link.
+    """
+    effector = arm.end_effector
+    known = effector.gripper_joints or (() if effector.gripper is None else effector.gripper.joints)
+    return known or tuple(name for name, link in child_of.items() if link in effector.gripper_links)
+
+
+def wheel_sides(semantic: SemanticDescription) -> tuple[tuple[Wheel, ...], tuple[Wheel, ...]] | None:
+    """Return the driven wheels on the left and on the right of a differential or skid-steered base, front
+    first; None for other bases.
+    """
+    if semantic.base != "differential" or semantic.virtual_joints:
+        return None
+    wheels = semantic.driven_wheels
+    forward, up = np.asarray(semantic.forward), np.asarray(semantic.up)
+    to_left = np.cross(up, forward)
+    places = {wheel.joint: np.asarray(wheel.centre) for wheel in wheels}
+    middle = np.mean([place @ to_left for place in places.values()]) if places else 0.0
+    ordered = sorted(wheels, key=lambda wheel: -float(places[wheel.joint] @ forward))
+    left = tuple(wheel for wheel in ordered if places[wheel.joint] @ to_left > middle)
+    right = tuple(wheel for wheel in ordered if places[wheel.joint] @ to_left < middle)
+    return (left, right) if left and len(left) == len(right) else None
+
+
+def _add_base(
+    semantic: SemanticDescription, free: set[str], blocks: DefinitionBlocks, sphere_wheels: bool
+) -> set[str]:
+    """Add the blocks of the base, and return the joints that no other group may have."""
+    floor = [*semantic.wheel_links, *semantic.caster_links]
+    if semantic.virtual_joints:
+        blocks.base["holonomic_base"] = {"force_sphere_wheel_approximation": sphere_wheels}
+        blocks.base["locomotion"] = _locomotion(semantic.base_joints, semantic.wheel_links)
+        blocks.controllers["base"] = "HolonomicBaseJointController"
+        return {*semantic.base_joints, *semantic.virtual_joints}
+    sides, pair = wheel_sides(semantic), semantic.wheel_pair
+    if sides is not None:
+        left, right = sides
+        radius = float(np.mean([wheel.radius for wheel in (*left, *right)]))
+        to_left = np.cross(semantic.up, semantic.forward)
+        across = [np.mean([np.asarray(w.centre) @ to_left for w in side]) for side in sides]
+        _add_two_wheel(blocks, radius, float(across[0] - across[1]))
+        joints = [wheel.joint for wheel in (*left, *right)]
+    elif pair is not None:
+        _add_two_wheel(blocks, pair.radius, pair.length)
+        joints = [pair.left, pair.right]
+    elif semantic.legs:
+        joints = [name for leg in semantic.legs for name in leg.joints]
+        floor = [leg.foot for leg in semantic.legs]
+    else:
+        joints = [*semantic.base_joints, *semantic.steer_joints]
+    joints = [name for name in dict.fromkeys(joints) if name in free]
+    if not joints:
+        return set()
+    blocks.base["locomotion"] = _locomotion(joints, floor)
+    blocks.controllers["base"] = (
+        "DifferentialDriveController" if "two_wheel" in blocks.base else "JointController"
+    )
+    return set(joints)
+
+
+def _add_two_wheel(blocks: DefinitionBlocks, radius: float, length: float) -> None:
+    blocks.base["two_wheel"] = {"wheel_radius": round(radius, 4), "wheel_axle_length": round(length, 4)}
+
+
+def _locomotion(joints: Iterable[str], floor: Iterable[str]) -> dict[str, list[str]]:
+    return {
+        "base_joint_names": list(joints),
+        "floor_touching_base_link_names": list(dict.fromkeys(floor)),
+    }
+
+
+def _undriven(description: RobotDescription, semantic: SemanticDescription) -> set[str]:
+    """Return the joints that nothing drives: of casters, suspensions, followers, wheels and propellers."""
+    found = {*semantic.caster_joints}
+    found |= {
+        joint.name for joint in description.joints if joint.child in semantic.caster_links and joint.is_moving
+    }
+    for wheel in semantic.wheels:
+        found |= {wheel.joint, *wheel.suspension_joints}
+    for gripper in semantic.grippers:
+        found |= {*gripper.mimic_joints}
+    for arm in semantic.arms:
+        if arm.end_effector.gripper is not None:
+            found |= {*arm.end_effector.gripper.mimic_joints}
+    if semantic.kind == "drone":
+        found |= {joint.name for joint in description.joints if joint.position_limits() is None}
+    limits = {joint.name: joint.limit for joint in description.joints}
+    return found | {name for name, limit in limits.items() if limit is not None and limit.effort == 0}
+
+
+def _add_arms(
+    description: RobotDescription,
+    arms: list[Arm],
+    fingers: Mapping[str, list[str]],
+    child_of: Mapping[str, str],
+    arm_controller: str,
+    blocks: DefinitionBlocks,
+) -> None:
+    """Add the `manipulation` block."""
+    if not arms:
+        return
+    blocks.manipulation["manipulation"] = {
+        "n_arms": len(arms),
+        "arm_names": [arm.name for arm in arms],
+        "arm_link_names": {arm.name: [child_of[joint] for joint in arm.joints] for arm in arms},
+        "arm_joint_names": {arm.name: list(arm.joints) for arm in arms},
+        "eef_link_names": {arm.name: arm.end_effector.link for arm in arms},
+        "finger_link_names": {arm.name: list(arm.end_effector.gripper_links) for arm in arms},
+        "finger_joint_names": {arm.name: fingers[arm.name] for arm in arms},
+    }
+    for arm in arms:
+        poses = len(arm.joints) >= MIN_IK_JOINTS
+        blocks.controllers[f"arm_{arm.name}"] = arm_controller if poses else "JointController"
+        if fingers[arm.name]:
+            limits = [description.joint_by_name[name].position_limits() for name in fingers[arm.name]]
+            bounded = all(limit is not None for limit in limits)
+            blocks.controllers[f"gripper_{arm.name}"] = (
+                "MultiFingerGripperController" if bounded else "JointController"
+            )

@@ -1,0 +1,120 @@
+"""Bases with wheels on two sides: axles to the right, several wheels a side, and a forward that is not +x."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard.description.loader import load_description
+from roboyard.description.model import RobotDescription
+from roboyard.robots import Robot, add_robot
+from roboyard.robots.stability.wheels import rolling_signs
+from roboyard.sim.world import World
+
+RADIUS, TRACK = 0.1, 0.5
+
+
+def base(places: dict[str, tuple[float, float]], axes: dict[str, str]) -> RobotDescription:
+    """Return a box on wheels at (x, y), each with its joint axis in the box's frame."""
+    links, joints = [], []
+    for name, (x, y) in places.items():
+        links.append(
+            f'<link name="{name}_link"><inertial><mass value="1"/><inertia ixx="0.003" ixy="0" ixz="0" '
+            f'iyy="0.005" iyz="0" izz="0.003"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
+            f'<cylinder radius="{RADIUS}" length="0.04"/></geometry></collision></link>'
+        )
+        joints.append(
+            f'<joint name="{name}" type="continuous"><parent link="base"/><child link="{name}_link"/>'
+            f'<origin xyz="{x} {y} 0"/><axis xyz="{axes[name]}"/><limit effort="20" velocity="10"/></joint>'
+        )
+    return load_description(
+        '<robot name="rover"><link name="base"><inertial><mass value="12"/><inertia ixx="0.3" ixy="0" '
+        'ixz="0" iyy="0.3" iyz="0" izz="0.4"/></inertial><collision><origin xyz="0 0 0.02"/><geometry>'
+        '<box size="0.5 0.3 0.1"/></geometry></collision></link>' + "".join(links + joints) + "</robot>"
+    )
+
+
+def drive(robot: Robot, speed: float, turn: float, seconds: float) -> None:
+    """Command a twist (m/s, rad/s) for a time."""
+    action = np.zeros(robot.action_dim)
+    action[robot.controller_action_idx["base"]] = robot.controllers["base"].scaling.invert(
+        np.array([speed, turn])
+    )
+    for _ in range(round(seconds * robot.control_freq)):
+        robot.apply_action(action)
+        robot.world.step(robot.steps_per_control)
+
+
+def definition(joints: list[str]) -> dict[str, object]:
+    """Return a definition whose base has these wheels, the left ones first."""
+    return {
+        "raw_controller_order": ["base"],
+        "default_controllers": {"base": "DifferentialDriveController"},
+        "two_wheel": {"wheel_radius": RADIUS, "wheel_axle_length": TRACK},
+        "locomotion": {
+            "base_joint_names": joints,
+            "floor_touching_base_link_names": [f"{joint}_link" for joint in joints],
+        },
+    }
+
+
+FOUR = {"fl": (0.2, 0.25), "rl": (-0.2, 0.25), "fr": (0.2, -0.25), "rr": (-0.2, -0.25)}
+AXES = (
+    dict.fromkeys(FOUR, "0 1 0"),
+    dict.fromkeys(FOUR, "0 -1 0"),
+    {"fl": "0 -1 0", "rl": "0 1 0", "fr": "0 1 0", "rr": "0 -1 0"},
+)
+
+
+@pytest.mark.parametrize("axes", AXES)
+def test_four_wheels_drive_straight_at_the_commanded_speed(axes: dict[str, str]) -> None:
+    """Two seconds of 0.3 m/s after one of acceleration are 0.6 m."""
+    world = World()
+    world.add_plane()
+    robot = add_robot(world, base(FOUR, axes), definition=definition(list(FOUR)))
+    drive(robot, 0.3, 0.0, 1.0)
+    start = robot.position
+    drive(robot, 0.3, 0.0, 2.0)
+    np.testing.assert_allclose(robot.position - start, [0.6, 0.0, 0.0], atol=0.01)
+    drive(robot, 0.0, 0.8, 2.0)
+    assert 0.4 < robot.velocity[1][2] < 1.1  # to the left, though its wheels slip sideways
+
+
+def test_a_robot_that_faces_backwards_drives_its_own_way() -> None:
+    """Listing the wheels at -y as the left ones makes -x forwards."""
+    description = base(FOUR, AXES[0])
+    assert rolling_signs_of(description, ["fl", "rl", "fr", "rr"]) == (1.0, 1.0, 1.0, 1.0)
+    assert rolling_signs_of(description, ["fr", "rr", "fl", "rl"]) == (-1.0, -1.0, -1.0, -1.0)
+    world = World()
+    world.add_plane()
+    robot = add_robot(world, description, definition=definition(["fr", "rr", "fl", "rl"]))
+    drive(robot, 0.3, 0.0, 2.0)
+    assert robot.position[0] < -0.4
+    assert robot.two_wheel is not None
+    assert robot.two_wheel.odometry()[0] == pytest.approx(0.3, rel=0.02)
+
+
+def rolling_signs_of(description: RobotDescription, joints: list[str]) -> tuple[float, ...]:
+    """Return the signs of a base with these joints."""
+    from roboyard.robots.definition.load import parse_definition
+
+    return rolling_signs(parse_definition(definition(joints)), description)
+
+
+def test_legs_take_position_commands() -> None:
+    """A base of joints with limits is legged: its joints follow positions; wheels follow speeds."""
+    text = (
+        '<robot name="leg"><link name="base"/><link name="foot"><collision><geometry><sphere radius="0.1"/>'
+        '</geometry></collision></link><joint name="hip" type="{kind}"><parent link="base"/>'
+        '<child link="foot"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="9" velocity="3"/></joint>'
+        "</robot>"
+    )
+    data = {
+        "raw_controller_order": ["base"],
+        "default_controllers": {"base": "JointController"},
+        "locomotion": {"base_joint_names": ["hip"]},
+    }
+    for kind, expected in (("revolute", "position"), ("continuous", "velocity")):
+        description = load_description(text.format(kind=kind))
+        robot = add_robot(World(), description, definition=data, fixed_base=True)
+        assert robot.controllers["base"].control_type == expected
