@@ -184,8 +184,7 @@ def _undriven(description: RobotDescription, semantic: SemanticDescription) -> s
             found |= {*arm.end_effector.gripper.mimic_joints}
     if semantic.kind == "drone":
         found |= {joint.name for joint in description.joints if joint.position_limits() is None}
-    limits = {joint.name: joint.limit for joint in description.joints}
-    return found | {name for name, limit in limits.items() if limit is not None and limit.effort == 0}
+    return found
 
 
 def _add_arms(
