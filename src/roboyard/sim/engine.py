@@ -57,6 +57,11 @@ class Engine(Generic[BodyT]):
         self._stale = True
         self._moved = True
         self._velocity_moved = True
+        self.keeps_frames = False
+        """Whether body frames of the last step are kept in `kept_frames` when they are brought up to date."""
+        self.kept_frames: tuple[Array, Array] | None = None
+        """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last step's position update,
+        where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
         self._geom_owners: np.ndarray | None = None
         self._dofs = 0
@@ -254,6 +259,8 @@ class Engine(Generic[BodyT]):
         if self._stale:
             self.ensure_compiled()
         if self._moved:
+            if self.keeps_frames and self.kept_frames is None:
+                self.kept_frames = self._data.xpos.copy(), self._data.xquat.copy()
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_comPos(self._model, self._data)
             self._moved = False

@@ -269,6 +269,7 @@ class Simulation(Engine[Body]):
             for _ in range(n):
                 stepping.step(model, data)
         self._moved = self._velocity_moved = True
+        self.kept_frames = None
         if solver_warning.message is not None:
             solver_warning.message = None
             raise ModelError(self._divergence())

@@ -121,6 +121,8 @@ def changeDynamics(
         scene.set_damping(record, linear, angular)
     if contactStiffness >= 0:
         state.contact_stiffness, state.contact_damping = contactStiffness, contactDamping
+        link = record.body.links[linkIndex + 1]
+        scene.world.surfaces.set_compliance(link, contactStiffness, contactDamping)
     if number(collisionMargin) >= 0:
         state.collision_margin = collisionMargin
     if linkIndex >= 0:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from roboyard.sim.world import World
 
 DEFAULT_FRICTION = 0.5
+CONTACT_STIFFNESS, CONTACT_DAMPING = 1e4, 1.0
+"""Contact stiffness (N/m) and damping (N s/m) of a description that gives only the other."""
 DEFAULT_DAMPING = 0.04
 DEFAULT_IMPULSE = {0: 1.0, 1: 1.0, 2: 1000.0}
 """Largest impulse per step of the default motor of a joint, by joint type (N m s or N s)."""
@@ -228,9 +230,10 @@ def _contact_of(model: BodyModel, index: int) -> dict[str, float]:
         "rolling_friction": contact.rolling_friction,
         "spinning_friction": contact.spinning_friction,
         "restitution": contact.restitution,
-        "contact_damping": contact.damping,
-        "contact_stiffness": contact.stiffness,
     }
+    if contact.stiffness is not None or contact.damping is not None:
+        given["contact_stiffness"] = CONTACT_STIFFNESS if contact.stiffness is None else contact.stiffness
+        given["contact_damping"] = CONTACT_DAMPING if contact.damping is None else contact.damping
     return {name: value for name, value in given.items() if value is not None}
 
 

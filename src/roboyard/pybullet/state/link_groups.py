@@ -30,13 +30,15 @@ def link_reader(world: World, record: BodyRecord) -> LinkReader:
         place = link + 1
         centre, turn = local[place]
         if not with_velocity:
+            positions, turns = world.kept_frames or (xpos, xquat)
             position, orientation, frame_position, frame_orientation = link_pose(
-                xpos, xquat, frames, rows[place], place
+                positions, turns, frames, rows[place], place
             )
             return position, orientation, centre, turn, frame_position, frame_orientation
         world.velocities()
+        positions, turns = world.kept_frames or (xpos, xquat)
         position, orientation, frame_position, frame_orientation, linear, angular = link_state(
-            xpos, xquat, frames, rows[place], place, cvel, xipos, subtree_com, rootid
+            positions, turns, frames, rows[place], place, xquat, cvel, xipos, subtree_com, rootid
         )
         return position, orientation, centre, turn, frame_position, frame_orientation, linear, angular
 
@@ -47,7 +49,7 @@ def link_reader(world: World, record: BodyRecord) -> LinkReader:
 class LinkGroup:
     """Some links of one body; valid until MuJoCo's model is recompiled."""
 
-    __slots__ = ("_arrays", "_centres", "_parts", "_turns")
+    __slots__ = ("_arrays", "_centres", "_frames", "_parts", "_turns", "_world")
 
     def __init__(self, world: World, record: BodyRecord, links: list[int]) -> None:
         """Prepare reading of `links` of a body."""
@@ -55,14 +57,15 @@ class LinkGroup:
         places = np.array([link + 1 for link in links], dtype=np.int64)
         rows = np.array([record.rows[place] for place in places], dtype=np.int64)
         positions, turned = np.zeros((2, len(links), 3)), np.zeros((2, len(links), 4))
-        self._arrays = data.xpos, data.xquat, _inertial_frames(record), rows, places, positions, turned
+        self._world, self._frames = world, (data.xpos, data.xquat)
+        self._arrays = _inertial_frames(record), rows, places, positions, turned
         self._parts = positions[0].data, turned[0].data, positions[1].data, turned[1].data
         self._centres = tuple(record.links[place].frame.position for place in places)
         self._turns = tuple(record.links[place].frame.quaternion for place in places)
 
     def read(self) -> tuple[State, ...]:
         """Return the fields of getLinkState of each link, without velocities."""
-        link_poses(*self._arrays)
+        link_poses(*(self._world.kept_frames or self._frames), *self._arrays)
         positions, turned, frame_positions, frame_turned = self._parts
         return tuple(
             zip(

@@ -40,6 +40,7 @@ class PhysicsScene:
         self.world = World(
             gravity=parameters.gravity, timestep=parameters.time_step, profile=BULLET, visual_geoms=False
         )
+        self.world.keeps_frames = True
         self.bodies: dict[int, BodyRecord] = {}
         self.order: list[int] = []
         """Body ids in the order of getBodyUniqueId."""
@@ -114,6 +115,8 @@ class PhysicsScene:
             link.set_friction(
                 sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
             )
+            if state.contact_stiffness >= 0.0:
+                self.world.surfaces.set_compliance(link, state.contact_stiffness, max(state.contact_damping, 0.0))
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self._without_motors.append(record)
         self.filters.add_body(record, self_collision=self_collision)
@@ -367,6 +370,7 @@ class PhysicsScene:
         world = self.world
         if fresh or self.frames_are_old or world.is_stale or self.frames_revision != world.revision:
             data = world.kinematics()
+            world.kept_frames = None
             self.frames_are_old = False
             self.frames_revision = world.revision
             return data

@@ -45,12 +45,27 @@ def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
     return position, orientation, frame_position, frame_orientation
 
 
+@njit("UniTuple(float64, 3)(UniTuple(float64, 4), UniTuple(float64, 3))", cache=True)
+def _rotated(q, v):  # pragma: no cover
+    """Return a vector rotated by a quaternion w, x, y, z."""
+    tx, ty, tz = 2.0 * (q[2] * v[2] - q[3] * v[1]), 2.0 * (q[3] * v[0] - q[1] * v[2]), 2.0 * (q[1] * v[1] - q[2] * v[0])
+    return (
+        v[0] + q[0] * tx + q[2] * tz - q[3] * ty,
+        v[1] + q[0] * ty + q[3] * tx - q[1] * tz,
+        v[2] + q[0] * tz + q[1] * ty - q[2] * tx,
+    )
+
+
 @njit(
-    f"{_STATE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64, {_ARRAY}, {_ARRAY}, {_ARRAY}, {_ROWS})", cache=True
+    f"{_STATE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64, {', '.join([_ARRAY] * 4)}, {_ROWS})", cache=True
 )
-def link_state(xpos, xquat, frames, row, link, cvel, xipos, subtree_com, rootid):  # pragma: no cover
+def link_state(
+    xpos, xquat, frames, row, link, turned, cvel, xipos, subtree_com, rootid
+):  # pragma: no cover
     """Return `link_pose`, then velocity of the centre of mass (m/s) and angular velocity (rad/s), world axes.
 
+    turned: the quaternions with which `cvel` agrees. Where xquat are those before the last position update,
+    velocities turn with them, as in Bullet, which keeps them in link axes.
     cvel: angular, then linear velocity at the centre of mass of the body's tree (`subtree_com` of its root).
     """
     position, orientation, frame_position, frame_orientation = link_pose(xpos, xquat, frames, row, link)
@@ -64,7 +79,16 @@ def link_state(xpos, xquat, frames, row, link, cvel, xipos, subtree_com, rootid)
         cvel[row, 4] + wz * rx - wx * rz,
         cvel[row, 5] + wx * ry - wy * rx,
     )
-    return position, orientation, frame_position, frame_orientation, linear, (wx, wy, wz)
+    w, x, y, z = xquat[row, 0], xquat[row, 1], xquat[row, 2], xquat[row, 3]
+    tw, tx, ty, tz = turned[row, 0], turned[row, 1], turned[row, 2], turned[row, 3]
+    back = (
+        w * tw + x * tx + y * ty + z * tz,
+        -w * tx + x * tw - y * tz + z * ty,
+        -w * ty + y * tw - z * tx + x * tz,
+        -w * tz + z * tw - x * ty + y * tx,
+    )
+    linear, angular = _rotated(back, linear), _rotated(back, (wx, wy, wz))
+    return position, orientation, frame_position, frame_orientation, linear, angular
 
 
 @njit(cache=True)

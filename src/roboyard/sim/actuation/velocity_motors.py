@@ -25,6 +25,8 @@ kernels = lazy_module("roboyard.sim.stepping.kernels")
 
 MODE, KP, VELOCITY, KD, LARGEST = range(5)
 IMPEDANCE = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+SOFTNESS = 0.03
+"""Factor on the compliance that this impedance leaves to a motor."""
 _PACK = struct.Struct("5d").pack_into
 MOTORED = ("revolute", "continuous", "prismatic", "spherical")
 
@@ -159,7 +161,13 @@ class VelocityMotors:
             data.ne,
             count,
             timestep,
+            SOFTNESS,
             data.efc_aref,
+            data.efc_R,
+            data.efc_D,
+            data.map_efc2iefc,
+            data.iefc_R,
+            data.iefc_D,
         )
 
     # ----------------------------------------------------------------------------------------- book-keeping

@@ -7,6 +7,8 @@ from numba import njit
 
 RIGIDITY = 0.1
 """Factor on the regularisation of rigid contacts."""
+RIGID_DAMPING = 0.1
+"""Bullet's contact damping of a surface without a stiffness (N s/m)."""
 
 
 @njit(cache=True)
@@ -124,6 +126,38 @@ def hard_contacts(  # pragma: no cover
 
 
 @njit(cache=True)
+def compliant_contacts(  # pragma: no cover
+    compliance, geom, dim, address, dist, friction, mu, timestep, erp, base, aref, R, D
+):
+    """Make rigid contacts of surfaces with a stiffness k and damping d implicit springs, as Bullet does.
+
+    Their normal velocity after the step is -dist k / (dt k + d) - f / (dt k + d) for a force f, in place of
+    -erp dist / dt. compliance: (ngeom, 2) stiffness (N/m) and damping (N s/m), stiffness 0 for a rigid
+    surface; the springs of a pair act in series, their damping adds. The cone's
+    `mu` follows the ratio of its regularisers.
+    """
+    for i in range(geom.shape[0]):
+        a, b, row = geom[i, 0], geom[i, 1], address[i]
+        if a < 0 or b < 0 or row < 0:
+            continue
+        first, second = compliance[a, 0], compliance[b, 0]
+        if first == 0.0 and second == 0.0:
+            continue
+        stiffness = first * second / (first + second) if first > 0.0 and second > 0.0 else first + second
+        total = timestep * stiffness
+        total += compliance[a, 1] if first > 0.0 else RIGID_DAMPING
+        total += compliance[b, 1] if second > 0.0 else RIGID_DAMPING
+        R[row] = 1.0 / (timestep * total)
+        D[row] = 1.0 / R[row]
+        if dim[i] > 1:
+            mu[i] = friction[i, 0] * np.sqrt(R[row + 1] / R[row])
+        if dist[i] < 0.0:
+            change = (erp - timestep * stiffness / total) * dist[i] / (timestep * timestep)
+            base[row] += change
+            aref[row] += change
+
+
+@njit(cache=True)
 def copy_to_islands(source, R, D, island_R, island_D):  # pragma: no cover
     """Copy regularisers and their inverses to MuJoCo's arrays that are sorted by island, which it solves.
 
@@ -177,7 +211,13 @@ def drive_motors(  # pragma: no cover
     first,
     count,
     timestep,
+    softness,
     aref,
+    R,
+    D,
+    place,
+    island_R,
+    island_D,
 ):
     """Write the reference accelerations of motor rows: v' = kp (q* - q) / dt + v + kd (v* - v).
 
@@ -185,6 +225,10 @@ def drive_motors(  # pragma: no cover
     the remaining rotation), kp, velocity target, kd, largest velocity.
     targets: (nv, 4) position target; of a ball joint (w, x, y, z) at its first dof.
     kind, index: type and dof of each constraint row; rows first ... first + count are dof friction.
+    softness: factor on the regularisers R = 1 / D of these rows. MuJoCo bounds the impedance at 0.9999, with
+    which a loaded motor misses its velocity by as much as its load moves one joint in 1e-4 of a step.
+    place: row of each constraint in island_R and island_D, the copies that a solver by islands reads; empty
+    where it solves all rows together.
     """
     for row in range(first, first + count):
         if kind[row] != 1:
@@ -226,6 +270,11 @@ def drive_motors(  # pragma: no cover
         if largest > 0.0:
             wanted = min(max(wanted, -largest), largest)
         aref[row] = (wanted - v) / timestep
+        R[row] *= softness
+        D[row] = 1.0 / R[row]
+        if place.shape[0]:
+            island_R[place[row]] = R[row]
+            island_D[place[row]] = D[row]
 
 
 @njit(cache=True)

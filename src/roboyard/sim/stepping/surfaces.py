@@ -21,12 +21,14 @@ SLIDING_TOLERANCE = 1e-3
 
 
 class Surfaces:
-    """Restitution by geom and drag by body, applied between the halves of a step."""
+    """Restitution and compliance by geom and drag by body, applied between the halves of a step."""
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._restitution: dict[tuple[int, int], float] = {}
         self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
+        self._compliance: dict[tuple[int, int], tuple[float, float]] = {}
+        self._compliance_rows = np.zeros((0, 2))
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
@@ -58,6 +60,27 @@ class Surfaces:
         self._restitution[(link.body.id, link.index)] = value
         if self._restitution_rows is not None and not self._world.is_stale:
             self._restitution_rows[[geom.id for geom in link._built.geoms]] = value
+        self._world.refresh_stepping()
+
+    def set_compliance(self, link: Link, stiffness: float, damping: float) -> None:
+        """Make the surface of a link a spring and damper where contacts are rigid (`PhysicsProfile.hard_contacts`).
+
+        Args:
+            link: the link.
+            stiffness: of its contacts (N/m); 0 for a rigid surface.
+            damping: of its contacts (N s/m).
+
+        Raises:
+            RoboyardError: a value is negative or not finite.
+        """
+        if not (np.isfinite((stiffness, damping)).all() and min(stiffness, damping) >= 0):
+            raise RoboyardError(
+                f"link {link.name!r}: contact stiffness and damping must be at least 0, got {stiffness} and "
+                f"{damping}"
+            )
+        self._compliance[(link.body.id, link.index)] = stiffness, damping
+        if self._restitution_rows is not None and not self._world.is_stale:
+            self._compliance_rows[[geom.id for geom in link._built.geoms]] = stiffness, damping
         self._world.refresh_stepping()
 
     def damping(self, link: Link) -> tuple[float, float, float, float]:
@@ -100,6 +123,9 @@ class Surfaces:
             if key in self._restitution:
                 self.set_restitution(link, 0.0)
                 del self._restitution[key]
+            if key in self._compliance:
+                self.set_compliance(link, 0.0, 0.0)
+                del self._compliance[key]
             if key in self._damping:
                 self.set_damping(link, 0.0, 0.0)
                 del self._damping[key]
@@ -144,6 +170,11 @@ class Surfaces:
                 *(self._restitution_rows, geom, dim, address, contact.dist, friction, velocity),
                 *(timestep, profile.erp, profile.slow, self._base, reference, *weights),
             )
+            if self._compliance:
+                kernels().compliant_contacts(
+                    *(self._compliance_rows, geom, dim, address, contact.dist, friction, contact.mu),
+                    *(timestep, profile.erp, self._base, reference, *weights),
+                )
             self._sliding = dim, address, friction, velocity, self._acceleration[:rows]
             self._references = self._base, reference
         elif self._restitution:
@@ -186,4 +217,7 @@ class Surfaces:
         for (body_id, index), value in self._restitution.items():
             for geom in bodies[body_id].built.links[index].geoms:
                 restitution[geom.id] = value
+        self._compliance_rows = np.zeros((model.ngeom, 2))
+        for (body_id, index), values in self._compliance.items():
+            self._compliance_rows[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = values
         return damping, restitution
