@@ -165,6 +165,21 @@ def test_link_frames_lag_a_step_until_asked_for_fresh_ones(rod: int) -> None:
     assert p.getLinkState(rod, 5) is None
 
 
+def test_reading_velocities_leaves_link_frames_a_step_behind(rod: int) -> None:
+    p.setGravity(0, 0, -9.81)
+    free(rod)
+    p.resetJointState(rod, 0, 0.5, 4.0)
+    before = p.getLinkState(rod, 0)
+    p.stepSimulation()
+    q, speed = p.getJointState(rod, 0)[:2]
+    state = p.getLinkState(rod, 0, computeLinkVelocity=1)
+    assert state[:6] == before[:6] == p.getLinkState(rod, 0) == p.getLinkStates(rod, [0])[0]
+    # Bullet keeps velocities in link axes, and turns them with the frame it shows: at 0.5 rad, not at q
+    np.testing.assert_allclose(state[6], [-0.5 * speed * cos(0.5), 0, 0.5 * speed * sin(0.5)], atol=1e-9)
+    fresh = p.getLinkState(rod, 0, computeLinkVelocity=1, computeForwardKinematics=1)
+    np.testing.assert_allclose(fresh[6], [-0.5 * speed * cos(q), 0, 0.5 * speed * sin(q)], atol=1e-9)
+
+
 def test_inertia_comes_from_shapes_unless_the_file_is_asked_for(client: int, tmp_path: Path) -> None:
     body = load(tmp_path, OFFSET)
     info = p.getDynamicsInfo(body, -1)
@@ -203,6 +218,14 @@ def test_a_motor_closes_a_tenth_of_the_error_in_each_step(rod: int) -> None:
         p.stepSimulation()
         q += 0.1 * (0.4 - q)
         assert p.getJointState(rod, 0)[0] == pytest.approx(q, abs=1e-3)
+
+
+def test_a_motor_reaches_its_velocity_under_load(rod: int) -> None:
+    p.setGravity(0, 0, -9.81)
+    p.resetJointState(rod, 0, 0.4)  # 2 kg at 0.5 m: a load of 3.8 N m, where the inertia is 0.5 kg m²
+    p.setJointMotorControl2(rod, 0, p.VELOCITY_CONTROL, targetVelocity=0.0, force=1000)
+    p.stepSimulation()
+    assert abs(p.getJointState(rod, 0)[1]) < 1e-5
 
 
 def test_velocity_gain_is_the_share_of_the_velocity_error(rod: int) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -130,3 +132,36 @@ def test_rolling_friction_is_the_sum_of_both_bodies(client: int, of_plane: float
         p.stepSimulation()
     c = own * mu_plane + of_plane * mu_ball
     assert p.getBaseVelocity(ball)[0][0] == pytest.approx(1 - 0.5 * c * 10 / (1.4 * radius), abs=0.01)
+
+
+@pytest.mark.parametrize("from_file", [False, True])
+def test_a_body_sinks_into_a_compliant_surface_by_its_weight_over_the_stiffness(
+    client: int, tmp_path: Path, from_file: bool
+) -> None:
+    p.setGravity(0, 0, -10)
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    if from_file:
+        file = tmp_path / "ball.urdf"
+        file.write_text(
+            '<robot name="ball"><link name="base">'
+            '<contact><stiffness value="5000"/><damping value="300"/></contact><inertial><mass value="10"/>'
+            '<inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>'
+            '<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>'
+        )
+        ball = p.loadURDF(str(file), [0, 0, 0.1])
+    else:
+        ball = _body(p.GEOM_SPHERE, 10, 0.1, radius=0.1)
+        p.changeDynamics(ball, -1, contactStiffness=5000, contactDamping=300)
+    _steps(480)
+    assert p.getBasePositionAndOrientation(ball)[0][2] == pytest.approx(0.1 - 10 * 10 / 5000, abs=2e-4)
+    assert p.getContactPoints(ball)[0][9] == pytest.approx(100, rel=1e-3)
+
+
+def test_a_convex_hull_rests_on_its_margin(client: int, tmp_path: Path) -> None:
+    corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]
+    p.setGravity(0, 0, -10)
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 1]), basePosition=[0, 0, -1])
+    hull = _body(p.GEOM_MESH, 1, 0.12, vertices=corners)
+    _steps(240)
+    assert p.getBasePositionAndOrientation(hull)[0][2] == pytest.approx(0.101, abs=1e-4)
+    assert p.getContactPoints(hull)[0][5][2] == pytest.approx(0, abs=1e-4)

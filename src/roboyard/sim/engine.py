@@ -60,7 +60,7 @@ class Engine(Generic[BodyT]):
         self.keeps_frames = False
         """Whether body frames of the last step are kept in `kept_frames` when they are brought up to date."""
         self.kept_frames: tuple[Array, Array] | None = None
-        """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last step's position update,
+        """(nbody, 3) positions (m) and (nbody, 4) quaternions w, x, y, z before the last position update,
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
         self._geom_owners: np.ndarray | None = None

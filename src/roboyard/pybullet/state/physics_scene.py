@@ -66,6 +66,7 @@ class PhysicsScene:
         self.filters = PairFilters(self.world, self.bodies)
         self._query_shapes: QueryShapes | None = None
         self._geom_margins: Any = None
+        self.world.surfaces.margins_of = self.geom_margins
         self._scratch: Any = None
         self._scratch_revision = -1
         self.frames_are_old = True
@@ -116,7 +117,9 @@ class PhysicsScene:
                 sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
             )
             if state.contact_stiffness >= 0.0:
-                self.world.surfaces.set_compliance(link, state.contact_stiffness, max(state.contact_damping, 0.0))
+                self.world.surfaces.set_compliance(
+                    link, state.contact_stiffness, max(state.contact_damping, 0.0)
+                )
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self._without_motors.append(record)
         self.filters.add_body(record, self_collision=self_collision)

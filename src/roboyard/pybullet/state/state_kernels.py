@@ -48,7 +48,11 @@ def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
 @njit("UniTuple(float64, 3)(UniTuple(float64, 4), UniTuple(float64, 3))", cache=True)
 def _rotated(q, v):  # pragma: no cover
     """Return a vector rotated by a quaternion w, x, y, z."""
-    tx, ty, tz = 2.0 * (q[2] * v[2] - q[3] * v[1]), 2.0 * (q[3] * v[0] - q[1] * v[2]), 2.0 * (q[1] * v[1] - q[2] * v[0])
+    tx, ty, tz = (
+        2.0 * (q[2] * v[2] - q[3] * v[1]),
+        2.0 * (q[3] * v[0] - q[1] * v[2]),
+        2.0 * (q[1] * v[1] - q[2] * v[0]),
+    )
     return (
         v[0] + q[0] * tx + q[2] * tz - q[3] * ty,
         v[1] + q[0] * ty + q[3] * tx - q[1] * tz,
@@ -56,12 +60,8 @@ def _rotated(q, v):  # pragma: no cover
     )
 
 
-@njit(
-    f"{_STATE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64, {', '.join([_ARRAY] * 4)}, {_ROWS})", cache=True
-)
-def link_state(
-    xpos, xquat, frames, row, link, turned, cvel, xipos, subtree_com, rootid
-):  # pragma: no cover
+@njit(f"{_STATE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64, {', '.join([_ARRAY] * 4)}, {_ROWS})", cache=True)
+def link_state(xpos, xquat, frames, row, link, turned, cvel, xipos, subtree_com, rootid):  # pragma: no cover
     """Return `link_pose`, then velocity of the centre of mass (m/s) and angular velocity (rad/s), world axes.
 
     turned: the quaternions with which `cvel` agrees. Where xquat are those before the last position update,

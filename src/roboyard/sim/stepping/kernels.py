@@ -93,8 +93,9 @@ def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # p
 
 @njit(cache=True)
 def hard_contacts(  # pragma: no cover
-    restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref, R, D
-):
+    restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref, R, D,
+    margins, position, frame,
+):  # fmt: skip
     """Write reference accelerations of rigid contacts, solved for the velocity after the step.
 
     The normal velocity after the step is at least -dist / dt for a gap, -erp dist / dt for a penetration and
@@ -102,10 +103,18 @@ def hard_contacts(  # pragma: no cover
     references before the correction for sliding (see `correct_sliding`), whose first estimate is made here.
     Regularisers R (and their inverses D) shrink, so that a body at rest has exactly its weight as normal force
     within three steps; MuJoCo bounds the impedance, and with it R, for time steps much larger than needed here.
+    margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes; distances and positions of
+    contacts are corrected for them in place. frame: (ncon, 9), the normal first.
     """
     for i in range(geom.shape[0]):
         a, b, row = geom[i, 0], geom[i, 1], address[i]
-        if a < 0 or b < 0 or row < 0:
+        if a < 0 or b < 0:
+            continue
+        dist[i] -= margins[a] + margins[b]
+        shift = 0.5 * (margins[a] - margins[b])
+        for k in range(3):
+            position[i, k] += shift * frame[i, k]
+        if row < 0:
             continue
         v = velocity[row]
         wanted = -dist[i] / timestep if dist[i] > 0.0 else -erp * dist[i] / timestep

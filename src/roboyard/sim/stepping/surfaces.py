@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -29,6 +30,9 @@ class Surfaces:
         self._damping: dict[tuple[int, int], tuple[float, float, float, float]] = {}
         self._compliance: dict[tuple[int, int], tuple[float, float]] = {}
         self._compliance_rows = np.zeros((0, 2))
+        self.margins_of: Callable[[], np.ndarray] | None = None
+        """Function that returns the (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes."""
+        self._no_margins = np.zeros(0)
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
@@ -63,7 +67,7 @@ class Surfaces:
         self._world.refresh_stepping()
 
     def set_compliance(self, link: Link, stiffness: float, damping: float) -> None:
-        """Make the surface of a link a spring and damper where contacts are rigid (`PhysicsProfile.hard_contacts`).
+        """Make the surface of a link a spring and damper, where the profile has rigid contacts.
 
         Args:
             link: the link.
@@ -169,6 +173,7 @@ class Surfaces:
             kernels().hard_contacts(
                 *(self._restitution_rows, geom, dim, address, contact.dist, friction, velocity),
                 *(timestep, profile.erp, profile.slow, self._base, reference, *weights),
+                *(self.margins_of() if self.margins_of else self._no_margins, contact.pos, contact.frame),
             )
             if self._compliance:
                 kernels().compliant_contacts(
@@ -217,6 +222,7 @@ class Surfaces:
         for (body_id, index), value in self._restitution.items():
             for geom in bodies[body_id].built.links[index].geoms:
                 restitution[geom.id] = value
+        self._no_margins = np.zeros(model.ngeom)
         self._compliance_rows = np.zeros((model.ngeom, 2))
         for (body_id, index), values in self._compliance.items():
             self._compliance_rows[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = values
