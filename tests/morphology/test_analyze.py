@@ -56,12 +56,12 @@ def test_a_cart_has_a_differential_drive_and_a_caster() -> None:
 
 def test_arms_share_the_trunk_and_end_in_grippers() -> None:
     semantic = infer_semantics(two_arms())
-    assert (semantic.base, semantic.base_joints) == ("none", ())
+    assert (semantic.base, semantic.base_joints) == ("fixed", ())
     assert semantic.trunk_joints == ("lift",)
     assert [arm.name for arm in semantic.arms] == ["left", "right"]
     assert semantic.arms[0].joints == ("left_1", "left_2", "left_3")
     assert semantic.arms[1].end_effector.gripper_links == ("right_finger1", "right_finger2")
-    assert list(semantic.groups) == ["trunk", "arm_left", "arm_right"]
+    assert list(semantic.groups) == ["trunk", "arm_left", "gripper_left", "arm_right", "gripper_right"]
 
 
 def test_an_arm_without_gripper_ends_at_its_tip() -> None:

@@ -15,7 +15,7 @@ from small_robots import joint, link, robot
 from roboyard.description import Joint
 from roboyard.description.model import Limit
 from roboyard.description.semantic import EndEffector
-from roboyard.morphology.analyze import find_end_effectors
+from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.arms import find_arms, find_trunk, longest_chain_tip
 from roboyard.morphology.bounds import robot_bounds
 from roboyard.morphology.grippers import find_grippers
@@ -106,7 +106,7 @@ def test_a_gripper_has_at_least_two_fingers(count: int, is_gripper: bool) -> Non
 
 def test_one_finger_makes_the_finger_the_tip_of_the_longest_chain() -> None:
     description = robot(link("base"), *chain("a", "base", 5), *fingers("a5", 1))
-    assert [one.link for one in find_end_effectors(description)] == ["a5_f0"]
+    assert [one.link for one in infer_semantics(description).end_effectors] == ["a5_f0"]
 
 
 @pytest.mark.parametrize(("joints", "found"), [(2, 0), (3, 1)])

@@ -112,10 +112,10 @@ def cart(*wheels: tuple[float, float]) -> tuple[str, ...]:
     )
 
 
-def test_four_wheels_are_a_wheeled_base_without_pair() -> None:
+def test_four_wheels_on_two_sides_skid_and_are_no_pair() -> None:
     description = robot(BASE, *cart((0.2, 0.2), (0.2, -0.2), (-0.2, 0.2), (-0.2, -0.2)))
     semantic = infer_semantics(description)
-    assert semantic.base == "wheeled"
+    assert (semantic.base, semantic.drive) == ("differential", "skid")
     assert semantic.base_joints == tuple(f"w{k}_joint" for k in range(4))
     assert semantic.wheel_pair is None
 

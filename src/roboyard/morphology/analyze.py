@@ -1,71 +1,193 @@
-"""Infer a robot's semantics from its geometry and joints."""
+"""Infer a robot's semantics from its joints, shapes, masses and names."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from roboyard.description.model import RobotDescription
-from roboyard.description.semantic import BaseKind, EndEffector, SemanticDescription, WheelPair
-from roboyard.morphology.arms import find_arms, find_trunk, longest_chain_tip
-from roboyard.morphology.grippers import find_grippers
-from roboyard.morphology.wheels import Wheel, find_rolling_links, find_wheel_pair
+import numpy as np
+
+from roboyard.description.model import RobotDescription, Vector3
+from roboyard.description.semantic import (
+    Arm,
+    BaseKind,
+    EndEffector,
+    Gripper,
+    Leg,
+    SemanticDescription,
+    WheelPair,
+)
+from roboyard.morphology.arms import find_arms, find_trunk
+from roboyard.morphology.base.drive import WheeledBase, find_wheeled_base
+from roboyard.morphology.base.rolling import find_rolling_parts, leg_joints
+from roboyard.morphology.base.rotors import find_rotors
+from roboyard.morphology.conclusions import make_conclusions
+from roboyard.morphology.kind import find_kind
+from roboyard.morphology.limbs.chains import find_limbs
+from roboyard.morphology.limbs.hands import find_palms
+from roboyard.morphology.limbs.roles import Part, Roles, find_roles
+from roboyard.morphology.skeleton import BASE, Skeleton
+from roboyard.transforms import Array
 
 
-def infer_semantics(description: RobotDescription) -> SemanticDescription:
-    """Infer base, wheels, end effectors, trunk and arms of a robot about which nothing is stated.
+def infer_semantics(
+    description: RobotDescription, base_link: str | None = None, *, actuated: Collection[str] = ()
+) -> SemanticDescription:
+    """Infer kind, base, wheels, limbs and end effectors of a robot about which nothing is stated.
 
-    Raises:
-        MeshError: a mesh file cannot be read.
+    A mesh that cannot be read counts as no shape.
+
+    Args:
+        description: the robot.
+        base_link: the link that counts as the base, below virtual joints; the root by default.
+        actuated: joints that the file says have a motor; empty where it says nothing.
     """
-    wheels = tuple(wheel.link for wheel in find_rolling_links(description) if not wheel.is_caster)
-    stated = SemanticDescription(base_link=description.root.name, wheel_links=wheels)
-    return complete_semantics(description, stated)
+    skeleton = Skeleton(description, base_link)
+    parts = find_rolling_parts(skeleton)
+    base = find_wheeled_base(skeleton, parts, actuated)
+    rotors = find_rotors(skeleton, base.joints if base is not None else ())
+    used = {*(base.joints if base is not None else ()), *(rotors.joints if rotors is not None else ())}
+    palms = find_palms(skeleton, used)
+    is_hand = BASE in palms
+    anatomy = find_limbs(skeleton, palms, used)
+    wheel_legs = [name for part in parts for name in leg_joints(skeleton, part)]
+    roles = Roles() if is_hand else find_roles(
+        skeleton, anatomy, wheeled=base is not None and not wheel_legs, flying=rotors is not None,
+        wheel_legs=wheel_legs,
+    )  # fmt: skip
+    kind = find_kind(skeleton, base, rotors, roles, is_hand=is_hand)
+    arms = tuple(_arm(skeleton, part) for part in roles.arms)
+    grippers = [arm.end_effector.gripper for arm in arms if arm.end_effector.gripper is not None]
+    taken = {name for gripper in grippers for name in (*gripper.joints, *gripper.mimic_joints)}
+    for body, joints in palms.items():
+        if not taken & set(joints):
+            grippers.append(_gripper(skeleton, body, joints))
+    wheels = base.wheels if base is not None else ()
+    is_legged = kind.base == "legged"
+    driven = tuple(wheel for wheel in wheels if wheel.is_driven)
+    heads = roles.heads[:1] if roles.heads else ()
+    semantic = SemanticDescription(
+        base_link=skeleton.base_link,
+        kind=kind.kind,
+        base=kind.base,
+        drive=base.drive if base is not None and not is_legged else None,
+        forward=base.forward if base is not None else _level(roles),
+        up=_vector(roles.up),
+        base_joints=() if is_legged else _base_joints(base),
+        wheels=wheels,
+        wheel_links=tuple(wheel.link for wheel in driven),
+        caster_links=tuple(wheel.link for wheel in wheels if wheel.is_caster),
+        caster_joints=tuple(dict.fromkeys(
+            name for wheel in wheels if wheel.is_caster
+            for name in (wheel.caster_joint, wheel.joint) if name is not None
+        )),
+        steer_joints=tuple(dict.fromkeys(w.steer_joint for w in wheels if w.steer_joint is not None)),
+        wheel_pair=base.pair if base is not None and not is_legged else None,
+        trunk_joints=roles.trunk,
+        head_joints=tuple(name for part in heads for name in part.joints),
+        head_link=skeleton.joint[heads[0].limb.tip].child if heads else None,
+        legs=tuple(_leg(skeleton, part, base) for part in roles.legs),
+        end_effectors=tuple(arm.end_effector for arm in arms),
+        arms=tuple(sorted(arms, key=lambda arm: arm.name)),
+        grippers=tuple(grippers),
+    )  # fmt: skip
+    return replace(semantic, conclusions=make_conclusions(semantic, kind, base, roles))
 
 
 def complete_semantics(description: RobotDescription, stated: SemanticDescription) -> SemanticDescription:
-    """Infer the empty fields of a semantic description; wheels, disabled pairs and postures stay as stated.
+    """Infer the empty fields of a semantic description; disabled pairs and postures stay as stated.
 
     Args:
         description: the robot, with its virtual joints where `stated` names some.
         stated: the fields that are known, for example from a source configuration.
-
-    Raises:
-        MeshError: a mesh file cannot be read.
     """
-    rolling = find_rolling_links(description)
-    end_effectors = stated.end_effectors or find_end_effectors(description, stated.virtual_joints)
-    trunk = stated.trunk_joints or find_trunk(description, stated.base_link, end_effectors)
-    kind, base_joints, pair = stated.base, stated.base_joints, stated.wheel_pair
-    if kind == "none":
-        kind, base_joints, pair = _wheeled_base(description, stated, rolling)
+    found = infer_semantics(description, stated.base_link)
+    effectors = stated.end_effectors or found.end_effectors
+    trunk = stated.trunk_joints or found.trunk_joints
+    arms = stated.arms or found.arms
+    if stated.end_effectors:
+        trunk = stated.trunk_joints or find_trunk(description, stated.base_link, effectors)
+        arms = stated.arms or find_arms(description, stated.base_link, effectors, trunk)
+    elif stated.trunk_joints and not stated.arms:
+        arms = tuple(
+            replace(arm, joints=tuple(name for name in arm.joints if name not in trunk)) for arm in arms
+        )
+    kind, base_joints, pair = _stated_base(description, stated, found)
     return replace(
-        stated,
+        found,
         base=kind,
         base_joints=base_joints,
+        virtual_joints=stated.virtual_joints,
+        wheel_links=stated.wheel_links or found.wheel_links,
+        caster_links=stated.caster_links or found.caster_links,
         wheel_pair=pair,
-        caster_links=stated.caster_links or tuple(wheel.link for wheel in rolling if wheel.is_caster),
-        end_effectors=end_effectors,
+        end_effectors=effectors,
         trunk_joints=trunk,
-        arms=stated.arms or find_arms(description, stated.base_link, end_effectors, trunk),
+        arms=arms,
+        disabled_collision_pairs=stated.disabled_collision_pairs,
+        postures=stated.postures,
     )
 
 
-def find_end_effectors(
-    description: RobotDescription, virtual_joints: tuple[str, ...] = ()
-) -> tuple[EndEffector, ...]:
-    """Return the grippers; without any, the tip of the longest chain of moving joints."""
-    grippers = find_grippers(description, virtual_joints)
-    return grippers or (EndEffector(link=longest_chain_tip(description)),)
-
-
-def _wheeled_base(
-    description: RobotDescription, stated: SemanticDescription, rolling: tuple[Wheel, ...]
+def _stated_base(
+    description: RobotDescription, stated: SemanticDescription, found: SemanticDescription
 ) -> tuple[BaseKind, tuple[str, ...], WheelPair | None]:
-    """Return kind, joints and wheel pair of a base that moves by the stated wheels."""
+    """Return kind, joints and wheel pair of the base: as stated, by the stated wheels, or as found."""
+    if stated.base_joints or stated.virtual_joints:
+        kind = stated.base if stated.base != "none" else found.base
+        return kind, stated.base_joints, stated.wheel_pair
+    kind = stated.base if stated.base != "none" else found.base
     parents = (description.parent_joint.get(link) for link in stated.wheel_links)
     joints = tuple(joint.name for joint in parents if joint is not None and joint.is_moving)
-    driven = [wheel for wheel in rolling if not wheel.is_caster and wheel.joint.name in joints]
-    pair = find_wheel_pair(driven) if len(joints) == 2 else None
-    if pair is not None:
-        return "differential", (pair.left, pair.right), pair
-    return ("wheeled" if joints else "none"), joints, None
+    if not joints or set(joints) == set(found.base_joints):
+        return kind, found.base_joints, found.wheel_pair
+    return kind if found.base_joints else "wheeled", joints, None
+
+
+def _base_joints(base: WheeledBase | None) -> tuple[str, ...]:
+    if base is None:
+        return ()
+    if base.pair is not None:
+        return base.pair.left, base.pair.right
+    return tuple(wheel.joint for wheel in base.wheels if wheel.is_driven)
+
+
+def _level(roles: Roles) -> Vector3:
+    return _vector(np.cross(roles.left, roles.up))
+
+
+def _vector(array: Array) -> Vector3:
+    x, y, z = (float(value) + 0.0 for value in array)
+    return (x, y, z)
+
+
+def _leg(skeleton: Skeleton, part: Part, base: WheeledBase | None) -> Leg:
+    tip = part.joints[-1]
+    wheels = {wheel.joint: wheel for wheel in base.wheels} if base is not None else {}
+    wheel = next((name for name in skeleton.children[tip] if name in wheels), None)
+    links = skeleton.links[wheel or tip]
+    with_shape = [link for link in links if len(skeleton.link_points(link))]
+    return Leg(name=part.name, joints=part.joints, foot=(with_shape or links)[-1], wheel_joint=wheel)
+
+
+def _arm(skeleton: Skeleton, part: Part) -> Arm:
+    limb = part.limb
+    if limb.palm is None:
+        link = skeleton.joint[limb.tip].child
+        return Arm(name=part.name, joints=part.joints, end_effector=EndEffector(link=link))
+    gripper = _gripper(skeleton, limb.palm, limb.fingers)
+    effector = EndEffector(
+        link=gripper.palm, gripper_links=gripper.links, gripper_joints=gripper.joints, gripper=gripper
+    )
+    return Arm(name=part.name, joints=part.joints, end_effector=effector)
+
+
+def _gripper(skeleton: Skeleton, body: str, joints: Sequence[str]) -> Gripper:
+    links = tuple(link for name in joints for link in skeleton.links[name])
+    return Gripper(
+        kind="fingers",
+        palm=skeleton.joint[joints[0]].parent,
+        joints=tuple(name for name in joints if skeleton.is_driven(name)),
+        mimic_joints=tuple(name for name in joints if not skeleton.is_driven(name)),
+        links=links,
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from roboyard.description.robot_model import RobotModel
-from roboyard.description.semantic import EndEffector, SemanticDescription
+from roboyard.description.semantic import Conclusion, EndEffector, SemanticDescription
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.analyze import complete_semantics
@@ -14,10 +14,8 @@ from roboyard.morphology.analyze import complete_semantics
 def add_semantics(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Return the robot with complete semantics except postures and disabled collision pairs."""
     semantic = complete_semantics(robot.description, stated_semantics(robot.semantic, context.config))
-    if not context.config.curobo.eef_to_gripper_info:
-        context.log.note(_end_effector_note(semantic))
-    if semantic.trunk_joints and not context.config.curobo.torso_joints:
-        context.log.note(f"torso: {', '.join(semantic.trunk_joints)}, which moves all arms")
+    for conclusion in semantic.conclusions:
+        context.log.note(_conclusion_note(conclusion))
     return replace(robot, semantic=semantic)
 
 
@@ -33,9 +31,7 @@ def stated_semantics(semantic: SemanticDescription, config: ImportConfig) -> Sem
     )
 
 
-def _end_effector_note(semantic: SemanticDescription) -> str:
-    effectors = semantic.end_effectors
-    if not effectors[0].gripper_links:
-        return f"end effector: {effectors[0].link!r}, the tip of the longest chain of joints"
-    grippers = ", ".join(f"{e.link!r} ({len(e.gripper_links)} links)" for e in effectors)
-    return f"end effectors: {grippers}, where chains of joints split into fingers"
+def _conclusion_note(found: Conclusion) -> str:
+    value = ", ".join(map(str, found.value)) if isinstance(found.value, list) else str(found.value)
+    reasons = f" ({'; '.join(found.evidence[:3])})" if found.evidence else ""
+    return f"{found.field.replace('_', ' ')}: {value or 'none'}, {100 * found.confidence:.0f} % sure{reasons}"

@@ -1,0 +1,84 @@
+"""Rotors of a flying robot: flat parts that turn without limits about upright axes, around the middle."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from roboyard.morphology.skeleton import BASE, Skeleton, is_endless
+from roboyard.morphology.words import meanings
+
+FEWEST = 3
+"""Smallest number of rotors; two may be anything that spins."""
+FLAT = 0.5
+"""Largest height of a rotor as a share of its width."""
+UPRIGHT = 0.8
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Rotors:
+    """Parts that hold a robot in the air."""
+
+    joints: tuple[str, ...]
+    """Empty where the rotors are fixed links."""
+    links: tuple[str, ...]
+    confidence: float
+    evidence: tuple[str, ...]
+
+
+def find_rotors(skeleton: Skeleton, used: Collection[str] = ()) -> Rotors | None:
+    """Return the rotors of a robot; None without.
+
+    Args:
+        skeleton: the robot.
+        used: joints of its wheels.
+    """
+    joints = [name for name in skeleton.joint if name not in used and _spins(skeleton, name)]
+    named = [name for name in joints if _is_named(name, skeleton.joint[name].child)]
+    flat = [name for name in joints if _is_flat(skeleton, name)]
+    chosen = named if len(named) >= FEWEST else flat
+    if len(chosen) >= FEWEST and _is_around(skeleton, chosen):
+        links = tuple(skeleton.joint[name].child for name in chosen)
+        evidence = [f"{len(chosen)} parts spin about upright axes around the middle"]
+        evidence += ["their names say rotor"] if named else ["they are flat"]
+        return Rotors(
+            joints=tuple(chosen), links=links, confidence=0.95 if named else 0.75, evidence=tuple(evidence)
+        )
+    fixed = [link for link in skeleton.links[BASE] if "rotor" in meanings(link)]
+    if len(fixed) >= FEWEST and not skeleton.joint:
+        text = f"{len(fixed)} links on fixed joints have names of rotors"
+        return Rotors(joints=(), links=tuple(fixed), confidence=0.8, evidence=(text,))
+    return None
+
+
+def _is_named(joint: str, link: str) -> bool:
+    return "rotor" in meanings(joint) | meanings(link)
+
+
+def _spins(skeleton: Skeleton, name: str) -> bool:
+    joint = skeleton.joint[name]
+    named = _is_named(name, joint.child)
+    if skeleton.children[name] or len(skeleton.path(name)) > (3 if named else 1):
+        return False
+    return (is_endless(joint) or (named and joint.type == "revolute")) and (
+        abs(skeleton.axis(name)[2]) > UPRIGHT or named
+    )
+
+
+def _is_flat(skeleton: Skeleton, name: str) -> bool:
+    points = skeleton.points(name, visual=True)
+    if len(points) < 4:
+        return False
+    extent = np.ptp(points, axis=0)
+    return float(extent[2]) < FLAT * float(max(extent[0], extent[1]))
+
+
+def _is_around(skeleton: Skeleton, names: list[str]) -> bool:
+    """Return whether rotors stand on all sides of their middle, of equal size."""
+    spots = np.array([skeleton.origin(name)[:2] for name in names])
+    away = spots - spots.mean(axis=0)
+    angles = np.sort(np.arctan2(away[:, 1], away[:, 0]))
+    gaps = np.diff(np.append(angles, angles[0] + 2 * np.pi))
+    return float(np.linalg.norm(away, axis=1).min()) > 1e-3 and float(gaps.max()) < np.pi

@@ -1,0 +1,137 @@
+"""Palms: bodies from which fingers move, by the tree, sizes and names."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from roboyard.morphology.skeleton import BASE, Skeleton
+from roboyard.morphology.words import meanings, share
+
+LONGEST_FINGER = 0.35
+"""Reach of a finger (m)."""
+FINGER_SHARE = 0.6
+"""Largest reach of a finger as a share of the way from the base to the palm."""
+HAND_SIZE = 0.5
+"""Largest extent of a hand on its own (m)."""
+MIN_JOINTS_BEFORE = 3
+"""Joints before a palm where no name says that there is one."""
+MOST_JOINTS = 9
+"""Of a finger, with those that follow."""
+BESIDE = 0.6
+"""How far the fixed jaw reaches along the moving one, as a share of its length."""
+
+
+def find_palms(skeleton: Skeleton, used: Collection[str] = ()) -> dict[str, tuple[str, ...]]:
+    """Return palm bodies, depth first, with the joints of their fingers.
+
+    Args:
+        skeleton: the robot.
+        used: joints of wheels and rotors.
+    """
+    if _is_hand(skeleton, used):
+        return {BASE: tuple(name for name in skeleton.joint if name not in used)}
+    found: dict[str, tuple[str, ...]] = {}
+    open_bodies = [name for name in reversed(skeleton.children[BASE]) if name not in used]
+    while open_bodies:
+        body = open_bodies.pop()
+        kids = [name for name in skeleton.children[body] if name not in used]
+        if _is_palm(skeleton, body, kids):
+            found[body] = tuple(joint for kid in kids for joint in skeleton.below(kid))
+        elif len(kids) == 1 and _is_jaw(skeleton, body, kids[0]):
+            found[body] = tuple(skeleton.below(kids[0]))
+        else:
+            open_bodies += reversed(kids)
+    return found
+
+
+def _names(skeleton: Skeleton, joints: Collection[str]) -> list[str]:
+    return [text for name in joints for text in (name, skeleton.joint[name].child)]
+
+
+def _is_palm(skeleton: Skeleton, body: str, kids: list[str]) -> bool:
+    if len(kids) < 2:
+        return False
+    before = skeleton.path(body)
+    fingers = [joint for kid in kids for joint in skeleton.below(kid)]
+    named = share("finger", _names(skeleton, fingers))
+    if share("head", _names(skeleton, [*before[-2:], *fingers])) > 0.3:
+        return False
+    if share("leg", _names(skeleton, [*before, *fingers])) > 0.3 and named < 0.5:
+        return False
+    if len(before) < (1 if named > 0.5 else MIN_JOINTS_BEFORE):
+        return False
+    if max(len(skeleton.below(kid)) for kid in kids) > MOST_JOINTS:
+        return False
+    way = skeleton.length([*before, kids[0]])
+    reach = max(skeleton.reach(kid) for kid in kids)
+    longest = LONGEST_FINGER if named < 0.5 else 2 * LONGEST_FINGER
+    if reach > longest or reach > (FINGER_SHARE if named < 0.5 else 1.5) * way:
+        return False
+    depth = max(skeleton.depth(kid) for kid in kids)
+    if named < 0.2 and depth >= len(before):
+        return False
+    return named > 0.2 or _opposed(skeleton, kids) or len(kids) >= 3
+
+
+def _opposed(skeleton: Skeleton, kids: list[str]) -> bool:
+    """Return whether two branches are alike: equal types of joints and about equal reach."""
+    first, second = kids[:2]
+    kinds = [[skeleton.joint[name].type for name in skeleton.below(kid)] for kid in (first, second)]
+    a, b = skeleton.reach(first), skeleton.reach(second)
+    return kinds[0] == kinds[1] and min(a, b) >= 0.5 * max(a, b)
+
+
+def _is_jaw(skeleton: Skeleton, body: str, kid: str) -> bool:
+    """Return whether the last joint of an arm moves one jaw against a fixed one."""
+    joint = skeleton.joint[kid]
+    limits = joint.position_limits()
+    if skeleton.children[kid] or limits is None or len(skeleton.path(body)) < MIN_JOINTS_BEFORE:
+        return False
+    words = meanings(kid) | meanings(joint.child)
+    points, fixed = skeleton.points(kid), skeleton.points(body)
+    if "leg" in words or "head" in words or not len(points) or not len(fixed):
+        return "finger" in words
+    here = skeleton.origin(kid)
+    far = points[np.linalg.norm(points - here, axis=1).argmax()] - here
+    length = float(np.linalg.norm(far))
+    if length <= 0:
+        return False
+    along = far / length
+    axis = skeleton.axis(kid)
+    across = abs(float(axis @ along)) < 0.6
+    beside = float(((fixed - here) @ along).max()) > BESIDE * length
+    one_sided = min(abs(limits[0]), abs(limits[1])) < 0.25 * max(abs(limits[0]), abs(limits[1]))
+    return across and (beside + one_sided + 2 * ("finger" in words)) >= 2 and (beside or "finger" in words)
+
+
+def _is_hand(skeleton: Skeleton, used: Collection[str]) -> bool:
+    """Return whether the whole robot is one hand or gripper."""
+    kids = [name for name in skeleton.children[BASE] if name not in used]
+    if not kids or used or not 0 < skeleton.size < HAND_SIZE:
+        return False
+    joints = [joint for kid in kids for joint in skeleton.below(kid)]
+    if max(len(skeleton.below(kid)) for kid in kids) > MOST_JOINTS:
+        return False
+    names = [*_names(skeleton, joints), skeleton.description.name, *skeleton.links[BASE]]
+    named = share("finger", names)
+    if share("leg", names) > named or share("wheel", names) > 0.2:
+        return False
+    if named > 0.3 and len(kids) >= 2:
+        return True
+    follow = any(not skeleton.is_driven(name) for name in joints)
+    return len(kids) >= 2 and (follow or (len(kids) >= 3 and not _on_corners(skeleton, kids)))
+
+
+def _on_corners(skeleton: Skeleton, kids: list[str]) -> bool:
+    """Return whether limbs begin left and right, front and rear of their middle, as legs do."""
+    spots = np.array([skeleton.origin(name)[:2] for name in kids])
+    away = spots - spots.mean(axis=0)
+    tolerance = 0.15 * float(np.abs(away).max(initial=0.0))
+    mirrored = all(
+        min(np.linalg.norm(away - spot * flip, axis=1)) <= tolerance
+        for spot in away
+        for flip in (np.array([1, -1]), np.array([-1, 1]))
+    )
+    return len(kids) in (4, 6, 8) and mirrored and tolerance > 0

@@ -1,0 +1,379 @@
+"""Roles of limbs: legs, arms and heads; and the trunk between base and arms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from roboyard.morphology.limbs.chains import Anatomy, Limb
+from roboyard.morphology.limbs.pairs import Pair, alike, find_pairs
+from roboyard.morphology.skeleton import BASE, Skeleton, is_endless
+from roboyard.morphology.words import meanings, share, side
+from roboyard.transforms import Array
+
+WORLD_NAMES = ("world", "map", "odom")
+"""Root links of these names are the world itself."""
+CLUSTER = 0.7
+"""Two chains are one leg where their beginnings are nearer than this share of the distance to others."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Part:
+    """A limb with its meaning."""
+
+    name: str
+    """left, right, front_left, ...; a number where nothing shows a side."""
+    limb: Limb
+    joints: tuple[str, ...]
+    confidence: float
+    evidence: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Roles:
+    """Parts of a robot by their meaning."""
+
+    legs: tuple[Part, ...] = ()
+    arms: tuple[Part, ...] = ()
+    heads: tuple[Part, ...] = ()
+    trunk: tuple[str, ...] = ()
+    other: tuple[Limb, ...] = ()
+    up: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    """(3,) unit vector in the base link's frame."""
+    left: Array = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))
+    """(3,) unit vector in the base link's frame."""
+    trunk_evidence: tuple[str, ...] = ()
+
+
+def find_roles(
+    skeleton: Skeleton,
+    anatomy: Anatomy,
+    *,
+    wheeled: bool = False,
+    flying: bool = False,
+    wheel_legs: Sequence[str] = (),
+) -> Roles:
+    """Return what each limb is.
+
+    Args:
+        skeleton: the robot.
+        anatomy: its limbs.
+        wheeled: whether wheels carry it.
+        flying: whether it has rotors.
+        wheel_legs: joints above wheels that can lift them as legs do.
+    """
+    limbs = [limb for limb in anatomy.limbs if not limb.is_head]
+    pairs = find_pairs(skeleton, limbs)
+    up, left = _directions(skeleton, pairs)
+    legs, leg_evidence, leg_confidence = _legs(
+        skeleton, limbs, pairs, up, wheeled=wheeled or flying, wheel_legs=wheel_legs
+    )
+    rest = [limb for limb in limbs if not any(limb in group for group in legs)]
+    heads = [limb for limb in anatomy.limbs if limb.is_head]
+    arms: list[tuple[Limb, float, tuple[str, ...]]] = []
+    other: list[Limb] = []
+    for limb in rest:
+        score, evidence = _arm_score(skeleton, limb, pairs)
+        if score >= 2.0:
+            arms.append((limb, min(0.97, 0.4 + 0.12 * score), evidence))
+        else:
+            other.append(limb)
+    trunk, arms, why = _trunk(skeleton, anatomy, arms, wheeled=wheeled)
+    return Roles(
+        legs=_named_legs(skeleton, legs, left, up, leg_confidence, leg_evidence),
+        arms=_named_arms(skeleton, arms, trunk, left),
+        heads=tuple(_head(skeleton, limb) for limb in heads),
+        trunk=trunk,
+        trunk_evidence=why,
+        other=tuple(other),
+        up=up,
+        left=left,
+    )
+
+
+# --------------------------------------------------------------------------------------------- directions
+
+
+def _directions(skeleton: Skeleton, pairs: Sequence[Pair]) -> tuple[Array, Array]:
+    """Return up and left: z and y, but for a robot whose limbs mirror each other across a level plane."""
+    up, left = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+    normals = [pair.normal for pair in pairs if len(pair.first.joints) > 1]
+    if normals and all(normal == 2 for normal in normals):
+        up, left = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -1.0])
+    elif normals and sum(normal == 0 for normal in normals) > len(normals) / 2:
+        left = np.array([-1.0, 0.0, 0.0])
+    named = 0.0
+    for pair in pairs:
+        first, second = (side(_names(skeleton, limb.joints)) for limb in (pair.first, pair.second))
+        if {first, second} == {"left", "right"}:
+            apart = skeleton.origin(pair.first.joints[-1]) - skeleton.origin(pair.second.joints[-1])
+            named += float(apart @ left) * (1 if first == "left" else -1)
+    return up, -left if named < 0 else left
+
+
+def _names(skeleton: Skeleton, joints: Sequence[str]) -> list[str]:
+    return [text for name in joints for text in (name, skeleton.joint[name].child)]
+
+
+# --------------------------------------------------------------------------------------------------- legs
+
+
+def _legs(
+    skeleton: Skeleton,
+    limbs: Sequence[Limb],
+    pairs: Sequence[Pair],
+    up: Array,
+    *,
+    wheeled: bool,
+    wheel_legs: Sequence[str],
+) -> tuple[list[list[Limb]], tuple[str, ...], float]:
+    """Return legs, each of one chain or of several that meet, with evidence and confidence."""
+    on_wheels = [limb for limb in limbs if set(limb.joints) & set(wheel_legs)]
+    if len(on_wheels) >= 2:
+        return [[limb] for limb in on_wheels], (f"{len(on_wheels)} chains of joints end in wheels",), 0.9
+    if wheeled:
+        return [], (), 0.0
+    for hub in dict.fromkeys(limb.hub for limb in limbs):
+        group = _largest_group(skeleton, [limb for limb in limbs if limb.hub == hub and limb.palm is None])
+        names = _names(skeleton, [name for limb in group for name in limb.joints])
+        if len(group) >= 4 and share("arm", names) <= share("leg", names) and _has_corners(skeleton, group):
+            legs = _clustered(skeleton, group)
+            if len(legs) >= 3:
+                text = (
+                    f"{len(group)} chains of {len(group[0].joints)} joints, alike, on all corners of the body"
+                )
+                return legs, (text,), 0.95
+    scored = [(_leg_score(skeleton, pair, pairs, up), pair) for pair in pairs]
+    scored = [(score, pair) for score, pair in scored if score[0] > 0]
+    if not scored:
+        return [], (), 0.0
+    (score, evidence), pair = max(scored, key=lambda item: item[0][0])
+    return [[pair.first], [pair.second]], evidence, min(0.97, 0.5 + 0.1 * score)
+
+
+def _largest_group(skeleton: Skeleton, limbs: Sequence[Limb]) -> list[Limb]:
+    """Return the most limbs with equal types of joints and about equal lengths."""
+    best: list[Limb] = []
+    for limb in limbs:
+        group = [other for other in limbs if _similar(skeleton, limb, other)]
+        best = max(best, group, key=len)
+    return best
+
+
+def _similar(skeleton: Skeleton, a: Limb, b: Limb) -> bool:
+    if len(a.joints) != len(b.joints) or len(a.joints) < 2:
+        return False
+    one, two = skeleton.reach(a.joints[0]), skeleton.reach(b.joints[0])
+    return alike(skeleton, a, b) or min(one, two) > 0.7 * max(one, two)
+
+
+def _has_corners(skeleton: Skeleton, limbs: Sequence[Limb]) -> bool:
+    """Return whether limbs begin on all sides of their middle, seen from above."""
+    spots = np.array([skeleton.origin(limb.joints[0])[:2] for limb in limbs])
+    away = spots - spots.mean(axis=0)
+    quarters = {(bool(x > 0), bool(y > 0)) for x, y in away}
+    return len(quarters) >= 4 or len(limbs) >= 6
+
+
+def _clustered(skeleton: Skeleton, limbs: Sequence[Limb]) -> list[list[Limb]]:
+    """Return limbs by leg: two that begin side by side, far from the others, are one parallel leg."""
+    spots = [skeleton.origin(limb.joints[0]) for limb in limbs]
+    if len(limbs) < 8 or len(limbs) % 2:
+        return [[limb] for limb in limbs]
+    apart = np.linalg.norm(np.array(spots)[:, None] - np.array(spots)[None], axis=-1)
+    np.fill_diagonal(apart, np.inf)
+    nearest = apart.argmin(axis=1)
+    ordered = np.sort(apart, axis=1)
+    mutual = all(nearest[nearest[k]] == k for k in range(len(limbs)))
+    if not mutual or not all(ordered[:, 0] < CLUSTER * ordered[:, 1]):
+        return [[limb] for limb in limbs]
+    return [[limbs[k], limbs[nearest[k]]] for k in range(len(limbs)) if k < nearest[k]]
+
+
+def _leg_score(
+    skeleton: Skeleton, pair: Pair, pairs: Sequence[Pair], up: Array
+) -> tuple[float, tuple[str, ...]]:
+    """Return the sum of the evidence that two limbs are legs, with its texts."""
+    joints = (*pair.first.joints, *pair.second.joints)
+    if pair.first.palm or pair.second.palm or len(pair.first.joints) < 2:
+        return -9.0, ()
+    root = skeleton.description.root
+    if root.name.lower() in WORLD_NAMES and root.inertial is None:
+        return -9.0, ()
+    heights = skeleton.all_points @ up
+    if not len(heights):
+        return -9.0, ()
+    tall, floor = float(np.ptp(heights)), float(heights.min())
+    tips = np.concatenate([skeleton.points_below(limb.joints[0]) for limb in (pair.first, pair.second)])
+    evidence, score = [], 0.0
+    if len(tips) and float((tips @ up).min()) - floor < 0.1 * tall:
+        score += 1.5
+        evidence.append("two mirrored chains reach the lowest point")
+    else:
+        score -= 1.5
+    base = skeleton.points(BASE) @ up
+    if len(base) and float(base.min()) - floor < 0.1 * tall:
+        score -= 2.0
+    names = _names(skeleton, joints)
+    by_name = 4.0 * (share("leg", names) - share("arm", names))
+    score += by_name
+    if by_name > 1:
+        evidence.append("their names say leg")
+    hip = float(skeleton.origin(pair.first.joints[0]) @ up)
+    others = [float(skeleton.origin(p.first.joints[0]) @ up) for p in pairs if p is not pair]
+    if any(height > hip + 0.1 * tall for height in others):
+        score += 1.5
+        evidence.append("another pair of limbs begins above them")
+    if any(height < hip - 0.1 * tall for height in others):
+        score -= 2.0
+    if pair.first.hub != BASE and not by_name:
+        score -= 1.0
+    score += 0.5 * (len(pair.first.joints) >= 3)
+    return score, tuple(evidence)
+
+
+def _named_legs(
+    skeleton: Skeleton,
+    legs: Sequence[Sequence[Limb]],
+    left: Array,
+    up: Array,
+    confidence: float,
+    evidence: tuple[str, ...],
+) -> tuple[Part, ...]:
+    ahead = np.cross(left, up)
+    spots = [skeleton.origin(group[0].joints[0]) for group in legs]
+    names: list[str] = []
+    middle = np.mean(spots, axis=0) if spots else np.zeros(3)
+    spread = max((abs(float((spot - middle) @ ahead)) for spot in spots), default=0.0)
+    for spot in spots:
+        across = "left" if float((spot - middle) @ left) > 0 else "right"
+        along = float((spot - middle) @ ahead)
+        row = "" if len(legs) <= 2 else "front" if along > 0.4 * spread else "rear"
+        if len(legs) > 4 and abs(along) <= 0.4 * spread:
+            row = "middle"
+        names.append(f"{row}_{across}".lstrip("_"))
+    parts = []
+    for name, group in zip(_unique(names), legs, strict=True):
+        joints = tuple(joint for limb in group for joint in limb.joints if skeleton.is_driven(joint))
+        parts.append(Part(name=name, limb=group[0], joints=joints, confidence=confidence, evidence=evidence))
+    return tuple(parts)
+
+
+# --------------------------------------------------------------------------------------------------- arms
+
+
+def _arm_score(skeleton: Skeleton, limb: Limb, pairs: Sequence[Pair]) -> tuple[float, tuple[str, ...]]:
+    """Return the sum of the evidence that a limb is an arm, with its texts."""
+    joints = [name for name in limb.joints if skeleton.is_driven(name)]
+    if not joints or (len(joints) < 2 and limb.palm is None):
+        return -1.0, ()
+    names = _names(skeleton, limb.joints)
+    evidence = [f"a chain of {len(joints)} joints"]
+    score = 0.5 * min(len(joints), 5)
+    if limb.palm is not None:
+        score += 2.0
+        evidence.append("it ends in a gripper or hand")
+    if any(limb in (pair.first, pair.second) for pair in pairs):
+        score += 0.7
+        evidence.append("another chain mirrors it")
+    by_name = 2.0 * share("arm", names) - 2.0 * share("leg", names) - 2.0 * share("head", names)
+    score += by_name
+    if by_name > 0.5:
+        evidence.append("names say arm")
+    if len(joints) < 3 and limb.palm is None:
+        loose = [name for name in joints if is_endless(skeleton.joint[name])]
+        spherical = any(skeleton.joint[name].type == "spherical" for name in joints)
+        if loose and not spherical:
+            return -1.0, ()
+        score += 1.0 * (skeleton.reach(limb.joints[0]) > 0.4 * skeleton.size)
+    if all(skeleton.joint[name].type == "prismatic" for name in joints) and limb.palm is None:
+        score -= 2.0
+    reach = skeleton.reach(limb.joints[0])
+    if reach < 0.12 * skeleton.size:
+        score -= 2.0
+    return score, tuple(evidence)
+
+
+def _named_arms(
+    skeleton: Skeleton,
+    arms: Sequence[tuple[Limb, float, tuple[str, ...]]],
+    trunk: Sequence[str],
+    left: Array,
+) -> tuple[Part, ...]:
+    names = [_arm_name(skeleton, limb, [a[0] for a in arms], left) for limb, _, _ in arms]
+    parts = []
+    for name, (limb, confidence, evidence) in zip(_unique(names), arms, strict=True):
+        joints = tuple(j for j in limb.joints if skeleton.is_driven(j) and j not in trunk)
+        parts.append(Part(name=name, limb=limb, joints=joints, confidence=confidence, evidence=evidence))
+    return tuple(parts)
+
+
+def _arm_name(skeleton: Skeleton, limb: Limb, arms: Sequence[Limb], left: Array) -> str:
+    if len(arms) == 1:
+        return "0"
+    named = side(_names(skeleton, limb.joints))
+    if named is not None:
+        return named
+    spots = [_middle(skeleton, other) @ left for other in arms]
+    own = float(_middle(skeleton, limb) @ left)
+    spread = float(np.ptp(spots))
+    if spread > 0 and len(arms) == 2:
+        return "left" if own > float(np.mean(spots)) else "right"
+    return str(list(arms).index(limb))
+
+
+def _middle(skeleton: Skeleton, limb: Limb) -> Array:
+    return np.mean([skeleton.origin(name) for name in limb.joints], axis=0)
+
+
+def _unique(names: Sequence[str]) -> list[str]:
+    found: list[str] = []
+    for name in names:
+        number, new = 2, name
+        while new in found:
+            new, number = f"{name}_{number}", number + 1
+        found.append(new)
+    return found
+
+
+# ------------------------------------------------------------------------------------------- head and trunk
+
+
+def _head(skeleton: Skeleton, limb: Limb) -> Part:
+    joints = tuple(n for n in limb.joints if skeleton.is_driven(n) and "lidar" not in meanings(n))
+    names = _names(skeleton, limb.joints)
+    evidence = ["a short chain that carries neither hand nor foot"]
+    if share("head", names) > 0:
+        evidence.append("names say head")
+    links = [link for name in limb.joints for link in skeleton.links[name]]
+    if any("camera" in meanings(link) for link in links):
+        evidence.append("it carries a camera")
+    return Part(
+        name="head", limb=limb, joints=joints, confidence=0.6 + 0.1 * len(evidence), evidence=tuple(evidence)
+    )
+
+
+def _trunk(
+    skeleton: Skeleton,
+    anatomy: Anatomy,
+    arms: list[tuple[Limb, float, tuple[str, ...]]],
+    *,
+    wheeled: bool,
+) -> tuple[tuple[str, ...], list[tuple[Limb, float, tuple[str, ...]]], tuple[str, ...]]:
+    """Return the joints between the hubs of a robot, or the lift that carries its only arm."""
+    hubs = {limb.hub for limb, _, _ in arms} | {limb.hub for limb in anatomy.limbs}
+    joints = dict.fromkeys(name for hub in hubs for name in skeleton.path(hub) if skeleton.is_driven(name))
+    ordered = [name for name in skeleton.joint if name in joints]
+    if ordered:
+        return tuple(ordered), arms, (f"{len(ordered)} joints move all that branches off behind them",)
+    if len(arms) == 1:
+        limb = arms[0][0]
+        driven = [name for name in limb.joints if skeleton.is_driven(name)]
+        first = skeleton.joint[driven[0]]
+        lifts = first.type == "prismatic" and abs(skeleton.axis(driven[0])[2]) > 0.95
+        enough = len(driven) >= 5 or (len(driven) >= 3 and limb.palm is not None)
+        if lifts and enough and (wheeled or "trunk" in meanings(first.name) | meanings(first.child)):
+            return (driven[0],), arms, (f'"{driven[0]}" is an upright slide that carries the whole arm',)
+    return (), arms, ()
