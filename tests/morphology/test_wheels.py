@@ -102,11 +102,12 @@ def test_the_import_of_a_cart_drives_on_its_wheels(tmp_path: Path) -> None:
     assert data["locomotion"]["base_joint_names"] == ["left_joint", "right_joint"]
 
 
-def test_wheels_without_an_axle_are_driven_one_by_one(tmp_path: Path) -> None:
+def test_wheels_whose_axles_point_apart_drive_on_two_sides_too(tmp_path: Path) -> None:
     description = load_description(cart(axis="0 -1 0"))
     robot = RobotModel(name="cart", description=description, semantic=infer_semantics(description))
     assert robot.semantic.wheel_links == ("left", "right")
     definition.write(robot, tmp_path / "cart.yaml")
     data = yaml.safe_load((tmp_path / "cart.yaml").read_text())
-    assert data["default_controllers"] == {"base": "JointController"}
+    assert [wheel.forward_sign for wheel in robot.semantic.wheels] == [1, -1]
+    assert data["default_controllers"] == {"base": "DifferentialDriveController"}
     assert data["locomotion"]["base_joint_names"] == ["left_joint", "right_joint"]

@@ -121,7 +121,7 @@ def test_postures_of_a_file_are_converted_by_name(branched: Path) -> None:
     [
         ("arm7", {"arm_0": "JointController"}),
         ("rover", {"base": "DifferentialDriveController"}),
-        ("husky", {"base": "JointController"}),
+        ("husky", {"base": "DifferentialDriveController"}),
         ("cartpole", {"trunk": "JointController"}),
     ],
 )

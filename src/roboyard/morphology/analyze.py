@@ -21,7 +21,7 @@ from roboyard.morphology.arms import find_arms, find_trunk
 from roboyard.morphology.base.drive import WheeledBase, find_wheeled_base
 from roboyard.morphology.base.rolling import find_rolling_parts, leg_joints
 from roboyard.morphology.base.rotors import find_rotors
-from roboyard.morphology.conclusions import make_conclusions
+from roboyard.morphology.conclusions import make_conclusions, with_stated
 from roboyard.morphology.kind import find_kind
 from roboyard.morphology.limbs.chains import find_limbs
 from roboyard.morphology.limbs.hands import find_palms
@@ -126,6 +126,7 @@ def complete_semantics(description: RobotDescription, stated: SemanticDescriptio
         arms=arms,
         disabled_collision_pairs=stated.disabled_collision_pairs,
         postures=stated.postures,
+        conclusions=with_stated(found.conclusions, stated, arms, trunk),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from roboyard.description.semantic import Conclusion, SemanticDescription
+from roboyard.description.semantic import Arm, Conclusion, SemanticDescription
 from roboyard.morphology.base.drive import WheeledBase
 from roboyard.morphology.kind import Kind
 from roboyard.morphology.limbs.roles import Roles
@@ -62,6 +62,27 @@ def make_conclusions(
                 )
             )
     return tuple(found)
+
+
+def with_stated(
+    found: tuple[Conclusion, ...],
+    stated: SemanticDescription,
+    arms: tuple[Arm, ...],
+    trunk: tuple[str, ...],
+) -> tuple[Conclusion, ...]:
+    """Return conclusions in which stated arms and trunk replace the inferred ones, with full confidence."""
+    given: list[Conclusion] = []
+    if stated.end_effectors or stated.arms:
+        found = tuple(one for one in found if not one.field.startswith("arms."))
+        given += [_stated(f"arms.{arm.name}", arm.joints) for arm in arms]
+    if stated.end_effectors or stated.trunk_joints:
+        found = tuple(one for one in found if one.field != "trunk_joints")
+        given += [_stated("trunk_joints", trunk)] if trunk else []
+    return (*found, *given)
+
+
+def _stated(field: str, joints: tuple[str, ...]) -> Conclusion:
+    return Conclusion(field=field, value=list(joints), confidence=1.0, evidence=("as configured",))
 
 
 def _wheels(semantic: SemanticDescription, base: WheeledBase) -> list[Conclusion]:

@@ -15,7 +15,8 @@ def add_semantics(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Return the robot with complete semantics except postures and disabled collision pairs."""
     semantic = complete_semantics(robot.description, stated_semantics(robot.semantic, context.config))
     for conclusion in semantic.conclusions:
-        context.log.note(_conclusion_note(conclusion))
+        if conclusion.confidence < 1.0:
+            context.log.note(_conclusion_note(conclusion))
     return replace(robot, semantic=semantic)
 
 
