@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 
 def main() -> int:
@@ -11,11 +12,20 @@ def main() -> int:
     See `roboyard.cli.main`; an interruption while it is imported returns 130.
     """
     try:
+        if _is_script(sys.argv[1:]):  # most programs are short: the command line's own modules take longer
+            from roboyard.pybullet.running import run_script
+
+            return run_script(sys.argv[2], sys.argv[3:])
         from roboyard.cli import main as run
 
         return run()
     except KeyboardInterrupt:
         return 130
+
+
+def _is_script(arguments: list[str]) -> bool:
+    """Return whether the arguments are those of `roboyard run SCRIPT [ARGS]...` with a script that exists."""
+    return len(arguments) > 1 and arguments[0] == "run" and Path(arguments[1]).is_file()
 
 
 if __name__ == "__main__":

@@ -2,20 +2,58 @@
 
 from __future__ import annotations
 
+import pickle
 import subprocess
 import sys
 
 import pytest
 
+import roboyard.pybullet as p
+from roboyard.pybullet.face.command_names import HOMES
+from roboyard.pybullet.face.commands import COMMANDS
+
 HEAVY = ("numba", "scipy", "matplotlib", "pydantic", "typer", "rich", "viser", "trimesh", "roboyard.cli")
+
+
+def output_of(code: str, *arguments: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True, timeout=120
+    )
+    return done.stdout
 
 
 @pytest.mark.parametrize(
     "statement", ["import roboyard.pybullet", "from roboyard.pybullet import bullet_client"]
 )
 def test_importing_the_module_loads_nothing_heavy(statement: str) -> None:
-    code = f"import sys; {statement}; print(*(name for name in {HEAVY!r} if name in sys.modules))"
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120
+    names = (*HEAVY, "mujoco", "roboyard.pybullet.api.camera")
+    code = f"import sys; {statement}; print(*(name for name in {names!r} if name in sys.modules))"
+    assert output_of(code).split() == []
+
+
+def test_the_table_names_every_command_of_its_modules() -> None:
+    for name in COMMANDS:
+        assert COMMANDS[name].function.__module__ == HOMES[name], name
+    assert set(COMMANDS.entered) == set(HOMES)
+
+
+def test_functions_unpickle_in_a_process_that_has_not_used_them() -> None:
+    code = (
+        "import pickle, sys; made = pickle.loads(bytes.fromhex(sys.argv[1]));"
+        "import roboyard.pybullet as p; print(all(f is getattr(p, f.__name__) for f in made))"
     )
-    assert done.stdout.split() == []
+    functions = [p.setGravity, p.connect, p.loadURDF, p.getQuaternionFromEuler]
+    assert output_of(code, pickle.dumps(functions).hex()).strip() == "True"
+
+
+def test_a_star_import_has_every_function() -> None:
+    code = "from roboyard.pybullet import *; print(callable(connect), callable(getCameraImage), DIRECT)"
+    assert output_of(code).split() == ["True", "True", "2"]
+
+
+def test_mujoco_is_loaded_without_its_windows_and_finds_them_when_they_are_used() -> None:
+    code = (
+        "import sys, roboyard.sim, mujoco; print('glfw' in sys.modules);"
+        "print(mujoco.Renderer.__module__.startswith('mujoco'), hasattr(mujoco, 'nonsense'))"
+    )
+    assert output_of(code).split() == ["False", "True", "False"]

@@ -10,15 +10,23 @@ arguments, call `roboyard.sim`, and return the results as PyBullet does.
 
 from __future__ import annotations
 
+from typing import Any
+
 from roboyard.pybullet.face import constants as _constants
 from roboyard.pybullet.face.errors import error as error
-from roboyard.pybullet.functions import public_functions as _public_functions
+from roboyard.pybullet.functions import NAMES as _NAMES
+from roboyard.pybullet.functions import public_function as _public_function
 
 _members = {name: value for name, value in vars(_constants).items() if isinstance(value, int)}
-_members |= _public_functions()
 globals().update(_members)
 
-__all__ = sorted(["error", *_members])  # pyright: ignore[reportUnsupportedDunderAll]
+__all__ = sorted(["error", *_members, *_NAMES])  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a function of the API, created on first use; raise AttributeError for any other name."""
+    function = globals()[name] = _public_function(name)
+    return function
 
 
 def __dir__() -> list[str]:

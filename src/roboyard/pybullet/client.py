@@ -45,11 +45,14 @@ class Client:
     """The bodies and their world, created on first use."""
 
     def __getattr__(self, name: str) -> Any:
-        """Create the scene when it is first used.
+        """Create the scene when it is first used, and enter a command in the class when it is first called.
 
         Raises:
             AttributeError: any other attribute that does not exist.
         """
+        if name in COMMANDS:
+            setattr(Client, name, COMMANDS[name].function)
+            return getattr(self, name)
         if name != "scene":
             raise AttributeError(f"Client has no attribute {name!r}")
         from roboyard.pybullet.state.physics_scene import PhysicsScene
@@ -79,9 +82,3 @@ class Client:
         """Close the log files and free the world."""
         self.logs.stop_all()
         self._release_scene()
-
-
-def install_commands() -> None:
-    """Make every command of the table a method of `Client`."""
-    for name, entry in COMMANDS.items():
-        setattr(Client, name, entry.function)
