@@ -32,9 +32,10 @@ def find_file(search_path: Path | None, name: str) -> Path | None:
 def not_found_remedy(search_path: Path | None, name: str) -> str:
     """Return where a missing file was searched, and the remedy."""
     searched = f"searched {Path.cwd()}" + (f" and {search_path.absolute()}" if search_path else "")
-    advice = (
-        "check the name"
-        if search_path
-        else "give an absolute path, or call setAdditionalSearchPath(pybullet_data.getDataPath()) first"
-    )
+    from roboyard.pybullet_data.merged import missing_file_remedy
+
+    if search_path:
+        advice = missing_file_remedy(name) or "check the name"
+    else:
+        advice = "give an absolute path, or call setAdditionalSearchPath(pybullet_data.getDataPath()) first"
     return f"no file {name!r}: {searched}; {advice}"
