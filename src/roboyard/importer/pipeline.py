@@ -129,4 +129,7 @@ def _validation(robot: RobotModel, context: ImportContext) -> list[ValidationRep
     for gate in report.failed:
         findings = "; ".join(gate.findings[:3])
         log.warn(f"{gate.title}: no ({findings or gate.detail}); {gate.advice}", f'gate "{gate.name}"')
+    for gate in report.gates:
+        for text in gate.warnings:
+            log.warn(text, f'gate "{gate.name}"')
     return [report]

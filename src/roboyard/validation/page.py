@@ -63,6 +63,7 @@ def _section(gate: Gate) -> str:
     ]
     if gate.findings:
         parts.append("<ul>" + "".join(f"<li>{escape(line)}</li>" for line in gate.findings[:50]) + "</ul>")
+    parts += [f"<p><b>Warning:</b> {escape(line)}</p>" for line in gate.warnings]
     if not gate.passed and gate.advice:
         parts.append(f"<p><b>To check:</b> {escape(gate.advice)}</p>")
     if gate.curve is not None and len(gate.curve.x) > 1 and gate.curve.lines:

@@ -42,6 +42,8 @@ class Gate:
     """Parameters to check when the gate fails."""
     findings: Sequence[str] = ()
     """Single failures, the worst first."""
+    warnings: Sequence[str] = ()
+    """Faults that do not fail the gate."""
     curve: Curve | None = None
     skipped: str = ""
     """Why the test does not apply; empty where it does."""
@@ -67,6 +69,7 @@ class Gate:
             "unit": self.unit,
             "detail": self.detail,
             "findings": list(self.findings),
+            "warnings": list(self.warnings),
             "advice": "" if self.passed else self.advice,
             "skipped": self.skipped,
         }
@@ -76,9 +79,10 @@ class Gate:
         if self.skipped:
             return f"  --  {self.title}: {self.skipped}"
         mark = " ok " if self.passed else "FAIL"
-        return (
+        line = (
             f" {mark} {self.title}: {self.figure:.4g} {self.unit} ({self.sense} {self.threshold:g})".rstrip()
         )
+        return "\n".join([line, *(f"      warning: {text}" for text in self.warnings)])
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-from roboyard.errors import ConfigError, RoboyardError, unknown_name
+import yaml
+
+from roboyard.description.robot_model import RobotModel
+from roboyard.description.understanding import understanding
+from roboyard.errors import ConfigError, MeshError, RoboyardError, unknown_name
+from roboyard.morphology.analyze import infer_semantics
 from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.definition.load import check_fits
 from roboyard.robots.sensor_frames import camera_frames
-from roboyard.robots.spawn import DefinitionSource, RobotSource, is_robot_file, load_source
+from roboyard.robots.spawn import DefinitionSource, RobotSource, Source, is_robot_file, load_source
 from roboyard.validation.gates import GATES
 from roboyard.validation.report import Gate, ValidationReport
 from roboyard.validation.test_world import TestWorld
@@ -80,6 +87,44 @@ def _broken(name: str, message: str) -> Gate:
     )
 
 
+def _beside(robot: RobotSource, source: Source, *, own: bool) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """Return what an import wrote beside a definition: the understanding of the robot, and its spheres.
+
+    Args:
+        robot: as `validate` takes it.
+        source: its description and definition.
+        own: whether the definition is the robot's own, not one given beside it.
+    """
+    if not own:
+        return {}, {}
+    if isinstance(robot, RegisteredRobot):
+        file = robot.folder / "understanding.json"
+        planner = robot.folder / "curobo" / f"{robot.name}_description_curobo_default.yaml"
+        understood = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+        return understood.get("understanding", understood), _spheres_of(planner)
+    if isinstance(robot, RobotModel):
+        planned = {} if robot.planning is None else robot.planning.spheres
+        spheres = {
+            link: [{"center": s.center, "radius": s.radius} for s in of] for link, of in planned.items()
+        }
+        return understanding(robot.semantic), spheres
+    try:
+        return understanding(infer_semantics(source.description)), {}
+    except MeshError:
+        return {}, {}
+
+
+def _spheres_of(planner: Path) -> Mapping[str, Any]:
+    """Return the spheres of each link in a cuRobo file; empty without the file."""
+    if not planner.is_file():
+        return {}
+    data = yaml.safe_load(planner.read_text(encoding="utf-8")) or {}
+    for key in ("robot_cfg", "kinematics"):
+        data = data.get(key, data) if isinstance(data, dict) else {}
+    found = data.get("collision_spheres", {}) if isinstance(data, dict) else {}
+    return found if isinstance(found, dict) else {}
+
+
 def _test_world(
     robot: RobotSource,
     definition: DefinitionSource | None,
@@ -95,8 +140,11 @@ def _test_world(
     check_fits(
         source.definition, source.description, name=file.name if file else f"definition of {model}", file=file
     )
+    understood, spheres = _beside(robot, source, own=definition is None)
     return TestWorld(
         name=model,
+        understood=understood,
+        spheres=spheres,
         source=robot if isinstance(robot, RegisteredRobot) else source.description,
         definition=source.definition,
         seed=seed,

@@ -33,8 +33,19 @@ class TestWorld:
     """Called with each new world to add its floor; None: a plane."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """Options of `add_robot`."""
+    understood: Mapping[str, Any] = field(default_factory=dict)
+    """Kind and parts as they were understood (see `roboyard.description.understanding`); empty where its
+    definition alone says so."""
+    spheres: Mapping[str, Any] = field(default_factory=dict)
+    """Link to the planner's collision spheres, each with `center` and `radius` (m); empty without a file."""
     joint_count: int | None = None
     """Number of joints; known after the first robot was added."""
+
+    @property
+    def description(self) -> RobotDescription:
+        """The robot as its file has it."""
+        source = self.source
+        return source if isinstance(source, RobotDescription) else source.description(self.definition)
 
     def robot(self, *, visual: bool = False, **options: Any) -> Robot:
         """Return a new robot on the floor of a new world.
@@ -68,6 +79,11 @@ def advance(robot: Robot, seconds: float, action: Array | None = None) -> None:
 def zero_action(robot: Robot) -> Array:
     """Return (action_dim,) zeros."""
     return np.zeros(robot.action_dim)
+
+
+def hold_action(robot: Robot) -> Array:
+    """Return the (action_dim,) action that keeps the present posture."""
+    return robot.no_op_action()
 
 
 def all_contacts(robot: Robot) -> set[tuple[str, str]]:

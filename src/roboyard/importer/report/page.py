@@ -213,6 +213,7 @@ def _gate(gate: Gate) -> str:
     if not gate.passed:
         parts += [f"<p>{escape(line)}</p>" for line in gate.findings[:8]]
         parts.append(f"<p><b>Remedy:</b> {escape(gate.advice)}</p>")
+    parts += [f"<p><b>Warning:</b> {escape(line)}</p>" for line in gate.warnings]
     if gate.detail:
         parts.append(f'<p class="dim">{escape(gate.detail)}</p>')
     if gate.curve is not None and len(gate.curve.x) > 1 and gate.curve.lines:

@@ -5,15 +5,28 @@ Values of the configuration are used as given; the others are computed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from roboyard.description.geometry import shape_meshes
+from roboyard.description.model import Collision, Link
 from roboyard.description.robot_model import CollisionSphere, PlanningData, RobotModel
 from roboyard.description.semantic import REST
+from roboyard.errors import MeshError
 from roboyard.importer.context import ImportContext
 from roboyard.importer.planning.ik_rest_posture import ik_rest_posture
 from roboyard.importer.planning.link_spheres import fit_links
 from roboyard.importer.planning.rest_posture import lock_joints, rest_posture
+from roboyard.shapes.surface_points import share_near_spheres, surface_points
+
+MIN_COVERED = 0.8
+"""Share of a link's visual surface from which its spheres cover what is seen."""
+NEAR = 0.01
+"""Distance to a sphere that counts as covered (m)."""
+SMALL = 0.03
+"""Visual shapes smaller than this need no spheres of their own (m)."""
 
 
 def add_planning_data(robot: RobotModel, context: ImportContext) -> RobotModel:
@@ -63,8 +76,40 @@ def _spheres(robot: RobotModel, context: ImportContext) -> dict[str, tuple[Colli
             for link, spheres in given.items()
         }
     order = {link.name: robot.solids.get(link.name, ()) for link in robot.description.links}
-    found = fit_links(order, context, preset=context.config.curobo.sphere_preset)
+    preset = context.config.curobo.sphere_preset
+    found = fit_links(order, context, preset=preset)
+    bare = bare_links(robot.description.links, found)
+    if bare:
+        facts = context.log.facts["spheres"]
+        wider = {name: (*order[name], *shapes) for name, shapes in bare.items()}
+        found |= fit_links(wider, context, preset=preset)
+        context.log.facts["spheres"] = {**facts, **context.log.facts["spheres"]}
+        context.log.note(
+            f"spheres of {len(bare)} links also cover their visual shapes, which reach far beyond the "
+            f"collision shapes: {', '.join(sorted(bare))}"
+        )
     context.log.note(f"{sum(map(len, found.values()))} collision spheres fitted to {len(found)} links")
+    return found
+
+
+def bare_links(
+    links: Iterable[Link], spheres: Mapping[str, Sequence[CollisionSphere]]
+) -> dict[str, tuple[Collision, ...]]:
+    """Return the visual shapes of links of which spheres leave a good part bare, by link."""
+    found: dict[str, tuple[Collision, ...]] = {}
+    for link in links:
+        try:
+            points = surface_points(shape_meshes(link.visuals))
+        except MeshError:
+            continue
+        if not len(points) or float(np.ptp(points, axis=0).max()) < SMALL:
+            continue
+        own = spheres.get(link.name, ())
+        centers, radii = [sphere.center for sphere in own], [sphere.radius for sphere in own]
+        if share_near_spheres(points, centers, radii, NEAR) < MIN_COVERED:
+            found[link.name] = tuple(
+                Collision(geometry=visual.geometry, origin=visual.origin) for visual in link.visuals
+            )
     return found
 
 

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from roboyard.validation.gates.complete import complete_gates
 from roboyard.validation.gates.drive import drive_gates
+from roboyard.validation.gates.free_joints import free_joint_gates
 from roboyard.validation.gates.ik_reach import ik_reach_gates
 from roboyard.validation.gates.limits import limits_gates
 from roboyard.validation.gates.response import response_gates
 from roboyard.validation.gates.rest import drift_gates, self_collision_gates, settle_gates
+from roboyard.validation.gates.rest_contact import rest_contact_gates
 from roboyard.validation.gates.sensors import sensors_gates
+from roboyard.validation.gates.spheres import sphere_gates
+from roboyard.validation.gates.stand import stand_gates
 from roboyard.validation.gates.tuck import tuck_gates
 from roboyard.validation.report import Gate
 from roboyard.validation.test_world import TestWorld
 
 GATES: dict[str, Callable[[TestWorld], tuple[Gate, ...]]] = {
+    "complete": complete_gates,
     "limits": limits_gates,
+    "stand": stand_gates,
     "self_collision": self_collision_gates,
+    "rest_contact": rest_contact_gates,
     "settle": settle_gates,
     "drift": drift_gates,
     "response": response_gates,
@@ -24,5 +32,7 @@ GATES: dict[str, Callable[[TestWorld], tuple[Gate, ...]]] = {
     "ik_reach": ik_reach_gates,
     "tuck": tuck_gates,
     "sensors": sensors_gates,
+    "free_joints": free_joint_gates,
+    "spheres": sphere_gates,
 }
 """Name to the function that runs it; one function may return several gates."""

@@ -1,0 +1,196 @@
+"""Gates on what a user meets first: parts, placement, standing, arms that carry, rest contact, spheres."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from roboyard.description import load_description
+from roboyard.description.model import RobotDescription
+from roboyard.robots import parse_definition
+from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.shapes import primitives
+from roboyard.shapes.surface_points import share_near_spheres, surface_points
+from roboyard.validation.gates.complete import complete_gates
+from roboyard.validation.gates.free_joints import free_joint_gates
+from roboyard.validation.gates.rest_contact import rest_contact_gates
+from roboyard.validation.gates.spheres import sphere_gates
+from roboyard.validation.gates.stand import stand_gates
+from roboyard.validation.report import Gate
+from roboyard.validation.test_world import TestWorld as ValidationWorld
+
+INERTIAL = (
+    '<inertial><origin xyz="{com}"/><mass value="{mass}"/>'
+    '<inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial>'
+)
+
+
+def link(name: str, size: str, *, at: str = "0 0 0", com: str = "0 0 0", mass: float = 2.0) -> str:
+    """Return a box of a size (m) and a mass (kg)."""
+    shape = f'<origin xyz="{at}"/><geometry><box size="{size}"/></geometry>'
+    inertial = INERTIAL.format(com=com, mass=mass)
+    return f'<link name="{name}">{inertial}<visual>{shape}</visual><collision>{shape}</collision></link>'
+
+
+def hinge(name: str, parent: str, child: str, xyz: str, extra: str = "", kind: str = "revolute") -> str:
+    """Return a hinge about y with limits of 1.5 rad, unless it is continuous."""
+    limit = '<limit lower="-1.5" upper="1.5" effort="60" velocity="5"/>'
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{xyz}"/><axis xyz="0 1 0"/>{limit}{extra}</joint>'
+    )
+
+
+def legged(com: str = "0 0 0", foot: str = "0.3 0.2 0.02") -> RobotDescription:
+    """Return a body on two legs with flat feet."""
+    text = '<robot name="walker">' + link("body", "0.2 0.3 0.2", com=com, mass=8.0)
+    for side, y in (("left", 0.15), ("right", -0.15)):
+        text += link(side, foot, at="0 0 -0.4", com="0 0 -0.2", mass=1.0)
+        text += hinge(f"{side}_hip", "body", side, f"0 {y} -0.1")
+    return load_description(text + "</robot>")
+
+
+def definition(**blocks: object) -> RobotDefinition:
+    """Return a definition with the groups that its blocks make."""
+    data = {"raw_controller_order": [], "default_controllers": {}, **blocks}
+    return parse_definition(data)
+
+
+LEGS = definition(
+    raw_controller_order=["base"],
+    default_controllers={"base": "JointController"},
+    locomotion={
+        "base_joint_names": ["left_hip", "right_hip"],
+        "floor_touching_base_link_names": ["left", "right"],
+    },
+)
+
+
+def gates(
+    make: Callable[[ValidationWorld], tuple[Gate, ...]],
+    description: RobotDescription,
+    given: RobotDefinition,
+    **more: Any,
+) -> dict[str, Gate]:
+    """Return the gates of one function by name."""
+    world = ValidationWorld(name="x", source=description, definition=given, **more)
+    return {gate.name: gate for gate in make(world)}
+
+
+def test_a_robot_whose_weight_is_over_its_feet_stands() -> None:
+    found = gates(stand_gates, legged(), LEGS)
+    assert found["start"].passed
+    assert found["start"].figure < 1e-3
+    assert found["stand"].passed
+    assert found["stand"].figure < 0.05
+
+
+def test_a_robot_falls_whose_weight_is_beyond_its_feet() -> None:
+    """Of 10 kg, 8 are 0.5 m in front: 0.4 m, and the feet reach to 0.15 m."""
+    gate = gates(stand_gates, legged(com="0.5 0 0"), LEGS)["stand"]
+    assert not gate.passed
+    assert "falls after" in gate.findings[0]
+    assert "cm outside of what it stands on (left, right)" in gate.findings[0]
+    margin = float(gate.findings[0].split("centre of mass is ")[1].split(" cm")[0])
+    assert margin == pytest.approx(25.0, abs=2.0)
+
+
+def test_feet_of_no_area_are_named_as_the_cause() -> None:
+    gate = gates(stand_gates, legged(com="0.02 0 0", foot="0.004 0.2 0.02"), LEGS)["stand"]
+    assert not gate.passed
+    assert "no fixed posture balances" in gate.findings[0]
+
+
+def test_an_arm_that_carries_the_robot_fails() -> None:
+    both = definition(
+        raw_controller_order=["base", "arm_0"],
+        default_controllers={"arm_0": "JointController", "base": "JointController"},
+        locomotion={"base_joint_names": ["right_hip"], "floor_touching_base_link_names": ["right"]},
+        manipulation={
+            "n_arms": 1,
+            "arm_joint_names": {"0": ["left_hip"]},
+            "eef_link_names": {"0": "left"},
+        },
+    )
+    gate = gates(stand_gates, legged(), both)["arms_free"]
+    assert not gate.passed
+    assert gate.findings[0].startswith("arm '0' carries the robot: its link 'left' is on the floor")
+
+
+def test_parts_that_the_kind_wants_are_missing() -> None:
+    understood = {"kind": "biped", "base": "legged", "arms": {"left": ["x"]}, "grippers": {}}
+    bare = definition(articulated_trunk={"trunk_joint_names": ["left_hip"]}, raw_controller_order=["trunk"])
+    gate = gates(complete_gates, legged(), bare, understood=understood)["complete"]
+    assert gate.figure == 2.0
+    assert "no group moves the base" in gate.findings[0]
+    assert "arm 'left' has no group" in gate.findings[1]
+    sound = gates(complete_gates, legged(), LEGS, understood={"kind": "biped", "base": "legged"})["complete"]
+    assert sound.passed
+    nothing = gates(complete_gates, legged(), definition(), understood={"kind": "other"})["complete"]
+    assert nothing.findings == ["it has 2 joints and no action drives any of them"]
+
+
+@pytest.mark.parametrize(("mimic", "swings"), [("", True), ('<mimic joint="shoulder"/>', False)])
+def test_a_finger_that_mimics_nothing_swings(mimic: str, swings: bool) -> None:
+    text = (
+        '<robot name="hand">'
+        + link("base", "0.2 0.2 0.2")
+        + link("arm", "0.05 0.05 0.3", at="0 0 0.15")
+        + link("finger", "0.05 0.02 0.1", at="0.1 0 0", com="0.1 0 0", mass=0.1)
+        + hinge("shoulder", "base", "arm", "0 0 1")
+        + hinge("knuckle", "arm", "finger", "0 0 0.4", mimic, kind="revolute" if mimic else "continuous")
+        + "</robot>"
+    )
+    trunk = definition(articulated_trunk={"trunk_joint_names": ["shoulder"]}, raw_controller_order=["trunk"])
+    gate = gates(free_joint_gates, load_description(text), trunk)["free_joints"]
+    assert gate.passed is not swings
+    if swings:
+        assert "joint 'knuckle' swings freely" in gate.findings[0]
+
+
+@pytest.mark.parametrize(("rest", "touching"), [(0.0, 0), (1.4, 1)])
+def test_a_posture_that_folds_into_the_body_is_a_rest_contact(rest: float, touching: int) -> None:
+    """Disabling the pair must not hide it."""
+    text = (
+        '<robot name="folder">'
+        + link("base", "0.2 0.2 0.5")
+        + link("shoulder", "0.02 0.02 0.02")
+        + link("arm", "0.05 0.05 0.4", at="0 0 0.2")
+        + hinge("a", "base", "shoulder", "-0.25 0 0")
+        + hinge("b", "shoulder", "arm", "0 0 0")
+        + "</robot>"
+    )
+    given = definition(
+        articulated_trunk={"trunk_joint_names": ["a", "b"]},
+        raw_controller_order=["trunk"],
+        default_joint_pos=[0.0, rest],
+        disabled_collision_pairs=[["base", "arm"]],
+    )
+    gate = gates(rest_contact_gates, load_description(text), given)["rest_contact"]
+    assert gate.figure == touching
+
+
+def test_spheres_that_fit_a_small_collision_shape_leave_the_cover_bare() -> None:
+    """A sphere of 0.1 m in a visual box of 0.6 m covers its collision shape and nothing that is seen."""
+    text = (
+        '<robot name="cover"><link name="base"><visual><geometry><box size="0.6 0.6 0.6"/></geometry>'
+        '</visual><collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>'
+    )
+    spheres = {"base": [{"center": (0.0, 0.0, 0.0), "radius": 0.1}]}
+    gate = gates(sphere_gates, load_description(text), definition(), spheres=spheres)["spheres"]
+    assert (gate.passed, gate.figure) == (False, 0.0)
+    large = {"base": [{"center": (0.0, 0.0, 0.0), "radius": 0.55}]}
+    assert gates(sphere_gates, load_description(text), definition(), spheres=large)["spheres"].passed
+
+
+def test_surface_points_are_uniform_by_area() -> None:
+    """A box of 2 by 2 by 1 m has half of its surface on the two large sides; a sphere covers a cap of it."""
+    points = surface_points([primitives.box(1.0, 1.0, 0.5)], 20000)
+    on_large = np.isclose(np.abs(points[:, 2]), 0.5)
+    assert on_large.mean() == pytest.approx(8.0 / 16.0, abs=0.02)
+    disc = share_near_spheres(points, [(0.0, 0.0, 0.5)], [0.5], 0.0)
+    assert disc == pytest.approx(np.pi * 0.25 / 16.0, abs=0.005)
+    assert len(surface_points([])) == 0
