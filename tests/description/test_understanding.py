@@ -14,6 +14,7 @@ from roboyard.description.semantic import (
     SemanticDescription,
     Wheel,
 )
+from roboyard.description.semantic_names import with_names
 from roboyard.description.understanding import conclusions, understanding
 
 
@@ -64,3 +65,30 @@ def test_a_conclusion_is_listed_with_its_reasons() -> None:
         }
     ]
     assert (semantic.confidence("base"), semantic.confidence("kind")) == (0.876, None)
+
+
+def test_new_names_reach_every_part_and_conclusion() -> None:
+    hand = Gripper(
+        kind="two_jaw", palm="palm", joints=("f1",), links=("l1",), opening_of={"f1": "increasing"}
+    )
+    semantic = SemanticDescription(
+        base_link="base",
+        wheels=(wheel("w", driven=True),),
+        steer_joints=("f1",),
+        arms=(Arm(name="0", joints=("a",), end_effector=EndEffector(link="palm", gripper=hand)),),
+        legs=(Leg(name="left", joints=("a",), foot="l1"),),
+        sensors=(MountedSensor(kind="imu", name="imu", link="l1"),),
+        postures={"rest": {"a": 0.5}},
+        conclusions=(Conclusion(field="arms.0", value=["a", "b"], confidence=0.9),),
+    )
+    new = with_names(semantic, {"palm": "palm_2", "l1": "palm_2", "w_link": "v"}, {"f1": "g1", "a": "a_2"})
+    (arm,) = new.arms
+    assert (arm.joints, arm.end_effector.link) == (("a_2",), "palm_2")
+    gripper = arm.end_effector.gripper
+    assert gripper is not None
+    assert (gripper.palm, gripper.joints, gripper.links) == ("palm_2", ("g1",), ("palm_2",))
+    assert gripper.opening_of == {"g1": "increasing"}
+    assert (new.wheels[0].link, new.steer_joints, new.legs[0].foot) == ("v", ("g1",), "palm_2")
+    assert (new.sensors[0].link, new.rest) == ("palm_2", {"a_2": 0.5})
+    assert new.conclusions[0].value == ["a_2", "b"]
+    assert with_names(semantic, {}, {}) is semantic

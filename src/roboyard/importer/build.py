@@ -13,6 +13,7 @@ from roboyard.description.robot_model import RobotModel
 from roboyard.description.urdf.parse import parse_urdf
 from roboyard.importer.context import ImportContext
 from roboyard.importer.import_log import Decision, ImportLog, ProgressCallback
+from roboyard.importer.inferred_config import with_inferred_settings
 from roboyard.importer.package import PackageFolders, building
 from roboyard.importer.source import ConfigSource, Source, load_source, source_file
 from roboyard.importer.steps.canonical_frame import move_root_frame
@@ -177,6 +178,7 @@ def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
     log = context.log
     with log.step("stage_and_clean"):
         robot = repair_and_copy_files(context)
+    context = with_inferred_settings(context, robot.semantic)
     for step in STEPS:
         with log.step(step.__module__.rpartition(".")[2]):
             robot = step(robot, context)

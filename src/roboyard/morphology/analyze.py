@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from roboyard.description.evidence.model import FileEvidence
+from roboyard.description.evidence.read import read_evidence
 from roboyard.description.model import RobotDescription, Vector3
 from roboyard.description.semantic import (
     Arm,
@@ -31,7 +33,7 @@ from roboyard.transforms import Array
 
 
 def infer_semantics(
-    description: RobotDescription, base_link: str | None = None, *, actuated: Collection[str] = ()
+    description: RobotDescription, base_link: str | None = None, *, evidence: FileEvidence | None = None
 ) -> SemanticDescription:
     """Infer kind, base, wheels, limbs and end effectors of a robot about which nothing is stated.
 
@@ -40,11 +42,14 @@ def infer_semantics(
     Args:
         description: the robot.
         base_link: the link that counts as the base, below virtual joints; the root by default.
-        actuated: joints that the file says have a motor; empty where it says nothing.
+        evidence: what its files state beyond links and joints; read from the description's elements and the
+            files beside it by default.
     """
+    if evidence is None:
+        evidence = read_evidence(description)
     skeleton = Skeleton(description, base_link)
     parts = find_rolling_parts(skeleton)
-    base = find_wheeled_base(skeleton, parts, actuated)
+    base = find_wheeled_base(skeleton, parts, evidence)
     rotors = find_rotors(skeleton, base.joints if base is not None else ())
     used = {*(base.joints if base is not None else ()), *(rotors.joints if rotors is not None else ())}
     palms = find_palms(skeleton, used)
@@ -94,14 +99,17 @@ def infer_semantics(
     return replace(semantic, conclusions=make_conclusions(semantic, kind, base, roles))
 
 
-def complete_semantics(description: RobotDescription, stated: SemanticDescription) -> SemanticDescription:
+def complete_semantics(
+    description: RobotDescription, stated: SemanticDescription, found: SemanticDescription | None = None
+) -> SemanticDescription:
     """Infer the empty fields of a semantic description; disabled pairs and postures stay as stated.
 
     Args:
         description: the robot, with its virtual joints where `stated` names some.
         stated: the fields that are known, for example from a source configuration.
+        found: what was inferred, where that was done already.
     """
-    found = infer_semantics(description, stated.base_link)
+    found = infer_semantics(description, stated.base_link) if found is None else found
     effectors = stated.end_effectors or found.end_effectors
     trunk = stated.trunk_joints or found.trunk_joints
     arms = stated.arms or found.arms
@@ -115,6 +123,7 @@ def complete_semantics(description: RobotDescription, stated: SemanticDescriptio
     kind, base_joints, pair = _stated_base(description, stated, found)
     return replace(
         found,
+        base_link=stated.base_link,
         base=kind,
         base_joints=base_joints,
         virtual_joints=stated.virtual_joints,

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from roboyard.description.model import Link, Pose
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.semantic import Wheel
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.bounds import robot_bounds
 
@@ -45,9 +46,18 @@ def move_root_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
         robot,
         description=description,
         solids=solids,
+        semantic=replace(robot.semantic, wheels=_raised_wheels(robot, -lowest)),
         sensors=tuple(
             replace(s, offset=_raised_pose(s.offset, -lowest)) if s.link == root else s for s in robot.sensors
         ),
+    )
+
+
+def _raised_wheels(robot: RobotModel, z: float) -> tuple[Wheel, ...]:
+    """Return the wheels in the root link's new frame."""
+    return tuple(
+        replace(wheel, centre=(wheel.centre[0], wheel.centre[1], wheel.centre[2] + z))
+        for wheel in robot.semantic.wheels
     )
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from roboyard.description.geometry import pose_from_matrix
 from roboyard.description.model import Collision, Inertial, Joint, Link, Pose, RobotDescription, Visual
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.semantic_names import with_names
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.context import ImportContext
 from roboyard.shapes.inertia import SolidInertia, combined
@@ -32,7 +33,8 @@ def merge_fixed_links(robot: RobotModel, context: ImportContext) -> RobotModel:
     merged, description, solids = merge_links(robot.description, robot.solids, keep)
     for child, parent in merged.items():
         context.log.note(f'merged into "{parent}"', f'link "{child}"')
-    return replace(robot, description=description, solids=solids)
+    semantic = with_names(robot.semantic, merged, {})
+    return replace(robot, description=description, solids=solids, semantic=semantic)
 
 
 def named_links(config: ImportConfig) -> set[str]:

@@ -6,13 +6,15 @@ import shutil
 from dataclasses import replace
 
 from roboyard.audit import ERROR, Finding
+from roboyard.description.evidence.read import read_evidence
 from roboyard.description.loader import load_description
 from roboyard.description.model import Geometry, Mesh, RobotDescription
 from roboyard.description.robot_model import RobotModel
-from roboyard.description.semantic import SemanticDescription
+from roboyard.description.semantic_names import with_names
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.names import planned_names, renamed
+from roboyard.morphology.analyze import infer_semantics
 from roboyard.repair import Repair, repair_urdf
 
 MAX_LINKS = 1000
@@ -54,13 +56,15 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
             context.log.warn(
                 f"renamed from {old!r}, a name that other tools do not accept", f'{kind} "{new}"'
             )
+    semantic = infer_semantics(description, evidence=read_evidence(description, context.urdf))
+    semantic = with_names(semantic, renames.links, renames.joints)
     description = renamed(description, renames)
     description = replace(_plain(description), name=context.config.name)
     description = _free_grippers(description, context)
     return RobotModel(
         name=context.config.name,
         description=description,
-        semantic=SemanticDescription(base_link=description.root.name),
+        semantic=semantic,
         category=context.config.category,
         original_names={new: old for plan in (renames.links, renames.joints) for old, new in plan.items()},
     )

@@ -13,7 +13,9 @@ from roboyard.morphology.analyze import complete_semantics
 
 def add_semantics(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Return the robot with complete semantics except postures and disabled collision pairs."""
-    semantic = complete_semantics(robot.description, stated_semantics(robot.semantic, context.config))
+    found = robot.semantic if robot.semantic.conclusions else None
+    stated = stated_semantics(robot.semantic, context.config)
+    semantic = complete_semantics(robot.description, stated, found)
     for conclusion in semantic.conclusions:
         if conclusion.confidence < 1.0:
             context.log.note(_conclusion_note(conclusion))
@@ -21,14 +23,22 @@ def add_semantics(robot: RobotModel, context: ImportContext) -> RobotModel:
 
 
 def stated_semantics(semantic: SemanticDescription, config: ImportConfig) -> SemanticDescription:
-    """Return the semantics with the configuration's end effectors and trunk."""
-    return replace(
-        semantic,
+    """Return what is certain: the virtual joints of the base, and the configuration's wheels, end effectors
+    and trunk.
+    """
+    moved = bool(semantic.virtual_joints)
+    return SemanticDescription(
+        base_link=semantic.base_link,
+        base=semantic.base if moved else "none",
+        base_joints=semantic.base_joints if moved else (),
+        virtual_joints=semantic.virtual_joints,
+        wheel_links=semantic.wheel_links,
         end_effectors=tuple(
             EndEffector(link=link, gripper_links=tuple(g.links), gripper_joints=tuple(g.joints))
             for link, g in config.curobo.eef_to_gripper_info.items()
         ),
         trunk_joints=tuple(config.curobo.torso_joints),
+        postures=semantic.postures,
     )
 
 

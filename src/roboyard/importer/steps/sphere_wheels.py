@@ -23,7 +23,7 @@ def mark_wheels(robot: RobotModel, context: ImportContext) -> RobotModel:
     """
     base = context.config.base_motion
     wheels = tuple(name for name in base.wheel_links if name in robot.description.link_by_name)
-    if not base.wheel_links and not base.use_holonomic_joints:
+    if not base.wheel_links and not base.use_holonomic_joints and not robot.semantic.conclusions:
         wheels = tuple(wheel.link for wheel in find_wheels(robot.description))
         if wheels:
             context.log.note(f"wheels detected: {', '.join(wheels)}; set base_motion.wheel_links for others")

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from roboyard.description.evidence.model import FileEvidence, Plugin
 from roboyard.description.model import Mesh, RobotDescription, Vector3
 from roboyard.description.semantic import BaseKind, DriveKind, Wheel, WheelPair
 from roboyard.morphology.base.rolling import RollingPart, leg_joints
 from roboyard.morphology.skeleton import Skeleton, is_endless
-from roboyard.morphology.words import meanings, tokens
+from roboyard.morphology.words import meanings
 from roboyard.transforms import Array
 
 PARALLEL = 0.97
@@ -40,22 +41,24 @@ class WheeledBase:
 
 
 def find_wheeled_base(
-    skeleton: Skeleton, parts: Sequence[RollingPart], actuated: Collection[str] = ()
+    skeleton: Skeleton, parts: Sequence[RollingPart], evidence: FileEvidence | None = None
 ) -> WheeledBase | None:
     """Return the base that wheels make; None without a driven wheel.
 
     Args:
         skeleton: the robot.
         parts: its wheels.
-        actuated: joints that the file says have a motor; empty where it says nothing.
+        evidence: what its files state beyond links and joints.
     """
+    actuated = _motors(evidence, {name for part in parts for name in (part.joint, *part.swivels)})
+    plugins = evidence.plugins if evidence is not None else ()
     free = [part for part in parts if not leg_joints(skeleton, part)]
     wheels = [_wheel(skeleton, part, free, actuated) for part in parts]
     wheels = _with_drives(wheels, actuated)
     driven = [wheel for wheel in wheels if wheel.is_driven]
     if not driven:
         return None
-    omni = _omni_evidence(skeleton.description, wheels)
+    omni = _omni_evidence(skeleton.description, wheels, plugins)
     if omni:
         wheels = [replace(w, is_omni=w.is_driven or w.is_omni) for w in wheels]
         driven = [wheel for wheel in wheels if wheel.is_driven]
@@ -79,6 +82,17 @@ def find_wheeled_base(
         evidence=evidence,
         joints=frozenset(joints | below),
     )
+
+
+def _motors(evidence: FileEvidence | None, joints: Collection[str]) -> frozenset[str]:
+    """Return the joints of wheels that files name as driven; empty where they name none of them."""
+    if evidence is None:
+        return frozenset()
+    named = {*evidence.actuated}
+    for plugin in evidence.plugins:
+        if plugin.kind in ("differential", "skid", "ackermann"):
+            named |= {text for texts in plugin.words.values() for text in texts}
+    return frozenset(named & set(joints))
 
 
 def _wheel(
@@ -174,7 +188,7 @@ def _kind(driven: Sequence[Wheel], omni: str) -> tuple[BaseKind, DriveKind | Non
     return "wheeled", None, 0.5, (f"{count} driven wheels, but no way to turn is seen",)
 
 
-def _omni_evidence(description: RobotDescription, wheels: Sequence[Wheel]) -> str:
+def _omni_evidence(description: RobotDescription, wheels: Sequence[Wheel], plugins: Sequence[Plugin]) -> str:
     """Return what says that the wheels have rollers, as text; empty where nothing does."""
     driven = [wheel for wheel in wheels if wheel.is_driven]
     if any(wheel.is_omni for wheel in driven):
@@ -189,11 +203,9 @@ def _omni_evidence(description: RobotDescription, wheels: Sequence[Wheel]) -> st
                 return f'the mesh file "{shape.geometry.uri.rpartition("/")[2]}"'
     if "mecanum" in meanings(description.name):
         return f'the robot\'s name "{description.name}"'
-    for element in description.extra:
-        for plugin in element.iter("plugin"):
-            text = " ".join((plugin.get("filename", ""), plugin.get("name", "")))
-            if {"mecanum", "omni", "planar", "holonomic"} & set(tokens(text)) or "planar_move" in text:
-                return f'the plugin "{plugin.get("filename") or plugin.get("name")}"'
+    for plugin in plugins:
+        if plugin.kind == "holonomic":
+            return f'the plugin "{plugin.filename}"'
     return ""
 
 
