@@ -62,7 +62,7 @@ def find_wheeled_base(
     if omni:
         wheels = [replace(w, is_omni=w.is_driven or w.is_omni) for w in wheels]
         driven = [wheel for wheel in wheels if wheel.is_driven]
-    kind, drive, confidence, evidence = _kind(driven, omni)
+    kind, drive, confidence, reasons = _kind(driven, omni)
     if drive == "ackermann":
         wheels = [replace(w, is_driven=w.is_driven and (w.steer_joint is None or w.joint in actuated))
                   for w in wheels]  # fmt: skip
@@ -79,7 +79,7 @@ def find_wheeled_base(
         forward=forward,
         pair=_pair([wheel for wheel in wheels if wheel.is_driven], forward, kind),
         confidence=confidence,
-        evidence=evidence,
+        evidence=reasons,
         joints=frozenset(joints | below),
     )
 
