@@ -10,7 +10,7 @@ GROUPS = {
     "View": ("demo", "view"),
     "Audit and repair": ("audit", "repair"),
     "Import and validate": ("import", "robots", "validate"),
-    "Control": ("drive", "replay"),
+    "Control": ("drive", "plan", "replay"),
     "PyBullet scripts": ("run", "serve"),
     "About": ("version",),
 }

@@ -1,4 +1,9 @@
-"""Motion planning for any robot on one CPU core: collision checks, paths, timing."""
+"""Motion planning for any robot on one CPU core: collision checks, paths, timing.
+
+planner = Planner(fitted_model(load_description("arm.urdf")), obstacles=[Obstacle(name="table", shape=box)])
+plan = planner.plan(start, PoseGoal(link="tool", position=(0.4, 0.2, 0.5)))
+plan.outcome, plan.path, plan.trajectory.at(0.5)
+"""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +14,16 @@ _HOMES = {
     "DistanceField": "roboyard.planning.distance_fields",
     "Obstacle": "roboyard.planning.obstacles",
     "Obstacles": "roboyard.planning.obstacles",
+    "Plan": "roboyard.planning.trajectory",
+    "Planner": "roboyard.planning.planner",
+    "PoseGoal": "roboyard.planning.goals",
     "SphereModel": "roboyard.planning.sphere_model",
+    "Trajectory": "roboyard.planning.trajectory",
+    "cloud_field": "roboyard.planning.distance_fields",
+    "fitted_model": "roboyard.planning.link_fit",
+    "load_planner_file": "roboyard.planning.planner_files",
+    "load_problems": "roboyard.planning.problem_files",
+    "solve_problems": "roboyard.planning.problem_files",
     "sphere_robot": "roboyard.planning.sphere_model",
 }
 
@@ -18,14 +32,29 @@ __all__ = [
     "DistanceField",
     "Obstacle",
     "Obstacles",
+    "Plan",
+    "Planner",
+    "PoseGoal",
     "SphereModel",
+    "Trajectory",
+    "cloud_field",
+    "fitted_model",
+    "load_planner_file",
+    "load_problems",
+    "solve_problems",
     "sphere_robot",
 ]
 
 if TYPE_CHECKING:
     from roboyard.planning.checking import CollisionChecker
-    from roboyard.planning.distance_fields import DistanceField
+    from roboyard.planning.distance_fields import DistanceField, cloud_field
+    from roboyard.planning.goals import PoseGoal
+    from roboyard.planning.link_fit import fitted_model
     from roboyard.planning.obstacles import Obstacle, Obstacles
+    from roboyard.planning.planner import Planner
+    from roboyard.planning.planner_files import load_planner_file
+    from roboyard.planning.problem_files import load_problems, solve_problems
     from roboyard.planning.sphere_model import SphereModel, sphere_robot
+    from roboyard.planning.trajectory import Plan, Trajectory
 
 __getattr__ = lazy_names(__name__, _HOMES)

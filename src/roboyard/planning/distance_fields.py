@@ -123,9 +123,7 @@ def cloud_field(points: Array, cell: float = 0.02, reach: float = 0.3) -> Distan
     cloud = np.asarray(points, dtype=float).reshape(-1, 3)
     cloud = cloud[np.isfinite(cloud).all(axis=1)]
     if not len(cloud):
-        raise ConfigError(
-            f"point cloud: none of {len(np.atleast_1d(points))} points is finite; give surface points in metres"
-        )
+        raise ConfigError(f"point cloud: none of {np.size(points) // 3} points is finite; give metres")
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     cell = max(cell, float(np.cbrt(np.prod(high - low + 2 * reach) / 8e6)))
     padding = int(np.ceil(reach / cell))

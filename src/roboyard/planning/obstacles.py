@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,8 +53,9 @@ class Obstacles:
         self.items = tuple(obstacles)
         self.root = np.eye(4) if root is None else np.asarray(root, dtype=float)
         self._boxes = [o for o in self.items if isinstance(o.shape, Box)]
-        self._others = [o for o in self.items if not isinstance(o.shape, Box)]
-        self._order = {o.name: o for o in self.items}
+        self._others = [replace(o, shape=_prepared(o)) for o in self.items if not isinstance(o.shape, Box)]
+        self.moves = 0
+        """Number of moves so far."""
         self.arrays = self._pack()
 
     def name(self, index: int) -> str:
@@ -77,12 +78,16 @@ class Obstacles:
             if other.name == name:
                 center = _local_center(other.shape)
                 frame = inverse @ pose.matrix()
+                if isinstance(other.shape, Plane):
+                    frame = frame @ _along(other.shape.normal)
                 self.arrays.frame[o] = _frame(frame)
                 self.arrays.around[o, :3] = frame[:3, :3] @ center + frame[:3, 3]
                 hit = True
         if not hit:
             names = ", ".join(sorted({o.name for o in self.items})) or "none"
             raise ConfigError(f'obstacle "{name}": there is none of this name; the obstacles are {names}')
+        self.items = tuple(replace(o, pose=pose) if o.name == name else o for o in self.items)
+        self.moves += 1
 
     def _pack(self) -> WorldArrays:
         inverse = inverse_pose(self.root)
@@ -103,7 +108,7 @@ class Obstacles:
             if isinstance(other.shape, Plane):
                 matrix = matrix @ _along(other.shape.normal)
             frame[o] = _frame(matrix)
-            shape = _prepared(other)
+            shape = other.shape
             if isinstance(shape, DistanceField):
                 kind[o] = FIELD
                 size[o] = (*shape.origin, shape.cell)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -33,11 +33,13 @@ class SphereModel:
     """Pairs of links that may touch, names sorted."""
     buffer: float = 0.0
     """Padding of every sphere against the surroundings (m)."""
-    self_buffer: Mapping[str, float]
+    self_buffer: Mapping[str, float] = field(default_factory=dict)
     """Link name to the padding against other links (m)."""
-    retract: Mapping[str, float]
+    gaps: Mapping[str, float] = field(default_factory=dict)
+    """Link name to the largest distance of its collision shapes' surface outside its spheres (m)."""
+    retract: Mapping[str, float] = field(default_factory=dict)
     """Joint name to the rest position (rad or m)."""
-    locked: Mapping[str, float]
+    locked: Mapping[str, float] = field(default_factory=dict)
     """Joint name to the position of a joint that is never planned (rad or m)."""
     tools: tuple[str, ...] = ()
     """End-effector links."""
@@ -143,7 +145,8 @@ def _arrays(model: SphereModel, chain: ChainArrays, names: list[str]) -> RobotAr
     lower, upper = bounded_limits(chain)
     pairs = _pairs(model, node, names)
     reach = _reach(chain, node, spheres, start, lower, upper)
-    pad = np.array([(model.buffer, model.self_buffer.get(name, 0.0)) for name in names]).reshape(-1, 2)
+    pad = np.array([model.buffer + model.gaps.get(name, 0.0) for name in names])
+    own = np.array([model.self_buffer.get(name, 0.0) + model.gaps.get(name, 0.0) for name in names])
     return RobotArrays(
         whole=whole,
         real=real,
@@ -152,6 +155,7 @@ def _arrays(model: SphereModel, chain: ChainArrays, names: list[str]) -> RobotAr
         around=around,
         spheres=spheres,
         pad=pad,
+        pair_pad=own[pairs].sum(axis=1),
         pairs=pairs,
         reach=_by_joint(chain, reach),
         pair_reach=_pair_reach(chain, node, pairs, reach),

@@ -13,12 +13,13 @@ _announced = False
 def announce(*kernels: Any) -> None:
     """Log one line when any of the numba functions has neither been compiled nor been stored on disk."""
     global _announced
-    if not _announced and any(_is_cold(kernel) for kernel in kernels):
+    if not _announced and any(is_cold(kernel) for kernel in kernels):
         _announced = True
         _log.warning("compiling the software renderer for this machine: once, about 15 seconds")
 
 
-def _is_cold(kernel: Any) -> bool:
+def is_cold(kernel: Any) -> bool:
+    """Whether a numba function has neither been compiled nor been stored on disk."""
     if kernel.signatures:
         return False
     path = kernel.stats.cache_path

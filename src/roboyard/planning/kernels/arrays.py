@@ -30,7 +30,9 @@ class RobotArrays(NamedTuple):
     spheres: Array
     """(s, 4) centre and radius in the node's frame, without padding."""
     pad: Array
-    """(l, 2) padding of each link's spheres against the surroundings and against other links."""
+    """(l,) padding of each link's spheres against obstacles."""
+    pair_pad: Array
+    """(p,) padding between the spheres of each pair."""
     pairs: Indices
     """(p, 2) links that are checked against each other."""
     reach: Array

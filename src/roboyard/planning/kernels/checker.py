@@ -65,7 +65,7 @@ def place_spheres(robot, l, work):
 def link_gap(robot, world, l, reach, margin, work):
     """Smallest distance of link l's padded spheres to obstacles, exact below `reach`; stops below 0."""
     x, y, z = work.centers[l, 0], work.centers[l, 1], work.centers[l, 2]
-    pad = robot.pad[l, 0] + margin
+    pad = robot.pad[l] + margin
     radius = robot.around[l, 3] + pad
     least = reach
     boxes = world.boxes.shape[1]
@@ -106,7 +106,7 @@ def link_gap(robot, world, l, reach, margin, work):
 def pair_gap(robot, p, reach, margin, work):
     """Smallest distance between the padded spheres of pair p, exact below `reach`; stops below 0."""
     a, b = robot.pairs[p, 0], robot.pairs[p, 1]
-    pad = robot.pad[a, 1] + robot.pad[b, 1] + margin
+    pad = robot.pair_pad[p] + margin
     dx = work.centers[a, 0] - work.centers[b, 0]
     dy = work.centers[a, 1] - work.centers[b, 1]
     dz = work.centers[a, 2] - work.centers[b, 2]
@@ -191,7 +191,7 @@ def nearest(robot, world, q, reach, work, slope, found):
     boxes = world.boxes.shape[1]
     for l in range(robot.node.shape[0]):
         place_spheres(robot, l, work)
-        pad = robot.pad[l, 0]
+        pad = robot.pad[l]
         for s in range(robot.start[l], robot.start[l + 1]):
             x, y, z = work.placed[s, 0], work.placed[s, 1], work.placed[s, 2]
             own = robot.spheres[s, 3] + pad
@@ -211,7 +211,7 @@ def nearest(robot, world, q, reach, work, slope, found):
     first = -1
     for p in range(robot.pairs.shape[0]):
         a, b = robot.pairs[p, 0], robot.pairs[p, 1]
-        pad = robot.pad[a, 1] + robot.pad[b, 1]
+        pad = robot.pair_pad[p]
         for s in range(robot.start[a], robot.start[a + 1]):
             for t in range(robot.start[b], robot.start[b + 1]):
                 dx = work.placed[s, 0] - work.placed[t, 0]
@@ -249,3 +249,43 @@ def nearest_batch(robot, world, qs, reach, work, out, slopes, found):
     """`nearest` of each row of qs (b, n): out (b,), slopes (b, n), found (b, 3)."""
     for i in range(qs.shape[0]):
         out[i] = nearest(robot, world, qs[i], reach, work, slopes[i], found[i])
+
+
+@kernel
+def count_pairs(robot, qs, close, work, touching, near):
+    """Add to touching and near (p,) the configurations (b, n) in which a pair overlaps, or is that close."""
+    for i in range(qs.shape[0]):
+        place(robot, qs[i], work)
+        for p in range(robot.pairs.shape[0]):
+            gap = pair_gap(robot, p, close, 0.0, work)
+            if gap < 0.0:
+                touching[p] += 1
+            if gap < close:
+                near[p] += 1
+
+
+@kernel
+def all_gaps(robot, world, q, margin, reach, work, links, pairs):
+    """Exact signed gaps below `reach` of each link to obstacles, links (l,), and of each pair, pairs (p,)."""
+    place(robot, q, work)
+    for l in range(links.shape[0]):
+        links[l] = reach
+        place_spheres(robot, l, work)
+        own = robot.pad[l] + margin
+        for s in range(robot.start[l], robot.start[l + 1]):
+            x, y, z = work.placed[s, 0], work.placed[s, 1], work.placed[s, 2]
+            radius = robot.spheres[s, 3] + own
+            for b in range(world.boxes.shape[1]):
+                links[l] = min(links[l], box_distance(world.boxes, b, x, y, z)[0] - radius)
+            for o in range(world.kind.shape[0]):
+                links[l] = min(links[l], obstacle_distance(world, o, x, y, z)[0] - radius)
+    for p in range(pairs.shape[0]):
+        a, b = robot.pairs[p, 0], robot.pairs[p, 1]
+        pairs[p] = reach
+        for s in range(robot.start[a], robot.start[a + 1]):
+            for t in range(robot.start[b], robot.start[b + 1]):
+                dx = work.placed[s, 0] - work.placed[t, 0]
+                dy = work.placed[s, 1] - work.placed[t, 1]
+                dz = work.placed[s, 2] - work.placed[t, 2]
+                d = math.sqrt(dx * dx + dy * dy + dz * dz) - robot.spheres[s, 3] - robot.spheres[t, 3]
+                pairs[p] = min(pairs[p], d - robot.pair_pad[p] - margin)

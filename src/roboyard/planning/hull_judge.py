@@ -1,0 +1,170 @@
+"""MuJoCo as the judge of configurations: exact collision shapes instead of spheres."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.description.model import Box, Capsule, Cylinder, Heightfield, Mesh, Plane, Sphere
+from roboyard.kinematics.joint_models import mimic_source
+from roboyard.kinematics.joint_order import single_dof_joints
+from roboyard.planning.obstacles import Obstacle
+from roboyard.planning.sphere_model import SphereRobot
+from roboyard.transforms import Array
+
+if TYPE_CHECKING:
+    from roboyard.sim.body import Body
+    from roboyard.sim.world import World
+
+DEEP = 1e-6
+"""Depth from which an overlap counts (m)."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Clash:
+    """An overlap of a robot's link with an obstacle or another link."""
+
+    link: str
+    other: str
+    depth: float
+    """m"""
+    is_self: bool
+    """Whether `other` is a link of the robot."""
+
+
+class HullJudge:
+    """Overlaps of the hulls of one robot in a world; works on a copy of its state."""
+
+    def __init__(self, world: World, body: Body, robot: SphereRobot, ignored: Iterable[Body] = ()) -> None:
+        """Create a judge of a body that `robot` describes; other bodies stay where they are now.
+
+        Args:
+            world: holds the body and the obstacles.
+            body: the robot.
+            robot: names and order of the joints that configurations give.
+            ignored: bodies that the robot may touch.
+        """
+        world.detect_contacts()
+        self.model: Any = world.model
+        self.data: Any = copy.copy(world.data)
+        self.robot = robot
+        link_of_row = {int(row): link.name for row, link in zip(body.mujoco_ids, body.links, strict=True)}
+        other_rows = {
+            int(row): other.name for other in world.bodies if other is not body for row in other.mujoco_ids
+        }
+        skipped = {int(row) for other in ignored for row in other.mujoco_ids}
+        self.link = [link_of_row.get(int(b), "") for b in self.model.geom_bodyid]
+        self.other = [other_rows.get(int(b), "the world") for b in self.model.geom_bodyid]
+        chain = robot.chain
+        moves = {name for name, node in zip(chain.links, chain.link_node, strict=True) if node >= 0}
+        self.moves = np.array([name in moves for name in self.link])
+        self.of_robot = np.array([bool(name) for name in self.link])
+        self.skipped = np.array([int(b) in skipped for b in self.model.geom_bodyid])
+        self._set_rows(body)
+
+    def _set_rows(self, body: Body) -> None:
+        """Find the entries of qpos that q moves, and set the held ones."""
+        model = self.robot.model.description
+        index = {name: i for i, name in enumerate(self.robot.joint_names)}
+        rows, terms = [], []
+        for joint in single_dof_joints(model.joints):
+            row = body.joint(joint.name).qpos_slice.start
+            leader, multiplier, offset = joint.name, 1.0, 0.0
+            if joint.mimic is not None:
+                source = mimic_source(model, joint)
+                if source.leader is None:
+                    continue
+                leader, multiplier, offset = source.leader.name, source.multiplier, source.offset
+            if leader in index:
+                rows.append(row)
+                terms.append((index[leader], multiplier, offset))
+            elif leader in self.robot.held:
+                self.data.qpos[row] = multiplier * self.robot.held[leader] + offset
+        self.rows = np.array(rows, dtype=np.int64)
+        self.source = np.array([t[0] for t in terms], dtype=np.int64)
+        self.multiplier = np.array([t[1] for t in terms])
+        self.offset = np.array([t[2] for t in terms])
+
+    def clashes(self, q: Array) -> list[Clash]:
+        """Return the overlaps of moving links at (n,) q (rad or m), the deepest of each pair."""
+        import mujoco
+
+        self.data.qpos[self.rows] = q[self.source] * self.multiplier + self.offset
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_collision(self.model, self.data)
+        if self.data.ncon == 0:
+            return []
+        contact = self.data.contact
+        geoms, depths = contact.geom, -contact.dist
+        wrong = (depths > DEEP) & self.moves[geoms].any(axis=1) & ~self.skipped[geoms].any(axis=1)
+        deepest: dict[tuple[str, str], Clash] = {}
+        for k in np.flatnonzero(wrong):
+            a, b = geoms[k]
+            if not self.of_robot[a]:
+                a, b = b, a
+            is_self = bool(self.of_robot[b])
+            link, other = self.link[a], self.link[b] if is_self else self.other[b]
+            pair = (min(link, other), max(link, other))
+            if is_self and (link == other or pair in self.robot.model.ignore):
+                continue
+            found = deepest.get(pair)
+            if found is None or found.depth < depths[k]:
+                deepest[pair] = Clash(link=link, other=other, depth=float(depths[k]), is_self=is_self)
+        return list(deepest.values())
+
+    def first_clash(self, qs: Array) -> tuple[int, list[Clash]] | None:
+        """Return the first of (b, n) configurations with overlaps, and those; None where all are free."""
+        for i, q in enumerate(qs):
+            found = self.clashes(q)
+            if found:
+                return i, found
+        return None
+
+
+def judge_of(robot: SphereRobot, obstacles: Iterable[Obstacle]) -> HullJudge:
+    """Return a judge for a robot at the world's origin among obstacles.
+
+    A concave mesh is judged by convex parts that contain it only where its hull adds little; otherwise the
+    spheres' distance to it has to suffice.
+    """
+    from roboyard.sim import World
+
+    world = World(visual_geoms=False)
+    body = world.add_description(robot.model.description, fixed_base=True, drives=False)
+    for obstacle in obstacles:
+        add_obstacle(world, obstacle)
+    return HullJudge(world, body, robot)
+
+
+def add_obstacle(world: World, obstacle: Obstacle) -> None:
+    """Add an obstacle to a world as a fixed body."""
+    at = {"position": obstacle.pose.position, "orientation": obstacle.pose.quaternion}
+    fixed = {"mass": 0.0, "name": obstacle.name}
+    match obstacle.shape:
+        case Box(size=size):
+            world.add_box(size, **at, **fixed)
+        case Sphere(radius=radius):
+            world.add_sphere(radius, obstacle.pose.position, **fixed)
+        case Cylinder(radius=radius, length=length):
+            world.add_cylinder(radius, length, **at, **fixed)
+        case Capsule(radius=radius, length=length):
+            world.add_capsule(radius, length, **at, **fixed)
+        case Plane(normal=normal):
+            world.add_plane(normal, obstacle.pose.position, name=obstacle.name)
+        case Heightfield(heights=heights, cell=cell):
+            world.add_heightfield(heights, cell, obstacle.pose.position, name=obstacle.name)
+        case Mesh() as mesh:
+            _add_mesh(world, mesh, at, fixed)
+
+
+def _add_mesh(world: World, mesh: Mesh, at: Mapping[str, Any], fixed: Mapping[str, Any]) -> None:
+    from roboyard.description.geometry import geometry_mesh
+    from roboyard.shapes.convex.hulls import is_convex
+
+    data = geometry_mesh(mesh)
+    if data is not None and is_convex(data, 0.02):
+        world.add_mesh(data, **at, **fixed)

@@ -1,0 +1,116 @@
+"""Spheres and pairs of a robot without a planner file, fitted to its collision shapes and cached on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from roboyard.description.geometry import geometry_mesh, transformed_mesh
+from roboyard.description.model import Collision, Link, Mesh, RobotDescription, Sphere, Visual
+from roboyard.description.robot_model import CollisionSphere
+from roboyard.errors import ConfigError
+from roboyard.planning.self_pairs import ignored_pairs
+from roboyard.planning.sphere_model import SphereModel
+from roboyard.shapes.cache import content_key, load_arrays, store_arrays
+from roboyard.shapes.mesh import TriangleMesh
+from roboyard.transforms import Array
+
+VERSION = 1
+"""Cache version: increase it when the same shapes give other spheres or pairs than before."""
+SLACK = 0.001
+"""Largest distance of a shape's surface outside the fitted spheres (m)."""
+BUFFER = 0.0005
+"""Padding of every sphere against obstacles and other links, beyond the slack (m)."""
+SMALLEST = 1e-6
+"""Extent below which a shape is ignored as a point (m)."""
+
+Progress = Callable[[str], None]
+
+
+def fitted_model(
+    description: RobotDescription,
+    *,
+    rest: Mapping[str, float] | None = None,
+    tools: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> SphereModel:
+    """Return spheres around the hulls of a robot's collision shapes, and the pairs that may touch.
+
+    Args:
+        description: the robot; where no link has a collision shape, visual ones are used.
+        rest: joint name to rest position (rad or m); zero, or the nearest limit, by default.
+        tools: end-effector links; links without children by default.
+        progress: called with the name of each link that is fitted and not cached.
+
+    Raises:
+        ConfigError: no link has a shape.
+        MeshError: a mesh cannot be read.
+    """
+    shapes: dict[str, Sequence[Collision | Visual]] = {l.name: l.collisions for l in description.links}
+    if not any(shapes.values()):
+        shapes = {l.name: l.visuals for l in description.links}
+    spheres, gaps = {}, {}
+    for link in description.links:
+        own = _link_spheres(link, shapes[link.name], progress)
+        if len(own):
+            spheres[link.name] = tuple(
+                CollisionSphere(center=(float(x), float(y), float(z)), radius=float(r)) for x, y, z, r in own
+            )
+            exact = all(isinstance(s.geometry, Sphere) for s in shapes[link.name])
+            gaps[link.name] = 0.0 if exact else SLACK
+    if not spheres:
+        raise ConfigError(f"{description.name}: no link has a collision or visual shape; add one to plan for")
+    leaves = [l.name for l in description.links if not description.child_joints[l.name]]
+    model = SphereModel(
+        description=description,
+        spheres=spheres,
+        ignore=frozenset(),
+        buffer=BUFFER,
+        self_buffer=dict.fromkeys(spheres, BUFFER / 2),
+        gaps=gaps,
+        retract=dict(rest or {}),
+        tools=tuple(tools or leaves),
+    )
+    return replace(model, ignore=ignored_pairs(model))
+
+
+def _link_spheres(link: Link, shapes: Sequence[Collision | Visual], progress: Progress | None) -> Array:
+    """Return (s, 4) centres and radii in the link's frame (m)."""
+    rows = [
+        (*shape.origin.position, shape.geometry.radius)
+        for shape in shapes
+        if isinstance(shape.geometry, Sphere) and shape.geometry.radius > 0
+    ]
+    meshes = _solids([shape for shape in shapes if not isinstance(shape.geometry, Sphere)])
+    if meshes:
+        key = content_key(
+            "planning", VERSION, SLACK, *(part for m in meshes for part in (m.vertices, m.faces))
+        )
+        stored = load_arrays("spheres", key)
+        if stored is None:
+            from roboyard.shapes.spheres.fit import fit_spheres
+
+            if progress is not None:
+                progress(link.name)
+            fit = fit_spheres(meshes, preset="safe")
+            stored = {"spheres": np.concatenate([fit.centers, fit.radii[:, None]], axis=1)}
+            store_arrays("spheres", key, stored)
+        rows.extend(stored["spheres"])
+    return np.array(rows, dtype=float).reshape(-1, 4)
+
+
+def _solids(shapes: Sequence[Collision | Visual]) -> list[TriangleMesh]:
+    """Return the convex solids that physics sees: hulls of meshes, and primitives, in the link's frame."""
+    from roboyard.shapes.convex.hulls import convex_hull
+
+    found = []
+    for shape in shapes:
+        mesh = geometry_mesh(shape.geometry)
+        if mesh is None or not len(mesh.faces) or np.ptp(mesh.vertices, axis=0).max() < SMALLEST:
+            continue
+        if isinstance(shape.geometry, Mesh):
+            mesh = convex_hull(mesh, None).mesh
+        found.append(transformed_mesh(mesh, shape.origin))
+    return found

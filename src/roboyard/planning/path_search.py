@@ -1,0 +1,114 @@
+"""Calls of the kernels that find a path, shorten it and time it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from roboyard._lazy import lazy_module
+from roboyard.planning.kernels.arrays import Array, RobotArrays, Work, WorldArrays, work_for
+from roboyard.planning.trajectory import Trajectory
+
+_sampling = lazy_module("roboyard.planning.kernels.sampling")
+_shortcuts = lazy_module("roboyard.planning.kernels.shortcuts")
+_motion = lazy_module("roboyard.planning.kernels.motion")
+_timing = lazy_module("roboyard.planning.kernels.timing")
+
+NODES = 40_000
+"""Most nodes of a tree."""
+CHUNK = 400
+"""Samples between looks at the clock."""
+STEP = 1.0
+"""Longest motion of one extension (rad)."""
+WAY_POINTS = 400
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SearchSpace:
+    """Arrays and work space of one search."""
+
+    robot: RobotArrays
+    world: WorldArrays
+    work: Work
+    sweep: object
+
+    @staticmethod
+    def of(robot: RobotArrays, world: WorldArrays) -> SearchSpace:
+        """Return a search space with new work space."""
+        return SearchSpace(
+            robot=robot, world=world, work=work_for(robot, world), sweep=_motion().sweep_for(robot)
+        )
+
+
+def find_path(
+    space: SearchSpace, start: Array, goals: Array, *, deadline: float, seed: int, margin: float = 0.0
+) -> Array | None:
+    """Return (w, n) way points from start (n,) to one of goals (g, n), pruned; None if the time is over.
+
+    `deadline` is a time of `time.perf_counter` (s), `margin` an additional padding (m).
+    """
+    n = len(start)
+    trees = _sampling().trees_for(n, min(NODES, 200 + 40 * CHUNK), seed)
+    path, ends = np.zeros((WAY_POINTS, n)), np.zeros(2, dtype=np.int64)
+    roots = np.array([1, len(goals)], dtype=np.int64)
+    trees.q[0, 0], trees.q[1, : len(goals)] = start, goals
+    trees.parent[:, : len(goals)] = -1
+    trees.counts[:] = roots
+    while True:
+        count = _sampling().search(
+            space.robot, space.world, trees, roots, ends, CHUNK, STEP, margin, space.work, space.sweep, path
+        )
+        if count:
+            count = _shortcuts().prune(space.robot, space.world, path, count, margin, space.work, space.sweep)
+            return path[:count].copy()
+        if time.perf_counter() > deadline:
+            return None
+        if trees.counts.max() + CHUNK >= trees.q.shape[1]:
+            trees = _larger(trees)
+
+
+def _larger(trees):
+    q = np.concatenate([trees.q, np.zeros_like(trees.q)], axis=1)
+    parent = np.concatenate([trees.parent, np.zeros_like(trees.parent)], axis=1)
+    return trees._replace(q=q, parent=parent)
+
+
+def shorten(space: SearchSpace, path: Array, *, rounds: int, seed: int, margin: float = 0.0) -> Array:
+    """Return (w, n) way points of a shorter path by `rounds` shortcuts, then by pulling corners."""
+    count, n = path.shape
+    rows = np.zeros((max(WAY_POINTS, 2 * count + 8), n))
+    rows[:count] = path
+    points, random = np.zeros((2, n)), _sampling().trees_for(n, 1, seed).random
+    robot, world, work, sweep = space.robot, space.world, space.work, space.sweep
+    count = _shortcuts().cut(robot, world, rows, count, rounds, margin, random, points, work, sweep)
+    count = _shortcuts().pull(robot, world, rows, count, 30, margin, points, work, sweep)
+    return rows[:count].copy()
+
+
+def time_path(
+    space: SearchSpace, path: Array, limits: Array, names: tuple[str, ...], *, corners: float = 1.0
+) -> Trajectory:
+    """Return the trajectory along (w, n) way points within (3, n) limits of velocity, acceleration and jerk.
+
+    Args:
+        space: robot and obstacles; the path must be free in it.
+        path: way points (rad or m).
+        limits: rad/s, rad/s² and rad/s³, or m.
+        names: joints in the order of the path.
+        corners: how much of a corner may be cut, 0 (the motion stops at each way point) to 1.
+    """
+    keep = np.concatenate([[True], np.abs(np.diff(path, axis=0)).max(axis=1) > 1e-9])
+    path = np.ascontiguousarray(path[keep])
+    count, n = path.shape
+    if count < 2:
+        zero = np.zeros((1, n))
+        return Trajectory(joint_names=names, t=np.zeros(1), q=path[:1].copy(), v=zero, a=zero, jerk=zero)
+    timing = _timing()
+    segments = timing.segments_for(count, limits, np.full(count, float(corners)))
+    done = timing.time_path(space.robot, space.world, path, segments, 0.0, space.work, space.sweep)
+    out = np.zeros((4, 8 * count + 2, n))
+    number = timing.integrate(path, segments, done, out)
+    q, v, a, jerk = (out[k, :number].copy() for k in range(4))
+    return Trajectory(joint_names=names, t=segments.knots[:number].copy(), q=q, v=v, a=a, jerk=jerk)

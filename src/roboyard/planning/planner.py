@@ -1,0 +1,378 @@
+"""The planner of one group of joints: from a start to goals, timed and checked."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard._lazy import lazy_module
+from roboyard.errors import ConfigError
+from roboyard.planning.checking import CollisionChecker
+from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, postures_for
+from roboyard.planning.hull_judge import HullJudge, judge_of
+from roboyard.planning.obstacles import Obstacle, Obstacles
+from roboyard.planning.path_search import SearchSpace, find_path, shorten, time_path
+from roboyard.planning.relaxation import raise_padding, relax
+from roboyard.planning.sphere_model import SphereModel, SphereRobot, sphere_robot
+from roboyard.planning.trajectory import Outcome, Plan, Trajectory
+from roboyard.transforms import Array
+
+_checker = lazy_module("roboyard.planning.kernels.checker")
+_sampling = lazy_module("roboyard.planning.kernels.sampling")
+
+VELOCITY, ACCELERATION, JERK = 2.0, 15.0, 500.0
+"""Limits of joints without one (rad/s, rad/s², rad/s³ or m)."""
+TRIES, ROUNDS = 4, 120
+"""Searches of which the shortest path is kept, and attempts to shorten each."""
+JUDGED_STEP = 0.01
+"""Distance between configurations that the judge checks (rad)."""
+REPAIRS = 6
+"""Times that a path refused by the judge is planned again."""
+MOST_GOALS = 16
+"""Postures of a pose that are tried at once."""
+
+
+class Planner:
+    """Plans motions of a group of joints; the other joints stay where they are held."""
+
+    def __init__(
+        self,
+        model: SphereModel,
+        joints: Sequence[str] | None = None,
+        obstacles: Iterable[Obstacle] = (),
+        *,
+        held: Mapping[str, float] | None = None,
+        velocity: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
+        jerk: ArrayLike | None = None,
+        root: Array | None = None,
+        judge: HullJudge | None = None,
+    ) -> None:
+        """Create a planner.
+
+        Args:
+            model: spheres and pairs of the robot.
+            joints: names of the planned joints, in the order of all vectors; by default all that move.
+            obstacles: the surroundings.
+            held: joint name to position of joints that are not planned (rad or m).
+            velocity: (n,) or one limit (rad/s or m/s); the description's by default.
+            acceleration: (n,) or one limit (rad/s² or m/s²); the planner file's by default, else 15.
+            jerk: (n,) or one limit (rad/s³ or m/s³); the planner file's by default, else 500.
+            root: (4, 4) pose of the robot's root link in the world frame (m).
+            judge: exact shapes; by default those of the description and the obstacles.
+
+        Raises:
+            ConfigError: a joint does not exist or cannot be planned, or a limit is not positive.
+        """
+        names = tuple(model.coordinate_names if joints is None else joints)
+        self.joint_names = names
+        """(n) planned joints, in the order of all vectors."""
+        self.robot: SphereRobot = sphere_robot(model, names, held)
+        """The group's arrays, in depth-first order of joints."""
+        self.obstacles = Obstacles(obstacles, root)
+        """The surroundings; `obstacles.move` moves one in place."""
+        self._judge = judge
+        self._judge_is_ours = judge is None
+        self._judged_moves = 0
+        self._order = np.array(self.robot.order)
+        own = np.where(np.isfinite(self.robot.chain.velocity), self.robot.chain.velocity, VELOCITY)
+        rows = (
+            self._limit("velocity", velocity, own),
+            self._limit("acceleration", acceleration, model.acceleration or ACCELERATION),
+            self._limit("jerk", jerk, model.jerk or JERK),
+        )
+        self.limits = np.stack(rows)
+        """(3, n) limits of velocity, acceleration and jerk, in depth-first order."""
+
+    def _limit(self, name: str, given: ArrayLike | None, default: ArrayLike) -> Array:
+        n = len(self.joint_names)
+        if given is None:
+            return np.broadcast_to(np.asarray(default, dtype=float), (n,)).copy()
+        values = np.asarray(given, dtype=float)
+        if values.shape not in ((), (n,)) or not (values > 0).all():
+            raise ConfigError(f"limits: {name} is {given}; give one positive number or {n}")
+        return np.broadcast_to(values, (n,))[self._order].copy()
+
+    @property
+    def judge(self) -> HullJudge:
+        """Exact shapes in MuJoCo, made at the first use and again where obstacles were moved."""
+        moved = self._judge_is_ours and self._judged_moves != self.obstacles.moves
+        if self._judge is None or moved:
+            self._judge = judge_of(self.robot, self.obstacles.items)
+            self._judged_moves = self.obstacles.moves
+        return self._judge
+
+    @property
+    def checker(self) -> CollisionChecker:
+        """A collision checker of the group, in depth-first order of joints."""
+        return CollisionChecker(self.robot, self.obstacles)
+
+    @property
+    def _covers(self) -> bool:
+        """Whether spheres contain the exact shapes, so that what is free of spheres needs no judge."""
+        return bool(self.robot.model.gaps)
+
+    def warm_up(self) -> None:
+        """Load the kernels, or compile them on their first use on this machine, and build the judge."""
+        announce_compilation()
+        q = (self.robot.arrays.lower + self.robot.arrays.upper) / 2
+        space = SearchSpace.of(self.robot.arrays, self.obstacles.arrays)
+        path = np.stack([q, q + 1e-3, q])
+        find_path(space, q, q[None], deadline=time.perf_counter() - 1.0, seed=0)
+        time_path(space, shorten(space, path, rounds=1, seed=0), self.limits, self.robot.joint_names)
+        relax(self.robot.arrays, self.obstacles.arrays, q[None])
+        self.judge.clashes(q)
+        self._clash(q)
+
+    # ---------------------------------------------------------------------------------- planning
+
+    def plan(
+        self,
+        start: ArrayLike,
+        goal: Goal | Sequence[Goal],
+        *,
+        time_limit: float = 5.0,
+        improve: float = 0.0,
+        seed: int = 0,
+    ) -> Plan:
+        """Return a motion from `start` to the goal, or to one of several goals.
+
+        Args:
+            start: (n,) joint positions (rad or m).
+            goal: (n,) joint positions, a `PoseGoal`, or a sequence of both, of which any may be reached.
+            time_limit: longest search (s).
+            improve: time spent on shorter paths after the first (s); the path gets no longer with it.
+            seed: seed of the random samples; the same gives the same path unless time is over.
+
+        Raises:
+            ConfigError: a vector has the wrong length or is not finite, or a goal's link does not exist.
+        """
+        announce_compilation()
+        begin = time.perf_counter()
+        q = self._vector("start", start)
+        failure, q = self._bounded("start", q)
+        if failure:
+            return self._failed("start outside limits", failure, begin)
+        touching = self._clash(q)
+        if touching:
+            reason = f"{touching}; move the robot or the obstacle apart before planning"
+            return self._failed("start in collision", reason, begin)
+        outcome, reason, goals, index = self._goal_postures(q, goal, seed)
+        if not len(goals):
+            return self._failed(outcome, reason, begin)
+        deadline = begin + time_limit
+        return self._planned(q, goals, index, begin, deadline, improve, seed)
+
+    def ik(self, goal: PoseGoal, near: ArrayLike, *, seeds: int = 64, seed: int = 0) -> list[PostureSolution]:
+        """Return all distinct postures found for a pose: free ones first, then by distance to `near` (n,).
+
+        Each holds joint positions in the order of `joint_names` (rad or m) and its residuals.
+
+        Raises:
+            ConfigError: the link does not exist or no joint of the group moves it.
+        """
+        from_here = self._vector("near", near)
+        found = postures_for(self.robot, goal, self.obstacles.root, from_here, seeds=seeds, seed=seed)
+        marked = [replace(s, q=self._named(s.q), is_free=not self._clash(s.q)) for s in found]
+        return sorted(marked, key=lambda solution: not solution.is_free)
+
+    def _planned(
+        self,
+        start: Array,
+        goals: Array,
+        index: list[int],
+        begin: float,
+        deadline: float,
+        improve: float,
+        seed: int,
+    ) -> Plan:
+        arrays, relaxed = relax(
+            self.robot.arrays, self.obstacles.arrays, np.concatenate([start[None], goals])
+        )
+        timing = 0.0
+        corners = 1.0
+        for attempt in range(REPAIRS):
+            space = SearchSpace.of(arrays, self.obstacles.arrays)
+            path = self._best_path(space, start, goals, deadline, improve, seed + 1000 * attempt)
+            if path is None:
+                break
+            middle = time.perf_counter()
+            trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=corners)
+            refused = None
+            if relaxed or not self._covers:
+                refused = self.judge.first_clash(trajectory.dense(JUDGED_STEP))
+            timing += time.perf_counter() - middle
+            if refused is None:
+                reached = int(np.argmin(np.linalg.norm(goals - path[-1], axis=1)))
+                return Plan(
+                    outcome="solved",
+                    reason="",
+                    joint_names=self.joint_names,
+                    path=self._named(path),
+                    trajectory=self._named_trajectory(trajectory),
+                    planning_seconds=time.perf_counter() - begin - timing,
+                    timing_seconds=timing,
+                    goal=index[reached],
+                )
+            arrays = raise_padding(arrays, self.robot, refused[1], self.obstacles.arrays, start, goals)
+            corners = corners if attempt < 2 else 0.0
+        spent = time.perf_counter() - begin
+        reason = f"no path in {spent:.2f} s; give more time, move obstacles apart, or choose another posture"
+        return self._failed("time over", reason, begin)
+
+    def _best_path(
+        self, space: SearchSpace, start: Array, goals: Array, deadline: float, improve: float, seed: int
+    ) -> Array | None:
+        best: Array | None = None
+        least = np.inf
+        until = 0.0
+        k = 0
+        while k < TRIES or time.perf_counter() < until:
+            found = find_path(space, start, goals, deadline=deadline, seed=seed + k)
+            if found is None:
+                break
+            if best is None:
+                until = time.perf_counter() + improve
+            found = shorten(space, found, rounds=ROUNDS, seed=seed + k)
+            length = float(np.linalg.norm(np.diff(found, axis=0), axis=1).sum())
+            if length < least:
+                best, least = found, length
+            if len(found) <= 2 and len(goals) == 1:
+                break
+            k += 1
+        return best
+
+    # ------------------------------------------------------------------------------------- goals
+
+    def _goal_postures(
+        self, start: Array, goal: Goal | Sequence[Goal], seed: int
+    ) -> tuple[Outcome, str, Array, list[int]]:
+        """Return why no goal is usable, the (g, n) free postures and which goal each belongs to."""
+        given = _listed(goal)
+        outcome: Outcome = "goal unreachable"
+        reason = "no goal was given; give at least one"
+        rows: list[Array] = []
+        index: list[int] = []
+        for k, one in enumerate(given):
+            if isinstance(one, PoseGoal):
+                found = postures_for(self.robot, one, self.obstacles.root, start, seed=seed)
+                if not found:
+                    reason = (
+                        f'no posture within the limits brings link "{one.link}" to {list(one.position)}'
+                        f"{'' if one.quaternion is None else ' in that orientation'}; move it or the base"
+                    )
+                    continue
+                candidates = [solution.q for solution in found]
+            else:
+                failure, q = self._bounded("goal", self._vector("goal", cast(ArrayLike, one)))
+                if failure:
+                    outcome, reason = "goal outside limits", failure
+                    continue
+                candidates = [q]
+            kept = 0
+            for q in candidates:
+                touching = self._clash(q)
+                if touching:
+                    if outcome != "goal in collision":
+                        outcome = "goal in collision"
+                        reason = f"{touching}; move the goal or the obstacle"
+                    continue
+                rows.append(q)
+                index.append(k)
+                kept += 1
+                if kept == MOST_GOALS:
+                    break
+        return outcome, reason, np.array(rows).reshape(-1, len(start)), index
+
+    def _clash(self, q: Array) -> str:
+        """Return the overlap at q as text; "" for none. Exact shapes decide where spheres overlap."""
+        arrays, world = self.robot.arrays, self.obstacles.arrays
+        free = np.empty(1, dtype=np.bool_)
+        checker = self.checker
+        _checker().free_batch(arrays, world, q[None].copy(), 0.0, checker.work, free)
+        if free[0] and self._covers:
+            return ""
+        found = self.judge.clashes(q)
+        if not found:
+            return ""
+        worst = max(found, key=lambda clash: clash.depth)
+        kind = "link" if worst.is_self else "obstacle"
+        return f'link "{worst.link}" overlaps {kind} "{worst.other}" by {1e3 * worst.depth:.1f} mm'
+
+    # ----------------------------------------------------------------------------------- vectors
+
+    def _vector(self, name: str, values: ArrayLike) -> Array:
+        q = np.asarray(values, dtype=float)
+        if q.shape != (len(self.joint_names),) or not np.isfinite(q).all():
+            raise ConfigError(
+                f"{name}: {values} must be {len(self.joint_names)} finite numbers, for the joints "
+                f"{', '.join(self.joint_names)}"
+            )
+        return q[self._order]
+
+    def _bounded(self, name: str, q: Array) -> tuple[str, Array]:
+        """Return a violation of the limits as text, and q clipped to them."""
+        lower, upper = self.robot.chain.lower, self.robot.chain.upper
+        beyond = np.maximum(lower - q, q - upper)
+        worst = int(np.argmax(beyond))
+        if beyond[worst] > 1e-6:
+            return (
+                f'{name}: joint "{self.robot.joint_names[worst]}" is at {q[worst]:.4f}, outside '
+                f"{lower[worst]:.4f} to {upper[worst]:.4f}; choose a position inside",
+                q,
+            )
+        return "", np.clip(q, lower, upper)
+
+    def _named(self, rows: Array) -> Array:
+        """Return (..., n) rows in the order of `joint_names`."""
+        out = np.empty_like(rows)
+        out[..., self._order] = rows
+        return out
+
+    def _named_trajectory(self, trajectory: Trajectory) -> Trajectory:
+        parts = {key: self._named(getattr(trajectory, key)) for key in ("q", "v", "a", "jerk")}
+        return replace(trajectory, joint_names=self.joint_names, **parts)
+
+    def _failed(self, outcome: Outcome, reason: str, begin: float) -> Plan:
+        return Plan(
+            outcome=outcome,
+            reason=reason,
+            joint_names=self.joint_names,
+            path=np.zeros((0, len(self.joint_names))),
+            trajectory=None,
+            planning_seconds=time.perf_counter() - begin,
+            timing_seconds=0.0,
+        )
+
+
+def _listed(goal: Goal | Sequence[Goal]) -> list[Goal]:
+    """Return one goal or several as a list."""
+    if isinstance(goal, PoseGoal):
+        return [goal]
+    if isinstance(goal, Sequence) and any(isinstance(one, PoseGoal) for one in goal):
+        return list(cast(Sequence[Goal], goal))
+    values = np.asarray(cast(ArrayLike, goal), dtype=float)
+    return [values] if values.ndim < 2 else list(values)
+
+
+_announced = False
+
+
+def announce_compilation() -> None:
+    """Log one line where the planning kernels are not compiled yet."""
+    global _announced
+    if _announced:
+        return
+    _announced = True
+    from roboyard.rendering.compile_notice import is_cold
+
+    if is_cold(_sampling().search):
+        logging.getLogger("roboyard").warning(
+            "compiling the planner for this machine: once, about 20 seconds"
+        )

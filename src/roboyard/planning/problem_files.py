@@ -1,0 +1,267 @@
+"""Files of planning problems (JSON) and their results (JSON lines).
+
+    {"urdf": "arm.urdf", "joints": ["j1", "j2"], "hold": {"finger": 0.04}, "time_limit": 5.0,
+     "limits": {"velocity": [1.5, 1.5], "acceleration": [8, 8], "jerk": [200, 200]},
+     "obstacles": [{"name": "o0", "type": "box", "size": [0.1, 0.2, 0.3],
+                    "position": [0.5, 0, 0.4], "quaternion": [0, 0, 0, 1]}],
+     "problems": [{"name": "p0", "start": [0, 0], "goal": {"joints": [1, 1]}}]}
+
+Obstacles are of type "box" (size: full lengths), "sphere" (radius), "cylinder" and "capsule" (radius, length
+along z, for a capsule without its caps), and "mesh" (file, scale). Goals are {"joints": [...]} or {"link",
+"position", "quaternion"}; without a quaternion the orientation is free. "hold", "time_limit", "limits",
+"planner" (a cuRobo or XRDF file) and obstacles of a problem's own are optional. Paths are relative to the file.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roboyard.description import load_description
+from roboyard.description.model import Box, Capsule, Cylinder, Mesh, Pose, Sphere
+from roboyard.errors import ConfigError, unknown_name
+from roboyard.planning.goals import Goal, PoseGoal
+from roboyard.planning.link_fit import fitted_model
+from roboyard.planning.obstacles import Obstacle, Shape
+from roboyard.planning.planner import Planner
+from roboyard.planning.planner_files import load_planner_file
+from roboyard.planning.sphere_model import SphereModel
+from roboyard.planning.trajectory import Plan
+from roboyard.transforms import normalized
+
+TIME_LIMIT = 5.0
+"""Longest search of a problem (s)."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Problem:
+    """One start and goal."""
+
+    name: str
+    start: tuple[float, ...]
+    """(n,) joint positions (rad or m)."""
+    goal: Goal
+    obstacles: tuple[Obstacle, ...]
+    """All obstacles of this problem."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ProblemFile:
+    """A robot, its surroundings and the motions to plan."""
+
+    path: Path
+    urdf: Path
+    planner: Path | None
+    joints: tuple[str, ...]
+    hold: Mapping[str, float]
+    """Joint name to position (rad or m)."""
+    time_limit: float
+    """s"""
+    limits: Mapping[str, Sequence[float]]
+    """"velocity", "acceleration", "jerk" to a limit for each joint."""
+    problems: tuple[Problem, ...]
+
+
+def load_problems(path: Path | str) -> ProblemFile:
+    """Return the problems of a file.
+
+    Raises:
+        ConfigError: the file cannot be read, or an entry is missing or wrong.
+    """
+    file = Path(path)
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        raise ConfigError(f"{file.name}:{error.lineno}: not JSON: {error.msg}; correct the file") from None
+    if not isinstance(data, dict):
+        raise ConfigError(f'{file.name}: must be an object with "urdf", "joints" and "problems"')
+    joints = tuple(_entry(file, data, "joints", list))
+    shared = _obstacles(file, data.get("obstacles", []), "obstacles")
+    problems = []
+    for k, one in enumerate(_entry(file, data, "problems", list)):
+        where = f"problems[{k}]"
+        start = tuple(_numbers(file, one, "start", where, len(joints)))
+        own = _obstacles(file, one.get("obstacles", []), f"{where}.obstacles")
+        problems.append(
+            Problem(
+                name=str(one.get("name", f"p{k}")),
+                start=start,
+                goal=_goal(file, one.get("goal"), where, len(joints)),
+                obstacles=(*shared, *own),
+            )
+        )
+    limits = data.get("limits", {})
+    for key in limits:
+        if key not in ("velocity", "acceleration", "jerk"):
+            known = ("velocity", "acceleration", "jerk")
+            raise ConfigError(f"{file.name}: limits: {unknown_name('limit', key, known)}")
+    named = data.get("planner")
+    return ProblemFile(
+        path=file,
+        urdf=file.parent / str(_entry(file, data, "urdf", str)),
+        planner=None if named is None else file.parent / str(named),
+        joints=joints,
+        hold={str(k): float(v) for k, v in data.get("hold", {}).items()},
+        time_limit=float(data.get("time_limit", TIME_LIMIT)),
+        limits=limits,
+        problems=tuple(problems),
+    )
+
+
+def solve_problems(
+    problems: ProblemFile, *, seed: int = 0, progress: Callable[[str], None] | None = None
+) -> Iterator[tuple[Problem, Plan]]:
+    """Yield each problem with its plan; the first call compiles or loads the kernels outside any timing.
+
+    Args:
+        problems: the loaded file.
+        seed: seed of the random samples.
+        progress: called with a line of text while spheres are fitted.
+
+    Raises:
+        ConfigError: a joint or file does not exist.
+        DescriptionError: the URDF cannot be loaded.
+    """
+    model = load_model(problems, progress)
+    planner, of = None, None
+    for problem in problems.problems:
+        if planner is None or problem.obstacles != of:
+            planner = Planner(
+                model,
+                problems.joints,
+                problem.obstacles,
+                held=problems.hold,
+                velocity=problems.limits.get("velocity"),
+                acceleration=problems.limits.get("acceleration"),
+                jerk=problems.limits.get("jerk"),
+            )
+            of = problem.obstacles
+            planner.warm_up()
+        yield problem, planner.plan(problem.start, problem.goal, time_limit=problems.time_limit, seed=seed)
+
+
+def load_model(problems: ProblemFile, progress: Callable[[str], None] | None = None) -> SphereModel:
+    """Return the robot of a problem file: from its planner file, or fitted to its URDF.
+
+    Raises:
+        ConfigError: a file does not exist or is wrong.
+        DescriptionError: the URDF cannot be loaded.
+    """
+    if not problems.urdf.is_file():
+        raise ConfigError(f"{problems.path.name}: urdf: there is no file {problems.urdf}; check the path")
+    description = load_description(problems.urdf)
+    if problems.planner is not None:
+        return load_planner_file(problems.planner, description)
+    return fitted_model(description, rest=problems.hold, progress=progress)
+
+
+def row_of(name: str, plan: Plan) -> dict[str, Any]:
+    """Return a plan as an object of the results file."""
+    made = plan.trajectory
+    trajectory = None
+    if made is not None:
+        trajectory = {"t": made.t.tolist(), "q": made.q.tolist(), "v": made.v.tolist(), "a": made.a.tolist()}
+    return {
+        "name": name,
+        "outcome": plan.outcome,
+        "reason": plan.reason,
+        "planning_seconds": plan.planning_seconds,
+        "timing_seconds": plan.timing_seconds,
+        "path": plan.path.tolist(),
+        "trajectory": trajectory,
+    }
+
+
+# ----------------------------------------------------------------------------------- entries
+
+
+def _entry(file: Path, data: Mapping[str, Any], key: str, kind: type) -> Any:
+    if not isinstance(data.get(key), kind):
+        wanted = {list: "a list", str: "a text", dict: "an object"}[kind]
+        raise ConfigError(f'{file.name}: "{key}" is {data.get(key)!r}; it must be {wanted}')
+    return data[key]
+
+
+def _numbers(file: Path, data: Any, key: str, where: str, count: int) -> list[float]:
+    values = data.get(key) if isinstance(data, dict) else None
+    try:
+        numbers = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.zeros(0)
+    if numbers.shape != (count,) or not np.isfinite(numbers).all():
+        raise ConfigError(f"{file.name}: {where}: {key} is {values!r}; give {count} finite numbers")
+    return [float(x) for x in numbers]
+
+
+def _goal(file: Path, goal: Any, where: str, count: int) -> Goal:
+    if isinstance(goal, dict) and "joints" in goal:
+        return tuple(_numbers(file, goal, "joints", f"{where}.goal", count))
+    if isinstance(goal, dict) and "link" in goal:
+        turn = goal.get("quaternion")
+        return PoseGoal(
+            link=str(goal["link"]),
+            position=_numbers(file, goal, "position", f"{where}.goal", 3),
+            quaternion=None if turn is None else _quaternion(file, goal, f"{where}.goal"),
+        )
+    raise ConfigError(
+        f'{file.name}: {where}: goal is {goal!r}; give {{"joints": [...]}} or {{"link", "position"}}'
+    )
+
+
+def _quaternion(file: Path, data: Any, where: str) -> tuple[float, float, float, float]:
+    values = _numbers(file, data, "quaternion", where, 4)
+    if not np.linalg.norm(values) > 1e-9:
+        raise ConfigError(f"{file.name}: {where}: quaternion is {values}; its length must not be zero")
+    x, y, z, w = (float(v) for v in normalized(values))
+    return x, y, z, w
+
+
+def _obstacles(file: Path, entries: Any, where: str) -> tuple[Obstacle, ...]:
+    if not isinstance(entries, list):
+        raise ConfigError(f"{file.name}: {where} is {entries!r}; it must be a list")
+    return tuple(_obstacle(file, one, f"{where}[{k}]", k) for k, one in enumerate(entries))
+
+
+def _obstacle(file: Path, data: Any, where: str, k: int) -> Obstacle:
+    if not isinstance(data, dict):
+        raise ConfigError(f"{file.name}: {where} is {data!r}; it must be an object")
+    position = _numbers(file, data, "position", where, 3) if "position" in data else [0.0, 0.0, 0.0]
+    turn = _quaternion(file, data, where) if "quaternion" in data else (0.0, 0.0, 0.0, 1.0)
+    pose = Pose(position=(position[0], position[1], position[2]), quaternion=turn)
+    return Obstacle(name=str(data.get("name", f"o{k}")), shape=_shape(file, data, where), pose=pose)
+
+
+def _shape(file: Path, data: Mapping[str, Any], where: str) -> Shape:
+    def length(key: str) -> float:
+        value = data.get(key)
+        if not isinstance(value, int | float) or not value > 0:
+            raise ConfigError(f"{file.name}: {where}: {key} is {value!r}; give a positive number")
+        return float(value)
+
+    kind = data.get("type")
+    if kind == "box":
+        x, y, z = _numbers(file, data, "size", where, 3)
+        if min(x, y, z) <= 0:
+            raise ConfigError(f"{file.name}: {where}: size is {[x, y, z]}; give positive lengths")
+        return Box(size=(x, y, z))
+    if kind == "sphere":
+        return Sphere(radius=length("radius"))
+    if kind == "cylinder":
+        return Cylinder(radius=length("radius"), length=length("length"))
+    if kind == "capsule":
+        return Capsule(radius=length("radius"), length=length("length"))
+    if kind == "mesh":
+        named = next((data[key] for key in ("file", "path", "uri", "mesh") if key in data), None)
+        found = file.parent / str(named)
+        if named is None or not found.is_file():
+            raise ConfigError(f"{file.name}: {where}: file is {named!r}; give a mesh file that exists")
+        given = data.get("scale", 1.0)
+        scale = np.broadcast_to(np.asarray(given, dtype=float), (3,))
+        return Mesh(uri=str(named), path=found, scale=(float(scale[0]), float(scale[1]), float(scale[2])))
+    kinds = ("box", "sphere", "cylinder", "capsule", "mesh")
+    raise ConfigError(f"{file.name}: {where}: {unknown_name('type of obstacle', str(kind), kinds)}")

@@ -1,0 +1,92 @@
+"""Pairs of links that need no check: adjacent ones, and those that always or never come close."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from roboyard._lazy import lazy_module
+from roboyard.description.model import RobotDescription
+from roboyard.planning.kernels.arrays import work_for
+from roboyard.planning.obstacles import Obstacles
+from roboyard.planning.sphere_model import Pair, SphereModel, sphere_robot
+from roboyard.shapes.cache import content_key, load_arrays, store_arrays
+
+_checker = lazy_module("roboyard.planning.kernels.checker")
+
+SAMPLES = 10_000
+ALWAYS = 0.95
+"""Share of postures with a collision from which a pair counts as always colliding."""
+NEVER = 0.02
+"""Smallest distance in every posture for a pair to count as never colliding (m)."""
+VERSION = 1
+
+
+def ignored_pairs(model: SphereModel, seed: int = 0) -> frozenset[Pair]:
+    """Return pairs of links, names sorted, that may touch or never do; cached on disk.
+
+    Adjacent links, links that overlap at rest, links that overlap in nearly all random postures, and links
+    that stay apart in all of them.
+    """
+    names = [link.name for link in model.description.links if model.spheres.get(link.name)]
+    adjacent = adjacent_pairs(model.description, names)
+    joints = [
+        (j.name, j.type, j.parent, j.child, j.origin.position, j.origin.quaternion, j.axis, j.limit, j.mimic)
+        for j in model.description.depth_first_joints
+    ]
+    spheres = [(name, model.spheres[name]) for name in names]
+    key = content_key("pairs", VERSION, joints, spheres, dict(model.retract), sorted(adjacent), seed)
+    stored = load_arrays("pairs", key)
+    if stored is None:
+        stored = {"pairs": np.array(sorted(adjacent | _sampled(model, adjacent, seed)), dtype=str)}
+        store_arrays("pairs", key, stored)
+    return frozenset((str(a), str(b)) for a, b in stored["pairs"].reshape(-1, 2))
+
+
+def _sampled(model: SphereModel, adjacent: set[Pair], seed: int) -> set[Pair]:
+    if not model.coordinate_names:
+        return set()
+    from dataclasses import replace
+
+    robot = sphere_robot(replace(model, ignore=frozenset(adjacent)), model.coordinate_names)
+    arrays = robot.arrays
+    work = work_for(arrays, Obstacles().arrays)
+    rest = np.array([model.retract.get(name, 0.0) for name in robot.joint_names])
+    postures = np.random.default_rng(seed).uniform(arrays.lower, arrays.upper, (SAMPLES, len(rest)))
+    postures[0] = np.clip(rest, arrays.lower, arrays.upper)
+    touching = np.zeros(len(arrays.pairs), dtype=np.int64)
+    near = np.zeros(len(arrays.pairs), dtype=np.int64)
+    _checker().count_pairs(arrays, postures[:1], NEVER, work, touching, near)
+    at_rest = touching > 0
+    _checker().count_pairs(arrays, postures[1:], NEVER, work, touching, near)
+    chosen = at_rest | (touching >= ALWAYS * SAMPLES) | (near == 0)
+    named = [(robot.links[a], robot.links[b]) for a, b in arrays.pairs]
+    return {(min(pair), max(pair)) for pair, use in zip(named, chosen, strict=True) if use}
+
+
+def adjacent_pairs(description: RobotDescription, names: Sequence[str]) -> set[Pair]:
+    """Return pairs of named links, sorted, that one joint connects, directly or through links not named, and
+    pairs that cannot move relative to each other.
+    """
+    named, pairs = set(names), set()
+    above: dict[str, str | None] = {description.root.name: None}
+    body = {description.root.name: description.root.name}
+    members: dict[str, list[str]] = {}
+    for joint in description.depth_first_joints:
+        near = joint.parent if joint.parent in named else above[joint.parent]
+        above[joint.child] = near
+        body[joint.child] = joint.child if joint.is_moving else body[joint.parent]
+        if joint.child in named and near is not None:
+            pairs.add((min(near, joint.child), max(near, joint.child)))
+    for name in names:
+        members.setdefault(body[name], []).append(name)
+    for group in members.values():
+        pairs |= {(min(a, b), max(a, b)) for i, a in enumerate(group) for b in group[i + 1 :]}
+    # links fixed to the two sides of a joint meet there as the two links themselves do
+    for joint in description.joints:
+        if joint.is_moving:
+            for a in members.get(body[joint.parent], []):
+                for b in members.get(joint.child, []):
+                    pairs.add((min(a, b), max(a, b)))
+    return pairs

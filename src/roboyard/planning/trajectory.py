@@ -1,0 +1,102 @@
+"""Trajectories of piecewise constant jerk, and the outcome of planning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.transforms import Array
+
+Outcome = Literal[
+    "solved",
+    "start in collision",
+    "start outside limits",
+    "goal in collision",
+    "goal outside limits",
+    "goal unreachable",
+    "time over",
+]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trajectory:
+    """Joint motion whose third derivative is constant between knots; at rest at both ends."""
+
+    joint_names: tuple[str, ...]
+    """(n) joints in the order of all rows."""
+    t: Array
+    """(k,) times of the knots (s)."""
+    q: Array
+    """(k, n) positions at the knots (rad or m)."""
+    v: Array
+    """(k, n) velocities at the knots (rad/s or m/s)."""
+    a: Array
+    """(k, n) accelerations at the knots (rad/s² or m/s²)."""
+    jerk: Array
+    """(k, n) third derivatives from each knot to the next, zero in the last row (rad/s³ or m/s³)."""
+
+    @property
+    def duration(self) -> float:
+        """Time from start to goal (s)."""
+        return float(self.t[-1])
+
+    def at(self, times: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """Return positions, velocities, accelerations and jerks, each (..., n), at times (...) (s).
+
+        Times before the start and after the end give the ends.
+        """
+        given = np.clip(np.asarray(times, dtype=float), 0.0, self.t[-1])
+        k = np.clip(np.searchsorted(self.t, given, side="right") - 1, 0, len(self.t) - 1)
+        dt = (given - self.t[k])[..., None]
+        q, v, a, j = self.q[k], self.v[k], self.a[k], self.jerk[k]
+        return (
+            q + dt * (v + dt * (a / 2 + dt * j / 6)),
+            v + dt * (a + dt * j / 2),
+            a + dt * j,
+            j,
+        )
+
+    def dense(self, step: float = 0.01) -> Array:
+        """Return (k, n) positions at most `step` (rad or m) apart, both ends included."""
+        rows = [self.q[:1]]
+        for k in range(len(self.t) - 1):
+            length = float(np.linalg.norm(np.abs(self.v[k : k + 2]).max(axis=0)))
+            middle = np.abs(self.at((self.t[k] + self.t[k + 1]) / 2)[1])
+            length = max(length, float(np.linalg.norm(middle))) * 1.1 * (self.t[k + 1] - self.t[k])
+            count = max(1, int(np.ceil(length / step)))
+            rows.append(self.at(np.linspace(self.t[k], self.t[k + 1], count + 1)[1:])[0])
+        return np.concatenate(rows)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """Outcome of planning one motion."""
+
+    outcome: Outcome
+    reason: str
+    """Cause and remedy in one line; "" where the motion was planned."""
+    joint_names: tuple[str, ...]
+    """(n) joints in the order of all rows."""
+    path: Array
+    """(w, n) way points (rad or m); empty without a solution."""
+    trajectory: Trajectory | None
+    """Timing of the path, with corners cut inside its hull; None without a solution."""
+    planning_seconds: float
+    """Time to find and shorten the path (s)."""
+    timing_seconds: float
+    """Time to compute the trajectory and to check it (s)."""
+    goal: int | None = None
+    """Which of several goals was reached."""
+
+    @property
+    def solved(self) -> bool:
+        """Whether there is a trajectory."""
+        return self.outcome == "solved"
+
+    @property
+    def length(self) -> float:
+        """Length of the path (rad)."""
+        return float(np.linalg.norm(np.diff(self.path, axis=0), axis=1).sum()) if len(self.path) else 0.0
