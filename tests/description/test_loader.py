@@ -22,7 +22,7 @@ def test_content_decides_not_the_suffix(tmp_path):
         (
             "arm.urdf.xacro",
             '<robot><xacro:arm xmlns:xacro="x"/></robot>',
-            "expand it first: xacro FILE.xacro > FILE.urdf",
+            "unknown macro name: xacro:arm",
         ),
     ],
 )

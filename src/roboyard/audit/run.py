@@ -54,6 +54,7 @@ def audit_urdf(
     *,
     packages: Mapping[str, Path] | None = None,
     search_paths: Sequence[Path] = (),
+    xacro_args: Mapping[str, str] | None = None,
 ) -> Audit:
     """Audit a URDF: report everything that is wrong with it, worst first.
 
@@ -61,15 +62,16 @@ def audit_urdf(
     folders is read. A file that cannot be read is a finding, not an exception.
 
     Args:
-        source: a URDF file; or the elements that `parse_urdf` returned, for which the other arguments are
-            ignored.
+        source: a URDF or xacro file; or the elements that `parse_urdf` returned, for which the other
+            arguments are ignored.
         packages: ROS package name to folder, for `package://` and `model://`.
         search_paths: more folders to search for packages and files; see
             `roboyard.description.files.resolver`.
+        xacro_args: values of `<xacro:arg>` by name, for a xacro file.
     """
     urdf = source
     if not isinstance(urdf, UrdfElements):
-        urdf = parse_urdf(urdf, packages=packages, search_paths=search_paths)
+        urdf = parse_urdf(urdf, packages=packages, search_paths=search_paths, xacro_args=xacro_args)
     findings = _findings(urdf, of_file=True)
     blocked = any(finding.severity == ERROR for finding in findings)
     if not blocked:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roboyard.cli.packages import PackageOption
+from roboyard.cli.xacro_args import XacroArgOption
 
 if TYPE_CHECKING:
     from roboyard.audit import Audit, Severity
@@ -26,13 +27,16 @@ Examples:
 def audit(
     file: Annotated[
         Path,
-        typer.Argument(help="A URDF, or an import configuration (YAML).", metavar="FILE", show_default=False),
+        typer.Argument(
+            help="A URDF or xacro, or an import configuration (YAML).", metavar="FILE", show_default=False
+        ),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     html: Annotated[
         Path | None, typer.Option("--html", help="Write a page with pictures here.", show_default=False)
     ] = None,
     package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
     everything: Annotated[
         bool, typer.Option("--all", help="Show every finding, even if many are alike.")
     ] = False,
@@ -43,8 +47,9 @@ def audit(
     is or after these fixes; 1: not usable.
     """
     from roboyard.cli.packages import read_packages
+    from roboyard.cli.xacro_args import read_xacro_args
 
-    packages = read_packages(package or [])
+    packages, xacro_args = read_packages(package or []), read_xacro_args(xacro_arg or [])
     if file.suffix.lower() in (".yaml", ".yml"):
         if html is not None:
             raise typer.BadParameter(
@@ -54,11 +59,11 @@ def audit(
     if html is not None:
         from roboyard.reports.audit_page import write_audit_page
 
-        result = write_audit_page(file, html, packages=packages)
+        result = write_audit_page(file, html, packages=packages, xacro_args=xacro_args)
     else:
         from roboyard.audit import audit_urdf
 
-        result = audit_urdf(file, packages=packages)
+        result = audit_urdf(file, packages=packages, xacro_args=xacro_args)
     if as_json:
         _print_json(result.to_json())
     elif sys.stdout.isatty():

@@ -11,6 +11,7 @@ import typer
 
 from roboyard.cli.completion import viewed_names
 from roboyard.cli.packages import PackageOption
+from roboyard.cli.xacro_args import XacroArgOption
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,6 +50,7 @@ def demo(
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder to write.")] = Path("demo"),
     package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
     overwrite: Annotated[
         bool,
         typer.Option("--overwrite/--no-overwrite", help="Write also into a folder that holds other files."),
@@ -65,12 +67,19 @@ def demo(
     from rich.console import Console
 
     from roboyard.cli.packages import read_packages
+    from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.demo.run import run_demo
 
     packages = read_packages(package or [])
     with _progress(Console(stderr=True)) as progress:
         result = run_demo(
-            source, out=out, packages=packages, overwrite=overwrite, short=short, progress=progress
+            source,
+            out=out,
+            packages=packages,
+            xacro_args=read_xacro_args(xacro_arg or []),
+            overwrite=overwrite,
+            short=short,
+            progress=progress,
         )
     if as_json:
         import json

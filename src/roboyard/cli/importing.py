@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roboyard.cli.packages import PackageOption
+from roboyard.cli.xacro_args import XacroArgOption
 
 if TYPE_CHECKING:
     from roboyard.importer.pipeline import ImportResult
@@ -99,6 +100,7 @@ def importing(
     ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an import of this name.")] = False,
     package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
     validate: Annotated[
         bool,
         typer.Option("--validate/--no-validate", help="Test the robot, as `roboyard validate` does."),
@@ -117,6 +119,7 @@ def importing(
     """
     del headless
     from roboyard.cli.packages import read_packages
+    from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.errors import ConfigError
     from roboyard.importer.pipeline import import_robot
 
@@ -131,6 +134,7 @@ def importing(
             dataset=dataset,
             overwrite=True if overwrite else None,
             packages=read_packages(package or []),
+            xacro_args=read_xacro_args(xacro_arg or []),
             progress=progress,
             validate=validate,
             report=report,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from roboyard.cli.packages import PackageOption
+from roboyard.cli.xacro_args import XacroArgOption
 
 EXAMPLES = """
 Examples:
@@ -19,7 +20,7 @@ Examples:
 
 
 def repair(
-    file: Annotated[Path, typer.Argument(help="A URDF.", metavar="FILE", show_default=False)],
+    file: Annotated[Path, typer.Argument(help="A URDF or xacro.", metavar="FILE", show_default=False)],
     out: Annotated[Path, typer.Option("--out", help="Folder to write the repaired robot into.")],
     only: Annotated[
         list[str] | None,
@@ -34,6 +35,7 @@ def repair(
         ),
     ] = None,
     package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the log as JSON.")] = False,
 ) -> None:
     """Fix a robot description in a new folder.
@@ -42,9 +44,17 @@ def repair(
     change. Exit code 0: the result is usable; 1: it is not.
     """
     from roboyard.cli.packages import read_packages
+    from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.repair import repair_urdf
 
-    result = repair_urdf(file, out, only=only or (), keep=keep or (), packages=read_packages(package or []))
+    result = repair_urdf(
+        file,
+        out,
+        only=only or (),
+        keep=keep or (),
+        packages=read_packages(package or []),
+        xacro_args=read_xacro_args(xacro_arg or []),
+    )
     if as_json:
         import json
 

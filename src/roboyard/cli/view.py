@@ -9,6 +9,7 @@ import typer
 
 from roboyard.cli.completion import viewed_names
 from roboyard.cli.packages import PackageOption
+from roboyard.cli.xacro_args import XacroArgOption
 
 EXAMPLES = """
 Examples:
@@ -45,6 +46,7 @@ def view(
         typer.Option(help="Import configuration to save edits to.", show_default=False),
     ] = None,
     package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Open a browser if there is a display.")
     ] = True,
@@ -56,6 +58,7 @@ def view(
     trusted.
     """
     from roboyard.cli.packages import read_packages
+    from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.viewer.inspector import Inspector, find_robot
     from roboyard.viewer.page.browser import open_page
     from roboyard.viewer.page.server import load_viser
@@ -68,6 +71,7 @@ def view(
         fixed_base=not free,
         self_collision=self_collision,
         packages=read_packages(package or []),
+        xacro_args=read_xacro_args(xacro_arg or []),
     )
     try:
         if open_browser:

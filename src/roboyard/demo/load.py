@@ -50,13 +50,20 @@ def find_source(source: str | Path | None) -> tuple[Path, str]:
     raise ConfigError(unknown_name("file or robot", source, sorted({*REGISTERED_ROBOTS, *bundled})))
 
 
-def load_robot(file: Path, *, packages: Mapping[str, Path] | None, folder: Path) -> LoadedRobot:
+def load_robot(
+    file: Path,
+    *,
+    packages: Mapping[str, Path] | None,
+    folder: Path,
+    xacro_args: Mapping[str, str] | None = None,
+) -> LoadedRobot:
     """Audit a robot file, write a repaired copy to `folder` and load the copy; the original is not changed.
 
     Args:
         file: the robot file.
         packages: ROS package name to its folder, for `package://`.
         folder: where the copy is written.
+        xacro_args: values of `<xacro:arg>` by name, for a xacro file.
 
     Raises:
         DescriptionError: the robot cannot be repaired; the message names the original file.
@@ -65,7 +72,7 @@ def load_robot(file: Path, *, packages: Mapping[str, Path] | None, folder: Path)
     from roboyard.description.urdf.parse import parse_urdf
     from roboyard.repair import repair_urdf
 
-    source = parse_urdf(file, packages=packages)
+    source = parse_urdf(file, packages=packages, xacro_args=xacro_args)
     repaired = repair_urdf(source, folder)
     findings = tuple(finding.to_json() for finding in repaired.before.findings)
     if not repaired.before.is_usable:

@@ -40,6 +40,7 @@ def run_demo(
     *,
     out: Path = Path("demo"),
     packages: Mapping[str, Path] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
     overwrite: bool = False,
     short: bool = False,
     progress: Progress | None = None,
@@ -50,6 +51,7 @@ def run_demo(
         source: a robot file, or the name of a registered or bundled robot; the bundled r1 by default.
         out: folder for robot.gif, four views, joints.png and summary.json; written completely or not at all.
         packages: ROS package name to its folder, for `package://`.
+        xacro_args: values of `<xacro:arg>` by name, for a xacro file.
         overwrite: write also into a folder that holds other files, which stay.
         short: fewer and smaller pictures, for a test of the installation.
         progress: called with the progress of the demo.
@@ -62,7 +64,7 @@ def run_demo(
     notify = progress or (lambda phase, share: None)
     began = perf_counter()
     with _collected_warnings() as warnings, tempfile.TemporaryDirectory(prefix="roboyard-") as copy:
-        summary = _run(source, out, packages, short, notify, began, warnings, Path(copy))
+        summary = _run(source, out, packages, xacro_args, short, notify, began, warnings, Path(copy))
     return DemoResult(folder=out, summary=summary)
 
 
@@ -70,6 +72,7 @@ def _run(
     source: str | Path | None,
     out: Path,
     packages: Mapping[str, Path] | None,
+    xacro_args: Mapping[str, str] | None,
     short: bool,
     notify: Progress,
     began: float,
@@ -88,7 +91,7 @@ def _run(
     from roboyard.rendering import save_png
 
     file, label = find_source(source)
-    loaded = load_robot(file, packages=packages, folder=copy)
+    loaded = load_robot(file, packages=packages, folder=copy, xacro_args=xacro_args)
     model = PointModel(loaded.description)
     notify("reading", 0.5)
     plan = make_plan(model)

@@ -1,4 +1,4 @@
-"""Load a robot description file of any format that Roboyard reads; today that is URDF.
+"""Load a robot description file of any format that Roboyard reads; today that is URDF, also written as xacro.
 
 A format is one entry of `FORMATS`: its root element and file suffixes, and the function that reads it, or the
 remedy to name where Roboyard does not read it. The content decides, not the suffix: a URDF called `robot.xml`
@@ -18,6 +18,7 @@ from roboyard.description.urdf.build import build_description
 from roboyard.description.urdf.build_context import MissingMeshes
 from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of, read_xml
+from roboyard.description.xacro.expand import read_robot_xml
 from roboyard.errors import DescriptionError
 
 
@@ -30,6 +31,7 @@ class LoadOptions:
     missing_meshes: MissingMeshes = "error"
     strict: bool = False
     words_are_zero: bool = False
+    xacro_args: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -73,7 +75,7 @@ def _read_urdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
 
 
 FORMATS: tuple[Format, ...] = (
-    Format(name="URDF", root="robot", suffixes=(".urdf", ".xml"), read=_read_urdf),
+    Format(name="URDF", root="robot", suffixes=(".urdf", ".xacro", ".xml"), read=_read_urdf),
     Format(name="SDF", root="sdf", suffixes=(".sdf", ".world"), remedy="export the robot as URDF"),
     Format(
         name="MJCF",
@@ -98,6 +100,7 @@ def load_description(
     missing_meshes: MissingMeshes = "error",
     strict: bool = False,
     words_are_zero: bool = False,
+    xacro_args: Mapping[str, str] | None = None,
 ) -> RobotDescription:
     """Load a robot description; mesh files are located but not opened.
 
@@ -109,7 +112,9 @@ def load_description(
             `roboyard.description.files.resolver`.
         missing_meshes: "error", or "note" to keep such shapes with `Mesh.path` None.
         strict: raise an error for everything that would otherwise be corrected and noted.
-        words_are_zero: read every word among numbers as 0, as Bullet does, unexpanded xacro included.
+        words_are_zero: read every word among numbers as 0, as Bullet does; only files called `.xacro` are
+            then expanded.
+        xacro_args: values of `<xacro:arg>` by name, for a xacro file.
 
     Returns:
         The description; its `notes` list each correction. Masses, inertias and limits are as written, even
@@ -120,18 +125,19 @@ def load_description(
     """
     if isinstance(source, UrdfElements):
         return build_description(source, missing_meshes=missing_meshes, strict=strict)
-    xml = _xml_source(source)
     options = LoadOptions(
         packages=packages,
         search_paths=search_paths,
         missing_meshes=missing_meshes,
         strict=strict,
         words_are_zero=words_are_zero,
+        xacro_args=xacro_args,
     )
+    xml = _xml_source(source, options)
     return _reader(xml)(xml, options)
 
 
-def _xml_source(source: Path | str | ET.ElementTree | ET.Element) -> XmlSource:
+def _xml_source(source: Path | str | ET.ElementTree | ET.Element, options: LoadOptions) -> XmlSource:
     if isinstance(source, ET.Element):
         return XmlSource(root=source)
     if isinstance(source, ET.ElementTree):
@@ -146,7 +152,8 @@ def _xml_source(source: Path | str | ET.ElementTree | ET.Element) -> XmlSource:
     for each in FORMATS:
         if each.root is None and file.suffix.lower() in each.suffixes:
             raise DescriptionError(f"{each.name} is not read yet; {each.remedy}", file=file)
-    root, notes = read_xml(file)
+    resolver = Resolver.of_file(file, packages=options.packages, search_paths=options.search_paths)
+    root, notes = read_robot_xml(file, resolver, options.xacro_args, expand=not options.words_are_zero)
     return XmlSource(root=root, file=file, notes=notes)
 
 

@@ -101,6 +101,7 @@ def build_package(
     dataset: str | None = None,
     overwrite: bool | None = None,
     packages: Mapping[str, Path] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
     progress: ProgressCallback | None = None,
     finish: Finish | None = None,
 ) -> PackageResult:
@@ -109,8 +110,8 @@ def build_package(
     `roboyard.import_robot` does this too, then validates the robot and writes a report.
 
     Args:
-        source: a robot file (URDF), a `RobotDescription`, or a source configuration (a YAML file, its data,
-            or an `ImportConfig`). May be omitted where `config` names the URDF.
+        source: a robot file (URDF or xacro), a `RobotDescription`, or a source configuration (a YAML file,
+            its data, or an `ImportConfig`). May be omitted where `config` names the URDF.
         config: the source configuration that goes with a robot file, whose `urdf_path` the source replaces.
             Without any configuration the robot keeps its root frame and its base; wheels, grippers and
             planning data are detected.
@@ -120,6 +121,7 @@ def build_package(
         overwrite: whether to replace an import of this name; as the configuration says by default, else
             False.
         packages: ROS package name to folder.
+        xacro_args: values of `<xacro:arg>` by name, where the robot file is a xacro file.
         progress: called with each step and its progress.
         finish: called with the robot after its files are written and before they are moved in; it may add
             files to the package and facts to its log.
@@ -135,7 +137,12 @@ def build_package(
         loaded = load_source(
             file_or_config,
             config,
-            {"name": name, "dataset_name": dataset, "overwrite": overwrite},
+            {
+                "name": name,
+                "dataset_name": dataset,
+                "overwrite": overwrite,
+                "xacro_args": dict(xacro_args) if xacro_args else None,
+            },
             packages or {},
         )
         folders = PackageFolders(
@@ -150,7 +157,8 @@ def build_package(
             context = ImportContext(
                 config=loaded.config,
                 urdf=loaded.urdf,
-                source=loaded.elements or parse_urdf(loaded.urdf, packages=packages),
+                source=loaded.elements
+                or parse_urdf(loaded.urdf, packages=packages, xacro_args=loaded.config.xacro_args),
                 build=build / "object",
                 log=log,
                 has_config=loaded.has_config,

@@ -51,6 +51,7 @@ def import_robot(
     dataset: str | None = None,
     overwrite: bool | None = None,
     packages: Mapping[str, Path] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
     progress: ProgressCallback | None = None,
     validate: bool = True,
     report: bool = True,
@@ -60,8 +61,8 @@ def import_robot(
     The package does not depend on the validation: a failed gate is a warning.
 
     Args:
-        source: a robot file (URDF), a `RobotDescription`, or a source configuration (a YAML file, its data,
-            or an `ImportConfig`). May be omitted where `config` names the URDF.
+        source: a robot file (URDF or xacro), a `RobotDescription`, or a source configuration (a YAML file,
+            its data, or an `ImportConfig`). May be omitted where `config` names the URDF.
         config: the source configuration that goes with a robot file, whose `urdf_path` the source replaces.
             Without any configuration the robot keeps its root frame and its base; wheels, grippers and
             planning data are detected.
@@ -71,6 +72,7 @@ def import_robot(
         overwrite: whether to replace an import of this name; as the configuration says by default, else
             False.
         packages: ROS package name to folder.
+        xacro_args: values of `<xacro:arg>` by name, where the robot file is a xacro file.
         progress: called with each step and its progress.
         validate: whether to run `roboyard.validation` on the package.
         report: whether to write `import_report.html`.
@@ -102,6 +104,7 @@ def import_robot(
         dataset=dataset,
         overwrite=overwrite,
         packages=packages,
+        xacro_args=xacro_args,
         progress=progress,
         finish=finish,
     )

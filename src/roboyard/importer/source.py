@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from roboyard.description.model import RobotDescription
+from roboyard.description.xacro.expand import robot_stem
 from roboyard.errors import ConfigError
 from roboyard.importer.config.load import LoadedConfig, check_data, load_config
 from roboyard.importer.config.schema import ImportConfig, checked_dataset, checked_name
@@ -85,7 +86,7 @@ def _defaults(file: Path, overrides: Mapping[str, Any]) -> LoadedConfig:
     """Return the configuration of a robot file alone: its frames, joints and names stay as they are."""
     if not file.exists():
         raise ConfigError(f"{file.name}: there is no file {str(file)!r}; check the path")
-    name = overrides.get("name") or name_from_text(file.stem)
+    name = overrides.get("name") or name_from_text(robot_stem(file))
     options = (
         ("name", name, checked_name),
         ("dataset", overrides.get("dataset_name", "x"), checked_dataset),

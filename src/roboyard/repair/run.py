@@ -18,6 +18,7 @@ from roboyard.audit.registry import CHECKS
 from roboyard.audit.run import audit_urdf, quietly
 from roboyard.description.files.copy_files import FileCopier, plain_name
 from roboyard.description.urdf.parse import UrdfElements, parse_urdf
+from roboyard.description.xacro.expand import robot_stem
 from roboyard.errors import ConfigError, DescriptionError, unknown_name
 from roboyard.repair import fixes as fixes
 from roboyard.repair.registry import FIXES, RepairContext
@@ -88,6 +89,7 @@ def repair_urdf(
     keep: Collection[str] = (),
     packages: Mapping[str, Path] | None = None,
     search_paths: Sequence[Path] = (),
+    xacro_args: Mapping[str, str] | None = None,
 ) -> Repair:
     """Fix the findings that have one safe fix, and write the repaired robot into the folder `out`.
 
@@ -97,13 +99,14 @@ def repair_urdf(
     `FIXES`; repairing the result changes nothing. Findings that need a guess are reported and not changed.
 
     Args:
-        source: a URDF file; or the elements that `parse_urdf` returned, which are not changed and for which
-            `packages` and `search_paths` are ignored.
+        source: a URDF or xacro file; or the elements that `parse_urdf` returned, which are not changed and
+            for which `packages`, `search_paths` and `xacro_args` are ignored.
         out: folder to write; files of an earlier repair in it are replaced, others stay.
         only: codes to fix; all by default.
         keep: codes that are not fixed.
         packages: ROS package name to folder.
         search_paths: more folders to search for packages and files.
+        xacro_args: values of `<xacro:arg>` by name, for a xacro file.
 
     Raises:
         DescriptionError: the file cannot be read at all.
@@ -113,7 +116,7 @@ def repair_urdf(
     codes = _chosen(only, keep)
     original = source
     if not isinstance(original, UrdfElements):
-        original = parse_urdf(original, packages=packages, search_paths=search_paths)
+        original = parse_urdf(original, packages=packages, search_paths=search_paths, xacro_args=xacro_args)
     before, file = audit_urdf(original), original.path
     if any(CHECKS[finding.code].topic == "file" and finding.severity == ERROR for finding in before.findings):
         first = before.findings[0]
@@ -122,7 +125,7 @@ def repair_urdf(
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as partial:
         work = Path(partial)
-        name = plain_name(file.with_suffix(".urdf").name)
+        name = plain_name(f"{robot_stem(file)}.urdf")
         context = RepairContext(
             urdf=original.editable_copy(),
             copier=FileCopier(

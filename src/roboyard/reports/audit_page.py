@@ -35,6 +35,7 @@ def write_audit_page(
     *,
     packages: Mapping[str, Path] | None = None,
     search_paths: Sequence[Path] = (),
+    xacro_args: Mapping[str, str] | None = None,
 ) -> Audit:
     """Audit a URDF and write one HTML page without any link to elsewhere; returns the audit.
 
@@ -42,7 +43,7 @@ def write_audit_page(
     findings with a picture in which the links concerned stand out: red for errors, orange for warnings,
     blue for information.
     """
-    draft = parse_urdf(file, packages=packages, search_paths=search_paths)
+    draft = parse_urdf(file, packages=packages, search_paths=search_paths, xacro_args=xacro_args)
     audit = audit_urdf(draft)
     Path(page).write_text(audit_page(audit, draft), encoding="utf-8")
     return audit

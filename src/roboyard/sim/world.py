@@ -105,11 +105,12 @@ class World(Simulation):
         name: str | None = None,
         packages: Mapping[str, Path] | None = None,
         missing_meshes: Literal["error", "note"] = "error",
+        xacro_args: Mapping[str, str] | None = None,
     ) -> Body:
         """Add a robot.
 
         Args:
-            source: URDF file or a description.
+            source: URDF or xacro file, or a description.
             position: (3,) of the root link's frame in the world frame (m).
             orientation: (4,) quaternion x, y, z, w of the root link's frame.
             fixed_base: fix the root link to the world. None: only where the description does so, by a root
@@ -119,6 +120,7 @@ class World(Simulation):
             name: its name in the world; by default the robot's own, made unique.
             packages: folders of `package://` names.
             missing_meshes: "note" skips shapes whose mesh file is missing.
+            xacro_args: values of `<xacro:arg>` by name, for a xacro file.
 
         Raises:
             DescriptionError: the file cannot be used; the message names the element and the remedy.
@@ -128,7 +130,9 @@ class World(Simulation):
         else:
             from roboyard.description import load_description
 
-            description = load_description(source, packages=packages, missing_meshes=missing_meshes)
+            description = load_description(
+                source, packages=packages, missing_meshes=missing_meshes, xacro_args=xacro_args
+            )
         if not scale > 0:
             raise RoboyardError(f"scale must be positive, got {scale}")
         return self.add_description(

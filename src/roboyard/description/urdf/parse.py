@@ -29,7 +29,8 @@ from roboyard.description.urdf.elements import (
 from roboyard.description.urdf.link_tree import LinkTree
 from roboyard.description.urdf.numbers import NumberFault
 from roboyard.description.urdf.parse_elements import ParsedElements, parse_elements
-from roboyard.description.urdf.xml import copy_tree, read_xml
+from roboyard.description.urdf.xml import copy_tree
+from roboyard.description.xacro.expand import read_robot_xml
 from roboyard.errors import DescriptionError, MeshError
 
 if TYPE_CHECKING:
@@ -204,19 +205,21 @@ def parse_urdf(
     *,
     packages: Mapping[str, Path] | None = None,
     search_paths: Sequence[Path] = (),
+    xacro_args: Mapping[str, str] | None = None,
 ) -> UrdfElements:
-    """Parse a URDF file; never fails: `UrdfElements.refusal` holds the reason why a file cannot be read.
+    """Parse a URDF or xacro file; never fails: `UrdfElements.refusal` says why a file cannot be read.
 
     Args:
         path: the file.
         packages: ROS package name to folder, for `package://` and `model://`.
         search_paths: more folders to search for packages and files; see
             `roboyard.description.files.resolver`.
+        xacro_args: values of `<xacro:arg>` by name, for a xacro file.
     """
     file = Path(path)
     resolver = Resolver.of_file(file, packages=packages, search_paths=search_paths)
     try:
-        root, notes = read_xml(file)
+        root, notes = read_robot_xml(file, resolver, xacro_args)
     except DescriptionError as error:
         return UrdfElements(file=file, root=ET.Element("robot"), resolver=resolver, refusal=error)
     return UrdfElements(file=file, root=root, resolver=resolver, xml_notes=notes)

@@ -113,7 +113,7 @@ def _check(
     elements: UrdfElements | None = None
     if config is not None:
         urdf = config.urdf_file(folder)
-        elements = parse_urdf(urdf, packages=packages)
+        elements = parse_urdf(urdf, packages=packages, xacro_args=config.xacro_args)
         problems += _against_urdf(config, urdf, elements)
     problems.sort(key=lambda problem: problem.line or yaml_file.line(problem.where) or 10**9)
     errors = [_line_of(problem, name, yaml_file) for problem in problems if not problem.is_note]

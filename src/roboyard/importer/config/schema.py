@@ -172,6 +172,8 @@ class ImportConfig(_Section):
     urdf_path: Annotated[str, Field(min_length=1)]
     """Path of the URDF, relative to the configuration's folder or absolute."""
     name: str
+    xacro_args: dict[str, str] = {}
+    """Values of `<xacro:arg>` by name, where `urdf_path` is a xacro file."""
     dataset_name: str = DEFAULT_DATASET
     headless: bool = True
     overwrite: bool = False

@@ -44,6 +44,7 @@ class Inspector:
         fixed_base: bool = True,
         self_collision: bool = False,
         packages: Mapping[str, Path] | None = None,
+        xacro_args: Mapping[str, str] | None = None,
         quiet: bool = False,
     ) -> None:
         """Load, audit and show a robot.
@@ -55,6 +56,7 @@ class Inspector:
             fixed_base: fix the root link to the world.
             self_collision: let links of the robot collide with each other.
             packages: package name to folder, for `package://` references.
+            xacro_args: values of `<xacro:arg>` by name, for a xacro file.
             quiet: do not print the address.
 
         Raises:
@@ -63,7 +65,7 @@ class Inspector:
             ConfigError: a planner file is invalid, or the server cannot listen on `host` and `port`.
         """
         self._fixed_base, self._self_collision = fixed_base, self_collision
-        self._packages = packages
+        self._packages, self._xacro_args = packages, xacro_args
         self._requests = RequestQueue(self._show_error)
         self._wiggle: Iterator[str] | None = None
         self._behind = 0.0
@@ -72,7 +74,7 @@ class Inspector:
         self.is_playing = False
         self.world = World()
         self.world.add_plane()
-        self._spawn(read_robot(source, self._packages))
+        self._spawn(read_robot(source, self._packages, self._xacro_args))
         self.viewer = Viewer(self.world, host, port, title=source.name, quiet=quiet, on_click=self._on_click)
         self._add_time(self.viewer.server.gui)
         self._add_panels({})
@@ -95,7 +97,7 @@ class Inspector:
 
         Raises the errors of the constructor; the old robot stays then.
         """
-        robot, before = read_robot(source, self._packages), self._robot
+        robot, before = read_robot(source, self._packages, self._xacro_args), self._robot
         self._end_wiggle()
         self.play(False)
         shown = {label: box.value for label, box in self.switches.items()}

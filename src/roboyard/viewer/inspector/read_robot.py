@@ -9,6 +9,7 @@ from pathlib import Path
 from roboyard.audit import Audit, audit_urdf
 from roboyard.description import load_description
 from roboyard.description.model import RobotDescription
+from roboyard.description.urdf.parse import parse_urdf
 from roboyard.viewer.inspector.edits.edit_state import EditState, read_edit_state
 from roboyard.viewer.inspector.robot_source import RobotSource
 
@@ -23,16 +24,21 @@ class ReadRobot:
     audit: Audit
 
 
-def read_robot(source: RobotSource, packages: Mapping[str, Path] | None) -> ReadRobot:
+def read_robot(
+    source: RobotSource, packages: Mapping[str, Path] | None, xacro_args: Mapping[str, str] | None = None
+) -> ReadRobot:
     """Load and audit a robot.
 
     Raises:
         DescriptionError: the URDF is invalid.
         ConfigError: the configuration, a planner file or the definition is invalid.
     """
+    elements = parse_urdf(source.urdf, packages=packages, xacro_args=xacro_args)
+    if elements.refusal is not None:
+        raise elements.refusal
     return ReadRobot(
         source=source,
         edits=read_edit_state(source),
-        description=load_description(source.urdf, packages=packages, missing_meshes="note"),
-        audit=audit_urdf(source.urdf, packages=packages),
+        description=load_description(elements, missing_meshes="note"),
+        audit=audit_urdf(elements),
     )

@@ -1,0 +1,1 @@
+"""Expand xacro files without ROS, in a confined child process."""

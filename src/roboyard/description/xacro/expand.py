@@ -1,0 +1,143 @@
+"""Expand a xacro file into URDF with the `xacro` package; ROS is not needed.
+
+The file is untrusted: it is expanded in a child process (`roboyard.description.xacro.worker`) with bounds on
+time, memory and files, which reads only the robot's folders.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from roboyard.description.files.resolver import Resolver
+from roboyard.description.urdf.xml import LocatedElement, read_xml
+from roboyard.errors import DescriptionError
+
+SUFFIX = ".xacro"
+_TIMEOUT = 60.0
+"""Wall time of the child process (s); its CPU time has a bound of its own."""
+_OWN = {"arg", "attribute", "call", "element", "if", "include", "insert_block", "macro", "property", "unless"}
+_WORKER = "roboyard.description.xacro.worker"
+
+
+def robot_stem(file: Path) -> str:
+    """Return the name of a robot file without its suffixes: `arm` for `arm.urdf.xacro`."""
+    return Path(file.stem).stem if file.suffix.lower() == SUFFIX else file.stem
+
+
+def is_xacro(file: Path | None, root: ET.Element | None = None) -> bool:
+    """Return whether a file has to be expanded: by its suffix, or by elements of xacro in it."""
+    if file is not None and file.suffix.lower() == SUFFIX:
+        return True
+    prefix = "xacro:"
+    return root is not None and any(
+        isinstance(element.tag, str)
+        and element.tag.startswith(prefix)
+        and element.tag.removeprefix(prefix) in _OWN
+        for element in root.iter()
+    )
+
+
+def read_robot_xml(
+    file: Path, resolver: Resolver, arguments: Mapping[str, str] | None = None, *, expand: bool = True
+) -> tuple[ET.Element, tuple[str, ...]]:
+    """Return the root element of a robot file, xacro expanded, and notes on each correction.
+
+    Args:
+        file: a URDF or xacro file, or another XML file.
+        resolver: finds the files that the robot may read.
+        arguments: values of `<xacro:arg>` by name.
+        expand: whether xacro elements in files with another suffix than `.xacro` are expanded too.
+
+    Raises:
+        DescriptionError: the file cannot be read or expanded, or there are arguments and it is no xacro.
+    """
+    if not is_xacro(file):
+        root, notes = read_xml(file)
+        if not (expand and is_xacro(None, root)):
+            if arguments:
+                raise DescriptionError(
+                    f"xacro arguments ({', '.join(arguments)}) are given for a plain file; omit them",
+                    file=file,
+                )
+            return root, notes
+    return expand_xacro(file, resolver, arguments)
+
+
+def expand_xacro(
+    file: Path, resolver: Resolver, arguments: Mapping[str, str] | None = None
+) -> tuple[ET.Element, tuple[str, ...]]:
+    """Return the root element of an expanded xacro file, and notes on each correction.
+
+    `$(find NAME)` becomes `package://NAME`. Elements of the file itself keep their line, those of included
+    files have none.
+
+    Raises:
+        DescriptionError: the file cannot be read or expanded; `file` and `line` are those of the element.
+    """
+    if not file.is_file():
+        read_xml(file)  # raises with the reason
+    answer = _run_worker(file, resolver, arguments or {})
+    if "error" in answer:
+        raise _error(file, answer)
+    root, notes = read_xml(_plain_uris(answer["xml"]))
+    elements = [element for element in root.iter() if isinstance(element.tag, str)]
+    if len(elements) == len(answer["lines"]):
+        for element, (source, line) in zip(elements, answer["lines"], strict=True):
+            if isinstance(element, LocatedElement):
+                element.line = line if source == str(file) else None
+    return root, notes
+
+
+def _run_worker(file: Path, resolver: Resolver, arguments: Mapping[str, str]) -> dict[str, Any]:
+    request = {
+        "file": str(file),
+        "packages": {name: str(folder) for name, folder in (resolver.packages or {}).items()},
+        "search_paths": [str(folder) for folder in resolver.search_paths],
+        "arguments": dict(arguments),
+    }
+    try:
+        done = subprocess.run(  # noqa: S603 - our own module, the file's name is passed on stdin
+            [sys.executable, "-m", _WORKER],
+            input=json.dumps(request),
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            timeout=_TIMEOUT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise DescriptionError(
+            f"xacro: the expansion takes more than {_TIMEOUT:g} s; look for macros that call themselves",
+            file=file,
+        ) from None
+    if done.returncode != 0:
+        last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
+        raise DescriptionError(
+            f"xacro: the expansion stopped ({last[0][:200]}); look for macros or loops without end", file=file
+        )
+    return json.loads(done.stdout)
+
+
+def _plain_uris(text: str) -> str:
+    """`file://$(find NAME)/...` as `package://NAME/...`."""
+    return text.replace("file://package://", "package://")
+
+
+def _error(file: Path, answer: dict[str, Any]) -> DescriptionError:
+    message = str(answer["error"])
+    if message.startswith("Undefined substitution argument"):
+        name = message.rpartition(" ")[2]
+        message = f"the argument {name!r} has no value; give it with --xacro-arg {name}:=VALUE"
+    elif not message.endswith(tuple(".;")) and ";" not in message:
+        message = f"{message}; correct the file at this place"
+    source = Path(str(answer.get("file") or file))
+    line = answer.get("line")
+    if source.name == file.name and not isinstance(line, int):
+        return DescriptionError(f"xacro: {message}", file=file)
+    return DescriptionError(f"xacro: {message}", file=source, line=line if isinstance(line, int) else None)
