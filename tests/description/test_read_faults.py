@@ -51,7 +51,7 @@ ERRORS = {
 REPAIRS = {
     "blank_line_before_declaration": "blank space before the XML declaration removed",
     "text_before_root": "text before the root element removed",
-    "text_after_root": "text after the end of <robot> removed",
+    "text_after_root": "text after the end of the root element removed",
     "declaration_in_the_middle": "XML declaration that is not at the start removed",
     "dashes_in_comment": 'comments that hold "--" removed',
     "bare_ampersand": 'bare "&" read as itself',

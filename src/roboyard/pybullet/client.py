@@ -16,6 +16,7 @@ from roboyard.pybullet.state.user_data import UserData
 from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
 
 if TYPE_CHECKING:
+    from roboyard.pybullet.state.file_mounts import FileMounts
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 
@@ -38,6 +39,8 @@ class Client:
         self.user_data = UserData()
         self.logs = LogSet()
         self._first_texture = 0
+        self.mounts: FileMounts | None = None
+        """Folders and zip files in which files are searched, once the fileIOPlugin is loaded."""
         self._history: Any = ()
         """Bodies that the script created step by step before the last reset; the body pool reuses them."""
 
@@ -78,7 +81,22 @@ class Client:
     def follow_clock(self, real_time: bool) -> None:
         """Start or stop stepping in real time. Only clients with a window do; this one ignores it."""
 
+    def file_mounts(self) -> FileMounts:
+        """Return the mounts of the fileIOPlugin, which exist from its first loading on."""
+        if self.mounts is None:
+            from roboyard.pybullet.state.file_mounts import FileMounts
+
+            self.mounts = FileMounts()
+        return self.mounts
+
+    def close_mounts(self) -> None:
+        """Remove the mounts of the fileIOPlugin."""
+        if self.mounts is not None:
+            self.mounts.close()
+            self.mounts = None
+
     def close(self) -> None:
         """Close the log files and free the world."""
         self.logs.stop_all()
+        self.close_mounts()
         self._release_scene()

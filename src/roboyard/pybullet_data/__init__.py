@@ -1,4 +1,4 @@
-"""A drop-in for `pybullet_data`: the folder of the bundled robots and scenes, and of the original's if installed."""
+"""A drop-in for `pybullet_data`: the folder of bundled robots and scenes, and an installed original."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """One folder of PyBullet's data: the bundled files and those of an installed `pybullet_data`, as links.
 
-Scripts join paths with the folder, open files in it and search there, so it has to be a real one. It holds a link
-for each file or folder that only one side has, is made once for a pair of installations and is kept in the user's
-cache.
+Scripts join paths with the folder, open files in it and search there, so it has to be a real one. It holds
+a link for each file or folder that only one side has. It is made once for a pair of installations, in the
+user's cache.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ DISTRIBUTION = "pybullet"
 """Distribution that contains `pybullet_data`."""
 
 EQUAL = frozenset({"cube.urdf", "plane.urdf", "sphere_small.urdf"})
-"""Bundled files with PyBullet's masses, inertias, friction and shapes; others stand in for PyBullet's where these
-are not installed."""
+"""Bundled files with PyBullet's masses, inertias, friction and shapes; others stand in for PyBullet's where
+these are not installed."""
 
 NAMES = frozenset(
     """

@@ -155,3 +155,39 @@ def test_a_body_without_joints_has_no_solution(client: int) -> None:
     with pytest.raises(p.error) as caught:
         p.calculateInverseKinematics(body, 0, [0, 0, 0])
     assert "no movable joint" in caught.value.__notes__[0]
+
+
+def test_the_orientation_of_a_target_is_that_of_the_inertial_frame(client: int, tmp_path: Path) -> None:
+    """PyBullet compares the target with the tip's principal axes, at the position of its link frame."""
+    text = arm_text(6).replace(
+        "</robot>",
+        '<link name="tip"><inertial><origin xyz="0.1 0 0" rpy="0.4 -0.9 0.3"/><mass value="0.1"/>'
+        '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
+        '<joint name="t" type="fixed"><parent link="l6"/><child link="tip"/><origin xyz="0 0 0.1"/></joint></robot>',
+    )
+    (tmp_path / "arm.urdf").write_text(text)
+    arm = p.loadURDF(str(tmp_path / "arm.urdf"), useFixedBase=True)
+    place = [0.5, 0.3, 0.6]
+    turn = p.getQuaternionFromEuler([0.3, 1.2, -0.2])
+    angles = p.calculateInverseKinematics(arm, 6, place, turn, maxNumIterations=2000, residualThreshold=1e-9)
+    for joint, angle in enumerate(angles):
+        p.resetJointState(arm, joint, angle)
+    state = p.getLinkState(arm, 6)
+    np.testing.assert_allclose(state[4], place, atol=1e-4)
+    assert abs(np.dot(state[1], turn)) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_with_current_positions_the_target_is_in_the_base_frame(client: int, tmp_path: Path) -> None:
+    """As in PyBullet, where a script gives the joint positions of another moment."""
+    (tmp_path / "arm.urdf").write_text(arm_text(6))
+    arm = p.loadURDF(str(tmp_path / "arm.urdf"), [1, 2, 3], [0, 0, 0.6, 0.8], useFixedBase=True)
+    start = [0.1, 0.4, 0.5, 0.1, 0.2, 0.1]
+    for joint, angle in enumerate(start):
+        p.resetJointState(arm, joint, angle)
+    in_base = [0.4, 0.2, 0.6]
+    in_world = p.multiplyTransforms([1, 2, 3], [0, 0, 0.6, 0.8], in_base, [0, 0, 0, 1])[0]
+    np.testing.assert_allclose(
+        p.calculateInverseKinematics(arm, 5, in_base, currentPositions=start),
+        p.calculateInverseKinematics(arm, 5, in_world),
+        atol=1e-6,
+    )

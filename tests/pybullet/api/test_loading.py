@@ -213,3 +213,23 @@ def test_self_collision_is_a_flag(client: int, tmp_path: Path) -> None:
         body = p.loadURDF(file, useFixedBase=1, flags=flags)
         p.performCollisionDetection()
         assert bool(p.getContactPoints(body, body)) == bool(contacts)
+
+
+@pytest.mark.parametrize(
+    ("behind", "loads"),
+    [
+        ("\n\n</robot>\n", True),
+        ("\n<!-- end -->\n", True),
+        ('\n<robot name="s"><link name="b"/></robot>\n', True),
+        ("\nsome words\n", False),
+        ("\n<link>\n", False),
+    ],
+)
+def test_what_stands_behind_the_root_element(client: int, tmp_path: Path, behind: str, loads: bool) -> None:
+    file = tmp_path / "a.urdf"
+    file.write_text('<robot name="r"><link name="a"/></robot>' + behind)
+    if loads:
+        assert p.getBodyInfo(p.loadURDF(str(file))) == (b"a", b"r")
+    else:
+        with pytest.raises(p.error, match=r"^Cannot load URDF file"):
+            p.loadURDF(str(file))

@@ -8,10 +8,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
+from xml.parsers import expat
+
+TEXT_NOTE = "text after the end of the root element removed"
+CLOSING_TAG_NOTE = "closing tag after the end of the root element removed, and all behind it"
+ELEMENTS_NOTE = "elements after the end of the root element ignored"
 
 Repair = Callable[[str], tuple[str, str]]
 
 _DECLARATION = re.compile(r"<\?xml\b.*?\?>", re.S)
+_BESIDE = re.compile(r"<!--.*?-->|<\?.*?\?>", re.S)
 _COMMENT = re.compile(r"<!--.*?-->", re.S)
 _AMPERSAND = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
 _START_TAG = re.compile(r"<[A-Za-z_][^\s/>]*(?:\s+[^\s=<>/]+\s*=\s*(?:\"[^\"<]*\"|'[^'<]*'))+\s*/?>")
@@ -68,15 +75,45 @@ def comments(text: str) -> tuple[str, str]:
 
 
 def trailing_junk(text: str) -> tuple[str, str]:
-    """Text after the end of the root element, without further elements."""
-    end = text.rfind("</robot>")
-    if end < 0:
+    """Content behind the root element: text alone, a closing tag too many, or well-formed elements."""
+    end = _root_end(text)
+    if end is None:
         return text, ""
-    end += len("</robot>")
-    rest = text[end:]
-    if not rest.strip() or re.search(r"<[A-Za-z_]", rest):
+    rest = _BESIDE.sub("", text[end:]).strip()
+    if not rest:
         return text, ""
-    return text[:end] + _blank(rest), "text after the end of <robot> removed"
+    if rest.startswith("</"):
+        note = CLOSING_TAG_NOTE
+    elif rest.startswith("<"):
+        if _root_end(f"<all>{text[end:]}</all>") is None:
+            return text, ""
+        note = ELEMENTS_NOTE
+    elif re.search(r"<[A-Za-z_]", rest):
+        return text, ""
+    else:
+        note = TEXT_NOTE
+    return text[:end] + _blank(text[end:]), note
+
+
+def _root_end(text: str) -> int | None:
+    """Index behind the root element, or None where it is not well-formed."""
+    data, found, depth = text.encode("utf-8", "replace"), [], 0
+    parser = expat.ParserCreate("utf-8")
+
+    def start(*_: object) -> None:
+        nonlocal depth
+        depth += 1
+
+    def end(_: str) -> None:
+        nonlocal depth
+        depth -= 1
+        if depth == 0 and not found:
+            found.append(data.index(b">", parser.CurrentByteIndex) + 1)
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    with suppress(expat.ExpatError):  # behind the root
+        parser.Parse(data, True)
+    return len(data[: found[0]].decode()) if found else None
 
 
 def control_characters(text: str) -> tuple[str, str]:

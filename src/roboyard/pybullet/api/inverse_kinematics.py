@@ -11,7 +11,7 @@ import numpy as np
 from roboyard.pybullet.face.arguments import floats, number, quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import error, failure
-from roboyard.transforms import Array
+from roboyard.transforms import Array, conjugate, multiply, normalized, rotate
 
 if TYPE_CHECKING:
     from roboyard.kinematics import ChainArrays
@@ -137,7 +137,10 @@ def _solve(
         raise failure(_FAILED, f"body {body} has the links 0 to {record.joint_count - 1}, not {links}")
     chain = _chain(record, tuple(links))
     start = _start(record, current)
-    targets = np.array([_in_base(record, *goal) for goal in goals])
+    in_base = _in_base if current is None or not len(current) else _from_inertial
+    targets = np.array(
+        [in_base(record, *_of_link(record, link, *goal)) for link, goal in zip(links, goals, strict=True)]
+    )
     lower, upper, ranges, rest = (_complete(values, chain.size) for values in null_space)
     keywords: dict[str, Any] = {}
     if all(values is not None for values in (lower, upper, ranges, rest)):
@@ -179,6 +182,28 @@ def _start(record: BodyRecord, current: Vector | None) -> Array:
 def _places(record: BodyRecord, joint: int) -> range:
     place = record.positions_of(joint)
     return range(place.start, place.stop)
+
+
+def _of_link(
+    record: BodyRecord, link: int, position: Vector, orientation: Vector | None
+) -> tuple[Vector, Vector | None]:
+    """Return the target of a link's frame; PyBullet's has its origin, but the inertial frame's axes."""
+    turn = record.links[link + 1].frame.quaternion
+    if orientation is None or turn == (0.0, 0.0, 0.0, 1.0):
+        return position, orientation
+    return position, multiply(np.asarray(orientation, dtype=float), conjugate(turn)).tolist()
+
+
+def _from_inertial(record: BodyRecord, position: Vector, orientation: Vector | None) -> list[float]:
+    """Return a target in the base link frame, given in the base's inertial frame.
+
+    PyBullet takes it so where the current joint positions are given.
+    """
+    frame = record.links[0].frame
+    moved = (rotate(frame.quaternion, np.asarray(position, dtype=float)) + frame.position).tolist()
+    if orientation is None:
+        return moved
+    return [*moved, *multiply(frame.quaternion, normalized(orientation)).tolist()]
 
 
 def _in_base(record: BodyRecord, position: Vector, orientation: Vector | None) -> list[float]:

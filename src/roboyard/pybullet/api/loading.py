@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from roboyard.description.urdf.xml_repair import TEXT_NOTE
 from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
@@ -109,6 +110,8 @@ def read_description(client: Client, path: Path) -> RobotDescription:
     if found is None:
         search = _search_paths(client)
         found = load_description(path, search_paths=search, missing_meshes="note", words_are_zero=True)
+        if any(TEXT_NOTE in note for note in found.notes):
+            raise DescriptionError("text behind the root element; remove it", file=path)
         for joint in found.joints:
             if joint.type in ("revolute", "prismatic") and joint.limit is None:
                 raise DescriptionError(
@@ -198,7 +201,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
 
 
 def _existing(client: Client, name: str, message: str) -> Path:
-    path = find_file(client.search_path, text(name))
+    path = find_file(client.search_path, text(name), client.mounts)
     if path is None:
         raise failure(message, not_found_remedy(client.search_path, name))
     return path

@@ -52,7 +52,7 @@ def restore_from_file(client: Client, file_name: str) -> None:
     Raises:
         error: the file does not exist, is of another kind, or was saved with other bodies.
     """
-    path = find_file(client.search_path, text(file_name))
+    path = find_file(client.search_path, text(file_name), client.mounts)
     if path is None:
         raise failure(_NOT_RESTORED, not_found_remedy(client.search_path, file_name))
     try:
@@ -117,7 +117,7 @@ def loadBullet(client: Client, bulletFileName: str) -> tuple[int, ...]:
     Raises:
         error: always.
     """
-    path = find_file(client.search_path, text(bulletFileName))
+    path = find_file(client.search_path, text(bulletFileName), client.mounts)
     remedy = (
         not_found_remedy(client.search_path, bulletFileName)
         if path is None

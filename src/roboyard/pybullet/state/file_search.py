@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from roboyard.pybullet.state.file_mounts import FileMounts
 
 _DATA_FOLDERS = ("data", "../data", "../../data", "../../../data", "../../../../data")
 
 
-def find_file(search_path: Path | None, name: str) -> Path | None:
+def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = None) -> Path | None:
     """Return the absolute path of a file that a script names, or None.
 
     Searched in order: the working directory, the search path, data folders nearby. Like Bullet, which puts
@@ -16,6 +20,7 @@ def find_file(search_path: Path | None, name: str) -> Path | None:
     Args:
         search_path: folder of setAdditionalSearchPath.
         name: file name as the script gives it.
+        mounts: mounts of the fileIOPlugin, searched last.
     """
     given = Path(name)
     if given.is_absolute():
@@ -26,7 +31,9 @@ def find_file(search_path: Path | None, name: str) -> Path | None:
     for folder in folders:
         if (folder / given).is_file():
             return (folder / given).absolute()
-    return None
+    if mounts is None:
+        return None
+    return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)
 
 
 def not_found_remedy(search_path: Path | None, name: str) -> str:

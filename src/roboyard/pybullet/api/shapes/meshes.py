@@ -140,7 +140,7 @@ def vhacd(
     from roboyard.shapes import load_mesh
     from roboyard.shapes.convex.decomposition import decompose
 
-    path = find_file(client.search_path, text(fileNameIn))
+    path = find_file(client.search_path, text(fileNameIn), client.mounts)
     if path is None:
         raise failure("vhacd failed.", not_found_remedy(client.search_path, fileNameIn))
     for setting in (concavity, alpha, beta, gamma, minVolumePerCH):

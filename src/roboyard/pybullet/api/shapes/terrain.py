@@ -96,7 +96,7 @@ def _turned(grid: Array) -> Array:
 
 def _read(client: Client, name: str) -> Array:
     """Return (ny, nx) heights from a file: a table for .txt, else the red channel of an image (0 to 1)."""
-    path = find_file(client.search_path, name)
+    path = find_file(client.search_path, name, client.mounts)
     if path is None:
         raise failure(FAILED, not_found_remedy(client.search_path, name))
     points = _table(path) if path.suffix.lower() == ".txt" else _image(path)

@@ -25,7 +25,7 @@ def loadTexture(client: Client, textureFilename: str) -> int:
     """
     from roboyard.sim.appearance.shape_appearance import load_texture
 
-    path = find_file(client.search_path, text(textureFilename))
+    path = find_file(client.search_path, text(textureFilename), client.mounts)
     image = None if path is None else load_texture(path)
     if image is None:
         remedy = (

@@ -311,7 +311,11 @@ def _visual(
     message: str = _FAILED,
 ) -> Visual | None:  # fmt: skip
     r, g, b, a = floats(rgba, 4, message)
-    if kind == c.GEOM_MESH and vertices is None and find_file(client.search_path, text(file_name)) is None:
+    if (
+        kind == c.GEOM_MESH
+        and vertices is None
+        and find_file(client.search_path, text(file_name), client.mounts) is None
+    ):
         return None
     geometry = plain_geometry(
         client, kind, radius, half_extents, length, file_name, mesh_scale, normal, vertices, indices, message
