@@ -1,0 +1,1 @@
+"""Cameras, lidars and IMUs that a description implies."""
