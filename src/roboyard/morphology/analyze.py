@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +12,6 @@ from roboyard.description.model import RobotDescription, Vector3
 from roboyard.description.semantic import (
     Arm,
     BaseKind,
-    EndEffector,
-    Gripper,
     Leg,
     SemanticDescription,
     WheelPair,
@@ -24,10 +21,13 @@ from roboyard.morphology.base.drive import WheeledBase, find_wheeled_base
 from roboyard.morphology.base.rolling import find_rolling_parts, leg_joints
 from roboyard.morphology.base.rotors import find_rotors
 from roboyard.morphology.conclusions import make_conclusions, with_stated
+from roboyard.morphology.hands.attach import end_effector, gripper_conclusions, sensor_conclusions
+from roboyard.morphology.hands.describe import FoundGripper, describe_gripper
 from roboyard.morphology.kind import find_kind
 from roboyard.morphology.limbs.chains import find_limbs
 from roboyard.morphology.limbs.hands import find_palms
 from roboyard.morphology.limbs.roles import Part, Roles, find_roles
+from roboyard.morphology.sensors.find import find_sensors
 from roboyard.morphology.skeleton import BASE, Skeleton
 from roboyard.transforms import Array
 
@@ -61,12 +61,14 @@ def infer_semantics(
         wheel_legs=wheel_legs,
     )  # fmt: skip
     kind = find_kind(skeleton, base, rotors, roles, is_hand=is_hand)
-    arms = tuple(_arm(skeleton, part) for part in roles.arms)
-    grippers = [arm.end_effector.gripper for arm in arms if arm.end_effector.gripper is not None]
-    taken = {name for gripper in grippers for name in (*gripper.joints, *gripper.mimic_joints)}
+    hands: dict[str, FoundGripper] = {}
+    arms = tuple(_arm(skeleton, part, evidence, hands) for part in roles.arms)
+    taken = {n for hand in hands.values() for n in (*hand.gripper.joints, *hand.gripper.mimic_joints)}
     for body, joints in palms.items():
         if not taken & set(joints):
-            grippers.append(_gripper(skeleton, body, joints))
+            hand = describe_gripper(description, skeleton.links[body], joints, evidence)
+            hands[hand.gripper.palm] = hand
+    sensors = find_sensors(description, evidence)
     wheels = base.wheels if base is not None else ()
     is_legged = kind.base == "legged"
     driven = tuple(wheel for wheel in wheels if wheel.is_driven)
@@ -94,9 +96,12 @@ def infer_semantics(
         legs=tuple(_leg(skeleton, part, base) for part in roles.legs),
         end_effectors=tuple(arm.end_effector for arm in arms),
         arms=tuple(sorted(arms, key=lambda arm: arm.name)),
-        grippers=tuple(grippers),
+        grippers=tuple(hand.gripper for hand in hands.values()),
+        sensors=tuple(item.sensor for item in sensors),
     )  # fmt: skip
-    return replace(semantic, conclusions=make_conclusions(semantic, kind, base, roles))
+    conclusions = make_conclusions(semantic, kind, base, roles)
+    parts_found = (*gripper_conclusions(hands), *sensor_conclusions(sensors))
+    return replace(semantic, conclusions=(*conclusions, *parts_found))
 
 
 def complete_semantics(
@@ -180,24 +185,11 @@ def _leg(skeleton: Skeleton, part: Part, base: WheeledBase | None) -> Leg:
     return Leg(name=part.name, joints=part.joints, foot=(with_shape or links)[-1], wheel_joint=wheel)
 
 
-def _arm(skeleton: Skeleton, part: Part) -> Arm:
+def _arm(skeleton: Skeleton, part: Part, evidence: FileEvidence, hands: dict[str, FoundGripper]) -> Arm:
+    """Return an arm; its gripper is added to `hands`."""
     limb = part.limb
-    if limb.palm is None:
-        link = skeleton.joint[limb.tip].child
-        return Arm(name=part.name, joints=part.joints, end_effector=EndEffector(link=link))
-    gripper = _gripper(skeleton, limb.palm, limb.fingers)
-    effector = EndEffector(
-        link=gripper.palm, gripper_links=gripper.links, gripper_joints=gripper.joints, gripper=gripper
-    )
+    links = skeleton.links[limb.tip if limb.palm is None else limb.palm]
+    effector, hand = end_effector(skeleton.description, links, limb.fingers if limb.palm else (), evidence)
+    if hand is not None:
+        hands[part.name] = hand
     return Arm(name=part.name, joints=part.joints, end_effector=effector)
-
-
-def _gripper(skeleton: Skeleton, body: str, joints: Sequence[str]) -> Gripper:
-    links = tuple(link for name in joints for link in skeleton.links[name])
-    return Gripper(
-        kind="fingers",
-        palm=skeleton.joint[joints[0]].parent,
-        joints=tuple(name for name in joints if skeleton.is_driven(name)),
-        mimic_joints=tuple(name for name in joints if not skeleton.is_driven(name)),
-        links=links,
-    )

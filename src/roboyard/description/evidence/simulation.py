@@ -36,6 +36,7 @@ _PLUGINS: tuple[tuple[str, PluginKind], ...] = (
     ("vacuum", "suction"),
     ("suction", "suction"),
     ("mimic", "mimic"),
+    ("underactuated", "mimic"),
 )
 
 
@@ -107,6 +108,11 @@ def read_followers(description: RobotDescription) -> tuple[Follower, ...]:
                     offset=_number(_first(plugin, ("offset",)), 0.0),
                 )
             )
+        leader = _first(plugin, ("actuatedJoint",))
+        scales = [_number(text, 1.0) for text in plugin.words.get("scale_factor", ())]
+        for index, name in enumerate(plugin.words.get("name", ()) if leader else ()):
+            scale = scales[index] if index < len(scales) and scales[index] else 1.0
+            found.append(Follower(joint=name, leader=leader, multiplier=1.0 / scale))
     for element in _extra(description, "ros2_control"):
         for joint in element.iter("joint"):
             params = {(p.get("name") or ""): (p.text or "").strip() for p in joint.findall("param")}

@@ -1,0 +1,1 @@
+"""Grippers and hands: their fingers, which joints drive them, which way opens, and where they grasp."""
