@@ -3,6 +3,7 @@
 planner = Planner(fitted_model(load_description("arm.urdf")), obstacles=[Obstacle(name="table", shape=box)])
 plan = planner.plan(start, PoseGoal(link="tool", position=(0.4, 0.2, 0.5)))
 plan.outcome, plan.path, plan.trajectory.at(0.5)
+planner_for(robot, "left").plan(goal)   a live robot among what is around it
 """
 
 from typing import TYPE_CHECKING
@@ -22,6 +23,7 @@ _HOMES = {
     "cloud_field": "roboyard.planning.distance_fields",
     "fitted_model": "roboyard.planning.link_fit",
     "load_planner_file": "roboyard.planning.planner_files",
+    "planner_for": "roboyard.planning.robot_planner",
     "load_problems": "roboyard.planning.problem_files",
     "solve_problems": "roboyard.planning.problem_files",
     "sphere_robot": "roboyard.planning.sphere_model",
@@ -41,6 +43,7 @@ __all__ = [
     "fitted_model",
     "load_planner_file",
     "load_problems",
+    "planner_for",
     "solve_problems",
     "sphere_robot",
 ]
@@ -54,6 +57,7 @@ if TYPE_CHECKING:
     from roboyard.planning.planner import Planner
     from roboyard.planning.planner_files import load_planner_file
     from roboyard.planning.problem_files import load_problems, solve_problems
+    from roboyard.planning.robot_planner import planner_for
     from roboyard.planning.sphere_model import SphereModel, sphere_robot
     from roboyard.planning.trajectory import Plan, Trajectory
 

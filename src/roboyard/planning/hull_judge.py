@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 DEEP = 1e-6
 """Depth from which an overlap counts (m)."""
+FLOOR_DEPTH = 0.01
+"""Depth up to which wheels and feet may sink into what they stand on (m)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -64,7 +66,13 @@ class HullJudge:
         self.moves = np.array([name in moves for name in self.link])
         self.of_robot = np.array([bool(name) for name in self.link])
         self.skipped = np.array([int(b) in skipped for b in self.model.geom_bodyid])
+        self.on_floor = np.zeros(len(self.link), dtype=bool)
         self._set_rows(body)
+
+    def allow(self, links: Iterable[str]) -> None:
+        """Let links such as wheels touch obstacles up to `FLOOR_DEPTH`."""
+        chosen = set(links)
+        self.on_floor = np.array([name in chosen for name in self.link])
 
     def _set_rows(self, body: Body) -> None:
         """Find the entries of qpos that q moves, and set the held ones."""
@@ -102,7 +110,9 @@ class HullJudge:
         geoms, depths = contact.geom, -contact.dist
         wrong = (depths > DEEP) & self.moves[geoms].any(axis=1) & ~self.skipped[geoms].any(axis=1)
         deepest: dict[tuple[str, str], Clash] = {}
-        for k in np.flatnonzero(wrong):
+        standing = self.on_floor[geoms].any(axis=1) & (depths < FLOOR_DEPTH)
+        standing &= ~self.of_robot[geoms].all(axis=1)
+        for k in np.flatnonzero(wrong & ~standing):
             a, b = geoms[k]
             if not self.of_robot[a]:
                 a, b = b, a

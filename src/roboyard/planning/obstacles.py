@@ -54,6 +54,13 @@ class Obstacles:
         self.root = np.eye(4) if root is None else np.asarray(root, dtype=float)
         self._boxes = [o for o in self.items if isinstance(o.shape, Box)]
         self._others = [replace(o, shape=_prepared(o)) for o in self.items if not isinstance(o.shape, Box)]
+        self._inverse = inverse_pose(self.root)
+        counts = [0, 0]
+        self._rows: list[int] = []
+        for one in self.items:
+            is_box = isinstance(one.shape, Box)
+            self._rows.append(counts[is_box])
+            counts[is_box] += 1
         self.moves = 0
         """Number of moves so far."""
         self.arrays = self._pack()
@@ -68,25 +75,26 @@ class Obstacles:
         Raises:
             ConfigError: there is none of this name.
         """
-        hit = False
-        inverse = inverse_pose(self.root)
-        for b, box in enumerate(self._boxes):
-            if box.name == name:
-                self.arrays.boxes[:12, b] = _frame(inverse @ pose.matrix())
-                hit = True
-        for o, other in enumerate(self._others):
-            if other.name == name:
-                center = _local_center(other.shape)
-                frame = inverse @ pose.matrix()
-                if isinstance(other.shape, Plane):
-                    frame = frame @ _along(other.shape.normal)
-                self.arrays.frame[o] = _frame(frame)
-                self.arrays.around[o, :3] = frame[:3, :3] @ center + frame[:3, 3]
-                hit = True
-        if not hit:
+        rows = [row for row, one in enumerate(self.items) if one.name == name]
+        if not rows:
             names = ", ".join(sorted({o.name for o in self.items})) or "none"
             raise ConfigError(f'obstacle "{name}": there is none of this name; the obstacles are {names}')
-        self.items = tuple(replace(o, pose=pose) if o.name == name else o for o in self.items)
+        for row in rows:
+            self.place(row, pose)
+
+    def place(self, row: int, pose: Pose) -> None:
+        """Move one of `items` to `pose` in the world frame, in place."""
+        matrix = self._inverse @ pose.matrix()
+        kernel_row = self._rows[row]
+        if isinstance(self.items[row].shape, Box):
+            self.arrays.boxes[:12, kernel_row] = _frame(matrix)
+        else:
+            shape = self._others[kernel_row].shape
+            if isinstance(shape, Plane):
+                matrix = matrix @ _along(shape.normal)
+            self.arrays.frame[kernel_row] = _frame(matrix)
+            self.arrays.around[kernel_row, :3] = matrix[:3, :3] @ _local_center(shape) + matrix[:3, 3]
+        self.items = (*self.items[:row], replace(self.items[row], pose=pose), *self.items[row + 1 :])
         self.moves += 1
 
     def _pack(self) -> WorldArrays:

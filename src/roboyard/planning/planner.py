@@ -16,6 +16,7 @@ from roboyard.errors import ConfigError
 from roboyard.planning.checking import CollisionChecker
 from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, postures_for
 from roboyard.planning.hull_judge import HullJudge, judge_of
+from roboyard.planning.hull_search import hull_path
 from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.path_search import SearchSpace, find_path, shorten, time_path
 from roboyard.planning.relaxation import raise_padding, relax
@@ -45,7 +46,7 @@ class Planner:
         self,
         model: SphereModel,
         joints: Sequence[str] | None = None,
-        obstacles: Iterable[Obstacle] = (),
+        obstacles: Iterable[Obstacle] | Obstacles = (),
         *,
         held: Mapping[str, float] | None = None,
         velocity: ArrayLike | None = None,
@@ -53,19 +54,21 @@ class Planner:
         jerk: ArrayLike | None = None,
         root: Array | None = None,
         judge: HullJudge | None = None,
+        around: Mapping[str, float] | None = None,
     ) -> None:
         """Create a planner.
 
         Args:
             model: spheres and pairs of the robot.
             joints: names of the planned joints, in the order of all vectors; by default all that move.
-            obstacles: the surroundings.
+            obstacles: the surroundings; `Obstacles` are shared, in their own root frame.
             held: joint name to position of joints that are not planned (rad or m).
             velocity: (n,) or one limit (rad/s or m/s); the description's by default.
             acceleration: (n,) or one limit (rad/s² or m/s²); the planner file's by default, else 15.
             jerk: (n,) or one limit (rad/s³ or m/s³); the planner file's by default, else 500.
             root: (4, 4) pose of the robot's root link in the world frame (m).
             judge: exact shapes; by default those of the description and the obstacles.
+            around: middle of the range of joints without limits (rad or m); zero by default.
 
         Raises:
             ConfigError: a joint does not exist or cannot be planned, or a limit is not positive.
@@ -73,9 +76,9 @@ class Planner:
         names = tuple(model.coordinate_names if joints is None else joints)
         self.joint_names = names
         """(n) planned joints, in the order of all vectors."""
-        self.robot: SphereRobot = sphere_robot(model, names, held)
+        self.robot: SphereRobot = sphere_robot(model, names, held, around=around)
         """The group's arrays, in depth-first order of joints."""
-        self.obstacles = Obstacles(obstacles, root)
+        self.obstacles = obstacles if isinstance(obstacles, Obstacles) else Obstacles(obstacles, root)
         """The surroundings; `obstacles.move` moves one in place."""
         self._judge = judge
         self._judge_is_ours = judge is None
@@ -107,6 +110,15 @@ class Planner:
             self._judge = judge_of(self.robot, self.obstacles.items)
             self._judged_moves = self.obstacles.moves
         return self._judge
+
+    def use_judge(self, judge: HullJudge) -> None:
+        """Judge by other exact shapes than those of the description and the obstacles."""
+        self._judge, self._judge_is_ours = judge, False
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """(n,) lower and upper limits of search (rad or m), finite, in the order of `joint_names`."""
+        return self._named(self.robot.arrays.lower), self._named(self.robot.arrays.upper)
 
     @property
     def checker(self) -> CollisionChecker:
@@ -192,21 +204,28 @@ class Planner:
         improve: float,
         seed: int,
     ) -> Plan:
-        arrays, relaxed = relax(
-            self.robot.arrays, self.obstacles.arrays, np.concatenate([start[None], goals])
-        )
+        postures = np.concatenate([start[None], goals])
+        arrays, relaxed = relax(self.robot.arrays, self.obstacles.arrays, postures)
+        judged = relaxed or not self._covers
         timing = 0.0
-        corners = 1.0
-        for attempt in range(REPAIRS):
+        touching = ""
+        for attempt in range(REPAIRS + 1):
             space = SearchSpace.of(arrays, self.obstacles.arrays)
-            path = self._best_path(space, start, goals, deadline, improve, seed + 1000 * attempt)
-            if path is None:
+            exact = attempt == REPAIRS  # spheres are too coarse here, or padding closed the way
+            if exact:
+                lower, upper = arrays.lower, arrays.upper
+                path = hull_path(self.judge, lower, upper, start, goals, deadline=deadline, seed=seed)
+            else:
+                until = deadline if not judged else begin + 0.6 * (deadline - begin)
+                path = self._best_path(space, start, goals, until, improve, seed + 1000 * attempt)
+            if path is None and (exact or not judged):
                 break
+            if path is None:
+                continue
             middle = time.perf_counter()
+            corners = 0.0 if exact or attempt > 2 else 1.0
             trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=corners)
-            refused = None
-            if relaxed or not self._covers:
-                refused = self.judge.first_clash(trajectory.dense(JUDGED_STEP))
+            refused = self.judge.first_clash(trajectory.dense(JUDGED_STEP)) if judged else None
             timing += time.perf_counter() - middle
             if refused is None:
                 reached = int(np.argmin(np.linalg.norm(goals - path[-1], axis=1)))
@@ -220,10 +239,10 @@ class Planner:
                     timing_seconds=timing,
                     goal=index[reached],
                 )
+            touching = f'; link "{refused[1][0].link}" and "{refused[1][0].other}" kept touching'
             arrays = raise_padding(arrays, self.robot, refused[1], self.obstacles.arrays, start, goals)
-            corners = corners if attempt < 2 else 0.0
         spent = time.perf_counter() - begin
-        reason = f"no path in {spent:.2f} s; give more time, move obstacles apart, or choose another posture"
+        reason = f"no path in {spent:.2f} s{touching}; give more time, move obstacles, or choose another goal"
         return self._failed("time over", reason, begin)
 
     def _best_path(

@@ -9,7 +9,7 @@
 Obstacles are of type "box" (size: full lengths), "sphere" (radius), "cylinder" and "capsule" (radius, length
 along z, for a capsule without its caps), and "mesh" (file, scale). Goals are {"joints": [...]} or {"link",
 "position", "quaternion"}; without a quaternion the orientation is free. "hold", "time_limit", "limits",
-"planner" (a cuRobo or XRDF file) and obstacles of a problem's own are optional. Paths are relative to the file.
+"planner" (a cuRobo or XRDF file) and own obstacles of a problem are optional. Paths are relative to the file.
 """
 
 from __future__ import annotations

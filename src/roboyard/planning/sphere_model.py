@@ -16,8 +16,8 @@ from roboyard.kinematics.joint_models import coordinates
 from roboyard.planning.kernels.arrays import Indices, RobotArrays
 from roboyard.transforms import Array
 
-FREE_ROTATION, FREE_TRANSLATION = np.pi, 2.0
-"""Range on each side of zero of joints without limits (rad, m)."""
+FREE_ROTATION, FREE_TRANSLATION = np.pi, 4.0
+"""Range on each side of zero, or of a given value, of joints without limits (rad, m)."""
 
 Pair = tuple[str, str]
 
@@ -89,6 +89,7 @@ def sphere_robot(
     joints: Sequence[str],
     held: Mapping[str, float] | None = None,
     tips: Sequence[str] = (),
+    around: Mapping[str, float] | None = None,
 ) -> SphereRobot:
     """Return the arrays of a robot whose named joints move.
 
@@ -97,6 +98,7 @@ def sphere_robot(
         joints: names of the joints that are planned.
         held: positions of other joints (rad or m); those not named have the model's locked position, else
             its rest position.
+        around: middle of the range of joints without limits (rad or m); zero by default.
         tips: links that poses refer to; the model's tools by default, else the last link.
 
     Raises:
@@ -126,11 +128,13 @@ def sphere_robot(
         links=tuple(names),
         order=order,
         held=others,
-        arrays=_arrays(model, chain, names),
+        arrays=_arrays(model, chain, names, around or {}),
     )
 
 
-def _arrays(model: SphereModel, chain: ChainArrays, names: list[str]) -> RobotArrays:
+def _arrays(
+    model: SphereModel, chain: ChainArrays, names: list[str], around_q: Mapping[str, float]
+) -> RobotArrays:
     whole, real = chain.nodes
     index = [chain.link(name) for name in names]
     node = chain.link_node[index]
@@ -142,7 +146,7 @@ def _arrays(model: SphereModel, chain: ChainArrays, names: list[str]) -> RobotAr
         rows.append(own)
         start.append(start[-1] + len(own))
     spheres = np.concatenate(rows)
-    lower, upper = bounded_limits(chain)
+    lower, upper = bounded_limits(chain, around_q)
     pairs = _pairs(model, node, names)
     reach = _reach(chain, node, spheres, start, lower, upper)
     pad = np.array([model.buffer + model.gaps.get(name, 0.0) for name in names])
@@ -164,13 +168,14 @@ def _arrays(model: SphereModel, chain: ChainArrays, names: list[str]) -> RobotAr
     )
 
 
-def bounded_limits(chain: ChainArrays) -> tuple[Array, Array]:
-    """Return (n,) finite lower and upper limits (rad or m)."""
+def bounded_limits(chain: ChainArrays, around: Mapping[str, float]) -> tuple[Array, Array]:
+    """Return (n,) finite lower and upper limits (rad or m), around a value where a joint has none."""
     prismatic = np.zeros(chain.size, dtype=bool)
     prismatic[chain.q_index[chain.is_prismatic]] = True
     free = np.where(prismatic, FREE_TRANSLATION, FREE_ROTATION)
-    lower = np.where(np.isfinite(chain.lower), chain.lower, np.minimum(0.0, chain.upper) - free)
-    upper = np.where(np.isfinite(chain.upper), chain.upper, np.maximum(0.0, chain.lower) + free)
+    middle = np.array([around.get(name, 0.0) for name in chain.joint_names])
+    lower = np.where(np.isfinite(chain.lower), chain.lower, np.minimum(middle, chain.upper) - free)
+    upper = np.where(np.isfinite(chain.upper), chain.upper, np.maximum(middle, chain.lower) + free)
     return np.ascontiguousarray(lower), np.ascontiguousarray(upper)
 
 

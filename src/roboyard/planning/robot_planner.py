@@ -1,0 +1,160 @@
+"""The planner of a live robot: from where it is, among what is around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboyard.errors import ConfigError, unknown_name
+from roboyard.planning.goals import Goal, PoseGoal, PostureSolution
+from roboyard.planning.hull_judge import HullJudge
+from roboyard.planning.link_fit import fitted_model
+from roboyard.planning.live_world import WorldObstacles
+from roboyard.planning.planner import Planner
+from roboyard.planning.planner_files import load_planner_file
+from roboyard.planning.sphere_model import SphereModel
+from roboyard.planning.trajectory import Plan
+from roboyard.robots.registry import REGISTERED_ROBOTS
+
+if TYPE_CHECKING:
+    from roboyard.robots.robot_body import RobotBody
+    from roboyard.sim.body import Body
+
+
+class RobotPlanner:
+    """Plans for a group of a robot's joints in its world; made by `planner_for`."""
+
+    def __init__(
+        self, robot: RobotBody, joints: Sequence[str], model: SphereModel, ignored: Iterable[Body] = ()
+    ) -> None:
+        """Create a planner for named joints of a robot; `ignored` bodies are no obstacles."""
+        self.robot, self.model = robot, model
+        self.joint_names = tuple(joints)
+        """(n) planned joints, in the order of all vectors."""
+        self.surroundings = WorldObstacles(robot.world, robot.body, ignored)
+        """The world's obstacles."""
+
+    @property
+    def tool(self) -> str:
+        """End-effector link of the first planned arm, else the base link."""
+        manipulation = self.robot.manipulation
+        if manipulation is not None:
+            for arm in manipulation.arm_names:
+                if set(manipulation.block.arm_joint_names[arm]) & set(self.joint_names):
+                    return manipulation.block.eef_link_names[arm]
+        return self.robot.base_link.name
+
+    def planner(self) -> Planner:
+        """Return a planner of the present moment: joints outside the group held, obstacles where they are."""
+        state = dict(zip(self.robot.joint_names, self.robot.joint_positions.tolist(), strict=True))
+        obstacles = self.surroundings.update()
+        limits = self.robot.limits
+        rows = [self.robot.joint_names.index(name) for name in self.joint_names]
+        held = {name: value for name, value in state.items() if name not in self.joint_names}
+        planner = Planner(
+            self.model, self.joint_names, obstacles, held=held, velocity=limits.velocity[rows], around=state
+        )
+        judge = HullJudge(self.robot.world, self.robot.body, planner.robot, self.surroundings.ignored)
+        judge.allow(self._floor_links())
+        planner.use_judge(judge)
+        return planner
+
+    def _floor_links(self) -> tuple[str, ...]:
+        return (
+            ()
+            if self.robot.locomotion is None
+            else tuple(link.name for link in self.robot.locomotion.floor_touching_links)
+        )
+
+    def start(self) -> Any:
+        """Return the (n,) present positions of the group (rad or m)."""
+        index = [self.robot.joint_names.index(name) for name in self.joint_names]
+        return self.robot.joint_positions[index]
+
+    def plan(self, goal: Goal | Sequence[Goal], **options: Any) -> Plan:
+        """Return a motion from where the robot is now; see `Planner.plan` for goals and options."""
+        planner = self.planner()
+        return planner.plan(_inside(self.start(), planner), goal, **options)
+
+    def ik(self, goal: PoseGoal, **options: Any) -> list[PostureSolution]:
+        """Return all distinct postures found for a pose, free ones first; see `Planner.ik`."""
+        return self.planner().ik(goal, self.start(), **options)
+
+
+def planner_for(
+    robot: RobotBody,
+    arm: str | None = None,
+    *,
+    torso: bool = False,
+    base: bool = False,
+    joints: Sequence[str] | None = None,
+    ignored: Iterable[Body] = (),
+) -> RobotPlanner:
+    """Return a planner for a group of a robot's joints, in the robot's world.
+
+    Spheres come from the robot's cuRobo file where its package has one; otherwise they are fitted and cached.
+
+    Args:
+        robot: a robot in a world.
+        arm: name of an arm, or "both" for all arms; by default the first, or none with `base`.
+        torso: also the joints of the trunk.
+        base: also the joints of a holonomic base; with `arm="both"` and `torso` this is the whole body.
+        joints: names of joints instead of a group.
+        ignored: bodies that are no obstacles, such as one that the robot holds.
+
+    Raises:
+        ConfigError: the robot has no such arm, trunk, base or joint.
+    """
+    names = list(joints) if joints is not None else _group(robot, arm, torso, base)
+    for name in names:
+        if name not in robot.joint_names:
+            raise ConfigError(f"robot {robot.name!r}: {unknown_name('joint', name, robot.joint_names)}")
+    return RobotPlanner(robot, names, model_of(robot), ignored)
+
+
+def _group(robot: RobotBody, arm: str | None, torso: bool, base: bool) -> list[str]:
+    names: list[str] = []
+    if base:
+        virtual = [f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz")]
+        if not set(virtual) <= set(robot.joint_names):
+            raise ConfigError(f"robot {robot.name!r} has no holonomic base; omit base=True")
+        names += virtual
+    if torso:
+        if robot.trunk is None:
+            raise ConfigError(f"robot {robot.name!r} has no trunk; omit torso=True")
+        names += robot.trunk.joint_names
+    manipulation = robot.manipulation
+    if arm is None and base:
+        return names
+    if manipulation is None:
+        if arm is not None:
+            raise ConfigError(f"robot {robot.name!r} has no arm {arm!r}; name its joints with joints=")
+        return names or list(robot.joint_names)
+    chosen = manipulation.arm_names if arm == "both" else (arm or manipulation.default_arm,)
+    for one in chosen:
+        if one not in manipulation.arm_names:
+            raise ConfigError(f"robot {robot.name!r}: {unknown_name('arm', one, manipulation.arm_names)}")
+        names += manipulation.block.arm_joint_names[one]
+    return names
+
+
+def model_of(robot: RobotBody) -> SphereModel:
+    """Return a robot's spheres and pairs: of its package's cuRobo file, else fitted to its description."""
+    rest = dict(zip(robot.joint_names, robot.joint_positions.tolist(), strict=True))
+    registered = REGISTERED_ROBOTS.get(robot.model)
+    if registered is not None and robot.body.scale == 1.0:
+        file = registered.folder / "curobo" / f"{registered.name}.yml"
+        if file.is_file():
+            return load_planner_file(file, robot.description)
+    return fitted_model(robot.description, rest=rest)
+
+
+def _inside(q: ArrayLike, planner: Planner) -> Any:
+    """Return q (n,) moved into the limits where drives let it rest up to 0.01 rad outside."""
+    lower, upper = planner.bounds
+    values = np.asarray(q, dtype=float)
+    near = np.clip(values, lower, upper)
+    return np.where(np.abs(near - values) < 0.01, near, values)

@@ -1,0 +1,105 @@
+"""Plans for a live robot: the other joints held where they are, obstacles read from the world."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from roboyard.errors import ConfigError
+from roboyard.kinematics import forward_kinematics
+from roboyard.planning import PoseGoal, planner_for
+from roboyard.robots import add_robot
+from roboyard.robots.robot import Robot
+from roboyard.sim import World
+from roboyard.transforms import pose_matrix
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    world = World()
+    world.add_plane()
+    world.add_box((0.5, 1.2, 0.05), (1.0, 0.3, 0.72), mass=0.0, name="table")
+    robot = add_robot(world, "r1", position=(0.1, 0.2, 0.0), orientation=(0, 0, np.sin(0.2), np.cos(0.2)))
+    posture = robot.joint_positions
+    posture[[robot.joint_names.index(f"torso_joint{k}") for k in (1, 2, 3)]] = (0.3, -0.5, 0.2)
+    robot.joint_positions = posture
+    return robot
+
+
+def test_groups_name_their_joints(robot: Robot) -> None:
+    assert planner_for(robot, "left").joint_names == tuple(f"left_arm_joint{k}" for k in range(1, 7))
+    assert len(planner_for(robot, "both", torso=True, base=True).joint_names) == 3 + 4 + 12
+    assert len(planner_for(robot, base=True).joint_names) == 3
+    with pytest.raises(ConfigError, match="middle"):
+        planner_for(robot, "middle")
+    with pytest.raises(ConfigError, match="elbow"):
+        planner_for(robot, joints=["elbow"])
+
+
+def test_the_robot_stands_where_the_live_one_does(robot: Robot) -> None:
+    planner = planner_for(robot, "left").planner()
+    q = robot.joint_positions[[robot.joint_names.index(name) for name in planner.robot.joint_names]]
+    frame = planner.obstacles.root @ forward_kinematics(planner.robot.chain, q, "left_eef_link")
+    np.testing.assert_allclose(frame, pose_matrix(*robot.arms["left"].pose), atol=1e-6)
+
+
+@pytest.mark.parametrize("group", [{"arm": "left"}, {"arm": "both", "torso": True}])
+def test_a_plan_keeps_clear_of_the_live_world(robot: Robot, group: dict[str, object]) -> None:
+    planner = planner_for(robot, **group)  # type: ignore[arg-type]
+    begin = robot.joint_positions
+    rows = [robot.joint_names.index(name) for name in planner.joint_names]
+    random = np.random.default_rng(1)
+    solved = 0
+    try:
+        for seed in range(8):
+            goal = np.clip(
+                begin[rows] + random.normal(size=len(rows)) * 0.5, *np.array(robot.joint_limits[rows]).T
+            )
+            plan = planner.plan(goal, seed=seed)
+            assert plan.outcome in ("solved", "goal in collision"), plan.reason
+            if plan.trajectory is None:
+                continue
+            solved += 1
+            for q in plan.trajectory.dense(0.05):
+                posture = begin.copy()
+                posture[rows] = q
+                robot.joint_positions = posture
+                robot.world.detect_contacts()
+                for contact in robot.world.contacts(robot.body):
+                    names = {contact.link_a.name, contact.link_b.name}
+                    assert (
+                        contact.distance > -1e-4
+                        or any("wheel" in name for name in names)
+                        or (tuple(sorted(names)) in planner.model.ignore)
+                    ), names
+    finally:
+        robot.joint_positions = begin
+    assert solved >= 2
+
+
+def test_a_body_that_moved_is_seen(robot: Robot) -> None:
+    planner = planner_for(robot, "left")
+    assert planner.start().shape == (6,)
+    hand = robot.arms["left"].pose[0]
+    box = robot.world.add_box((0.1, 0.1, 0.1), np.add(hand, (0.0, 0.0, 2.0)), mass=0.0, name="brick")
+    assert planner.plan(planner.start()).solved
+    box.set_pose(hand)
+    plan = planner.plan(planner.start())
+    assert plan.outcome == "start in collision"
+    assert '"brick"' in plan.reason
+    robot.world.remove(box)
+    assert planner.plan(planner.start()).solved
+
+
+def test_a_pose_in_the_world_frame_is_reached(robot: Robot) -> None:
+    planner = planner_for(robot, "left")
+    position, quaternion = robot.arms["left"].pose
+    goal = PoseGoal(
+        link=planner.tool, position=tuple(np.add(position, (0.0, 0.05, 0.05))), quaternion=tuple(quaternion)
+    )
+    plan = planner.plan(goal)
+    assert plan.solved, plan.reason
+    made = planner.planner()
+    q = plan.path[-1]
+    frame = made.obstacles.root @ forward_kinematics(made.robot.chain, q, "left_eef_link")
+    np.testing.assert_allclose(frame[:3, 3], np.add(position, (0.0, 0.05, 0.05)), atol=2e-4)
