@@ -7,14 +7,18 @@ import pytest
 
 from roboyard.description.loader import load_description
 from roboyard.description.model import RobotDescription
-from roboyard.robots import Robot, add_robot
+from roboyard.robots import Robot, add_robot, parse_definition
+from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.robots.stability.casters import ASSUMED_CASTERS, with_casters
 from roboyard.robots.stability.wheels import rolling_signs
 from roboyard.sim.world import World
 
 RADIUS, TRACK = 0.1, 0.5
 
 
-def base(places: dict[str, tuple[float, float]], axes: dict[str, str]) -> RobotDescription:
+def base(
+    places: dict[str, tuple[float, float]], axes: dict[str, str], velocity: str = "10"
+) -> RobotDescription:
     """Return a box on wheels at (x, y), each with its joint axis in the box's frame."""
     links, joints = [], []
     for name, (x, y) in places.items():
@@ -25,7 +29,8 @@ def base(places: dict[str, tuple[float, float]], axes: dict[str, str]) -> RobotD
         )
         joints.append(
             f'<joint name="{name}" type="continuous"><parent link="base"/><child link="{name}_link"/>'
-            f'<origin xyz="{x} {y} 0"/><axis xyz="{axes[name]}"/><limit effort="20" velocity="10"/></joint>'
+            f'<origin xyz="{x} {y} 0"/><axis xyz="{axes[name]}"/>'
+            f'<limit effort="20" velocity="{velocity}"/></joint>'
         )
     return load_description(
         '<robot name="rover"><link name="base"><inertial><mass value="12"/><inertia ixx="0.3" ixy="0" '
@@ -96,9 +101,45 @@ def test_a_robot_that_faces_backwards_drives_its_own_way() -> None:
 
 def rolling_signs_of(description: RobotDescription, joints: list[str]) -> tuple[float, ...]:
     """Return the signs of a base with these joints."""
-    from roboyard.robots.definition.load import parse_definition
+    return rolling_signs(parsed(joints), description)
 
-    return rolling_signs(parse_definition(definition(joints)), description)
+
+def parsed(joints: list[str]) -> RobotDefinition:
+    """Return the definition of a base with these wheels."""
+    return parse_definition(definition(joints))
+
+
+TWO = {"left": (0.0, 0.25), "right": (0.0, -0.25)}
+
+
+@pytest.mark.parametrize("velocity", ["10", "100"])
+def test_two_wheels_without_a_caster_get_casters_and_drive_straight(velocity: str) -> None:
+    """The chassis would rock on its axle and drag; 0.3 m/s for two seconds are 0.6 m."""
+    world = World()
+    world.add_plane()
+    description = base(TWO, dict.fromkeys(TWO, "0 1 0"), velocity=velocity)
+    robot = add_robot(world, description, definition=definition(list(TWO)))
+    assert robot.links[-1].name == ASSUMED_CASTERS
+    drive(robot, 0.3, 0.0, 1.0)
+    start = robot.position
+    drive(robot, 0.3, 0.0, 2.0)
+    np.testing.assert_allclose(robot.position - start, [0.6, 0.0, 0.0], atol=0.01)
+    upright = 1.0 - 2.0 * float(np.sum(robot.orientation[:2] ** 2))
+    assert upright > 0.999
+
+
+def test_four_wheels_or_a_caster_of_its_own_need_no_casters() -> None:
+    """Only a robot that its wheels do not carry gets casters."""
+    four = base(FOUR, AXES[0])
+    assert with_casters(parsed(list(FOUR)), four) == (parsed(list(FOUR)), four)
+    three = base({**TWO, "third": (0.2, 0.0)}, dict.fromkeys([*TWO, "third"], "0 1 0"))
+    block = parsed(list(TWO)).locomotion
+    assert block is not None
+    floor = ("left_link", "right_link", "third_link")
+    stated = parsed(list(TWO)).model_copy(
+        update={"locomotion": block.model_copy(update={"floor_touching_base_link_names": floor})}
+    )
+    assert with_casters(stated, three)[1] is three  # the third wheel draws the weight over the triangle
 
 
 def test_legs_take_position_commands() -> None:

@@ -20,12 +20,18 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import RobotDescription
 from roboyard.description.semantic import Arm, SemanticDescription, Wheel
+from roboyard.errors import MeshError
+from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.kinematics.joint_order import single_dof_joints
 
 MIN_IK_JOINTS = 5
 """Smallest number of joints of an arm that follows poses; one with fewer is driven joint by joint."""
+
+CASTER_NEAR, CASTER_SIZE = 0.01, 3.0
+"""Height above the wheels' bottoms (m) and size, in radii of the wheels, of a fixed link that is a caster."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -74,7 +80,7 @@ def definition_blocks(
     driven = {joint.name: joint.child for joint in single_dof_joints(description.depth_first_joints)}
     free = {name for name in driven if description.joint_by_name[name].mimic is None}
     blocks = DefinitionBlocks()
-    claimed = _add_base(semantic, free, blocks, sphere_wheels)
+    claimed = _add_base(description, semantic, free, blocks, sphere_wheels)
     arms = [arm for arm in semantic.arms if arm.joints and free.issuperset(arm.joints)]
     fingers = {arm.name: [name for name in finger_joints(arm, driven) if name in free] for arm in arms}
     of_arms = {name for arm in arms for name in (*arm.joints, *fingers[arm.name])}
@@ -123,7 +129,11 @@ def wheel_sides(semantic: SemanticDescription) -> tuple[tuple[Wheel, ...], tuple
 
 
 def _add_base(
-    semantic: SemanticDescription, free: set[str], blocks: DefinitionBlocks, sphere_wheels: bool
+    description: RobotDescription,
+    semantic: SemanticDescription,
+    free: set[str],
+    blocks: DefinitionBlocks,
+    sphere_wheels: bool,
 ) -> set[str]:
     """Add the blocks of the base, and return the joints that no other group may have."""
     floor = [*semantic.wheel_links, *semantic.caster_links]
@@ -151,11 +161,43 @@ def _add_base(
     joints = [name for name in dict.fromkeys(joints) if name in free]
     if not joints:
         return set()
+    if "two_wheel" in blocks.base:
+        floor += fixed_casters(description, semantic, blocks.base["two_wheel"]["wheel_radius"])
     blocks.base["locomotion"] = _locomotion(joints, floor)
     blocks.controllers["base"] = (
         "DifferentialDriveController" if "two_wheel" in blocks.base else "JointController"
     )
     return set(joints)
+
+
+def fixed_casters(description: RobotDescription, semantic: SemanticDescription, radius: float) -> list[str]:
+    """Return the small links fixed to the root that reach the floor: casters drawn without joints.
+
+    Args:
+        description: of the robot.
+        semantic: of the robot.
+        radius: of its driven wheels (m).
+    """
+    poses = forward_kinematics(description)
+    wheels = [poses[w.link][2, 3] - radius for w in semantic.driven_wheels if w.link in poses]
+    names = [description.root.name]
+    for name in names:
+        names += [joint.child for joint in description.child_joints[name] if joint.type == "fixed"]
+    found = []
+    for name in names[1:]:
+        try:
+            meshes = shape_meshes(description.link_by_name[name].collisions)
+        except MeshError:
+            continue
+        if not meshes or not wheels:
+            continue
+        points = np.concatenate([mesh.vertices for mesh in meshes]) @ poses[name][:3, :3].T
+        points = points + poses[name][:3, 3]
+        if points[:, 2].min() < min(wheels) + CASTER_NEAR and np.ptp(points[:, :2], axis=0).max() < (
+            CASTER_SIZE * radius
+        ):
+            found.append(name)
+    return found
 
 
 def _add_two_wheel(blocks: DefinitionBlocks, radius: float, length: float) -> None:

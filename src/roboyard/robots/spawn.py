@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from roboyard.robots.placement import stand_on_floor
 from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.robot import Robot
 from roboyard.robots.sensor_set import SensorOptions
+from roboyard.robots.stability.casters import with_casters
 from roboyard.robots.stability.wheels import driven_wheels
 from roboyard.sim.body import Body
 from roboyard.sim.world import World
@@ -110,6 +111,8 @@ def add_robot(
         file=source.definition_file,
         end_effector=end_effector,
     )
+    standing, description = with_casters(source.definition, source.description)
+    source = replace(source, definition=standing, description=description)
     body, edited = _add_body(
         world, source, position, orientation, fixed_base, self_collision, scale, name or source.model
     )

@@ -58,11 +58,11 @@ def links_below_floor(
     others = [name for name in definition.locomotion.floor_touching_base_link_names if name not in driven]
     for name in others:
         shapes = description.link_by_name[name].collisions
-        contacts += [points[points[:, 2].argmin()] for points in _placed(shapes, poses[name])]
-    if not _is_inside(np.array(contacts)[:, :2], _centre_of_mass(description, poses)[:2]):
+        contacts += [points[points[:, 2].argmin()] for points in placed(shapes, poses[name])]
+    if not is_inside(np.array(contacts)[:, :2], centre_of_mass(description, poses)[:2]):
         return {}
     found = {}
-    for name in _rigid(description):
+    for name in rigid_links(description):
         link = description.link_by_name[name]
         if name in driven or name in others or _lowest(link.collisions, poses[name]) >= floor + MIN_CLEARANCE:
             continue
@@ -71,7 +71,7 @@ def links_below_floor(
     return found
 
 
-def _is_inside(contacts: Array, centre: Array) -> bool:
+def is_inside(contacts: Array, centre: Array) -> bool:
     """Return whether a (2,) point is inside the convex hull of (n, 2) others (m)."""
     try:
         sides = _spatial().ConvexHull(contacts).equations
@@ -80,7 +80,7 @@ def _is_inside(contacts: Array, centre: Array) -> bool:
     return bool((sides @ np.append(centre, 1.0) <= 0.0).all())
 
 
-def _centre_of_mass(description: RobotDescription, poses: Mapping[str, Array]) -> Array:
+def centre_of_mass(description: RobotDescription, poses: Mapping[str, Array]) -> Array:
     """Return the (3,) centre of mass in the root link's frame (m); links without inertial are ignored."""
     total, weighted = 0.0, np.zeros(3)
     for link in description.links:
@@ -125,7 +125,7 @@ def _part_above(points: Array, up: Array, level: float) -> Array:
     return np.concatenate([high, crossings.reshape(-1, 3)])
 
 
-def _rigid(description: RobotDescription) -> list[str]:
+def rigid_links(description: RobotDescription) -> list[str]:
     """Return the links that are fixed to the root link, itself first."""
     found = [description.root.name]
     for name in found:
@@ -135,10 +135,10 @@ def _rigid(description: RobotDescription) -> list[str]:
 
 def _lowest(shapes: Sequence[Collision | Visual], T_root_link: Array) -> float:
     """Return the lowest height of shapes in the root link's frame (m); inf without shapes."""
-    return min((float(points[:, 2].min()) for points in _placed(shapes, T_root_link)), default=np.inf)
+    return min((float(points[:, 2].min()) for points in placed(shapes, T_root_link)), default=np.inf)
 
 
-def _placed(shapes: Sequence[Collision | Visual], T_root_link: Array) -> list[Array]:
+def placed(shapes: Sequence[Collision | Visual], T_root_link: Array) -> list[Array]:
     """Return the (n, 3) points of each shape in the root link's frame (m)."""
     placed = []
     for shape in shapes:

@@ -35,6 +35,9 @@ import numpy as np
 
 SATURATED_SPEED = 0.1
 """Share of the velocity limit at which a velocity drive may reach its effort limit."""
+NOMINAL_VELOCITY = 20.0
+"""Velocity limits above this (rad/s or m/s) are a motor's without its gear, or "none": no loaded joint gets
+near them, and a drive that saturated at a share of them would be too soft to follow."""
 CARRIED_SHARE = 0.1
 """Inertia of the motor of a joint that carries the robot, as a share of the inertia it carries."""
 
@@ -150,7 +153,7 @@ def velocity_damping(
         largest_velocity: (n,) velocity limits (rad/s or m/s).
     """
     kd = np.maximum(inertia * profile.velocity_frequency, resistance)
-    return np.minimum(kd, effort / (SATURATED_SPEED * largest_velocity))
+    return np.minimum(kd, effort / (SATURATED_SPEED * np.minimum(largest_velocity, NOMINAL_VELOCITY)))
 
 
 def motor_inertia(profile: DriveProfile, stiffness: Any, inertia: Any = 0.0) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 
 from roboyard.robots import Robot
 from roboyard.robots.placement import lowest_visual
+from roboyard.robots.stability.casters import ASSUMED_CASTERS
 from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, hold_action
@@ -61,6 +62,11 @@ def _start(robot: Robot) -> Gate:
         warnings.append(
             f"a visual shape reaches {visual * 1e3:.0f} mm below the floor that the robot stands on; its "
             "collision shapes are shorter than what is seen"
+        )
+    if ASSUMED_CASTERS in robot.description.link_by_name:
+        warnings.append(
+            "its two wheels do not carry it and the file has no caster; frictionless casters are assumed "
+            "under the front and the rear of the chassis"
         )
     return Gate(
         name="start",
