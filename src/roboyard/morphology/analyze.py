@@ -93,7 +93,7 @@ def infer_semantics(
         trunk_joints=roles.trunk,
         head_joints=tuple(name for part in heads for name in part.joints),
         head_link=skeleton.joint[heads[0].limb.tip].child if heads else None,
-        legs=tuple(_leg(skeleton, part, base) for part in roles.legs),
+        legs=tuple(_leg(skeleton, part, base, roles.up) for part in roles.legs),
         end_effectors=tuple(arm.end_effector for arm in arms),
         arms=tuple(sorted(arms, key=lambda arm: arm.name)),
         grippers=tuple(hand.gripper for hand in hands.values()),
@@ -176,13 +176,15 @@ def _vector(array: Array) -> Vector3:
     return (x, y, z)
 
 
-def _leg(skeleton: Skeleton, part: Part, base: WheeledBase | None) -> Leg:
+def _leg(skeleton: Skeleton, part: Part, base: WheeledBase | None, up: Array) -> Leg:
     tip = part.joints[-1]
     wheels = {wheel.joint: wheel for wheel in base.wheels} if base is not None else {}
     wheel = next((name for name in skeleton.children[tip] if name in wheels), None)
     links = skeleton.links[wheel or tip]
     with_shape = [link for link in links if len(skeleton.link_points(link))]
-    return Leg(name=part.name, joints=part.joints, foot=(with_shape or links)[-1], wheel_joint=wheel)
+    lowest = {link: round(float((skeleton.link_points(link) @ up).min()), 4) for link in with_shape}
+    foot = min(reversed(with_shape), key=lambda link: lowest[link]) if with_shape else links[-1]
+    return Leg(name=part.name, joints=part.joints, foot=foot, wheel_joint=wheel)
 
 
 def _arm(skeleton: Skeleton, part: Part, evidence: FileEvidence, hands: dict[str, FoundGripper]) -> Arm:

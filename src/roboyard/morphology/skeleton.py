@@ -29,7 +29,7 @@ class Skeleton:
 
     def __init__(self, description: RobotDescription, base_link: str | None = None) -> None:
         self.description = description
-        self.base_link = base_link or description.root.name
+        self.base_link = base_link or first_body(description)
         self.parent: dict[str, str] = {}
         """Joint to the body that it hangs from."""
         self.children: dict[str, list[str]] = {BASE: []}
@@ -139,10 +139,17 @@ class Skeleton:
         return np.concatenate([self.points(body) for body in self.links])
 
     @cached_property
+    def spots(self) -> Array:
+        """(k, 3) extreme points of the whole robot; its joints' positions where it has no shape."""
+        if len(self.all_points) or not self.joint:
+            return self.all_points
+        return np.array([self.origin(name) for name in self.joint])
+
+    @cached_property
     def size(self) -> float:
         """Largest extent of shapes and joints (m)."""
-        spots = [self.all_points, *(self.origin(name)[None] for name in self.joint)]
-        return float(np.ptp(np.concatenate(spots), axis=0).max(initial=0.0)) if len(self.all_points) else 0.0
+        spots = np.concatenate([self.all_points, *(self.origin(name)[None] for name in self.joint)])
+        return float(np.ptp(spots, axis=0).max()) if len(spots) else 0.0
 
     def length(self, joints: list[str]) -> float:
         """Return the length of the way through the joints' positions (m)."""
@@ -171,6 +178,32 @@ class Skeleton:
 
 SINGLE = ("revolute", "continuous", "prismatic")
 """Types of joints of one number."""
+
+
+def first_body(description: RobotDescription) -> str:
+    """Return the link that counts as the base: the root, or the first real link below joints that represent
+    the motion of the base (a floating or planar joint, or several whose links have neither shape nor mass).
+    """
+    link = description.root.name
+    seen: list[Joint] = []
+    while True:
+        here = description.link_by_name[link]
+        joints = description.child_joints[link]
+        if here.collisions or here.visuals or (here.inertial is not None and here.inertial.mass > 0.01):
+            break
+        if len(joints) != 1:
+            break
+        seen.append(joints[0])
+        link = joints[0].child
+    moving = [joint for joint in seen if joint.is_moving]
+    free = any(joint.type in ("floating", "planar") for joint in moving)
+    slides = sum(joint.type == "prismatic" for joint in moving)
+    if free or (len(moving) >= 3 and slides >= 2) or (len(moving) == 2 and slides == 2):
+        last = moving[-1].child
+        below = description.link_by_name[last]
+        has_more = bool(description.child_joints[last] or below.collisions or below.visuals)
+        return last if has_more else description.root.name
+    return description.root.name
 
 
 def _shape_points(link: Link, *, visual: bool) -> Array:

@@ -18,10 +18,12 @@ _WORDS: dict[str, str] = {
     "suspension": "suspension shock shocks strut damper susp rocker bogie spring",
     "mecanum": "mecanum omni omniwheel omnidirectional swedish roller rollers holonomic planarmove",
     "rotor": "prop props propeller propellers rotor rotors blade blades helice",
+    "flying": "flying uav drone quadrotor hexarotor octorotor multirotor quadcopter hexacopter multicopter "
+    "mav octocopter helicopter",
     "leg": "leg legs hip thigh calf knee shin ankle foot feet toe toes hfe haa kfe femur tibia coxa tarsus "
-    "shank bein fuss jambe pied pata pierna crus aak anklepitch anklebase hipyaw hiproll hippitch",
+    "shank bein fuss jambe pied pata pierna crus aak anklepitch anklebase hipyaw hiproll hippitch rleg lleg",
     "arm": "arm arms shoulder elbow forearm upperarm lowerarm wrist hand biceps bras epaule coude poignet "
-    "hombro codo brazo schulter ellbogen handgelenk manipulator humerus clavicle sholder wrj palm",
+    "hombro codo brazo schulter ellbogen handgelenk manipulator humerus clavicle sholder wrj palm rarm larm",
     "head": "head neck cervical kopf hals tete cou cabeza cuello skull eye eyes nod pantilt ptz screen",
     "trunk": "torso trunk waist chest spine lift lumbar thorax thoracic abdomen column telescopic pelvis "
     "elevator taille hueft back",
@@ -29,8 +31,10 @@ _WORDS: dict[str, str] = {
     "lidar": "lidar laser scan scanner hokuyo velodyne rplidar sick radar ouster livox",
     "finger": "finger fingers gripper jaw thumb index pinky claw fingertip tip greifer "
     "pince pinza distal proximal phalanx mcp dip pip",
-    "left": "left l lf lh lr lb fl hl rl ml bl links gauche izquierda izquierdo sinistra lft lm",
-    "right": "right r rf rh rr rb fr hr br mr rechts droite derecha derecho destra rgt rm",
+    "left": "left l lf lh lr lb fl hl rl ml bl links gauche izquierda izquierdo sinistra lft lm "
+    "larm lleg lhand lfoot lhip lshoulder lelbow lwrist lknee lankle lthigh lshin",
+    "right": "right r rf rh rr rb fr hr br mr rechts droite derecha derecho destra rgt rm "
+    "rarm rleg rhand rfoot rhip rshoulder relbow rwrist rknee rankle rthigh rshin",
     "front": "front f fl fr lf rf fore vorne vorn avant delantero forward",
     "rear": "rear back hind h rl rr hl hr lh rh bl br lb rb hinten arriere trasero aft",
     "middle": "middle mid ml mr lm rm centre center",

@@ -17,7 +17,7 @@ from roboyard.transforms import Array
 
 PARALLEL = 0.97
 """Smallest |cosine| between axles that count as parallel (14 degrees)."""
-SMALL = 0.6
+SMALL = 0.75
 """Wheels below this share of the largest radius are not driven where larger ones are."""
 TRAIL = 0.12
 """Smallest trail of a caster behind its swivel axis, as a share of its radius."""
@@ -136,6 +136,7 @@ def _is_caster(
     score = 1.0 if trail > TRAIL else -1.0
     score += 0.7 * ("caster" in words) - 0.8 * ("steer" in words)
     score -= 1.5 * (not is_endless(joint))
+    score -= 1.2 * (len(plain) == 1 and "caster" not in words)
     score += 0.6 * (len(plain) >= 2) * (1.0 if "caster" in words else 0.3)
     if actuated:
         score += -2.0 if swivel in actuated else 0.5
@@ -206,6 +207,13 @@ def _omni_evidence(description: RobotDescription, wheels: Sequence[Wheel], plugi
     for plugin in plugins:
         if plugin.kind == "holonomic":
             return f'the plugin "{plugin.filename}"'
+    joints = {wheel.joint for wheel in driven}
+    for element in description.extra:
+        texts = [text for item in element.iter() for text in (*item.attrib.values(), item.text or "")]
+        if joints & {word for text in texts for word in text.split()}:
+            said = next((text for text in texts if "mecanum" in meanings(text)), "")
+            if said:
+                return f'the element <{element.tag}>, which says "{said}"'
     return ""
 
 

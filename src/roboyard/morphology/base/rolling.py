@@ -63,16 +63,103 @@ class RollingPart:
 
 def find_rolling_parts(skeleton: Skeleton) -> tuple[RollingPart, ...]:
     """Return the wheels that reach the floor, depth first."""
-    candidates = [part for name in skeleton.joint if (part := _candidate(skeleton, name)) is not None]
-    if not candidates:
-        return ()
-    base = skeleton.points(BASE)
-    lowest = min(part.bottom for part in candidates)
-    floor = min(lowest, float(base[:, 2].min(initial=lowest)))
-    found = [part for part in candidates if _reaches(part, floor, lowest)]
-    if len(found) == 1 and "wheel" not in meanings(found[0].joint) | meanings(found[0].link):
+    round_parts, plain = [], []
+    for name in skeleton.joint:
+        if _turns_level(skeleton, name):
+            part = _round_part(skeleton, name)
+            round_parts += [part] if part is not None else []
+            plain += [name] if part is None else []
+    found = _on_the_floor(skeleton, round_parts)
+    if not found:
+        found = _without_shape(skeleton, [*plain, *(part.joint for part in round_parts)])
+    else:
+        others = [*plain, *(part.joint for part in round_parts if part not in found)]
+        found += [part for name in others if (part := _like_another(skeleton, name, found)) is not None]
+    if len(found) == 1 and not _is_named(skeleton, found[0].joint):
         return ()  # the last joint of an arm may look like one wheel
-    return tuple(found)
+    order = list(skeleton.joint)
+    return tuple(sorted(found, key=lambda part: order.index(part.joint)))
+
+
+def _on_the_floor(skeleton: Skeleton, parts: Sequence[RollingPart]) -> list[RollingPart]:
+    if not parts:
+        return []
+    lowest = min(part.bottom for part in parts)
+    floor = min(lowest, float(skeleton.points(BASE)[:, 2].min(initial=lowest)))
+    return [part for part in parts if _reaches(skeleton, part, floor, lowest)]
+
+
+def _reaches(skeleton: Skeleton, part: RollingPart, floor: float, lowest: float) -> bool:
+    if _is_named(skeleton, part.joint) and part.bottom <= lowest + part.radius:
+        return True
+    return part.bottom <= floor + MAX_HEIGHT * part.radius
+
+
+def _like_another(skeleton: Skeleton, name: str, found: Sequence[RollingPart]) -> RollingPart | None:
+    """Return a wheel whose own shape does not show it, but whose axle is like another wheel's: as high, and
+    mirrored or named as a wheel.
+    """
+    spot, axis = skeleton.origin(name), skeleton.axis(name)
+    for other in found:
+        level = abs(float(spot[2] - other.centre[2])) < 0.35 * other.radius
+        if not level or abs(float(axis @ other.axis)) < 0.95:
+            continue
+        apart = spot - skeleton.origin(other.joint)
+        along = abs(float(apart @ other.axis))
+        is_mirror = along > other.radius and float(np.linalg.norm(apart)) < 1.05 * along
+        if is_mirror or _is_named(skeleton, name):
+            return _part(
+                skeleton, name, other.radius, spot, False, f'on an axle like that of "{other.joint}"'
+            )
+    return None
+
+
+def _without_shape(skeleton: Skeleton, names: Sequence[str]) -> list[RollingPart]:
+    """Return wheels of which no shape is known: named so, or mirrored, with the radius that their inertia
+    gives.
+    """
+    spots = {name: skeleton.origin(name) for name in names}
+    found = []
+    for name in names:
+        words = meanings(name) | meanings(skeleton.joint[name].child)
+        if "rotor" in words or (len(skeleton.points(name)) and "wheel" not in words):
+            continue
+        mirrored = any(
+            np.linalg.norm(spots[other][[0, 2]] - spots[name][[0, 2]])
+            < 0.1 * abs(float(spots[other][1] - spots[name][1]))
+            for other in names
+            if other != name
+        )
+        above = [skeleton.joint[up] for up in skeleton.path(name)[:-1]]
+        ends_limb = len(above) >= 2 and not any(is_endless(joint) for joint in above)
+        if not ("wheel" in words or (mirrored and (len(above) <= 1 or ends_limb))):
+            continue
+        radius = _radius_of_inertia(skeleton, name)
+        if radius is not None:
+            text = f"no shape is known; its inertia is that of a disc of radius {radius:.2g} m"
+            found.append(_part(skeleton, name, radius, spots[name], False, text))
+    if len(found) < 2:
+        return []
+    lowest = min(part.bottom for part in found)
+    return [part for part in found if part.bottom <= lowest + part.radius]
+
+
+def _radius_of_inertia(skeleton: Skeleton, name: str) -> float | None:
+    """Return the radius of the disc with the mass and the inertia of a body (m); None without these."""
+    for link in skeleton.links[name]:
+        inertial = skeleton.description.link_by_name[link].inertial
+        if inertial is None or not inertial.mass > 0:
+            continue
+        rotation = (skeleton.frames[link] @ inertial.origin.matrix())[:3, :3]
+        axis = rotation.T @ skeleton.axis(name)
+        about = float(axis @ inertial.matrix() @ axis)
+        if about > 0:
+            return float(np.sqrt(2.0 * about / inertial.mass))
+    return None
+
+
+def _is_named(skeleton: Skeleton, name: str) -> bool:
+    return "wheel" in meanings(name) | meanings(skeleton.joint[name].child)
 
 
 def leg_joints(skeleton: Skeleton, part: RollingPart) -> tuple[str, ...]:
@@ -91,57 +178,56 @@ def _range(skeleton: Skeleton, name: str) -> float:
     return np.inf if limits is None else limits[1] - limits[0]
 
 
-def _reaches(part: RollingPart, floor: float, lowest: float) -> bool:
-    named = "wheel" in meanings(part.joint) | meanings(part.link)
-    if named and part.bottom <= lowest + part.radius:
-        return True
-    return part.bottom <= floor + MAX_HEIGHT * part.radius
-
-
-def _candidate(skeleton: Skeleton, name: str) -> RollingPart | None:
-    """Return what turns about a level axle as a wheel does; None where joint or shape are no wheel's."""
+def _turns_level(skeleton: Skeleton, name: str) -> bool:
+    """Return whether a joint turns without limits about a level axle, and carries nothing but rollers."""
     joint = skeleton.joint[name]
-    named = "wheel" in meanings(name) | meanings(joint.child)
+    named = _is_named(skeleton, name)
     if not is_endless(joint) and not (named and joint.type == "revolute" and _range(skeleton, name) >= 3.0):
-        return None
-    axis = skeleton.axis(name)
-    if abs(axis[2]) > MAX_TILT:
-        return None
+        return False
     below = skeleton.below(name)[1:]
-    rollers = len(below) >= MIN_ROLLERS and all(skeleton.parent[child] == name for child in below)
-    if below and not rollers:
-        return None
+    return abs(skeleton.axis(name)[2]) <= MAX_TILT and (not below or _has_rollers(skeleton, name))
+
+
+def _has_rollers(skeleton: Skeleton, name: str) -> bool:
+    below = skeleton.below(name)[1:]
+    return len(below) >= MIN_ROLLERS and all(skeleton.parent[child] == name for child in below)
+
+
+def _round_part(skeleton: Skeleton, name: str) -> RollingPart | None:
+    """Return the wheel that a level joint turns; None where its shape is not round."""
+    rollers = _has_rollers(skeleton, name)
     measured = _radius(skeleton, name, rollers=rollers)
     if measured is None:
-        if not named:
-            return None
-        floor = float(skeleton.all_points[:, 2].min(initial=np.inf))
-        height = float(skeleton.origin(name)[2]) - floor
-        measured = (height, skeleton.origin(name)) if np.isfinite(height) and height > 0 else None
-        seen = "it has no round shape, its name says wheel"
-    else:
-        seen = f"round about a level axle, radius {measured[0]:.3g} m"
-    if measured is None:
         return None
+    radius, centre = measured
+    return _part(skeleton, name, radius, centre, rollers, f"round about a level axle, radius {radius:.3g} m")
+
+
+def _part(
+    skeleton: Skeleton, name: str, radius: float, centre: Array, rollers: bool, seen: str
+) -> RollingPart:
+    joint = skeleton.joint[name]
     above = skeleton.path(name)[:-1]
     swivels = tuple(up for up in above if _is_swivel(skeleton, up))
-    evidence = (seen, "turns without limits") if is_endless(joint) else (seen, "its name says wheel")
     return RollingPart(
         joint=name,
         link=joint.child,
-        centre=measured[1],
-        axis=axis,
-        radius=measured[0],
+        centre=centre,
+        axis=skeleton.axis(name),
+        radius=radius,
         swivels=swivels,
         others=tuple(up for up in above if up not in swivels),
         has_rollers=rollers,
-        evidence=evidence,
+        evidence=(seen, "turns without limits" if is_endless(joint) else "its name says wheel"),
     )
 
 
 def _is_swivel(skeleton: Skeleton, name: str) -> bool:
     joint = skeleton.joint[name]
-    return joint.type in ("revolute", "continuous") and abs(skeleton.axis(name)[2]) > UPRIGHT
+    if joint.type not in ("revolute", "continuous"):
+        return False
+    said = "steer" in meanings(name) & meanings(joint.child)
+    return abs(skeleton.axis(name)[2]) > UPRIGHT or said
 
 
 def _radius(skeleton: Skeleton, name: str, *, rollers: bool) -> tuple[float, Array] | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roboyard.description.model import Mesh
 from roboyard.morphology.skeleton import BASE, Skeleton, is_endless
 from roboyard.morphology.words import meanings
 
@@ -50,7 +51,25 @@ def find_rotors(skeleton: Skeleton, used: Collection[str] = ()) -> Rotors | None
     if len(fixed) >= FEWEST and not skeleton.joint:
         text = f"{len(fixed)} links on fixed joints have names of rotors"
         return Rotors(joints=(), links=tuple(fixed), confidence=0.8, evidence=(text,))
+    if not used and (said := _said_to_fly(skeleton)):
+        return Rotors(
+            joints=(), links=(), confidence=0.6, evidence=(f"no rotor is seen, but {said} says so",)
+        )
     return None
+
+
+def _said_to_fly(skeleton: Skeleton) -> str:
+    """Return what names the base a flying robot; empty where nothing does."""
+    if "flying" in meanings(skeleton.description.name):
+        return f'the robot\'s name "{skeleton.description.name}"'
+    for name in skeleton.links[BASE]:
+        link = skeleton.description.link_by_name[name]
+        shapes = (shape.geometry for shape in (*link.visuals, *link.collisions))
+        texts = [name, *(shape.uri.rpartition("/")[2] for shape in shapes if isinstance(shape, Mesh))]
+        found = next((text for text in texts if "flying" in meanings(text)), "")
+        if found:
+            return f'the name "{found}"'
+    return ""
 
 
 def _is_named(joint: str, link: str) -> bool:

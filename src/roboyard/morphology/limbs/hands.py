@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from roboyard.morphology.skeleton import BASE, Skeleton
+from roboyard.morphology.skeleton import BASE, Skeleton, is_endless
 from roboyard.morphology.words import meanings, share
 
 LONGEST_FINGER = 0.35
@@ -103,7 +103,9 @@ def _is_jaw(skeleton: Skeleton, body: str, kid: str) -> bool:
     across = abs(float(axis @ along)) < 0.6
     beside = float(((fixed - here) @ along).max()) > BESIDE * length
     one_sided = min(abs(limits[0]), abs(limits[1])) < 0.25 * max(abs(limits[0]), abs(limits[1]))
-    return across and (beside + one_sided + 2 * ("finger" in words)) >= 2 and (beside or "finger" in words)
+    if "finger" in words:
+        return across and (beside or one_sided)
+    return across and beside and one_sided
 
 
 def _is_hand(skeleton: Skeleton, used: Collection[str]) -> bool:
@@ -114,14 +116,31 @@ def _is_hand(skeleton: Skeleton, used: Collection[str]) -> bool:
     joints = [joint for kid in kids for joint in skeleton.below(kid)]
     if max(len(skeleton.below(kid)) for kid in kids) > MOST_JOINTS:
         return False
+    if sum(is_endless(skeleton.joint[name]) for name in joints) > len(joints) / 2:
+        return False
     names = [*_names(skeleton, joints), skeleton.description.name, *skeleton.links[BASE]]
     named = share("finger", names)
     if share("leg", names) > named or share("wheel", names) > 0.2:
         return False
     if named > 0.3 and len(kids) >= 2:
         return True
+    if len(kids) == 2 and len(joints) == 2 and _face_each_other(skeleton, kids):
+        return True
     follow = any(not skeleton.is_driven(name) for name in joints)
     return len(kids) >= 2 and (follow or (len(kids) >= 3 and not _on_corners(skeleton, kids)))
+
+
+def _face_each_other(skeleton: Skeleton, kids: list[str]) -> bool:
+    """Return whether two slides close on each other: opposite axes, or one axis and opposite limits."""
+    first, second = (skeleton.joint[kid] for kid in kids)
+    if first.type != "prismatic" or second.type != "prismatic":
+        return False
+    along = float(skeleton.axis(kids[0]) @ skeleton.axis(kids[1]))
+    one, two = first.position_limits(), second.position_limits()
+    if one is None or two is None or abs(along) < 0.95:
+        return False
+    mirrored = np.allclose((one[0], one[1]), (-two[1], -two[0]), atol=0.2 * (one[1] - one[0]))
+    return along < 0 or mirrored
 
 
 def _on_corners(skeleton: Skeleton, kids: list[str]) -> bool:

@@ -39,7 +39,7 @@ def head_score(skeleton: Skeleton, joint: str, *, alone: bool = False) -> float:
     below = skeleton.below(joint)
     names = [text for name in below for text in (name, skeleton.joint[name].child)]
     score = 3.5 * share("head", names)
-    for part in ("arm", "leg", "wheel"):
+    for part in ("arm", "leg", "wheel", "trunk"):
         score -= 3.0 * share(part, names)
     lidars = [n for n in names if "lidar" in meanings(n) and not meanings(n) & {"head", "camera"}]
     score -= 4.0 * (len(lidars) > 0 and len(below) == 1)

@@ -40,6 +40,22 @@ def alike(skeleton: Skeleton, a: Limb, b: Limb) -> bool:
     return float(np.abs(one - two).max(initial=0.0)) <= LENGTH_TOLERANCE * total
 
 
+def similar_group(skeleton: Skeleton, limbs: Sequence[Limb]) -> list[Limb]:
+    """Return the most limbs of one hub with equally many joints, at least two, and about equal lengths."""
+    best: list[Limb] = []
+    for limb in limbs:
+        group = [other for other in limbs if other.hub == limb.hub and _similar(skeleton, limb, other)]
+        best = max(best, group, key=len)
+    return best
+
+
+def _similar(skeleton: Skeleton, a: Limb, b: Limb) -> bool:
+    if len(a.joints) != len(b.joints) or len(a.joints) < 2:
+        return False
+    one, two = skeleton.reach(a.joints[0]), skeleton.reach(b.joints[0])
+    return alike(skeleton, a, b) or min(one, two) > 0.7 * max(one, two)
+
+
 def segments(skeleton: Skeleton, limb: Limb) -> Array:
     """Return the (n,) distances between a limb's joints (m)."""
     spots = np.array([skeleton.origin(name) for name in limb.joints]).reshape(-1, 3)
@@ -66,13 +82,19 @@ def find_pairs(skeleton: Skeleton, limbs: Sequence[Limb]) -> tuple[Pair, ...]:
 def _mirrored(skeleton: Skeleton, first: Limb, second: Limb) -> Pair | None:
     here = np.array([skeleton.origin(name) for name in first.joints])
     there = np.array([skeleton.origin(name) for name in second.joints])
-    apart = float(np.linalg.norm(here.mean(axis=0) - there.mean(axis=0)))
+    between = here.mean(axis=0) - there.mean(axis=0)
+    start = here[0] - there[0]
+    if np.linalg.norm(start) > 0.2 * np.linalg.norm(
+        between
+    ):  # where limbs begin says more than how they hang
+        between = start
+    apart = float(np.linalg.norm(between))
     if apart < 1e-4:
         return None
     errors = []
     for normal in range(3):
         rest = [axis for axis in range(3) if axis != normal]
-        errors.append(float(np.linalg.norm(here[0, rest] - there[0, rest])) / apart)
+        errors.append(float(np.linalg.norm(between[rest])) / apart)
     normal = int(np.argmin(errors))
     if errors[normal] > PLACE_TOLERANCE:
         return None

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from roboyard.morphology.limbs.chains import Anatomy, Limb
-from roboyard.morphology.limbs.pairs import Pair, alike, find_pairs
+from roboyard.morphology.limbs.directions import find_directions
+from roboyard.morphology.limbs.pairs import Pair, find_pairs, similar_group
 from roboyard.morphology.skeleton import BASE, Skeleton, is_endless
 from roboyard.morphology.words import meanings, share, side
 from roboyard.transforms import Array
@@ -66,7 +67,7 @@ def find_roles(
     """
     limbs = [limb for limb in anatomy.limbs if not limb.is_head]
     pairs = find_pairs(skeleton, limbs)
-    up, left = _directions(skeleton, pairs)
+    up, left = find_directions(skeleton, limbs, pairs)
     legs, leg_evidence, leg_confidence = _legs(
         skeleton, limbs, pairs, up, wheeled=wheeled or flying, wheel_legs=wheel_legs
     )
@@ -80,7 +81,7 @@ def find_roles(
             arms.append((limb, min(0.97, 0.4 + 0.12 * score), evidence))
         else:
             other.append(limb)
-    trunk, arms, why = _trunk(skeleton, anatomy, arms, wheeled=wheeled)
+    trunk, arms, why = _trunk(skeleton, anatomy, arms, other, wheeled=wheeled)
     return Roles(
         legs=_named_legs(skeleton, legs, left, up, leg_confidence, leg_evidence),
         arms=_named_arms(skeleton, arms, trunk, left),
@@ -91,26 +92,6 @@ def find_roles(
         up=up,
         left=left,
     )
-
-
-# --------------------------------------------------------------------------------------------- directions
-
-
-def _directions(skeleton: Skeleton, pairs: Sequence[Pair]) -> tuple[Array, Array]:
-    """Return up and left: z and y, but for a robot whose limbs mirror each other across a level plane."""
-    up, left = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
-    normals = [pair.normal for pair in pairs if len(pair.first.joints) > 1]
-    if normals and all(normal == 2 for normal in normals):
-        up, left = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -1.0])
-    elif normals and sum(normal == 0 for normal in normals) > len(normals) / 2:
-        left = np.array([-1.0, 0.0, 0.0])
-    named = 0.0
-    for pair in pairs:
-        first, second = (side(_names(skeleton, limb.joints)) for limb in (pair.first, pair.second))
-        if {first, second} == {"left", "right"}:
-            apart = skeleton.origin(pair.first.joints[-1]) - skeleton.origin(pair.second.joints[-1])
-            named += float(apart @ left) * (1 if first == "left" else -1)
-    return up, -left if named < 0 else left
 
 
 def _names(skeleton: Skeleton, joints: Sequence[str]) -> list[str]:
@@ -136,9 +117,13 @@ def _legs(
     if wheeled:
         return [], (), 0.0
     for hub in dict.fromkeys(limb.hub for limb in limbs):
-        group = _largest_group(skeleton, [limb for limb in limbs if limb.hub == hub and limb.palm is None])
+        group = similar_group(skeleton, [limb for limb in limbs if limb.hub == hub and limb.palm is None])
         names = _names(skeleton, [name for limb in group for name in limb.joints])
-        if len(group) >= 4 and share("arm", names) <= share("leg", names) and _has_corners(skeleton, group):
+        if (
+            len(group) >= 4
+            and share("arm", names) <= share("leg", names)
+            and _has_corners(skeleton, group, up)
+        ):
             legs = _clustered(skeleton, group)
             if len(legs) >= 3:
                 text = (
@@ -153,25 +138,10 @@ def _legs(
     return [[pair.first], [pair.second]], evidence, min(0.97, 0.5 + 0.1 * score)
 
 
-def _largest_group(skeleton: Skeleton, limbs: Sequence[Limb]) -> list[Limb]:
-    """Return the most limbs with equal types of joints and about equal lengths."""
-    best: list[Limb] = []
-    for limb in limbs:
-        group = [other for other in limbs if _similar(skeleton, limb, other)]
-        best = max(best, group, key=len)
-    return best
-
-
-def _similar(skeleton: Skeleton, a: Limb, b: Limb) -> bool:
-    if len(a.joints) != len(b.joints) or len(a.joints) < 2:
-        return False
-    one, two = skeleton.reach(a.joints[0]), skeleton.reach(b.joints[0])
-    return alike(skeleton, a, b) or min(one, two) > 0.7 * max(one, two)
-
-
-def _has_corners(skeleton: Skeleton, limbs: Sequence[Limb]) -> bool:
+def _has_corners(skeleton: Skeleton, limbs: Sequence[Limb], up: Array) -> bool:
     """Return whether limbs begin on all sides of their middle, seen from above."""
-    spots = np.array([skeleton.origin(limb.joints[0])[:2] for limb in limbs])
+    level = [axis for axis in range(3) if abs(up[axis]) < 0.5]
+    spots = np.array([skeleton.origin(limb.joints[0])[level] for limb in limbs])
     away = spots - spots.mean(axis=0)
     quarters = {(bool(x > 0), bool(y > 0)) for x, y in away}
     return len(quarters) >= 4 or len(limbs) >= 6
@@ -202,11 +172,13 @@ def _leg_score(
     root = skeleton.description.root
     if root.name.lower() in WORLD_NAMES and root.inertial is None:
         return -9.0, ()
-    heights = skeleton.all_points @ up
+    heights = skeleton.spots @ up
     if not len(heights):
         return -9.0, ()
     tall, floor = float(np.ptp(heights)), float(heights.min())
     tips = np.concatenate([skeleton.points_below(limb.joints[0]) for limb in (pair.first, pair.second)])
+    if not len(tips):
+        tips = np.array([skeleton.origin(limb.joints[-1]) for limb in (pair.first, pair.second)])
     evidence, score = [], 0.0
     if len(tips) and float((tips @ up).min()) - floor < 0.1 * tall:
         score += 1.5
@@ -359,12 +331,21 @@ def _trunk(
     skeleton: Skeleton,
     anatomy: Anatomy,
     arms: list[tuple[Limb, float, tuple[str, ...]]],
+    other: Sequence[Limb],
     *,
     wheeled: bool,
 ) -> tuple[tuple[str, ...], list[tuple[Limb, float, tuple[str, ...]]], tuple[str, ...]]:
     """Return the joints between the hubs of a robot, or the lift that carries its only arm."""
     hubs = {limb.hub for limb, _, _ in arms} | {limb.hub for limb in anatomy.limbs}
     joints = dict.fromkeys(name for hub in hubs for name in skeleton.path(hub) if skeleton.is_driven(name))
+    for limb in other:
+        if share("trunk", _names(skeleton, limb.joints)) >= 0.5:
+            joints |= dict.fromkeys(limb.joints)
+    for name in anatomy.accessories:
+        hub = skeleton.parent[name]
+        heavy = skeleton.moved_mass(name) > 0.05 * skeleton.mass(hub)
+        if hub in anatomy.hubs and heavy and share("trunk", _names(skeleton, [name])) >= 0.5:
+            joints[name] = None
     ordered = [name for name in skeleton.joint if name in joints]
     if ordered:
         return tuple(ordered), arms, (f"{len(ordered)} joints move all that branches off behind them",)
