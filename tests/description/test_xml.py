@@ -76,7 +76,7 @@ def test_bounds(monkeypatch, tmp_path):
     monkeypatch.setattr(xml, "MAX_BYTES", 1000)
     file = tmp_path / "robot.urdf"
     file.write_text("<a>" + " " * 1000 + "</a>")
-    with pytest.raises(DescriptionError, match="too large for a robot description"):
+    with pytest.raises(DescriptionError, match="is too large"):
         read_xml(file)
 
 

@@ -233,3 +233,20 @@ def test_a_move_cut_short_is_finished_by_the_next_import(tmp_path, monkeypatch, 
         pass
     assert (place.object / "file").read_text() == (place.model / "file").read_text() == "new"
     assert not [p for p in place.root.glob(".import-*") if p.is_dir()]
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "not json", "[]", '{"object": 1}', '{"object": "a", "model": 2}', "[" * 5000, "1" * 100_000],
+)
+def test_a_mark_that_is_empty_or_cut_counts_as_none(tmp_path: Path, content: str) -> None:
+    """An empty mark is what a power failure can leave; it blocked the robot's name."""
+    place = PackageFolders(data=tmp_path, dataset="set", name="pair")
+    left = place.root / ".import-pair-left"
+    (left / "object").mkdir(parents=True)
+    (left / "ready").write_text(content)
+    with building(place, overwrite=False) as build:
+        (build / "object" / "new").touch()
+    assert (place.object / "new").exists()
+    assert place.model.is_dir()
+    assert not left.exists()

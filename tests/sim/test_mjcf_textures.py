@@ -3,7 +3,9 @@
 The places were read off pictures of MuJoCo 4's OpenGL renderer; those here are the software renderer's.
 """
 
+import tempfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +23,9 @@ PURPLE, CYAN, WHITE = (255, 0, 255), (0, 255, 255), (255, 255, 255)
 def picture(asset, geom, view=(0, 0, 1), up=(0, 1, 0)):
     """Look-up of the colour at (right, up), m, in a picture from `view` towards the origin, 2.4 m wide."""
     world = World()
-    world.add_mjcf(f"<mujoco><asset>{asset}</asset><worldbody><geom {geom}/></worldbody></mujoco>")
+    folder = tempfile.gettempdir()
+    text = f"<mujoco><asset>{asset}</asset><worldbody><geom {geom}/></worldbody></mujoco>"
+    world.add_mjcf(text, search_paths=[Path(folder)])
     camera = Camera.orthographic(5.0 * np.array(view), (0, 0, 0), up, width=240, height=240, extent=2.4)
     image = world.render(camera, light=UNLIT, shadow=False, backend="software", background=(0, 0, 0))
 

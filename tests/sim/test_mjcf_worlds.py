@@ -193,9 +193,11 @@ def test_a_file_that_mujoco_refuses_is_refused_with_its_name_and_the_world_is_as
     box = world.add_box((1, 1, 1), (0, 0, 1))
     file = tmp_path / "bad.xml"
     file.write_text(REFUSED[name])
-    with pytest.raises(DescriptionError, match=r"^bad\.xml: MuJoCo cannot read it: "):
+    with pytest.raises(DescriptionError, match=r"^bad\.xml:(1:)? "):
         world.add_mjcf(file)
-    with pytest.raises(DescriptionError, match=r"^MuJoCo cannot read it: "):
+    with pytest.raises(
+        DescriptionError, match=r"^(MuJoCo cannot read it: |not well-formed XML|<mesh>: .*no such file)"
+    ):
         world.add_mjcf(REFUSED[name].replace("<mujoco", "<mujoco "))
     assert world.bodies == (box,)
     world.step(10)

@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 from roboyard.errors import ConfigError
+from roboyard.untrusted.files import read_file
 
 MAX_BYTES = 8 * 2**20
 """Largest file (bytes)."""
@@ -50,14 +51,7 @@ def read_yaml(file: Path) -> YamlFile:
         ConfigError: the file is missing, too large, not YAML, or has tags beyond plain data.
     """
     try:
-        size = file.stat().st_size
-        if file.is_dir():
-            raise ConfigError(f"{file.name}: is a folder; give a YAML file")
-        if size > MAX_BYTES:
-            raise ConfigError(
-                f"{file.name}: {size / 2**20:.0f} MiB is too large for a configuration (at most 8 MiB)"
-            )
-        text = file.read_bytes().decode("utf-8")
+        text = read_file(file, MAX_BYTES).decode("utf-8")
     except UnicodeDecodeError as error:
         raise ConfigError(f"{file.name}: not UTF-8 text (byte {error.start}); save it as UTF-8") from None
     except OSError as error:

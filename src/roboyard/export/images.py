@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from roboyard.description.model import Material
+from roboyard.shapes.readers.external_files import load_image_file
 
 CACHE_BYTES = 64 * 1024 * 1024
 """PNG files kept in memory, the least recently used leave first."""
@@ -39,15 +40,9 @@ class ImageCache:
 
 def material_pixels(material: Material) -> np.ndarray | None:
     """(h, w, 4) image of a material; None where it has none that can be read."""
-    from PIL import Image, UnidentifiedImageError
-
-    if material.texture is None:
+    if material.texture is None or not material.texture.is_file():
         return None
-    try:
-        with Image.open(material.texture) as image:
-            return np.asarray(image.convert("RGBA"))
-    except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
-        return None
+    return load_image_file(material.texture, material.texture.name)
 
 
 def write_png(pixels: np.ndarray, digest: str, path: Path, *, alpha: bool = True) -> None:

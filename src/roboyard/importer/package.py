@@ -24,6 +24,7 @@ from pathlib import Path
 
 from roboyard.errors import ConfigError
 from roboyard.paths import models_folder, objects_folder
+from roboyard.untrusted.files import read_file
 
 READY = "ready"
 """File in a build folder whose parts are whole: they may be moved in. It holds the file system's number of
@@ -85,7 +86,7 @@ def building(place: PackageFolders, *, overwrite: bool) -> Iterator[Path]:
                     _move_in(place, build)  # half moved in is neither the old package nor the new one
                     raise
             finally:
-                if not (build / READY).exists():  # else the next import has a move to finish
+                if _marked(build) is None:  # else the next import has a move to finish
                     _clear(build)
     except BaseException:
         for folder in made:
@@ -117,15 +118,42 @@ def _refuse_existing(place: PackageFolders) -> None:
 def _mark_ready(place: PackageFolders, build: Path) -> None:
     numbers = {part.name: part.stat().st_ino for part, _ in place.moves(build)}
     draft = build / f"{READY}.draft"
-    draft.write_text(json.dumps(numbers), encoding="utf-8")
+    with draft.open("w", encoding="utf-8") as stream:
+        stream.write(json.dumps(numbers))
+        stream.flush()
+        os.fsync(stream.fileno())  # the name must not reach the disk before the content
     draft.replace(build / READY)
+    _sync_folder(build)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Write a folder's entries to the disk, where the system has that."""
+    if sys.platform == "win32":
+        return
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _marked(build: Path) -> dict[str, int] | None:
+    """The numbers in a mark; None without one. A mark that is empty, cut or of other content is none."""
+    try:
+        numbers = json.loads(read_file(build / READY, 1 << 16))
+    except (OSError, ValueError, RecursionError):
+        return None
+    if not isinstance(numbers, dict) or set(numbers) != {"object", "model"}:
+        return None
+    return numbers if all(type(number) is int for number in numbers.values()) else None
 
 
 def _move_in(place: PackageFolders, build: Path) -> None:
     """Put the parts in their places; what was there goes to the build folder. Done again it goes on."""
-    if not (build / READY).exists():
+    numbers = _marked(build)
+    if numbers is None:
         return
-    numbers = json.loads((build / READY).read_text(encoding="utf-8"))
     for part, target in place.moves(build):
         if part.exists() and part.stat().st_ino == numbers[part.name]:
             target.parent.mkdir(parents=True, exist_ok=True)

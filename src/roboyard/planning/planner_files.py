@@ -13,6 +13,7 @@ from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.planning.self_pairs import adjacent_pairs
 from roboyard.planning.sphere_model import SphereModel, sorted_pairs
+from roboyard.untrusted.files import read_file
 
 
 def load_planner_file(path: Path | str, description: RobotDescription) -> SphereModel:
@@ -27,7 +28,7 @@ def load_planner_file(path: Path | str, description: RobotDescription) -> Sphere
     """
     file = Path(path)
     try:
-        data = yaml.safe_load(file.read_text(encoding="utf-8"))
+        data = yaml.safe_load(read_file(file, 64 << 20).decode("utf-8"))
     except OSError as error:
         raise ConfigError(f"{file}: {error.strerror}; check the path") from None
     except yaml.YAMLError as error:
@@ -50,7 +51,7 @@ def _curobo(file: Path, block: Mapping[str, Any], description: RobotDescription)
         other = file.parent / spheres
         if not other.is_file():
             raise ConfigError(f"{file.name}: collision_spheres: there is no file {spheres!r} beside it")
-        spheres = yaml.safe_load(other.read_text(encoding="utf-8")).get("collision_spheres")
+        spheres = yaml.safe_load(read_file(other, 64 << 20).decode("utf-8")).get("collision_spheres")
     space = block.get("cspace") or {}
     nested = isinstance(space, dict)
     names = space.get("joint_names", []) if nested else space

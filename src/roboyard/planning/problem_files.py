@@ -33,6 +33,7 @@ from roboyard.planning.planner_files import load_planner_file
 from roboyard.planning.sphere_model import SphereModel
 from roboyard.planning.trajectory import Plan
 from roboyard.transforms import normalized
+from roboyard.untrusted.files import read_file
 
 TIME_LIMIT = 5.0
 """Longest search of a problem (s)."""
@@ -75,7 +76,7 @@ def load_problems(path: Path | str) -> ProblemFile:
     """
     file = Path(path)
     try:
-        data = json.loads(file.read_text(encoding="utf-8"))
+        data = json.loads(read_file(file, 64 << 20))
     except json.JSONDecodeError as error:
         raise ConfigError(f"{file.name}:{error.lineno}: not JSON: {error.msg}; correct the file") from None
     if not isinstance(data, dict):

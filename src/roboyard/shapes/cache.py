@@ -9,13 +9,17 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from platformdirs import user_cache_path
+
+from roboyard.untrusted.arrays import ArraysError, read_arrays
+
+MAX_BYTES = 256 << 20
+"""Largest entry, unpacked (bytes)."""
 
 
 def cache_folder() -> Path:
@@ -40,9 +44,8 @@ def content_key(*parts: object) -> str:
 def load_arrays(kind: str, key: str) -> dict[str, NDArray] | None:
     """Return the (...) arrays stored under `key`; None if they are missing or unreadable."""
     try:
-        with np.load(_entry(kind, key), allow_pickle=False) as entry:
-            return {name: entry[name] for name in entry.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+        return read_arrays(_entry(kind, key), MAX_BYTES)
+    except (OSError, ArraysError):
         return None
 
 

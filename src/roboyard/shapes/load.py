@@ -21,6 +21,7 @@ from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.readers.external_files import clear_images
 from roboyard.shapes.readers.parts import Part, combine
+from roboyard.untrusted.files import read_file
 
 MAX_FILE_BYTES = 512 * 1024 * 1024
 """Largest mesh file (bytes)."""
@@ -124,7 +125,7 @@ def _read(file: Path, size: int) -> TriangleMesh:
         import_module(f"roboyard.shapes.readers.{name}"), name
     )
     try:
-        data = file.read_bytes()
+        data = read_file(file, MAX_FILE_BYTES)
     except OSError as error:
         raise MeshError(f"cannot be read: {error.strerror}", file=file) from None
     if not data.strip():

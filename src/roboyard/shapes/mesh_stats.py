@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import io
 import os
-import zipfile
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,6 +29,7 @@ from roboyard.shapes.inertia import (
 )
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.readers.references import names_in
+from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 Array = NDArray[np.float64]
 
@@ -186,18 +185,18 @@ def _digest(path: Path) -> str:
 
 
 _SCALARS = ("triangles", "vertices", "is_finite", "is_closed", "volume", "hull_volume", "solid", "mass")
+_MAX_STORED = 16 << 20
 _ARRAYS = ("bounds", "hull", "center", "inertia")
 
 
 def _load(file: Path, content: str) -> MeshStats | None:
     try:
-        data = file.read_bytes()
-        with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-            kept = {name: stored[name].item() for name in _SCALARS}
-            kept |= {name: stored[name] for name in _ARRAYS}
-            kept["names"] = tuple(str(name) for name in stored["names"])
+        stored = read_arrays(file, _MAX_STORED)
+        kept = {name: stored[name].item() for name in _SCALARS}
+        kept |= {name: stored[name] for name in _ARRAYS}
+        kept["names"] = tuple(str(name) for name in stored["names"])
         return MeshStats(content=content, **kept)
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError):
+    except (OSError, ValueError, TypeError, KeyError, ArraysError):
         return None
 
 

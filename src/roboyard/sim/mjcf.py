@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,35 +12,46 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.mass_properties import MassProperties
-from roboyard.errors import DescriptionError
+from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.build.records import Built, BuiltLink
+from roboyard.sim.mjcf_file import MjcfSource, checked_mjcf
 from roboyard.sim.simulation import Simulation
 from roboyard.transforms import from_wxyz
 
 
-def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
+def add_mjcf(
+    world: Simulation,
+    source: str | Path,
+    position: ArrayLike = (0, 0, 0),
+    *,
+    search_paths: Sequence[Path] = (),
+) -> tuple[Body, ...]:
     """Add an MJCF file to a world, whose own options (time step, gravity, solver) are kept.
 
     Args:
         world: the world.
         source: path of the file, or the XML itself.
         position: (3,) offset of everything in it (m).
+        search_paths: folders whose files it may name, besides its own (see `sim.mjcf_file`).
 
     Returns:
         One body for the file's fixed shapes (if it has any), then one for each top-level body.
 
     Raises:
-        DescriptionError: MuJoCo rejects the file.
+        DescriptionError: the file is refused (see `sim.mjcf_file`), or MuJoCo rejects it.
     """
-    text = str(source)
-    path = None if "<mujoco" in text else Path(text)
+    offset = np.asarray(position, dtype=float)
+    if offset.shape != (3,) or not np.isfinite(offset).all():
+        raise RoboyardError(f"position must be three finite numbers, got {offset.tolist()}")
+    checked = checked_mjcf(source, search_paths)
+    path = checked.file
     try:
         # compiled from the text again: a copy of a spec loses actuators whose joint does not exist
-        child = _parse(text, path)
-        compiled = _parse(text, path).compile()
-    except (ValueError, OSError) as error:
-        message = " ".join(str(error).split())
+        child = _parse(checked)
+        compiled = _parse(checked).compile()
+    except Exception as error:  # MuJoCo raises several types
+        message = " ".join(str(error).split())[:500]
         raise DescriptionError(f"MuJoCo cannot read it: {message}", file=path) from error
     name = world.reserve_name(child.modelname or (path.stem if path else "mjcf"))
     tops = [body.name for body in child.worldbody.bodies]
@@ -52,7 +64,7 @@ def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0,
     _take_over_options(child, world)
     ground = world.spec.worldbody
     before = len(ground.geoms)
-    world.spec.attach(child, prefix=f"{name}/", frame=ground.add_frame(pos=np.asarray(position, dtype=float)))
+    world.spec.attach(child, prefix=f"{name}/", frame=ground.add_frame(pos=offset))
     fixed = Built(links=[BuiltLink(name="world", parent=-1, element=ground, link=None)], is_ground=True)
     fixed.links[0].geoms = list(ground.geoms)[before:]
     bodies: list[Body] = []
@@ -68,9 +80,14 @@ def add_mjcf(world: Simulation, source: str | Path, position: ArrayLike = (0, 0,
     return tuple(bodies)
 
 
-def _parse(text: str, path: Path | None) -> Any:
+def _parse(source: MjcfSource) -> Any:
     """Parse an MJCF file or text; every body and joint gets a name."""
-    spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
+    if source.text is None:
+        spec = mujoco.MjSpec.from_file(str(source.file))
+    else:
+        spec = mujoco.MjSpec.from_string(source.text)
+        if source.file is not None:
+            spec.modelfiledir = f"{source.file.absolute().parent}/"
     _name_everything(spec)
     return spec
 

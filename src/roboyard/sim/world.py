@@ -280,18 +280,22 @@ class World(Simulation):
         fixed = description.links[0].inertial is None
         return self.add_description(description, position, orientation, fixed_base=fixed)
 
-    def add_mjcf(self, source: str | Path, position: ArrayLike = (0, 0, 0)) -> tuple[Body, ...]:
+    def add_mjcf(
+        self, source: str | Path, position: ArrayLike = (0, 0, 0), *, search_paths: Sequence[Path] = ()
+    ) -> tuple[Body, ...]:
         """Add an MJCF file at an offset (3,) (m).
+
+        It may include files and name meshes and textures in its own folders and in `search_paths` only.
 
         Returns:
             One body for the file's fixed shapes (if it has any), then one for each top-level body.
 
         Raises:
-            DescriptionError: MuJoCo rejects the file.
+            DescriptionError: the file cannot be used; the message names the element and the remedy.
         """
         from roboyard.sim.mjcf import add_mjcf
 
-        return add_mjcf(self, source, position)
+        return add_mjcf(self, source, position, search_paths=search_paths)
 
     # ------------------------------------------------------------------------------------------------ queries
 

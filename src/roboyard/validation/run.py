@@ -18,6 +18,7 @@ from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.definition.load import check_fits
 from roboyard.robots.sensor_frames import camera_frames
 from roboyard.robots.spawn import DefinitionSource, RobotSource, Source, is_robot_file, load_source
+from roboyard.untrusted.files import read_file
 from roboyard.validation.gates import GATES
 from roboyard.validation.report import Gate, ValidationReport
 from roboyard.validation.test_world import TestWorld
@@ -100,7 +101,7 @@ def _beside(robot: RobotSource, source: Source, *, own: bool) -> tuple[Mapping[s
     if isinstance(robot, RegisteredRobot):
         file = robot.folder / "understanding.json"
         planner = robot.folder / "curobo" / f"{robot.name}_description_curobo_default.yaml"
-        understood = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+        understood = json.loads(read_file(file, 64 << 20).decode("utf-8")) if file.is_file() else {}
         return understood.get("understanding", understood), _spheres_of(planner)
     if isinstance(robot, RobotModel):
         planned = {} if robot.planning is None else robot.planning.spheres
@@ -118,7 +119,7 @@ def _spheres_of(planner: Path) -> Mapping[str, Any]:
     """Return the spheres of each link in a cuRobo file; empty without the file."""
     if not planner.is_file():
         return {}
-    data = yaml.safe_load(planner.read_text(encoding="utf-8")) or {}
+    data = yaml.safe_load(read_file(planner, 64 << 20).decode("utf-8")) or {}
     for key in ("robot_cfg", "kinematics"):
         data = data.get(key, data) if isinstance(data, dict) else {}
     found = data.get("collision_spheres", {}) if isinstance(data, dict) else {}

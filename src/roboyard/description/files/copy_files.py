@@ -12,6 +12,9 @@ from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 from roboyard.shapes.readers.references import NAME_PATTERNS, named_files
+from roboyard.untrusted.files import read_file
+
+_MAX_BYTES = 512 << 20
 
 
 def plain_name(name: str) -> str:
@@ -102,7 +105,7 @@ def _copy_rewritten(source: Path, target: Path, bare_names: dict[str, str]) -> N
     if not changed or (pattern is None and suffix != ".gltf"):
         shutil.copyfile(source, target)
         return
-    data = source.read_bytes()
+    data = read_file(source, _MAX_BYTES)
     if pattern is not None:
 
         def bare(match: re.Match[bytes]) -> bytes:

@@ -37,9 +37,12 @@ from roboyard.description.files.workspaces import (
     packages_below,
     workspace_sources,
 )
+from roboyard.untrusted.files import check_file, is_inside
 
 MAX_LEVELS = 8
-_URDF_FOLDERS = {"urdf", "urdfs", "robot", "robots", "xacro", "model", "models", "sdf", "description"}
+MAX_BYTES = 512 * 1024 * 1024
+"""Largest file that is handed to another reader (bytes)."""
+_URDF_FOLDERS = {"urdf", "urdfs", "mjcf", "robot", "robots", "xacro", "model", "models", "sdf", "description"}
 _MESH_FOLDERS = re.compile(
     r"(\w+_)?(mesh(es)?|visuals?|collisions?|assets?|geometry|geometries|materials?|textures?|media|stl|obj|dae)",
     re.IGNORECASE,
@@ -128,11 +131,7 @@ class Resolver:
         if moved is not None:
             return moved
         if refused is not None:
-            problem = (
-                f"{refused} is outside the robot's folders, so it is not opened; "
-                f"move it there or pass its folder in search_paths"
-            )
-            return Resolved(path=None, problem=problem)
+            return Resolved(path=None, problem=_outside(refused))
         if folder is not None:
             return Resolved(path=None, problem=f"{folder} is a folder; name a file")
         return Resolved(path=None, problem=self._not_found(scheme, rest, seen))
@@ -155,6 +154,25 @@ class Resolver:
                 if self._is_allowed(file, folder if folder.is_relative_to(self._package) else folder.parent):
                     found[file] = None
         return tuple(found)
+
+    def refusal(self, file: Path) -> str | None:
+        """Return why a file that another format names by its place is not opened; None where it may be.
+
+        It has to be a regular file in one of the folders that the description may read.
+        """
+        try:
+            check_file(file, MAX_BYTES)
+        except FileNotFoundError:
+            return f"{str(file)[:200]}: no such file; add it"
+        except (OSError, ValueError) as error:
+            return f"{str(file)[:200]}: {getattr(error, 'strerror', None) or error}"
+        try:
+            roots = self._trusted if self.base is None else (self.base, *self._trusted)
+            if any(self._is_allowed(file, root) for root in roots):
+                return None
+        except (OSError, RuntimeError):  # links in a ring
+            pass
+        return _outside(file)
 
     def _moved(self, scheme: str, rest: str) -> Resolved | None:
         """The file of the description's own tree that a path from another tree means."""
@@ -297,12 +315,17 @@ class Resolver:
         """True where `found`, symbolic links resolved, stays inside `root` or another trusted folder."""
         if found.is_relative_to(root) and any(root.is_relative_to(share) for share in self._installed):
             return True
+        if is_inside(found, (*workspace_sources(self._above), root, *self._trusted)):
+            return True
         real = found.resolve()
-        if any(real.is_relative_to(source.resolve()) for source in workspace_sources(self._above)):
-            return True
-        if any(real.is_relative_to(folder.resolve()) for folder in (root, *self._trusted)):
-            return True
         return any(_is_in_mesh_folder(real, folder.resolve()) for folder in self._above[1:3])
+
+
+def _outside(file: Path) -> str:
+    return (
+        f"{file} is outside the robot's folders, so it is not opened; "
+        f"move it there or pass its folder in search_paths"
+    )
 
 
 def _is_own_package(folder: Path, root: Path) -> bool:

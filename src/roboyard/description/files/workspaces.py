@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
+from roboyard.untrusted.files import read_file
+
 MAX_DEPTH = 6
 """Levels below the root that are searched."""
 MAX_FOLDERS = 20_000
@@ -21,9 +23,7 @@ def package_name(folder: Path) -> str | None:
     """Return the name in a folder's `package.xml`; None without one."""
     file = folder / "package.xml"
     try:
-        if not file.is_file() or file.stat().st_size > 1 << 20:
-            return None
-        head = file.read_text(encoding="utf-8", errors="replace")
+        head = read_file(file, 1 << 20).decode("utf-8", "replace")
     except OSError:
         return None
     match = re.search(r"<name>([^<]*)</name>", head)

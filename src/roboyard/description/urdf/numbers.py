@@ -17,7 +17,7 @@ FaultKind = Literal["sloppy", "wrong", "not finite", "huge", "xacro"]
 
 _PREFIX = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
-_OPTENV = re.compile(r"^\$\(\s*optenv\s+\S+\s*(.*?)\s*\)$", re.S)
+_OPTENV = re.compile(r"\$\(\s*optenv\s")
 _XACRO = re.compile(r"\$\{|\$\(")
 _STRAY = re.compile(r"[.;]*")
 """Characters after a number that mean nothing. Any others (`0x10`, `1d5`, `10mm`) may have a meaning."""
@@ -142,11 +142,11 @@ class NumberParser:
         """The numbers of a text that is not blank, however many they are."""
         if self.words_are_zero:
             return tuple(_leading(token) or 0.0 for token in text.split())
-        default = _OPTENV.match(text.strip())
+        default = _optenv_default(text.strip())
         if default is not None:
             message = f"{_shown(element, key)} was left by xacro; its default is taken"
             self.record(element, key, "sloppy", message)
-            text = default[1]
+            text = default
         elif _XACRO.search(text):
             message = f"{_shown(element, key)} is unexpanded xacro"
             self.record(element, key, "xacro", message, "run: xacro FILE.xacro > FILE.urdf")
@@ -178,6 +178,14 @@ class NumberParser:
         plain = " ".join(f"{value:g}" for value in read)
         self.record(element, key, "sloppy", f"{shown} is sloppy; read as {plain}")
         return tuple(read)
+
+
+def _optenv_default(text: str) -> str | None:
+    """The default in `$(optenv NAME default)`; None for any other text."""
+    if not text.endswith(")") or not _OPTENV.match(text):
+        return None
+    words = text[2:-1].split(None, 2)
+    return words[2].strip() if len(words) == 3 else "" if len(words) == 2 else None
 
 
 def unit_quaternion(quaternion: Sequence[float]) -> Quaternion | None:

@@ -14,10 +14,11 @@ from xml.parsers import expat
 from roboyard.description.urdf.xacro_calls import without_left_calls
 from roboyard.description.urdf.xml_repair import REPAIRS, decode
 from roboyard.errors import DescriptionError
+from roboyard.untrusted.files import read_file
 
 MAX_BYTES = 64 * 1024 * 1024
 MAX_DEPTH = 100
-MAX_ELEMENTS = 2_000_000
+MAX_ELEMENTS = 500_000
 
 
 class LocatedElement(ET.Element):
@@ -51,12 +52,16 @@ def _copy_element(element: ET.Element) -> ET.Element:
     return copy
 
 
-def read_xml(source: Path | str) -> tuple[ET.Element, tuple[str, ...]]:
+def read_xml(source: Path | str, *, max_depth: int = MAX_DEPTH) -> tuple[ET.Element, tuple[str, ...]]:
     """Return the root element of a file (`Path`) or of XML text (`str`), and notes on each correction.
+
+    Args:
+        source: a file or text.
+        max_depth: levels of elements that are accepted.
 
     Raises:
         DescriptionError: the file cannot be read, is no XML, declares a DTD or entities, or is beyond the
-            bounds of this module (64 MiB, 100 levels, 2 million elements).
+            bounds of this module (64 MiB, 100 levels, 500,000 elements).
     """
     file = source if isinstance(source, Path) else None
     data = _read_bytes(source) if isinstance(source, Path) else source.encode("utf-8", "surrogatepass")
@@ -69,10 +74,10 @@ def read_xml(source: Path | str) -> tuple[ET.Element, tuple[str, ...]]:
             f"the file is empty ({len(data)} bytes); a URDF starts with a <robot> element", file=file
         )
     try:
-        root = _parse(data, file)
+        root = _parse(data, file, max_depth)
         return root, without_left_calls(root, data)
     except _NotWellFormed as error:
-        repaired = _repair(data, file)
+        repaired = _repair(data, file, max_depth)
         if repaired is None:
             raise DescriptionError(
                 f"not well-formed XML, column {error.column}: {error.reason}; correct the file at this place",
@@ -90,12 +95,9 @@ class _NotWellFormed(Exception):
 
 def _read_bytes(file: Path) -> bytes:
     try:
-        if file.is_dir():
-            raise DescriptionError(f"{file} is a folder; give the URDF file in it", file=file)
-        if file.exists() and not file.is_file():  # reading a pipe would block, reading a device would not end
-            raise DescriptionError(f"{file} cannot be read: it is no regular file; give a file", file=file)
-        with file.open("rb") as stream:
-            return stream.read(MAX_BYTES + 1)
+        return read_file(file, MAX_BYTES)
+    except IsADirectoryError:
+        raise DescriptionError(f"{file} is a folder; give the URDF file in it", file=file) from None
     except FileNotFoundError:
         raise DescriptionError(f"no such file in {file.parent}; check the path", file=file) from None
     except (OSError, ValueError) as error:
@@ -103,7 +105,7 @@ def _read_bytes(file: Path) -> bytes:
         raise DescriptionError(f"cannot be read: {reason}", file=file) from None
 
 
-def _repair(data: bytes, file: Path | None) -> tuple[ET.Element, tuple[str, ...]] | None:
+def _repair(data: bytes, file: Path | None, max_depth: int) -> tuple[ET.Element, tuple[str, ...]] | None:
     """Parse again after each repair that changes the text; None where none of them helps."""
     text, note = decode(data)
     notes = [note] if note else []
@@ -115,23 +117,24 @@ def _repair(data: bytes, file: Path | None) -> tuple[ET.Element, tuple[str, ...]
             text = repaired
             notes.append(what)
         try:
-            root = _parse(text.encode("utf-8", "replace"), file, "utf-8")
+            root = _parse(text.encode("utf-8", "replace"), file, max_depth, "utf-8")
             return root, (*notes, *without_left_calls(root, data))
         except _NotWellFormed:
             continue
     return None
 
 
-def _parse(data: bytes, file: Path | None, encoding: str | None = None) -> ET.Element:
-    builder = _Builder(file, encoding)
+def _parse(data: bytes, file: Path | None, max_depth: int, encoding: str | None = None) -> ET.Element:
+    builder = _Builder(file, encoding, max_depth)
     return builder.parse(data)
 
 
 class _Builder:
     """Expat's events turned into located elements, within bounds."""
 
-    def __init__(self, file: Path | None, encoding: str | None) -> None:
+    def __init__(self, file: Path | None, encoding: str | None, max_depth: int) -> None:
         self.file = file
+        self.max_depth = max_depth
         self.root: LocatedElement | None = None
         self.open: list[LocatedElement] = []
         self.last: LocatedElement | None = None
@@ -167,8 +170,8 @@ class _Builder:
         self.count += 1
         if self.count > MAX_ELEMENTS:
             raise self.error(f"more than {MAX_ELEMENTS} elements; this is no robot description")
-        if len(self.open) >= MAX_DEPTH:
-            raise self.error(f"elements nested more than {MAX_DEPTH} deep; this is no robot description")
+        if len(self.open) >= self.max_depth:
+            raise self.error(f"elements nested more than {self.max_depth} deep; this is no robot description")
         if self.open:
             self.open[-1].append(element)
         else:

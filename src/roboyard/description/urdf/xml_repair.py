@@ -17,9 +17,6 @@ ELEMENTS_NOTE = "elements after the end of the root element ignored"
 
 Repair = Callable[[str], tuple[str, str]]
 
-_DECLARATION = re.compile(r"<\?xml\b.*?\?>", re.S)
-_BESIDE = re.compile(r"<!--.*?-->|<\?.*?\?>", re.S)
-_COMMENT = re.compile(r"<!--.*?-->", re.S)
 _AMPERSAND = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
 _START_TAG = re.compile(r"<[A-Za-z_][^\s/>]*(?:\s+[^\s=<>/]+\s*=\s*(?:\"[^\"<]*\"|'[^'<]*'))+\s*/?>")
 _ATTRIBUTE = re.compile(r"\s+([^\s=<>/]+)\s*=\s*(?:\"[^\"<]*\"|'[^'<]*')")
@@ -45,6 +42,25 @@ def _blank(text: str) -> str:
     return "".join(re.findall(r"\r\n|\n|\r", text))
 
 
+def _nothing(part: str) -> str:
+    return ""
+
+
+def _replaced(text: str, start: str, end: str, change: Callable[[str], str], count: int = -1) -> str:
+    """Text in which each part from `start` to the next `end` is changed; reads the text once."""
+    done: list[str] = []
+    at = 0
+    while count:
+        first = text.find(start, at)
+        last = -1 if first < 0 else text.find(end, first + len(start))
+        if last < 0:
+            break
+        done += [text[at:first], change(text[first : last + len(end)])]
+        at = last + len(end)
+        count -= 1
+    return "".join(done) + text[at:]
+
+
 def leading_junk(text: str) -> tuple[str, str]:
     """Text before the XML declaration or the root element; the declaration itself is then not needed."""
     start = re.search(r"<\?xml\b|<!--|<!DOCTYPE|<[A-Za-z_]", text)
@@ -53,25 +69,25 @@ def leading_junk(text: str) -> tuple[str, str]:
     head, rest = text[: start.start()], text[start.start() :]
     what = "blank space" if not head.strip() else "text"
     if rest.startswith("<?xml"):
-        rest = _DECLARATION.sub(lambda m: _blank(m[0]), rest, count=1)
+        rest = _replaced(rest, "<?xml", "?>", _blank, count=1)
         return _blank(head) + rest, f"{what} before the XML declaration removed"
     return _blank(head) + rest, f"{what} before the root element removed"
 
 
 def misplaced_declaration(text: str) -> tuple[str, str]:
     """XML declarations anywhere but at the very start."""
-    repaired = text[:1] + _DECLARATION.sub(lambda m: _blank(m[0]), text[1:])
+    repaired = text[:1] + _replaced(text[1:], "<?xml", "?>", _blank)
     return repaired, "XML declaration that is not at the start removed"
 
 
 def comments(text: str) -> tuple[str, str]:
     """`--` inside comments."""
 
-    def repair(match: re.Match[str]) -> str:
-        inside = match[0][4:-3]
-        return f"<!--{_blank(inside)}-->" if "--" in inside or inside.endswith("-") else match[0]
+    def repair(comment: str) -> str:
+        inside = comment[4:-3]
+        return f"<!--{_blank(inside)}-->" if "--" in inside or inside.endswith("-") else comment
 
-    return _COMMENT.sub(repair, text), 'comments that hold "--" removed'
+    return _replaced(text, "<!--", "-->", repair), 'comments that hold "--" removed'
 
 
 def trailing_junk(text: str) -> tuple[str, str]:
@@ -79,7 +95,7 @@ def trailing_junk(text: str) -> tuple[str, str]:
     end = _root_end(text)
     if end is None:
         return text, ""
-    rest = _BESIDE.sub("", text[end:]).strip()
+    rest = _replaced(_replaced(text[end:], "<!--", "-->", _nothing), "<?", "?>", _nothing).strip()
     if not rest:
         return text, ""
     if rest.startswith("</"):
@@ -132,13 +148,17 @@ def ampersands(text: str) -> tuple[str, str]:
 def duplicate_attributes(text: str) -> tuple[str, str]:
     """Attributes given twice in one tag: the first one counts."""
     names: list[str] = []
+    counted, line = 0, 1
 
     def repair_tag(tag: re.Match[str]) -> str:
+        nonlocal counted, line
         seen: set[str] = set()
+        line += text.count("\n", counted, tag.start())
+        counted = tag.start()
 
         def keep_first(attribute: re.Match[str]) -> str:
             if attribute[1] in seen:
-                names.append(f"line {text.count(chr(10), 0, tag.start()) + 1}: {attribute[1]}")
+                names.append(f"line {line}: {attribute[1]}")
                 return _blank(attribute[0])
             seen.add(attribute[1])
             return attribute[0]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from roboyard.pybullet.face.arguments import text
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
+from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _NOT_SAVED, _NOT_RESTORED = "Couldn't save .bullet file.", "Couldn't restore state."
 _FORMAT = 1
+_MAX_BYTES = 256 << 20
 
 
 @command()
@@ -56,9 +57,8 @@ def restore_from_file(client: Client, file_name: str) -> None:
     if path is None:
         raise failure(_NOT_RESTORED, not_found_remedy(client.search_path, file_name))
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, BadZipFile, EOFError) as problem:
+        arrays = read_arrays(path, _MAX_BYTES)
+    except (OSError, ArraysError) as problem:
         raise failure(_NOT_RESTORED, f"{path.name} was not written by saveBullet: {problem}") from None
     scene = client.scene
     scene.world.ensure_compiled()

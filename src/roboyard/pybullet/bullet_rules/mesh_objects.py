@@ -11,9 +11,11 @@ import numpy as np
 
 from roboyard.description.model import Collision, Geometry, Mesh
 from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.untrusted.files import read_file
 
 _HEADING = re.compile(rb"^[og]\s", re.MULTILINE)
 _CACHE_SIZE = 256
+_MAX_BYTES = 128 << 20
 _read: OrderedDict[tuple[str, int, int], tuple[TriangleMesh, ...]] = OrderedDict()
 
 
@@ -47,7 +49,7 @@ def _objects(path: Path) -> tuple[TriangleMesh, ...]:
         key = (str(path.absolute()), state.st_mtime_ns, state.st_size)
         found = _read.get(key)
         if found is None:
-            found = _read[key] = _split(path.read_bytes())
+            found = _read[key] = _split(read_file(path, _MAX_BYTES))
             while len(_read) > _CACHE_SIZE:
                 _read.popitem(last=False)
     except (OSError, ValueError, IndexError):

@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.face import wire
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import failure
+from roboyard.untrusted.files import read_file
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
 
 _NOT_LOGGED = {"startStateLogging", "stopStateLogging", "setTimeOut", "submitProfileTiming"}
+_MAX_BYTES = 256 << 20
 _QUERIES = ("get", "calculate", "rayTest", "is", "compute")
 _FAILED = "startStateLogging failed."
 
@@ -90,7 +92,7 @@ class Replay:
 
 def _commands_in(name: str) -> list[tuple[str, list[Any]]]:
     try:
-        content = Path(name).read_bytes()
+        content = read_file(name, _MAX_BYTES)
     except OSError as problem:
         raise failure(_FAILED, str(problem)) from None
     found, at = [], 0

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
+from roboyard.untrusted.files import read_file
+
 
 def _file(key: int) -> Path:
     return user_cache_path("roboyard") / "servers" / f"{key}.json"
@@ -38,6 +40,6 @@ def find(key: int) -> tuple[str, int] | None:
 
 
 def _read(path: Path) -> object:
-    with suppress(OSError, ValueError):
-        return json.loads(path.read_text(encoding="utf-8"))
+    with suppress(OSError, ValueError, RecursionError):
+        return json.loads(read_file(path, 1 << 16))
     return None

@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.shapes.mesh import shared
+from roboyard.untrusted.files import is_inside, read_file
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-MAX_PIXELS = 128 * 1024 * 1024
+MAX_PIXELS = 64 * 1024 * 1024
 """Most pixels of an image file."""
+MAX_IMAGE_BYTES = 256 * 1024 * 1024
+"""Largest image file (bytes)."""
 MAX_SIDE = 4096
 """Longest side of a decoded image (pixels); larger images are reduced."""
 RECENT_BYTES = 128 * 1024 * 1024
@@ -52,7 +55,7 @@ def find_external_file(mesh_file: Path, name: str) -> Path | None:
     # as written, and by its file name: exporters write absolute paths of their own machine
     for candidate in (mesh_file.parent / text, mesh_file.parent / text.rpartition("/")[2]):
         try:
-            if candidate.is_file() and candidate.resolve().is_relative_to(root.resolve()):
+            if candidate.is_file() and is_inside(candidate, (root,)):
                 return candidate
         except (OSError, ValueError):
             continue
@@ -63,6 +66,8 @@ def find_external_file(mesh_file: Path, name: str) -> Path | None:
 def pixels(image: Image) -> NDArray[np.uint8]:
     """Return read-only (h, w, 4) RGBA of a Pillow image, reduced to at most 4096 pixels per side."""
     image.draft("RGB", (MAX_SIDE, MAX_SIDE))
+    if max(image.size) > MAX_SIDE and image.mode in ("RGB", "L"):  # before four bytes a pixel are taken
+        image.thumbnail((MAX_SIDE, MAX_SIDE))
     rgba = image.convert("RGBA")
     rgba.thumbnail((MAX_SIDE, MAX_SIDE))
     return shared(np.asarray(rgba, dtype=np.uint8), np.uint8)
@@ -87,7 +92,11 @@ def load_image_file(file: Path, what: str) -> NDArray[np.uint8] | None:
         if key in _recent:
             _recent.move_to_end(key)
             return _recent[key]
-    image = decode_image(file.read_bytes(), what)
+    try:
+        image = decode_image(read_file(file, MAX_IMAGE_BYTES), what)
+    except OSError as error:
+        _log.info("%s: %s; skipped", what, error.strerror)
+        image = None
     with _recent_lock:
         _recent[key] = image
         while sum(kept.nbytes for kept in _recent.values() if kept is not None) > RECENT_BYTES:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -12,7 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.shapes.readers.external_files import find_external_file, load_image
+from roboyard.untrusted.files import read_file
 
+MAX_BYTES = 16 * 1024 * 1024
+"""Largest library (bytes)."""
+_log = logging.getLogger(__name__)
 CACHED_LIBRARIES = 16
 """Number of parsed libraries in the cache."""
 # options before a file name: one argument, two numbers for -mm, one to three for -o -s -t
@@ -40,8 +45,6 @@ def read_mtl(obj_file: Path, libraries: Sequence[str], names: Collection[str]) -
         if file is None:
             continue
         state = file.stat()
-        if state.st_size > 16 << 20:
-            continue
         for name, entries in _library(file, state.st_mtime_ns, state.st_size).items():
             if name in names and name not in found:
                 found[name] = _material(entries, obj_file, images)
@@ -51,7 +54,11 @@ def read_mtl(obj_file: Path, libraries: Sequence[str], names: Collection[str]) -
 @lru_cache(CACHED_LIBRARIES)
 def _library(file: Path, changed: int, size: int) -> dict[str, dict[str, str]]:
     """Return a library's materials; the files of one scene often share a library."""
-    return _materials(file.read_text(encoding="utf-8", errors="replace"))
+    try:
+        return _materials(read_file(file, MAX_BYTES).decode("utf-8", "replace"))
+    except OSError as error:
+        _log.info("%s: %s; skipped", file.name, error.strerror)
+        return {}
 
 
 def _materials(text: str) -> dict[str, dict[str, str]]:

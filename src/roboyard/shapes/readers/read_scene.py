@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 
 from roboyard.shapes.readers.external_files import find_external_file, pixels
 from roboyard.shapes.readers.parts import Part
+from roboyard.untrusted.files import read_file
 
 MAX_ITEMS = 100_000_000
 """Most items of all accessors of a glTF file."""
+MAX_EXTERNAL_BYTES = 256 * 1024 * 1024
+"""Largest buffer or image beside a glTF file (bytes)."""
 
 
 def read_scene(data: bytes, file: Path) -> list[Part]:
@@ -74,7 +77,7 @@ class _Resolver:
         found = find_external_file(self.file, name)
         if found is None:
             raise FileNotFoundError(f"{name} was not found in the mesh's folders")
-        return found.read_bytes()
+        return read_file(found, MAX_EXTERNAL_BYTES)
 
     __getitem__ = get
 

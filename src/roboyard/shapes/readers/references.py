@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from roboyard.shapes.readers.external_files import find_external_file
+from roboyard.untrusted.files import read_file
 
 _MTLLIB = re.compile(rb"^([ \t]*mtllib[ \t]+)([^\r\n]+)", re.M)
 _MAP = re.compile(
@@ -43,16 +44,20 @@ def names_in(file: Path) -> Iterator[str]:
     """Yield the names of external files, as written, in a mesh file or a material library."""
     suffix = file.suffix.lower()
     pattern = NAME_PATTERNS.get(suffix)
-    if file.stat().st_size > _MAX_TEXT:
+    if pattern is None and suffix != ".gltf":
+        return
+    try:
+        data = read_file(file, _MAX_TEXT)
+    except OSError:
         return
     if pattern is not None:
-        for match in pattern.finditer(file.read_bytes()):
+        for match in pattern.finditer(data):
             name = match[2].decode("utf-8", "replace").strip()
             if suffix != ".dae" or "." in name:  # in a DAE, init_from may also name an image by its id
                 yield name
-    elif suffix == ".gltf":
+    else:
         try:
-            scene = json.loads(file.read_text(encoding="utf-8", errors="replace"))
+            scene = json.loads(data.decode("utf-8", "replace"))
             entries = [*scene.get("buffers", ()), *scene.get("images", ())]
             uris = [entry.get("uri") for entry in entries]
         except (ValueError, AttributeError, TypeError, RecursionError):

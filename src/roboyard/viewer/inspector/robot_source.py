@@ -114,8 +114,10 @@ def _imported_with(folder: Path) -> Path | None:
     """Return the configuration in the log of an import; None if that file no longer exists."""
     import json
 
+    from roboyard.untrusted.files import read_file
+
     try:
-        said = json.loads((folder / "import_log.json").read_text(encoding="utf-8")).get("configuration")
+        said = json.loads(read_file(folder / "import_log.json", 64 << 20)).get("configuration")
     except (OSError, ValueError, AttributeError):
         return None
     return Path(said) if isinstance(said, str) and Path(said).is_file() else None

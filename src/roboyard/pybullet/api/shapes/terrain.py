@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from roboyard.pybullet.face.arguments import text, vector3, whole
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.transforms import Array
+from roboyard.untrusted.files import read_file
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 Vector = Sequence[float]
 FAILED = "createCollisionShape failed."
 _MAX_POINTS = 4096 * 4096
+_MAX_BYTES = 64 << 20
 
 
 def points_of(client: Client, data: Sequence[float] | None, rows: int, columns: int, file_name: str) -> Array:
@@ -112,7 +115,7 @@ def _table(path: Path) -> Array:
     """
     rows = []
     try:
-        for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        for line in read_file(path, _MAX_BYTES).decode("utf-8", "replace").splitlines():
             if line.strip(", \t"):
                 rows.append([float(word) for word in line.split(",") if word.strip()])
         table = np.array(rows, dtype=float)
@@ -128,7 +131,7 @@ def _image(path: Path) -> Array:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        with Image.open(path) as image:
+        with Image.open(io.BytesIO(read_file(path, _MAX_BYTES))) as image:
             if image.width * image.height > _MAX_POINTS:
                 raise failure(FAILED, f"{path.name}: {image.width} by {image.height} is too large")
             red = np.asarray(image.convert("RGB"))[:, :, 0]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.errors import ConfigError
+from roboyard.untrusted.files import read_file
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -34,7 +35,7 @@ def read_spheres(file: Path) -> dict[str, Spheres]:
     import yaml
 
     try:
-        data = yaml.safe_load(file.read_text(encoding="utf-8"))
+        data = yaml.safe_load(read_file(file, 64 << 20).decode("utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         raise ConfigError(f"{file.name}: cannot be read: {' '.join(str(error).split())}") from error
     found = _find(data)

@@ -1,0 +1,49 @@
+"""Files are read through `roboyard.untrusted`, which bounds them: no reader opens one by itself."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+from house import SOURCE, modules
+
+OWN_FILES = {
+    "roboyard.config.yaml_edit": "the backup of a file that was read before",
+    "roboyard.demo.output": "the summary that the demo wrote",
+    "roboyard.importer.verify.read_back": "what the import has just written",
+    "roboyard.robots.pictures": "files of a registered robot, which were read before",
+    "roboyard.shapes.convex.coacd_process": "what our own child process wrote",
+    "roboyard.shapes.convex.coacd_worker": "what our own parent process wrote",
+    "roboyard.viewer.driving.panel": "a video that was written here",
+    "roboyard.viewer.inspector.edits.save_edits": "a file that was read within bounds before",
+    "roboyard.viewer.inspector.panels.save_panel": "a file that was read within bounds before",
+    "roboyard.untrusted.files": "the one place",
+}
+"""Modules that read files of their own, and why."""
+READING = {"read_text", "read_bytes"}
+
+
+def reads_of(path: Path) -> list[int]:
+    """Lines on which a module reads a file by itself."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+            continue
+        name, owner = node.func.attr, node.func.value
+        numpy = isinstance(owner, ast.Name) and owner.id == "np" and name in ("load", "loadtxt", "genfromtxt")
+        if name in READING or numpy:
+            found.append(node.lineno)
+    return found
+
+
+def test_readers_open_files_in_one_place() -> None:
+    reads = {name: reads_of(path) for name, path in modules().items()}
+    others = {name: lines for name, lines in reads.items() if lines and name not in OWN_FILES}
+    assert not others, f"read with roboyard.untrusted.files.read_file: {others}"
+
+
+def test_every_exception_is_one() -> None:
+    assert set(OWN_FILES) <= set(modules())
+    assert SOURCE.is_dir()
