@@ -10,7 +10,7 @@ from roboyard.description.model import RobotDescription
 from roboyard.robots import Robot, add_robot, parse_definition
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.stability.casters import ASSUMED_CASTERS, with_casters
-from roboyard.robots.stability.wheels import rolling_signs
+from roboyard.robots.stability.wheels import forward_in, rolling_signs
 from roboyard.sim.world import World
 
 RADIUS, TRACK = 0.1, 0.5
@@ -97,6 +97,15 @@ def test_a_robot_that_faces_backwards_drives_its_own_way() -> None:
     assert robot.position[0] < -0.4
     assert robot.two_wheel is not None
     assert robot.two_wheel.odometry()[0] == pytest.approx(0.3, rel=0.02)
+
+
+def test_forward_is_where_the_left_wheels_are_on_the_left() -> None:
+    """Wheels along x are those of a robot that faces y."""
+    places = {"left": (-0.25, 0.0), "right": (0.25, 0.0)}
+    description = base(places, dict.fromkeys(places, "1 0 0"))
+    assert forward_in("base", parsed(["left", "right"]), description) == pytest.approx((0.0, 1.0))
+    assert forward_in("base", parsed(["right", "left"]), description) == pytest.approx((0.0, -1.0))
+    assert forward_in("base", parsed(list(FOUR)), base(FOUR, AXES[1])) == pytest.approx((1.0, 0.0))
 
 
 def rolling_signs_of(description: RobotDescription, joints: list[str]) -> tuple[float, ...]:

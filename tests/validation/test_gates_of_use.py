@@ -15,6 +15,7 @@ from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.shapes import primitives
 from roboyard.shapes.surface_points import share_near_spheres, surface_points
 from roboyard.validation.gates.complete import complete_gates
+from roboyard.validation.gates.drive import drive_gates
 from roboyard.validation.gates.free_joints import free_joint_gates
 from roboyard.validation.gates.rest_contact import rest_contact_gates
 from roboyard.validation.gates.spheres import sphere_gates
@@ -194,3 +195,31 @@ def test_surface_points_are_uniform_by_area() -> None:
     disc = share_near_spheres(points, [(0.0, 0.0, 0.5)], [0.5], 0.0)
     assert disc == pytest.approx(np.pi * 0.25 / 16.0, abs=0.005)
     assert len(surface_points([])) == 0
+
+
+@pytest.mark.parametrize(("axis", "straight"), [("0 1 0", True), ("0.3 0.954 0", False)])
+def test_equal_wheel_speeds_have_to_drive_straight(axis: str, straight: bool) -> None:
+    """A wheel whose axle points 17 degrees forwards pulls the robot aside; three wheels have no drive law."""
+    text = '<robot name="cart">' + link("base", "0.5 0.3 0.1", mass=10.0)
+    for name, x, y in (("front", 0.2, 0.0), ("left", -0.2, 0.2), ("right", -0.2, -0.2)):
+        text += (
+            f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="0.003" ixy="0" ixz="0" iyy="0.005"'
+            ' iyz="0" izz="0.003"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
+            '<cylinder radius="0.1" length="0.04"/></geometry></collision></link>'
+            f'<joint name="{name}_joint" type="continuous"><parent link="base"/><child link="{name}"/>'
+            f'<origin xyz="{x} {y} -0.05"/><axis xyz="{axis if name == "left" else "0 1 0"}"/>'
+            '<limit effort="20" velocity="10"/></joint>'
+        )
+    names = ["front", "left", "right"]
+    given = definition(
+        raw_controller_order=["base"],
+        default_controllers={"base": "JointController"},
+        locomotion={
+            "base_joint_names": [f"{name}_joint" for name in names],
+            "floor_touching_base_link_names": names,
+        },
+    )
+    gate = gates(drive_gates, load_description(text + "</robot>"), given)["drive"]
+    assert gate.title == "Equal wheel speeds drive straight"
+    assert gate.passed is straight
+    assert bool(gate.findings) is not straight

@@ -59,7 +59,11 @@ class DifferentialDriveController(Controller):
     settings: DifferentialDriveSettings
 
     def __init__(
-        self, limits: GroupLimits, settings: DifferentialDriveSettings, signs: Sequence[float] = ()
+        self,
+        limits: GroupLimits,
+        settings: DifferentialDriveSettings,
+        signs: Sequence[float] = (),
+        forward: Sequence[float] = (1.0, 0.0),
     ) -> None:
         """Create the controller of two wheels, or of several on each side.
 
@@ -67,6 +71,7 @@ class DifferentialDriveController(Controller):
             limits: of the wheels, the left ones first.
             settings: keys of the controller.
             signs: 1 for each wheel that rolls forwards with a positive speed, -1 for others; 1 by default.
+            forward: (2,) unit vector in the base frame along which a positive speed drives.
 
         Raises:
             ConfigError: there are not two wheels of one velocity limit, or a wheel size is missing.
@@ -91,6 +96,8 @@ class DifferentialDriveController(Controller):
         self._tracking = VelocityTracking(limits.velocity, hold_position=settings.hold_position)
         self._twist_now = np.zeros(2)
         self._slip = 0.0
+        self.forward: Array = np.array(forward, dtype=float)
+        """(2,) unit vector in the base frame along which a positive speed drives."""
         self.needs_yaw_rate = limits.size > 2  # type: ignore[misc]
         self.keeps_balance = settings.max_acceleration is not None  # type: ignore[misc]
 
@@ -139,15 +146,19 @@ class DifferentialDriveController(Controller):
     def _approach(self, twist: Array, state: GroupState) -> None:
         """Move the present twist towards a (2,) target within the limits of acceleration and stability."""
         led = next_twist(
-            _planar(self._twist_now), _planar(twist), state, partial(self._reachable, dt=state.dt)
+            self._planar(self._twist_now), self._planar(twist), state, partial(self._reachable, dt=state.dt)
         )
-        self._twist_now = led[[0, 2]]
+        self._twist_now = np.array([led[:2] @ self.forward, led[2]])
+
+    def _planar(self, twist: Array) -> Array:
+        """Return the (3,) twist (x, y, yaw) in the base frame of a (2,) forward speed and yaw rate."""
+        return np.append(twist[0] * self.forward, twist[1])
 
     def _reachable(self, change: Array, dt: float) -> Array:
         """Return a (3,) change of twist, scaled down to the acceleration limits."""
         if self.settings.max_acceleration is None:
             return change
-        excess = (np.abs(change[[0, 2]]) / self.settings.max_acceleration).max() / dt
+        excess = (np.abs([np.hypot(*change[:2]), change[2]]) / self.settings.max_acceleration).max() / dt
         return change / excess if excess > 1.0 else change
 
     def reset(self) -> None:
@@ -187,8 +198,3 @@ def wheel_odometry(wheel_velocities: Array, radius: float, axle_length: float) -
     """
     left, right = np.reshape(wheel_velocities, (2, -1)).mean(axis=1)
     return float(left + right) / 2 * radius, float(right - left) * radius / axle_length
-
-
-def _planar(twist: Array) -> Array:
-    """Return the (3,) twist (x, y, yaw) of a (2,) forward speed and yaw rate."""
-    return np.array([twist[0], 0.0, twist[1]])

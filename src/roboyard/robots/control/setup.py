@@ -18,7 +18,7 @@ from roboyard.robots.definition.groups import GroupPlan
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.joint_arrays import Indices
 from roboyard.robots.limits import select_limits
-from roboyard.robots.stability.wheels import rolling_signs
+from roboyard.robots.stability.wheels import forward_in, rolling_signs
 from roboyard.transforms import Array
 
 ControllerConfig = Mapping[str, str | Mapping[str, Any]]
@@ -158,7 +158,10 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
         elif keys["name"] == "HolonomicBaseJointController":
             mount = scaled(from_description(setup.description, setup.base_link), setup.scale)
         elif keys["name"] == "DifferentialDriveController":
-            extra = {"signs": rolling_signs(setup.definition, setup.description)}
+            extra = {
+                "signs": rolling_signs(setup.definition, setup.description),
+                "forward": forward_in(setup.base_link, setup.definition, setup.description),
+            }
         index = {name: i for i, name in enumerate(setup.joint_names)}
         indices = np.array([index[name] for name in joints], dtype=np.intp)
         if keys["name"] == "NullJointController" and "default_goal" not in keys:

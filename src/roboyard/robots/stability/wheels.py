@@ -122,6 +122,22 @@ def to_left(definition: RobotDefinition, description: RobotDescription) -> Array
     return axle * np.sign(apart) if abs(apart) > MIN_APART else None
 
 
+def forward_in(
+    base_link: str, definition: RobotDefinition, description: RobotDescription
+) -> tuple[float, float]:
+    """Return the (2,) unit vector, level in a link's frame, along which the wheels drive; +x where unknown.
+
+    The left wheels are on its left.
+    """
+    left = to_left(definition, description)
+    T_root_base = forward_kinematics(description).get(base_link)
+    if left is None or T_root_base is None:
+        return (1.0, 0.0)
+    x, y, _ = np.cross(T_root_base[:3, :3].T @ left, (0.0, 0.0, 1.0))
+    length = float(np.hypot(x, y))
+    return (float(x) / length, float(y) / length) if length > 0.5 else (1.0, 0.0)
+
+
 def rolling_signs(definition: RobotDefinition, description: RobotDescription) -> tuple[float, ...]:
     """Return, for each driven wheel, 1 where a positive speed of its joint rolls the robot forwards, else -1.
 

@@ -6,12 +6,15 @@ own axes. Errors are relative to the largest commanded speed along the same axis
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots import RegisteredRobot, Robot
 from roboyard.robots.control import DifferentialDriveController, HolonomicBaseJointController
 from roboyard.robots.stability.wheels import driven_wheels
-from roboyard.transforms import Array
+from roboyard.transforms import Array, conjugate, multiply, rotate
 from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, advance, zero_action
 
@@ -21,8 +24,16 @@ START_SECONDS, MEASURED_SECONDS = 1.0, 1.0
 """Durations of acceleration and of the measurement (s)."""
 MAX_ERROR = 0.02
 """Largest error, as a fraction of the commanded speed."""
+SKID_TURN_ERROR = 0.4
+"""The same of the yaw rate of a base with several wheels a side, which slip sideways in a curve."""
+MAX_VEER = 0.05
+"""Largest sideways motion and turn (rad) in a drive with equal wheel speeds, as a share of the way."""
 MAX_RADIUS_ERROR = 0.1
 """Largest error of the definition's wheel radius, as a fraction of it."""
+WHEEL_SPEED = 5.0
+"""Speed of wheels that are driven one by one (rad/s)."""
+LEVEL = 0.2
+"""Largest |z| component of a wheel's axis."""
 TITLE = "The base follows its commands"
 
 
@@ -33,6 +44,9 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     controller = group.controller if group is not None else None
     two_wheeled = isinstance(controller, DifferentialDriveController)
     holonomic = isinstance(controller, HolonomicBaseJointController)
+    wheels = _rolling_joints(robot)
+    if wheels and not two_wheeled and not holonomic:
+        return (_straight(robot, wheels),)
     if controller is None or not (
         two_wheeled or (holonomic and controller.settings.motor_type == "velocity")
     ):
@@ -59,6 +73,8 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
         twists = scale * np.array([(1, 0, 0), (0, -1, 0), (0, 0, 1), (-0.5, 0.5, -0.5)])
     measured = np.array([_mean_velocity(robot, twist) for twist in twists])
     errors = np.abs(measured - twists) / scale
+    if two_wheeled and controller.limits.size > 2:
+        errors[:, 1] *= MAX_ERROR / SKID_TURN_ERROR
     findings = [
         f"commanded {_text(twist)}: measured {_text(velocity)}"
         for twist, velocity, error in zip(twists, measured, errors, strict=True)
@@ -86,9 +102,62 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     )
 
 
+def _rolling_joints(robot: Robot) -> dict[str, float]:
+    """Return the wheels of a base that is driven joint by joint by speeds: joint to the direction, 1 or -1,
+    that rolls the robot along its x axis, or along y where its axles are along x.
+    """
+    group = robot.groups.get("base")
+    if group is None or group.controller.control_type != "velocity":
+        return {}
+    poses = forward_kinematics(robot.description)
+    found = {}
+    for name in group.joints:
+        joint = robot.description.joint_by_name[name]
+        axis = poses[joint.child][:3, :3] @ np.asarray(joint.axis)
+        if joint.position_limits() is None and abs(axis[2]) < LEVEL:
+            found[name] = float(np.sign(axis[np.argmax(np.abs(axis[:2]))]))
+    return found if len(found) > 1 else {}
+
+
+def _straight(robot: Robot, wheels: Mapping[str, float]) -> Gate:
+    """Return the gate of driving with equal speeds of all wheels, each joint having a command of its own."""
+    group = robot.groups["base"]
+    fastest = min(float(robot.limits.velocity[robot.joint_arrays.index[name]]) for name in wheels)
+    speeds = np.array([wheels.get(name, 0.0) * min(fastest / 2, WHEEL_SPEED) for name in group.joints])
+    action = robot.no_op_action()
+    action[robot.controller_action_idx["base"]] = group.controller.scaling.invert(speeds)
+    advance(robot, START_SECONDS, action)
+    start, before = robot.pose
+    advance(robot, 2 * MEASURED_SECONDS, action)
+    position, after = robot.pose
+    way = rotate(conjugate(before), position - start)[:2]
+    length = float(np.hypot(*way))
+    turn = abs(float(multiply(conjugate(before), after)[2])) * 2
+    veer = float(np.abs(way).min()) + turn * length
+    figure = veer / length if length > 0.02 else float("nan")
+    lost = (
+        "" if length > 0.02 else f"it moved by only {length * 1e3:.0f} mm; its wheels spin or nothing turns"
+    )
+    found = [
+        lost or f"in {length:.2f} m it went {np.abs(way).min():.2f} m sideways and turned by {turn:.2f} rad"
+    ]
+    return Gate(
+        name="drive",
+        title="Equal wheel speeds drive straight",
+        figure=figure,
+        threshold=MAX_VEER,
+        unit="of the way",
+        detail=f"{len(wheels)} wheels, {2 * MEASURED_SECONDS:g} s after {START_SECONDS:g} s",
+        findings=[] if figure <= MAX_VEER else found,
+        advice="axes of the wheels' joints, joints of wheels that are missing in base_joint_names, links "
+        "that touch the floor beside the wheels",
+    )
+
+
 def _mean_velocity(robot: Robot, twist: Array) -> Array:
     """Return the mean velocity of the base under a twist from rest, in its own axes (m/s, rad/s)."""
     robot.reset()
+    controller = robot.controllers["base"]
     action = zero_action(robot)
     action[robot.controller_action_idx["base"]] = robot.controllers["base"].scaling.invert(twist)
     advance(robot, START_SECONDS, action)
@@ -97,7 +166,10 @@ def _mean_velocity(robot: Robot, twist: Array) -> Array:
     for k in range(steps):
         advance(robot, 1.0 / robot.control_freq, action)
         linear, angular = robot.velocity_in_base
-        speeds[k] = (*linear[: len(twist) - 1], angular[2])
+        if isinstance(controller, DifferentialDriveController):
+            speeds[k] = (linear[:2] @ controller.forward, angular[2])
+        else:
+            speeds[k] = (*linear[:2], angular[2])
     return speeds.mean(axis=0)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from roboyard.robots import Robot
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
+from roboyard.validation.gates.stand import floor_contacts
 from roboyard.validation.report import Gate
 from roboyard.validation.test_world import TestWorld
 
@@ -64,6 +65,8 @@ def free_joints(robot: Robot, test_world: TestWorld) -> list[str]:
     """Return the joints that no group drives, no leader moves and no limit holds, except those that roll."""
     understood = test_world.understood
     rolling = {*understood.get("caster_joints", ()), *understood.get("drive_wheels", ())}
+    above = robot.description.parent_joint
+    rolling |= {above[link].name for link in floor_contacts(robot) if link in above}
     on_floor = robot.locomotion.floor_touching_links if robot.locomotion is not None else ()
     rolling |= {robot.description.parent_joint[link.name].name for link in on_floor if link.index}
     driven = {name for group in robot.groups.values() for name in group.joints}

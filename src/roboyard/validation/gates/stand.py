@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from roboyard.robots import Robot
-from roboyard.robots.placement import lowest_visual
+from roboyard.robots.placement import lowest_collision, lowest_point, lowest_visual
 from roboyard.robots.stability.casters import ASSUMED_CASTERS
 from roboyard.transforms import Array, matrix_from_quaternion
 from roboyard.validation.report import Curve, Gate
@@ -139,7 +139,8 @@ def _stand(robot: Robot) -> tuple[Gate, Mapping[str, Array]]:
 def _support(robot: Robot) -> Mapping[str, Array]:
     """Return the contacts with the floor on which the robot stands; it is pressed into it, and put back."""
     position, quaternion = robot.body.pose
-    robot.body.set_pose(position - [0.0, 0.0, PRESS], quaternion)
+    gap = max(lowest_collision(robot.body) - lowest_point(robot), 0.0)  # below feet that are seen lower
+    robot.body.set_pose(position - [0.0, 0.0, PRESS + gap], quaternion)
     found = floor_contacts(robot)
     robot.body.set_pose(position, quaternion)
     return found
