@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from roboyard.assets import OBJECTS, ROBOTS, SOURCE_CONFIGS, asset_path, assets_root
+from roboyard.assets import OBJECTS, ROBOTS, SOURCE_CONFIGS, STAND_INS, asset_path, assets_root
 from roboyard.errors import RoboyardError
 
 ROOT = assets_root()
@@ -39,7 +39,8 @@ def test_names_lead_to_files() -> None:
     for name in ROBOTS | OBJECTS:
         assert asset_path(name).suffix == ".urdf"
     assert asset_path("husky/husky.urdf") == asset_path("husky")
-    assert sorted((ROBOTS | OBJECTS).values()) == URDFS
+    stand_ins = [name for name in STAND_INS if name.endswith(".urdf")]
+    assert sorted([*(ROBOTS | OBJECTS).values(), *stand_ins]) == URDFS
 
 
 @pytest.mark.parametrize("name", ["r2", "../errors.py", "/etc/passwd", ""])

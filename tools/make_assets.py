@@ -13,10 +13,22 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from assets import arm7, ground, husky, packages, props, r1, r2d2, rover
+from assets import (
+    arm7,
+    ground,
+    husky,
+    packages,
+    props,
+    r1,
+    r2d2,
+    rover,
+    standin_arms,
+    standin_mobile,
+    standin_props,
+)
 
 ASSETS = Path(__file__).resolve().parents[1] / "src" / "roboyard" / "assets"
-GROUPS = (ground, r2d2, husky, r1, rover, arm7, props)
+GROUPS = (ground, r2d2, husky, r1, rover, arm7, props, standin_arms, standin_mobile, standin_props)
 
 
 def build() -> dict[str, bytes]:

@@ -35,6 +35,22 @@ OBJECTS: dict[str, str] = {
 }
 """File of each bundled object that is not a robot."""
 
+STAND_INS: tuple[str, ...] = (
+    "domino/domino.urdf",
+    "duck_vhacd.urdf",
+    "franka_panda/panda.urdf",
+    "humanoid/humanoid.urdf",
+    "kuka_iiwa/kuka_with_gripper.sdf",
+    "kuka_iiwa/kuka_with_gripper2.sdf",
+    "kuka_iiwa/model.urdf",
+    "lego/lego.urdf",
+    "quadruped/minitaur.urdf",
+    "racecar/racecar.urdf",
+    "table_square/table_square.urdf",
+    "tray/tray.urdf",
+)
+"""Models of primitives under the names, with the joints and masses of those of PyBullet's data."""
+
 SOURCE_CONFIGS: dict[str, str] = {"r1": "r1/r1_description/urdf/r1_source_config.yaml"}
 """Import configuration of each robot that also ships as a finished package, relative to the assets folder."""
 
