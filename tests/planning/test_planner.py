@@ -129,8 +129,8 @@ def test_poses_are_reached_with_and_without_orientation(planner: Planner) -> Non
 
     chain = from_description(chain_arm(), "link5")
     pose = forward_kinematics(chain, GOAL)
-    position = pose[:3, 3].tolist()
-    quaternion = quaternion_from_matrix(pose[:3, :3]).tolist()
+    position = pose[:3, 3]
+    quaternion = quaternion_from_matrix(pose[:3, :3])
     for turn in (None, quaternion):
         plan = planner.plan(START, PoseGoal(link="link5", position=position, quaternion=turn))
         assert plan.solved, plan.reason

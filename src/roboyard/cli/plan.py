@@ -3,41 +3,185 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from roboyard.cli.completion import scene_names, viewed_names
+
+if TYPE_CHECKING:
+    from roboyard.planning import Plan, RobotPlanner
+    from roboyard.robots.robot import Robot
 
 EXAMPLES = """
 Examples:
 
 \b
-  roboyard plan --problems arm.json --out rows.jsonl   plan every problem of a file
+  roboyard plan arm7 --to 0.4,0.3,0.5                      a motion as GIF and plot
+  roboyard plan r1 --arm left --to 0.5,0.3,1.0 --scene home
+  roboyard plan --problems arm.json --out rows.jsonl       every problem of a file
 """
+FPS = 20.0
+"""Pictures a second of the video."""
+VIEW = (0.72, -0.58, 0.38)
+"""Direction from the robot to the camera."""
 
 
 def plan(
+    robot: Annotated[
+        str | None,
+        typer.Argument(
+            help="A robot file, or the name of a robot.",
+            metavar="ROBOT",
+            show_default=False,
+            autocompletion=viewed_names,
+        ),
+    ] = None,
+    to: Annotated[
+        str | None,
+        typer.Option(
+            help="Goal of the end effector in the world: X,Y,Z in m, or X,Y,Z,R,P,Y with angles in rad.",
+            metavar="X,Y,Z[,R,P,Y]",
+            show_default=False,
+        ),
+    ] = None,
+    arm: Annotated[str | None, typer.Option(help='Arm of the robot, or "both".', show_default=False)] = None,
+    torso: Annotated[bool, typer.Option("--torso", help="Also move the trunk.")] = False,
+    base: Annotated[bool, typer.Option("--base", help="Also move a holonomic base.")] = False,
+    link: Annotated[
+        str | None, typer.Option(help="Link that reaches the goal; the end effector.", show_default=False)
+    ] = None,
+    scene: Annotated[
+        str | None,
+        typer.Option(
+            help="empty, tabletop, home, terrain, or a scene file.",
+            show_default=False,
+            autocompletion=scene_names,
+        ),
+    ] = None,
+    video: Annotated[Path, typer.Option(help="Video to write (.gif or .mp4).")] = Path("plan.gif"),
+    plot: Annotated[Path, typer.Option(help="Plot to write (.png).")] = Path("plan.png"),
     problems: Annotated[
         Path | None,
         typer.Option(help="Problems to plan (.json); docs/planning.md has the format.", show_default=False),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Results, one JSON object a line (.jsonl).", show_default=False),
+        typer.Option(help="Results of --problems, one JSON object a line (.jsonl).", show_default=False),
     ] = None,
+    time_limit: Annotated[float, typer.Option(help="Longest search for ROBOT (s).")] = 5.0,
     seed: Annotated[int, typer.Option(help="Seed of the random samples.")] = 0,
 ) -> None:
     """Plan collision-free motions within velocity, acceleration and jerk limits.
 
-    A file of problems holds a URDF, obstacles, starts and goals; each result has the outcome, the reason of a
-    failure, the path and the timed trajectory.
+    With ROBOT and --to, shows one motion as a video and as a plot against its limits. With --problems, plans
+    every problem of a file; each result has the outcome, the reason of a failure, the path and the timing.
     """
     from roboyard.errors import ConfigError
 
-    if problems is None:
-        raise ConfigError("--problems is missing; give a file of problems (roboyard plan --help)")
-    if out is None:
-        raise ConfigError(f"--out is missing; give a file for the results, such as {problems.stem}.jsonl")
-    _plan_file(problems, out, seed)
+    if problems is not None:
+        if robot is not None or to is not None:
+            raise ConfigError(
+                f"--problems {problems}: cannot be combined with ROBOT or --to; omit one of them"
+            )
+        if out is None:
+            raise ConfigError(f"--out is missing; give a file for the results, such as {problems.stem}.jsonl")
+        _plan_file(problems, out, seed)
+        return
+    if robot is None or to is None:
+        raise ConfigError("give ROBOT and --to X,Y,Z, or --problems FILE and --out FILE")
+    if plot.suffix != ".png":
+        raise ConfigError(f"--plot {plot}: the file of a plot must end in .png")
+    numbers = _numbers(to)
+    subject = _in_scene(robot, scene)
+    _plan_one(
+        subject, numbers, link, {"arm": arm, "torso": torso, "base": base}, video, plot, time_limit, seed
+    )
+
+
+def _numbers(text: str) -> list[float]:
+    from roboyard.errors import ConfigError
+
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (3, 6):
+        raise ConfigError(f"--to {text}: give X,Y,Z or X,Y,Z,R,P,Y, separated by commas")
+    return numbers
+
+
+def _in_scene(robot: str, scene: str | None) -> Robot:
+    """Add the robot to a scene; to an empty floor by default."""
+    from roboyard.demo.load import find_source
+    from roboyard.robots import REGISTERED_ROBOTS, add_robot
+    from roboyard.scenes import load_scene
+
+    source = robot if robot in REGISTERED_ROBOTS else find_source(robot)[0]
+    loaded = load_scene(scene or "empty")
+    made = add_robot(loaded.world, source, loaded.spawn, loaded.spawn_orientation)
+    made.reset()
+    return made
+
+
+def _plan_one(
+    robot: Robot,
+    numbers: list[float],
+    link: str | None,
+    group: dict[str, Any],
+    video: Path,
+    plot: Path,
+    time_limit: float,
+    seed: int,
+) -> None:
+    from roboyard.errors import RoboyardError
+    from roboyard.planning import PoseGoal, planner_for
+    from roboyard.planning.plots import plot_trajectory
+    from roboyard.transforms import quaternion_from_rpy
+
+    planner = planner_for(robot, **group)
+    turn = quaternion_from_rpy(numbers[3:]) if len(numbers) == 6 else None
+    goal = PoseGoal(link=link or planner.tool, position=numbers[:3], quaternion=turn)
+    planner.planner().warm_up()
+    made = planner.plan(goal, time_limit=time_limit, seed=seed)
+    if made.trajectory is None:
+        raise RoboyardError(f"{made.outcome}: {made.reason}")
+    at_goal = planner.planner()
+    plot_trajectory(plot, made.trajectory, at_goal.named_limits, at_goal.bounds)
+    _film(robot, planner, made, video)
+    print(
+        f"{len(made.path)} way points, {made.trajectory.duration:.2f} s; planned in "
+        f"{1e3 * (made.planning_seconds + made.timing_seconds):.1f} ms\nwrote {video}\nwrote {plot}"
+    )
+
+
+def _film(robot: Robot, planner: RobotPlanner, made: Plan, path: Path) -> None:
+    """Show the motion from one point of view, with half a second of rest at its end."""
+    import numpy as np
+
+    from roboyard.recording import VideoWriter
+    from roboyard.rendering import Camera
+
+    trajectory = made.trajectory
+    assert trajectory is not None
+    rows = [robot.joint_names.index(name) for name in planner.joint_names]
+
+    def show(time: float) -> None:
+        posture = robot.joint_positions
+        posture[rows] = trajectory.at(time)[0]
+        robot.joint_positions = posture
+
+    corners = []
+    for time in np.linspace(0.0, trajectory.duration, 8):
+        show(float(time))
+        corners.append(robot.body.bounds)
+    low, high = np.min(corners, axis=0)[0], np.max(corners, axis=0)[1]
+    middle, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    camera = Camera.look_at(middle + 1.25 * size * np.array(VIEW), middle, width=640, height=480)
+    with VideoWriter(path, fps=FPS) as film:
+        for time in np.arange(0.0, trajectory.duration + 0.5, 1.0 / FPS):
+            show(float(time))
+            film.add(robot.world.render(camera))
 
 
 def _plan_file(problems: Path, out: Path, seed: int) -> None:
@@ -52,8 +196,7 @@ def _plan_file(problems: Path, out: Path, seed: int) -> None:
     outcomes: Counter[str] = Counter()
     times: list[float] = []
     with out.open("w", encoding="utf-8") as file:
-        fitting = lambda link: print(f"fitting spheres to {link}", flush=True)  # noqa: E731
-        for problem, made in solve_problems(loaded, seed=seed, progress=fitting):
+        for problem, made in solve_problems(loaded, seed=seed, progress=_say_fitting):
             file.write(json.dumps(row_of(problem.name, made)) + "\n")
             outcomes[made.outcome] += 1
             times.append(1e3 * (made.planning_seconds + made.timing_seconds))
@@ -62,3 +205,7 @@ def _plan_file(problems: Path, out: Path, seed: int) -> None:
     counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common()) or "no problems"
     median = f"; median {np.median(times):.1f} ms" if times else ""
     print(f"{counts}{median}\nwrote {out}")
+
+
+def _say_fitting(link: str) -> None:
+    print(f"fitting spheres to {link}", flush=True)

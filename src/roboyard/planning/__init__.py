@@ -18,6 +18,7 @@ _HOMES = {
     "Plan": "roboyard.planning.trajectory",
     "Planner": "roboyard.planning.planner",
     "PoseGoal": "roboyard.planning.goals",
+    "RobotPlanner": "roboyard.planning.robot_planner",
     "SphereModel": "roboyard.planning.sphere_model",
     "Trajectory": "roboyard.planning.trajectory",
     "cloud_field": "roboyard.planning.distance_fields",
@@ -37,6 +38,7 @@ __all__ = [
     "Plan",
     "Planner",
     "PoseGoal",
+    "RobotPlanner",
     "SphereModel",
     "Trajectory",
     "cloud_field",
@@ -57,7 +59,7 @@ if TYPE_CHECKING:
     from roboyard.planning.planner import Planner
     from roboyard.planning.planner_files import load_planner_file
     from roboyard.planning.problem_files import load_problems, solve_problems
-    from roboyard.planning.robot_planner import planner_for
+    from roboyard.planning.robot_planner import RobotPlanner, planner_for
     from roboyard.planning.sphere_model import SphereModel, sphere_robot
     from roboyard.planning.trajectory import Plan, Trajectory
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -27,9 +26,9 @@ class PoseGoal:
     """A pose that a link is to reach."""
 
     link: str
-    position: Sequence[float]
+    position: ArrayLike
     """(3,) in the world frame (m)."""
-    quaternion: Sequence[float] | None = None
+    quaternion: ArrayLike | None = None
     """(4,) x, y, z, w in the world frame; None leaves the orientation free."""
 
 
@@ -71,14 +70,15 @@ def postures_for(
     from roboyard.kinematics import solve_ik_batch
 
     chain = tip_chain(robot, goal.link)
-    if len(goal.position) != 3 or (goal.quaternion is not None and len(goal.quaternion) != 4):
+    turn = (0.0, 0.0, 0.0, 1.0) if goal.quaternion is None else goal.quaternion
+    if np.shape(goal.position) != (3,) or np.shape(turn) != (4,):
         raise ConfigError(
             f'goal of link "{goal.link}": position {goal.position}, quaternion {goal.quaternion}: must have '
             "3 and 4 numbers"
         )
-    if not np.isfinite([*goal.position, *(goal.quaternion or ())]).all():
+    if not np.isfinite(np.concatenate([goal.position, turn])).all():
         raise ConfigError(f'goal of link "{goal.link}": {goal.position}, {goal.quaternion} is not finite')
-    target = inverse_pose(root) @ pose_matrix(goal.position, goal.quaternion or (0, 0, 0, 1))
+    target = inverse_pose(root) @ pose_matrix(goal.position, turn)
     random = np.random.default_rng(seed)
     starts = random.uniform(robot.arrays.lower, robot.arrays.upper, (seeds, len(near)))
     starts[0] = near

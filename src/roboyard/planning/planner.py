@@ -15,13 +15,13 @@ from roboyard._lazy import lazy_module
 from roboyard.errors import ConfigError
 from roboyard.planning.checking import CollisionChecker
 from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, postures_for
-from roboyard.planning.hull_judge import HullJudge, judge_of
+from roboyard.planning.hull_judge import Clash, HullJudge, judge_of
 from roboyard.planning.hull_search import hull_path
 from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.path_search import SearchSpace, find_path, shorten, time_path
 from roboyard.planning.relaxation import raise_padding, relax
 from roboyard.planning.sphere_model import SphereModel, SphereRobot, sphere_robot
-from roboyard.planning.trajectory import Outcome, Plan, Trajectory
+from roboyard.planning.trajectory import Outcome, Plan, Trajectory, path_length
 from roboyard.transforms import Array
 
 _checker = lazy_module("roboyard.planning.kernels.checker")
@@ -30,7 +30,7 @@ _sampling = lazy_module("roboyard.planning.kernels.sampling")
 VELOCITY, ACCELERATION, JERK = 2.0, 15.0, 500.0
 """Limits of joints without one (rad/s, rad/s², rad/s³ or m)."""
 TRIES, ROUNDS = 4, 120
-"""Searches of which the shortest path is kept, and attempts to shorten each."""
+"""Searches of which the shortest path is kept, and attempts to shorten it."""
 JUDGED_STEP = 0.01
 """Distance between configurations that the judge checks (rad)."""
 REPAIRS = 6
@@ -121,6 +121,11 @@ class Planner:
         return self._named(self.robot.arrays.lower), self._named(self.robot.arrays.upper)
 
     @property
+    def named_limits(self) -> Array:
+        """(3, n) limits of velocity, acceleration and jerk, in the order of `joint_names`."""
+        return self._named(self.limits)
+
+    @property
     def checker(self) -> CollisionChecker:
         """A collision checker of the group, in depth-first order of joints."""
         return CollisionChecker(self.robot, self.obstacles)
@@ -141,6 +146,13 @@ class Planner:
         relax(self.robot.arrays, self.obstacles.arrays, q[None])
         self.judge.clashes(q)
         self._clash(q)
+        moved = next((link for link in self.robot.links if self._moves(link)), None)
+        if moved is not None:
+            postures_for(self.robot, PoseGoal(link=moved, position=(0.0, 0.0, 0.0)), np.eye(4), q, seeds=4)
+
+    def _moves(self, link: str) -> bool:
+        chain = self.robot.chain
+        return bool(chain.link_node[chain.link(link)] >= 0)
 
     # ---------------------------------------------------------------------------------- planning
 
@@ -225,7 +237,7 @@ class Planner:
             middle = time.perf_counter()
             corners = 0.0 if exact or attempt > 2 else 1.0
             trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=corners)
-            refused = self.judge.first_clash(trajectory.dense(JUDGED_STEP)) if judged else None
+            refused = self._first_clash(trajectory) if judged else None
             timing += time.perf_counter() - middle
             if refused is None:
                 reached = int(np.argmin(np.linalg.norm(goals - path[-1], axis=1)))
@@ -249,22 +261,24 @@ class Planner:
         self, space: SearchSpace, start: Array, goals: Array, deadline: float, improve: float, seed: int
     ) -> Array | None:
         best: Array | None = None
-        least = np.inf
-        until = 0.0
-        k = 0
-        while k < TRIES or time.perf_counter() < until:
-            found = find_path(space, start, goals, deadline=deadline, seed=seed + k)
-            if found is None:
+        least, until, k = np.inf, 0.0, 0
+        while best is None or time.perf_counter() < until:
+            found: list[Array] = []
+            for _ in range(TRIES):
+                one = find_path(space, start, goals, deadline=deadline, seed=seed + k)
+                k += 1
+                if one is None:
+                    break
+                found.append(one)
+                if len(one) == 2 and len(goals) == 1:  # straight: no path is shorter
+                    return one
+            if not found:
                 break
+            path = shorten(space, min(found, key=path_length), rounds=ROUNDS, seed=seed + k)
             if best is None:
                 until = time.perf_counter() + improve
-            found = shorten(space, found, rounds=ROUNDS, seed=seed + k)
-            length = float(np.linalg.norm(np.diff(found, axis=0), axis=1).sum())
-            if length < least:
-                best, least = found, length
-            if len(found) <= 2 and len(goals) == 1:
-                break
-            k += 1
+            if path_length(path) < least:
+                best, least = path, path_length(path)
         return best
 
     # ------------------------------------------------------------------------------------- goals
@@ -283,7 +297,7 @@ class Planner:
                 found = postures_for(self.robot, one, self.obstacles.root, start, seed=seed)
                 if not found:
                     reason = (
-                        f'no posture within the limits brings link "{one.link}" to {list(one.position)}'
+                        f'no posture within the limits brings link "{one.link}" to {np.round(one.position, 4).tolist()}'
                         f"{'' if one.quaternion is None else ' in that orientation'}; move it or the base"
                     )
                     continue
@@ -323,6 +337,13 @@ class Planner:
         worst = max(found, key=lambda clash: clash.depth)
         kind = "link" if worst.is_self else "obstacle"
         return f'link "{worst.link}" overlaps {kind} "{worst.other}" by {1e3 * worst.depth:.1f} mm'
+
+    def _first_clash(self, trajectory: Trajectory) -> tuple[int, list[Clash]] | None:
+        """Return the first configuration that exact shapes refuse; those free of spheres need no look."""
+        dense = trajectory.dense(JUDGED_STEP)
+        if self._covers:
+            dense = dense[~self.checker.free(dense)]
+        return self.judge.first_clash(dense)
 
     # ----------------------------------------------------------------------------------- vectors
 

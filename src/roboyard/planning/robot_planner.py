@@ -143,13 +143,12 @@ def _group(robot: RobotBody, arm: str | None, torso: bool, base: bool) -> list[s
 
 def model_of(robot: RobotBody) -> SphereModel:
     """Return a robot's spheres and pairs: of its package's cuRobo file, else fitted to its description."""
-    rest = dict(zip(robot.joint_names, robot.joint_positions.tolist(), strict=True))
     registered = REGISTERED_ROBOTS.get(robot.model)
     if registered is not None and robot.body.scale == 1.0:
         file = registered.folder / "curobo" / f"{registered.name}.yml"
         if file.is_file():
             return load_planner_file(file, robot.description)
-    return fitted_model(robot.description, rest=rest)
+    return fitted_model(robot.description)
 
 
 def _inside(q: ArrayLike, planner: Planner) -> Any:

@@ -99,4 +99,9 @@ class Plan:
     @property
     def length(self) -> float:
         """Length of the path (rad)."""
-        return float(np.linalg.norm(np.diff(self.path, axis=0), axis=1).sum()) if len(self.path) else 0.0
+        return path_length(self.path)
+
+
+def path_length(path: Array) -> float:
+    """Return the length of (w, n) way points (rad)."""
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
