@@ -296,8 +296,9 @@ class Planner:
             if isinstance(one, PoseGoal):
                 found = postures_for(self.robot, one, self.obstacles.root, start, seed=seed)
                 if not found:
+                    place = ", ".join(f"{x:.4g}" for x in np.asarray(one.position, dtype=float))
                     reason = (
-                        f'no posture within the limits brings link "{one.link}" to {np.round(one.position, 4).tolist()}'
+                        f'no posture within the limits brings link "{one.link}" to ({place})'
                         f"{'' if one.quaternion is None else ' in that orientation'}; move it or the base"
                     )
                     continue
