@@ -65,7 +65,8 @@ def find_rolling_parts(skeleton: Skeleton) -> tuple[RollingPart, ...]:
     """Return the wheels that reach the floor, depth first."""
     round_parts, plain = [], []
     for name in skeleton.joint:
-        if _turns_level(skeleton, name):
+        above = skeleton.path(name)[:-1]
+        if _turns_level(skeleton, name) and not any(_has_rollers(skeleton, up) for up in above[-1:]):
             part = _round_part(skeleton, name)
             round_parts += [part] if part is not None else []
             plain += [name] if part is None else []
