@@ -1,4 +1,4 @@
-"""What is and what is not concluded about robots with one feature each."""
+"""Conclusions about robots with one feature each, and those that must not be made."""
 
 from __future__ import annotations
 
