@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from roboyard.rendering.camera import Camera
+from roboyard.rendering.camera import Camera, fitted_viewpoint
 from roboyard.rendering.files import (
     contact_sheet,
     depth_to_rgb,
@@ -36,6 +36,7 @@ __all__ = [
     "contact_sheet",
     "depth_buffer",
     "depth_to_rgb",
+    "fitted_viewpoint",
     "png_bytes",
     "render",
     "save_gif",

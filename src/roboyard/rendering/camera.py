@@ -20,6 +20,45 @@ FITTED_NEAR, FITTED_FAR = 0.02, 60.0
 _FLIP_YZ = np.diag([1.0, -1.0, -1.0])
 
 
+def fitted_viewpoint(
+    points: ArrayLike,
+    direction: ArrayLike,
+    up: ArrayLike = (0.0, 0.0, 1.0),
+    *,
+    aspect: float,
+    fovy: float,
+    fill: float,
+) -> tuple[Array, Array]:
+    """Return position and target, each (3,) m, of the nearest camera that has all points in its picture.
+
+    Args:
+        points: (n, 3) points in the world frame (m).
+        direction: (3,) from the points to the camera, in the world frame.
+        up: (3,) direction in the world frame that points up in the picture; where `direction` is along it,
+            world y (or x) replaces it.
+        aspect: width of the picture as a multiple of its height.
+        fovy: vertical opening angle (rad).
+        fill: share of the picture's width and height that the points may cover.
+
+    Raises:
+        ValueError: there are no points, or the direction has no length.
+    """
+    given = np.asarray(points, dtype=float)
+    if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
+        raise ValueError(f"points must have the shape (n, 3) with n > 0, got {given.shape}")
+    if not np.linalg.norm(np.asarray(direction, dtype=float)) > 0:
+        raise ValueError(f"direction must be a finite vector of any length above zero, got {direction}")
+    axes = look_at_view(direction, (0.0, 0.0, 0.0), up)[:3, :3]
+    in_view = given @ axes.T
+    middle = 0.5 * (in_view.min(axis=0) + in_view.max(axis=0))
+    x, y, z = (in_view - middle).T
+    half_height = fill * math.tan(0.5 * fovy)
+    half_width = half_height * aspect
+    distance = float(max((np.abs(x) / half_width + z).max(), (np.abs(y) / half_height + z).max(), 1e-3))
+    centre = middle @ axes
+    return centre + distance * axes[2], centre
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Camera:
     """A camera in the OpenGL convention: -z is the viewing direction, +y is up, clip depth is -1 to 1.
@@ -126,22 +165,10 @@ class Camera:
             fovy: vertical opening angle (rad).
             fill: share of the picture's width and height that the points may cover.
         """
-        given = np.asarray(points, dtype=float)
-        if given.ndim != 2 or given.shape[1:] != (3,) or not len(given):
-            raise ValueError(f"points must have the shape (n, 3) with n > 0, got {given.shape}")
-        if not np.linalg.norm(np.asarray(direction, dtype=float)) > 0:
-            raise ValueError(f"direction must be a finite vector of any length above zero, got {direction}")
-        axes = look_at_view(direction, (0.0, 0.0, 0.0), up)[:3, :3]
-        backward = axes[2]
-        in_view = given @ axes.T
-        middle = 0.5 * (in_view.min(axis=0) + in_view.max(axis=0))
-        x, y, z = (in_view - middle).T
-        half_height = fill * math.tan(0.5 * fovy)
-        half_width = half_height * width / height
-        distance = float(max((np.abs(x) / half_width + z).max(), (np.abs(y) / half_height + z).max(), 1e-3))
-        centre = middle @ axes
+        eye, centre = fitted_viewpoint(points, direction, up, aspect=width / height, fovy=fovy, fill=fill)
+        distance = float(np.linalg.norm(eye - centre))
         return cls.look_at(
-            centre + distance * backward,
+            eye,
             centre,
             up,
             width=width,

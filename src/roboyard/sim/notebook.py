@@ -24,7 +24,7 @@ def world_html(time: float, bodies: Sequence[Body], render: Callable[[Camera], I
         bodies: all bodies of the world.
         render: renders the world with a camera.
     """
-    eye, target = viewpoint(bodies)
+    eye, target = viewpoint(bodies, PICTURE[0] / PICTURE[1])
     camera = Camera.look_at(eye, target, width=PICTURE[0], height=PICTURE[1], fovy=FOVY)
     picture = b64encode(png_bytes(render(camera))).decode()
     rows = [

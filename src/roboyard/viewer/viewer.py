@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.sim.queries.default_view import fitted_points
 from roboyard.viewer.notebook import frame_html
-from roboyard.viewer.page.light import aim_camera, set_light
+from roboyard.viewer.page.first_view import FirstView
+from roboyard.viewer.page.light import set_light
 from roboyard.viewer.page.server import DEFAULT_PORT, open_server, stop_server
 from roboyard.viewer.scene.drawings import Drawing, Drawings
 from roboyard.viewer.scene.scene_nodes import SceneNodes
@@ -95,7 +97,8 @@ class Viewer:
         self._wake = threading.Event()
         self._closing = threading.Event()
         self.light = set_light(self.server)
-        aim_camera(self.server, world)
+        self.first_view = FirstView(self.server, lambda: fitted_points(self.world.bodies))
+        """Aims the camera of each page when it opens."""
         self.sync(wait=True)
         if follow_steps:
             world.after_step.append(self._after_step)

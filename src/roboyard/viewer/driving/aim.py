@@ -2,30 +2,77 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roboyard.transforms import matrix_from_quaternion
+from roboyard.sim.queries import rays
+from roboyard.transforms import Array, matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.robots import Robot
     from roboyard.viewer.viewer import Viewer
 
-BEHIND, ABOVE = 2.6, 1.9
-"""Camera distance behind and height above the robot, in robot heights; above the walls of the home scene."""
+DISTANCES = (2.9, 2.2, 1.7)
+"""Distances from the robot's middle that are tried (robot heights)."""
+SEEN = (0.1, 0.5, 0.95)
+"""Heights of the points that must be visible (robot heights)."""
+ELEVATIONS = (28.0, 50.0)
+"""Angles above the horizon that are tried (degrees)."""
+TURNS = (0.0, 30.0, -30.0, 60.0, -60.0, 100.0, -100.0, 140.0, -140.0, 180.0)
+"""Angles from behind the robot that are tried (degrees)."""
+MARGIN = 0.15
+"""Distance that the camera keeps from walls (m)."""
 MIN_HEIGHT = 0.5
 """Robots that are lower count as this high (m)."""
 
 
 def look_from_behind(viewer: Viewer, robot: Robot) -> None:
     """Place the cameras of all pages behind and above the robot; pages opened later start there too."""
-    position, quaternion = robot.base_link.pose
-    forward = matrix_from_quaternion(quaternion)[:, 0]
-    heading = np.array([forward[0], forward[1], 0.0]) / max(float(np.hypot(forward[0], forward[1])), 1e-9)
-    height = max(float(np.ptp(robot.body.bounds[:, 2])), MIN_HEIGHT)
-    target = np.array([position[0], position[1], position[2] + 0.5 * height])
-    eye = target + height * (-BEHIND * heading + [0.0, 0.0, ABOVE - 0.5])
+    eye, target = clear_viewpoint(robot)
+    viewer.first_view.release()
     viewer.server.initial_camera.position, viewer.server.initial_camera.look_at = eye, target
     for client in viewer.server.get_clients().values():
         client.camera.position, client.camera.look_at = eye, target
+
+
+def clear_viewpoint(robot: Robot) -> tuple[Array, Array]:
+    """Return position and target of a camera, each (3,) m, from which nothing hides the robot.
+
+    It is behind and above the robot where that view is free, else nearer or at another angle; where no view
+    is free, it is behind and above all the same.
+    """
+    position, quaternion = robot.base_link.pose
+    forward = matrix_from_quaternion(quaternion)[:, 0]
+    behind = math.atan2(float(forward[1]), float(forward[0])) + math.pi
+    lower, upper = robot.body.bounds
+    height = max(float(upper[2] - lower[2]), MIN_HEIGHT)
+    target = np.array([position[0], position[1], lower[2] + 0.5 * height])
+    points = [np.array([position[0], position[1], lower[2] + share * height]) for share in SEEN]
+    for distance in DISTANCES:
+        for elevation in ELEVATIONS:
+            for turn in TURNS:
+                away = distance * height * _direction(behind + math.radians(turn), elevation)
+                if all(_is_free(robot, point, target + away) for point in points):
+                    return target + away, target
+    return target + DISTANCES[0] * height * _direction(behind, ELEVATIONS[-1]), target
+
+
+def _direction(azimuth: float, elevation: float) -> Array:
+    rise = math.radians(elevation)
+    return np.array([math.cos(azimuth) * math.cos(rise), math.sin(azimuth) * math.cos(rise), math.sin(rise)])
+
+
+def _is_free(robot: Robot, start: Array, eye: Array) -> bool:
+    """Whether nothing but the robot itself is between a point and a little beyond the eye, each (3,) m."""
+    length = float(np.linalg.norm(eye - start))
+    direction = (eye - start) / length
+    at = 0.0
+    while True:
+        hit = rays.cast_one(robot.world, start + at * direction, eye + MARGIN * direction, visual=True)
+        if hit is None:
+            return True
+        if hit.link.body is not robot.body:
+            return False
+        at += hit.distance + 1e-3

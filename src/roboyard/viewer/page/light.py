@@ -1,22 +1,22 @@
-"""Light, fog and initial camera of a page, approximating `roboyard.rendering`."""
+"""Light and fog of a page, approximating `roboyard.rendering`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from roboyard.rendering.light import Light
-from roboyard.sim.queries.default_view import FOVY, viewpoint
 from roboyard.transforms import Array, quaternion_from_axis_angle, to_wxyz
 
-if TYPE_CHECKING:
-    from roboyard.sim import World
-
-SUN_GAIN, SKY_GAIN = 1.25, 0.6
+SUN_GAIN, SKY_GAIN = 2.2, 0.95
 """Factors on the light of `roboyard.rendering`, which adds display colours instead of linear light."""
+FILL_INTENSITY, FILL_DIRECTION = 0.5, (1.0, -0.6, 0.6)
+"""Light without shadow from the side of the first camera, so that dark parts show highlights."""
+SUN_DISTANCE = 100.0
+"""Distance of the sun from the origin (m)."""
 HAZE = (20.0, 60.0)
 """Distances at which the fog begins and at which it hides everything (m)."""
 
@@ -34,7 +34,7 @@ class PageLight:
 
     def set_direction(self, direction: Sequence[float]) -> None:
         """Set the direction from the scene to the sun, (3,) in the world frame, of any length."""
-        self._sun.wxyz = _turn_y_to(direction)
+        self._sun.position = _sun_position(direction)
 
     def set_background(self, rgb: Sequence[float]) -> None:
         """Set the colour of the background and the fog, (3,) RGB from 0 to 1."""
@@ -55,7 +55,10 @@ def set_light(server: Any) -> PageLight:
     above = SKY_GAIN * math.pi * (light.ambient + light.diffuse * light.sky)
     below = light.ambient / (light.ambient + light.diffuse * light.sky)
     handle = scene.add_light_directional(
-        "/lights/sun", intensity=sun, cast_shadow=True, wxyz=_turn_y_to(light.direction), position=(0, 0, 0)
+        "/lights/sun", intensity=sun, cast_shadow=True, position=_sun_position(light.direction)
+    )
+    scene.add_light_directional(
+        "/lights/fill", intensity=FILL_INTENSITY, position=_sun_position(FILL_DIRECTION)
     )
     ground = round(255 * below)
     scene.add_light_hemisphere(
@@ -68,11 +71,10 @@ def set_light(server: Any) -> PageLight:
     return PageLight(server, handle)
 
 
-def aim_camera(server: Any, world: World) -> None:
-    """Aim the initial camera of pages at the bodies of a world, infinite floors excluded."""
-    camera = server.initial_camera
-    camera.fov = FOVY
-    camera.position, camera.look_at = viewpoint(world.bodies)
+def _sun_position(direction: Sequence[float]) -> tuple[float, float, float]:
+    """Return a far point (m) towards the sun: a page's light shines from its position to the origin."""
+    x, y, z = (SUN_DISTANCE * np.asarray(direction, dtype=float) / np.linalg.norm(direction)).tolist()
+    return x, y, z
 
 
 def _turn_y_to(direction: Sequence[float]) -> Array:
