@@ -220,6 +220,8 @@ def test_self_collision_is_a_flag(client: int, tmp_path: Path) -> None:
     [
         ("\n\n</robot>\n", True),
         ("\n<!-- end -->\n", True),
+        ("\n\0", True),
+        ("\n\0words", True),
         ('\n<robot name="s"><link name="b"/></robot>\n', True),
         ("\nsome words\n", False),
         ("\n<link>\n", False),

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from xml.parsers import expat
 
+ZERO_NOTE = "zero byte after the end of the root element removed, and all behind it"
 TEXT_NOTE = "text after the end of the root element removed"
 CLOSING_TAG_NOTE = "closing tag after the end of the root element removed, and all behind it"
 ELEMENTS_NOTE = "elements after the end of the root element ignored"
@@ -95,13 +96,14 @@ def trailing_junk(text: str) -> tuple[str, str]:
     end = _root_end(text)
     if end is None:
         return text, ""
-    rest = _replaced(_replaced(text[end:], "<!--", "-->", _nothing), "<?", "?>", _nothing).strip()
+    behind, zero, _ = text[end:].partition("\0")  # at a zero byte the text ends, as for programs in C
+    rest = _replaced(_replaced(behind, "<!--", "-->", _nothing), "<?", "?>", _nothing).strip()
     if not rest:
-        return text, ""
+        return (text[:end] + behind, ZERO_NOTE) if zero else (text, "")
     if rest.startswith("</"):
         note = CLOSING_TAG_NOTE
     elif rest.startswith("<"):
-        if _root_end(f"<all>{text[end:]}</all>") is None:
+        if _root_end(f"<all>{behind}</all>") is None:
             return text, ""
         note = ELEMENTS_NOTE
     elif re.search(r"<[A-Za-z_]", rest):
