@@ -181,7 +181,8 @@ def test_contype_and_conaffinity_0_collide_with_nothing_within_their_body(
     (tmp_path / "tree.xml").write_text(
         f'<mujoco><worldbody><body pos="0 0 1">{ball}'
         f'<body pos="0 0 .3"><joint type="hinge" axis="0 1 0"/>{ball}'
-        f'<body pos="0 0 -.2"><joint type="hinge" axis="0 1 0"/>{ball}</body></body></body></worldbody></mujoco>'
+        f'<body pos="0 0 -.2"><joint type="hinge" axis="0 1 0"/>{ball}</body>'
+        "</body></body></worldbody></mujoco>"
     )
     p.loadMJCF(str(tmp_path / "tree.xml"), flags=p.URDF_USE_SELF_COLLISION)
     p.stepSimulation()

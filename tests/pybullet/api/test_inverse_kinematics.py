@@ -163,7 +163,8 @@ def test_the_orientation_of_a_target_is_that_of_the_inertial_frame(client: int, 
         "</robot>",
         '<link name="tip"><inertial><origin xyz="0.1 0 0" rpy="0.4 -0.9 0.3"/><mass value="0.1"/>'
         '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
-        '<joint name="t" type="fixed"><parent link="l6"/><child link="tip"/><origin xyz="0 0 0.1"/></joint></robot>',
+        '<joint name="t" type="fixed"><parent link="l6"/><child link="tip"/>'
+        '<origin xyz="0 0 0.1"/></joint></robot>',
     )
     (tmp_path / "arm.urdf").write_text(text)
     arm = p.loadURDF(str(tmp_path / "arm.urdf"), useFixedBase=True)

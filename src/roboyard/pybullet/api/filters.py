@@ -34,7 +34,7 @@ def setCollisionFilterPair(
 def setCollisionFilterGroupMask(
     client: Client, bodyUniqueId: int, linkIndexA: int, collisionFilterGroup: int, collisionFilterMask: int
 ) -> None:
-    """Set the group and mask of a link; links collide if the group of either shares a bit with the other mask."""
+    """Set the group and mask of a link; two links collide if a group shares a bit with the other's mask."""
     scene = client.scene
     if scene.link(whole(bodyUniqueId), whole(linkIndexA)) is not None:
         scene.filters.set_group(

@@ -64,9 +64,10 @@ def add_bounce(restitution, geom, address, velocity, impedance, timestep, slow, 
 
 @njit(cache=True)
 def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # pragma: no cover
-    """Replace each contact's friction by Bullet's mixture of its geoms' coefficients, regularisation included.
+    """Replace each contact's friction by Bullet's mixture of its geoms' coefficients, with its regularisation.
 
-    Sliding: the product. Spinning and rolling: each geom's own coefficient times the other's sliding one, summed.
+    Sliding: the product. Spinning and rolling: each geom's own coefficient times the other's sliding one,
+    summed.
 
     coefficients: (ngeom, 3) sliding, spinning and rolling. MuJoCo mixes by maximum when it makes the
     constraints; its elliptic cone keeps the ratio of the rows' regularisers equal to the squared ratio of
@@ -101,8 +102,9 @@ def hard_contacts(  # pragma: no cover
     The normal velocity after the step is at least -dist / dt for a gap, -erp dist / dt for a penetration and
     -e v for a bounce; sliding stops completely, as far as friction can. `base` receives the normal rows'
     references before the correction for sliding (see `correct_sliding`), whose first estimate is made here.
-    Regularisers R (and their inverses D) shrink, so that a body at rest has exactly its weight as normal force
-    within three steps; MuJoCo bounds the impedance, and with it R, for time steps much larger than needed here.
+    Regularisers R (and their inverses D) shrink, so that a body at rest has exactly its weight as normal
+    force within three steps; MuJoCo bounds the impedance, and with it R, for time steps much larger than
+    needed here.
     margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes; distances and positions of
     contacts are corrected for them in place. frame: (ncon, 9), the normal first.
     """
