@@ -118,7 +118,7 @@ def test_the_normal_force_of_a_resting_ball_settles_within_three_steps(client: i
 
 @pytest.mark.parametrize("of_plane", [0.0, 0.003])
 def test_rolling_friction_is_the_sum_of_both_bodies(client: int, of_plane: float) -> None:
-    """A ball slows by c g / (1.4 r); PyBullet's c (m) is each body's own times the other's sliding friction."""
+    """A ball slows by c g / (1.4 r); c (m) is each body's own times the other's sliding friction."""
     radius, mu_plane, mu_ball, own = 0.1, 0.5, 0.8, 0.004
     p.setGravity(0, 0, -10)
     plane = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))

@@ -64,7 +64,7 @@ def add_bounce(restitution, geom, address, velocity, impedance, timestep, slow, 
 
 @njit(cache=True)
 def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # pragma: no cover
-    """Replace each contact's friction by Bullet's mixture of its geoms' coefficients, with its regularisation.
+    """Replace each contact's friction by Bullet's mixture of its geoms' coefficients and regularise it.
 
     Sliding: the product. Spinning and rolling: each geom's own coefficient times the other's sliding one,
     summed.
