@@ -115,6 +115,10 @@ def complete_semantics(
         found: what was inferred, where that was done already.
     """
     found = infer_semantics(description, stated.base_link) if found is None else found
+    if _ends(stated) == _ends(found):
+        stated = replace(stated, end_effectors=())
+    if stated.trunk_joints == found.trunk_joints:
+        stated = replace(stated, trunk_joints=())
     effectors = stated.end_effectors or found.end_effectors
     trunk = stated.trunk_joints or found.trunk_joints
     arms = stated.arms or found.arms
@@ -142,6 +146,11 @@ def complete_semantics(
         postures=stated.postures,
         conclusions=with_stated(found.conclusions, stated, arms, trunk),
     )
+
+
+def _ends(semantic: SemanticDescription) -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:
+    """Return link, gripper links and gripper joints of the end effectors."""
+    return [(end.link, end.gripper_links, end.gripper_joints) for end in semantic.end_effectors]
 
 
 def _stated_base(

@@ -40,6 +40,7 @@ def check_against(config: ImportConfig, description: RobotDescription) -> list[C
     known, sensor_problems = _sensors(config, description)
     problems += sensor_problems
     problems += _curobo(config, description, known)
+    problems += _understanding(config, description)
     return problems
 
 
@@ -172,6 +173,18 @@ def _curobo(
         problems += _unknown("link", others, ("curobo", "self_collision_ignore", name), links)
     problems += _default_qpos(config, description)
     return problems
+
+
+def _understanding(config: ImportConfig, description: RobotDescription) -> list[ConfigProblem]:
+    stated, joints = config.understanding, description.joint_by_name
+    problems: list[ConfigProblem] = []
+    for key in ("steer_joints", "caster_joints", "head_joints"):
+        problems += _unknown("joint", getattr(stated, key) or (), ("understanding", key), joints)
+    for key in ("legs", "arms"):
+        for name, chain in (getattr(stated, key) or {}).items():
+            problems += _unknown("joint", chain, ("understanding", key, name), joints)
+    links = description.link_by_name
+    return problems + _unknown("link", stated.imu_links or (), ("understanding", "imu_links"), links)
 
 
 def _default_qpos(config: ImportConfig, description: RobotDescription) -> list[ConfigProblem]:

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, field_validator
 
+from roboyard.description.semantic import BaseKind, Opening, RobotKind
 from roboyard.paths import DEFAULT_DATASET
 
 NAME_PATTERN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -166,6 +167,26 @@ class Curobo(_Section):
         return merged
 
 
+OptionalNames = Annotated[list[str] | None, AfterValidator(lambda names: names and _no_repeats(names))]
+
+
+class Understanding(_Section):
+    """Kind and parts of the robot. A missing key is inferred; a given one replaces what is inferred."""
+
+    kind: RobotKind | None = None
+    base: BaseKind | None = None
+    steer_joints: OptionalNames = None
+    caster_joints: OptionalNames = None
+    head_joints: OptionalNames = None
+    legs: dict[str, Names] | None = None
+    """Name to joints, from the body outwards."""
+    arms: dict[str, Names] | None = None
+    """Name to joints, from the base outwards."""
+    opening: dict[str, Opening] | None = None
+    """Arm's name, or the palm of a hand on its own, to the direction of the joints that opens."""
+    imu_links: OptionalNames = None
+
+
 class ImportConfig(_Section):
     """A whole source configuration."""
 
@@ -186,6 +207,7 @@ class ImportConfig(_Section):
     eef_vis_links: Sensors = []
     camera_links: Sensors = []
     lidar_links: Sensors = []
+    understanding: Annotated[Understanding, BeforeValidator(_none_as_empty_map)] = Understanding()
     curobo: Annotated[Curobo, BeforeValidator(_none_as_empty_map)] = Curobo()
 
     @field_validator("name")

@@ -7,6 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from roboyard.importer.import_log import unique_warnings
+from roboyard.importer.report.conclusions import conclusion_table
 from roboyard.importer.report.links import link_rows
 from roboyard.importer.report.pictures import KINDS, view_of_robot
 from roboyard.reports.html import badge, figure, page, plural, table
@@ -95,6 +96,7 @@ def import_page(
         _cards(robot, facts),
         *_before_and_after(robot, source),
         *_warnings(warnings),
+        *conclusion_table(facts),
         *_gates(validation),
         *_findings(facts),
         *link_rows(robot, facts),

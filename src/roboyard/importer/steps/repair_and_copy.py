@@ -10,9 +10,11 @@ from roboyard.description.evidence.read import read_evidence
 from roboyard.description.loader import load_description
 from roboyard.description.model import Geometry, Mesh, RobotDescription
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.semantic import SemanticDescription
 from roboyard.description.semantic_names import with_names
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.context import ImportContext
+from roboyard.importer.stated_parts import with_stated_parts
 from roboyard.importer.steps.names import planned_names, renamed
 from roboyard.morphology.analyze import infer_semantics
 from roboyard.repair import Repair, repair_urdf
@@ -60,7 +62,8 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     semantic = with_names(semantic, renames.links, renames.joints)
     description = renamed(description, renames)
     description = replace(_plain(description), name=context.config.name)
-    description = _free_grippers(description, context)
+    semantic = with_stated_parts(semantic, context.config.understanding, description)
+    description = _free_grippers(description, semantic, context)
     return RobotModel(
         name=context.config.name,
         description=description,
@@ -124,9 +127,15 @@ def _local(geometry: Geometry) -> Geometry:
     return geometry
 
 
-def _free_grippers(description: RobotDescription, context: ImportContext) -> RobotDescription:
-    """Return the description with every listed gripper joint driven: no mimic, no limits of zero."""
+def _free_grippers(
+    description: RobotDescription, semantic: SemanticDescription, context: ImportContext
+) -> RobotDescription:
+    """Return the description with every listed gripper joint driven: no mimic, no limits of zero.
+
+    Without a list they are the joints that are understood to drive the grippers.
+    """
     named = {joint for g in context.config.curobo.eef_to_gripper_info.values() for joint in g.joints}
+    named = named or {joint for effector in semantic.end_effectors for joint in effector.gripper_joints}
     joints = []
     for joint in description.joints:
         if joint.name in named:

@@ -6,7 +6,9 @@ from dataclasses import replace
 
 from roboyard.description.robot_model import RobotModel
 from roboyard.description.semantic import Conclusion, EndEffector, SemanticDescription
+from roboyard.description.understanding import conclusions
 from roboyard.importer.config.schema import ImportConfig
+from roboyard.importer.config.write import THIN
 from roboyard.importer.context import ImportContext
 from roboyard.morphology.analyze import complete_semantics
 
@@ -16,8 +18,11 @@ def add_semantics(robot: RobotModel, context: ImportContext) -> RobotModel:
     found = robot.semantic if robot.semantic.conclusions else None
     stated = stated_semantics(robot.semantic, context.config)
     semantic = complete_semantics(robot.description, stated, found)
+    context.log.facts["conclusions"] = conclusions(semantic)
     for conclusion in semantic.conclusions:
-        if conclusion.confidence < 1.0:
+        if conclusion.confidence < THIN:
+            context.log.warn(f"please check, the evidence is thin: {_conclusion_note(conclusion)}")
+        elif conclusion.confidence < 1.0:
             context.log.note(_conclusion_note(conclusion))
     return replace(robot, semantic=semantic)
 
@@ -45,4 +50,6 @@ def stated_semantics(semantic: SemanticDescription, config: ImportConfig) -> Sem
 def _conclusion_note(found: Conclusion) -> str:
     value = ", ".join(map(str, found.value)) if isinstance(found.value, list) else str(found.value)
     reasons = f" ({'; '.join(found.evidence[:3])})" if found.evidence else ""
-    return f"{found.field.replace('_', ' ')}: {value or 'none'}, {100 * found.confidence:.0f} % sure{reasons}"
+    change = f"; to change it: {found.setting}" if found.setting else ""
+    sure = f"{100 * found.confidence:.0f} % sure"
+    return f"{found.field.replace('_', ' ')}: {value or 'none'}, {sure}{reasons}{change}"

@@ -1,0 +1,63 @@
+"""`roboyard infer`: write the source configuration of a robot from its description alone."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from roboyard.cli.packages import PackageOption
+from roboyard.cli.xacro_args import XacroArgOption
+
+EXAMPLES = """
+Examples:
+
+\b
+  roboyard infer my_robot.urdf > config.yaml
+  roboyard infer my_robot.urdf --out config.yaml && roboyard import config.yaml
+  roboyard infer my_robot.urdf --json            conclusions, evidence and confidence
+"""
+
+
+def infer(
+    file: Annotated[Path, typer.Argument(help="A URDF or xacro.", metavar="FILE", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write the configuration here.", show_default=False)
+    ] = None,
+    name: Annotated[str | None, typer.Option("--name", help="Name of the robot.", show_default=False)] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the conclusions as JSON.")] = False,
+    package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
+) -> None:
+    """Write the source configuration of a robot, with the reasons for each value.
+
+    Kind, base, wheels, limbs, grippers and sensors are inferred from the description and the files beside it.
+    Each value has its evidence and confidence in a comment; an import of the file, unchanged, gives the
+    package that the description alone gives.
+    """
+    from roboyard.cli.packages import read_packages
+    from roboyard.cli.xacro_args import read_xacro_args
+    from roboyard.importer.infer import infer_config
+
+    found = infer_config(
+        file,
+        name=name,
+        packages=read_packages(package or []),
+        xacro_args=read_xacro_args(xacro_arg or []),
+        relative_to=None if out is None else out.absolute().parent,
+    )
+    if as_json:
+        import json
+
+        from roboyard.description.understanding import conclusions, understanding
+
+        data = {"understanding": understanding(found.semantic), "conclusions": conclusions(found.semantic)}
+        print(json.dumps(data, indent=2, ensure_ascii=False))
+        return
+    if out is None:
+        sys.stdout.write(found.text)
+        return
+    out.write_text(found.text, encoding="utf-8")
+    print(f"{out}: {len(found.semantic.conclusions)} conclusions")
