@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pool_worlds import assert_same_model, mesh, twin_of
 
-from roboyard.errors import ModelError
+from roboyard.errors import RoboyardError
 from roboyard.sensors import ForceTorqueSensor, Imu
 from roboyard.sim import World
 from roboyard.sim.physics_profile import BULLET, PLAIN
@@ -271,9 +271,11 @@ def test_non_finite_positions_are_rejected():
     world = World()
     _grow(world, 5)
     assert world.pool.free
-    world.add_box((0.1, 0.1, 0.1), (np.nan, 0, 0))
-    with pytest.raises(ModelError):
-        world.step()
+    before = len(world.bodies)
+    with pytest.raises(RoboyardError, match="position must be finite"):
+        world.add_box((0.1, 0.1, 0.1), (np.nan, 0, 0))
+    world.step()
+    assert len(world.bodies) == before
 
 
 def test_inactive_bodies_are_deleted_after_idle_steps():

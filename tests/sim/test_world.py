@@ -162,7 +162,7 @@ def test_impossible_arguments_are_rejected_with_the_expected_values(call, messag
 def test_a_diverged_simulation_names_the_body():
     world = World()
     ball = world.add_sphere(0.1, (0, 0, 1), name="runaway")
-    ball.set_velocity((float("nan"), 0, 0))
+    ball.set_velocity((1e200, 0, 0))
     with pytest.raises(ModelError, match="runaway"):
         world.step()
 

@@ -151,6 +151,7 @@ class Body:
             raise RoboyardError(
                 f"body {self.name!r} has {len(self.joint_names)} joint positions, got shape {given.shape}"
             )
+        _check_finite(given, self.name, "joint positions")
         world.live_data.qpos[self._positions] = given
         world.mark_moved()
 
@@ -165,7 +166,9 @@ class Body:
     def joint_velocities(self, values: ArrayLike) -> None:
         world = self.world
         world.ensure_compiled()
-        world.live_data.qvel[self._velocities] = values
+        given = np.asarray(values, dtype=float)
+        _check_finite(given, self.name, "joint velocities")
+        world.live_data.qvel[self._velocities] = given
         world.mark_moved()
 
     @property
@@ -284,7 +287,13 @@ class Body:
         Args:
             linear: (3,) of the root link's origin in the world frame (m/s); None keeps it.
             angular: (3,) in the world frame (rad/s); None keeps it.
+
+        Raises:
+            RoboyardError: a number is not finite.
         """
+        for what, given in (("linear velocity", linear), ("angular velocity", angular)):
+            if given is not None:
+                _check_finite(np.asarray(given, dtype=float), self.name, what)
         world = self.world
         world.ensure_compiled()
         if self.free_dof < 0:
@@ -382,3 +391,8 @@ def _as_slice(indices: np.ndarray) -> slice | np.ndarray:
 
 
 __all__ = ["POSITION_SIZE", "VELOCITY_SIZE", "Body"]
+
+
+def _check_finite(numbers: Array, name: str, what: str) -> None:
+    if not np.isfinite(numbers).all():
+        raise RoboyardError(f"body {name!r}: {what} must be finite, got {numbers.tolist()}")

@@ -29,6 +29,11 @@ BodyT = TypeVar("BodyT", bound=EngineBody)
 MEMORY_PER_GEOM = 256 * 1024
 """Bytes of MuJoCo's arena (contacts, constraints) for each collision shape; unused memory costs nothing."""
 MEMORY_LEAST, MEMORY_MOST = 64 * 2**20, 2 * 2**30
+MEMORY_GROWTH = 4
+"""Factor by which the arena grows where a step needs more."""
+
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class Engine(Generic[BodyT]):
@@ -37,8 +42,8 @@ class Engine(Generic[BodyT]):
     def __init__(
         self, *, gravity: Sequence[float], timestep: float, solver: Solver, profile: PhysicsProfile
     ) -> None:
-        if not timestep > 0:
-            raise RoboyardError(f"timestep must be positive, got {timestep}")
+        if not 0 < timestep < np.inf:
+            raise RoboyardError(f"timestep must be positive and finite, got {timestep}")
         self.raw_spec = new_spec()
         """The spec, inactive bodies included; call `mark_stale` after an edit."""
         self.assets = MeshAssets(self.raw_spec)
@@ -64,6 +69,8 @@ class Engine(Generic[BodyT]):
         where MuJoCo's arrays hold later ones."""
         self._inertia_changed = False
         self._geom_owners: np.ndarray | None = None
+        self._memory_least = MEMORY_LEAST
+        """Bytes of the arena that this world has needed."""
         self._dofs = 0
         """Degrees of freedom of all active bodies in MuJoCo's arrays."""
 
@@ -171,15 +178,15 @@ class Engine(Generic[BodyT]):
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
         self._before_compile()
         shapes += self.pool.prepare(spec)
-        spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, MEMORY_LEAST, MEMORY_MOST))
+        spec.memory = int(np.clip(shapes * MEMORY_PER_GEOM, self._memory_least, MEMORY_MOST))
         try:
             if self._model is None:
                 self._model = spec.compile()
                 self._data = mujoco.MjData(self._model)
             else:
                 self._model, self._data = spec.recompile(self._model, self._data)
-        except ValueError as error:
-            raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())}") from error
+        except (ValueError, mujoco.FatalError) as error:
+            raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())[:500]}") from error
         self._stale = self._inertia_changed = False
         self.revision += 1
         self._set_contact_law(self.body_by_id.values())
@@ -189,6 +196,45 @@ class Engine(Generic[BodyT]):
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
+
+    def simulation_state(self) -> Array:
+        """Return MuJoCo's (n,) numbers of the present state: positions to pending forces and warm start."""
+        values = np.empty(mujoco.mj_stateSize(self._model, _STATE))
+        mujoco.mj_getState(self._model, self._data, values, _STATE)
+        return values
+
+    def recover(self, error: Exception | None, values: Array) -> None:
+        """Make the world usable after an error within MuJoCo: more memory where that was it, and fresh data.
+
+        Args:
+            error: MuJoCo's error; None where it went on without some contacts.
+            values: (n,) the state in which the world goes on.
+
+        Raises:
+            ModelError: it was no lack of memory, or the world has all that it may take.
+        """
+        present = int(self._model.narena)
+        message = "no memory for contacts" if error is None else " ".join(str(error).split())[:300]
+        # what the error left on MuJoCo's stack goes with the old data, which cannot be copied
+        self._data = mujoco.MjData(self._model)
+        mujoco.mj_setState(self._model, self._data, values, _STATE)
+        grows = "memory" in message and present < MEMORY_MOST
+        if grows:
+            self._memory_least = min(present * MEMORY_GROWTH, MEMORY_MOST)
+            self._stale = True
+            self.ensure_compiled()
+            mujoco.mj_setState(self._model, self._data, values, _STATE)
+        else:
+            self.revision += 1
+            self._after_compile()
+        self.mark_moved()
+        if not grows and "memory" in message:
+            raise ModelError(
+                f"the contacts of this step need more than {present / 2**20:.0f} MiB; "
+                "move bodies apart that overlap, or remove some"
+            ) from None
+        if not grows:
+            raise ModelError(f"MuJoCo stopped: {message}") from None
 
     def adopt(self, body: EngineBody) -> None:
         """Make rows of the compiled model a new body's."""
@@ -349,8 +395,8 @@ class Engine(Generic[BodyT]):
 
     @timestep.setter
     def timestep(self, value: float) -> None:
-        if not value > 0:
-            raise RoboyardError(f"timestep must be positive, got {value}")
+        if not 0 < value < np.inf:
+            raise RoboyardError(f"timestep must be positive and finite, got {value}")
         self._timestep = float(value)
         if not self._stale:
             self._model.opt.timestep = self._timestep

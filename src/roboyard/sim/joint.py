@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -77,10 +78,15 @@ class Joint:
         `limits` still returns those of the description.
 
         Raises:
-            RoboyardError: the joint has no single position.
+            RoboyardError: the joint has no single position, or a limit is not a number.
         """
         import mujoco
 
+        if lower != lower or upper != upper or (lower <= upper and max(abs(lower), abs(upper)) == np.inf):
+            raise RoboyardError(
+                f"joint {self.name!r}: limits must be finite, got {lower} and {upper}; "
+                "give a lower limit above the upper one to remove them"
+            )
         if not self.is_scalar or not self._built.joint_elements:
             raise RoboyardError(f"joint {self.name!r} ({self.type}) has no position limits to set")
         limited = lower <= upper
@@ -102,8 +108,8 @@ class Joint:
 
     @damping.setter
     def damping(self, value: float) -> None:
-        if not value >= 0:
-            raise RoboyardError(f"joint {self.name!r}: damping must be at least 0, got {value}")
+        if not 0 <= value < np.inf:
+            raise RoboyardError(f"joint {self.name!r}: damping must be at least 0 and finite, got {value}")
         for element in self._built.joint_elements:
             element.damping = [value, 0.0, 0.0]
         world = self.body.world
@@ -121,8 +127,8 @@ class Joint:
 
     @armature.setter
     def armature(self, value: float) -> None:
-        if not value >= 0:
-            raise RoboyardError(f"joint {self.name!r}: armature must be at least 0, got {value}")
+        if not 0 <= value < np.inf:
+            raise RoboyardError(f"joint {self.name!r}: armature must be at least 0 and finite, got {value}")
         total = value + self._built.motor_inertia
         for element in self._built.joint_elements:
             element.armature = total
@@ -165,7 +171,7 @@ class Joint:
     def position(self, value: ArrayLike) -> None:
         world = self.body.world
         world.ensure_compiled()
-        world.live_data.qpos[self.qpos_slice] = _from_public(self, value)
+        world.live_data.qpos[self.qpos_slice] = self._finite(_from_public(self, value), "position")
         world.mark_moved()
 
     @property
@@ -181,8 +187,14 @@ class Joint:
     def velocity(self, value: ArrayLike) -> None:
         world = self.body.world
         world.ensure_compiled()
-        world.live_data.qvel[self.dof_slice] = value
+        world.live_data.qvel[self.dof_slice] = self._finite(value, "velocity")
         world.mark_moved()
+
+    def _finite(self, value: Any, what: str) -> Any:
+        finite = math.isfinite(value) if isinstance(value, float | int) else np.isfinite(value).all()
+        if not finite:
+            raise RoboyardError(f"joint {self.name!r}: {what} must be finite, got {value}")
+        return value
 
     # ---------------------------------------------------------------------------------------------- drives
 

@@ -129,12 +129,12 @@ class Link:
             rolling: about the tangents (m).
 
         Raises:
-            ValueError: a coefficient is negative.
+            ValueError: a coefficient is negative or not finite.
         """
         given = [(0, sliding), (1, spinning), (2, rolling)]
         for _, value in given:
-            if value is not None and not value >= 0:
-                raise ValueError(f"link {self.name!r}: friction must be at least 0, got {value}")
+            if value is not None and not 0 <= value < np.inf:
+                raise ValueError(f"link {self.name!r}: friction must be at least 0 and finite, got {value}")
         condim = 6 if rolling else 4 if spinning else 3
         world = self.body.world
         for geom in self._built.geoms:
@@ -214,5 +214,8 @@ class Link:
             torque: (3,) (N m).
             point: (3,) where the force acts (m). None: at the centre of mass.
             local: force, torque and point are in the link frame instead of the world frame.
+
+        Raises:
+            RoboyardError: a number is not finite.
         """
         self.body.world.wrenches.add(self, force, torque, point, local)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 
 import mujoco
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.model import RobotDescription
-from roboyard.errors import ModelError, StaleHandleError
+from roboyard.errors import ModelError, RoboyardError, StaleHandleError
 from roboyard.sim.actuation.drives import Drives
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.appearance.render_shapes import RenderShapes
@@ -25,6 +26,9 @@ from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.time_steps import Stepping, solver_warning
 from roboyard.sim.stepping.wrenches import Wrenches
 from roboyard.transforms import normalized
+
+_UNSTABLE_AT = re.compile(r"at (DOF|\w+) (\d+).*Time = ([-+.\deE]+\d)")
+"""Of MuJoCo's warning: the degree of freedom and the time."""
 
 
 class Simulation(Engine[Body]):
@@ -63,6 +67,8 @@ class Simulation(Engine[Body]):
         """Functions called before each time step, in order: controllers."""
         self.after_step: list[Callable[[], None]] = []
         """Functions called at the end of `step`: viewers and recorders."""
+        self._stepped = -1
+        """The revision that has been stepped."""
         self._next_id = 0
         self._names: set[str] = set()
         self._copies: dict[str, int] = {}
@@ -136,7 +142,11 @@ class Simulation(Engine[Body]):
 
         Raises:
             MeshError: a mesh cannot be read.
+            RoboyardError: the position is not finite.
         """
+        place = np.asarray(position, dtype=float)
+        if not np.isfinite(place).all():
+            raise RoboyardError(f"position must be finite, got {place.tolist()}")
         unique = self._unique_name(name or description.name or "body")
         contype, conaffinity = self.filters.masks(description, self_collision)
         options = BuildOptions(
@@ -151,7 +161,7 @@ class Simulation(Engine[Body]):
             contype=contype,
             conaffinity=conaffinity,
         )
-        prefix, xyz, quaternion = f"{unique}/", np.asarray(position, dtype=float), normalized(orientation)
+        prefix, xyz, quaternion = f"{unique}/", place, normalized(orientation)
         taken = self.pool.acquire(description, prefix, xyz, quaternion, options)
         built = taken
         if built is None:
@@ -240,8 +250,12 @@ class Simulation(Engine[Body]):
         """Advance by n time steps.
 
         Raises:
-            ModelError: the simulation diverged: positions or velocities are not finite.
+            ModelError: the simulation diverged: positions or velocities are not finite; or its contacts need
+                more memory than a world may take. The world remains usable.
+            RoboyardError: n is negative.
         """
+        if not n >= 0:
+            raise RoboyardError(f"the number of steps must be at least 0, got {n}")
         if self.pool.inactive:
             self.pool.tick(n)
         if self._stale:
@@ -262,24 +276,85 @@ class Simulation(Engine[Body]):
             self._inertia_changed = False
             mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
             self.pool.update_inertia()
-        model, data, stepping = self._model, self._data, self.stepping
-        if stepping.is_plain:
-            mujoco.mj_step(model, data, n)
-        else:
-            for _ in range(n):
-                stepping.step(model, data)
+        done = 0
+        if n == 1 and self.revision == self._stepped and self.stepping.is_plain:
+            try:
+                mujoco.mj_step(self._model, self._data)
+                done = 1
+            except mujoco.FatalError as error:
+                self.recover(error, self.simulation_state())
+        while done < n:  # again where MuJoCo's memory was too small and has grown
+            done += self._steps(n - done) if self.revision == self._stepped else self._first_step()
         self._moved = self._velocity_moved = True
         self.kept_frames = None
-        if solver_warning.message is not None:
-            solver_warning.message = None
-            raise ModelError(self._divergence())
+        if solver_warning.is_raised:
+            self._heed_warning()
 
-    def _divergence(self) -> str:
-        bad = np.flatnonzero(~(np.abs(self._data.qvel) < 1e9))
-        rows = self._model.dof_bodyid[bad[:1]]
+    def _heed_warning(self) -> None:
+        """Raise the error of a simulation that diverged; take more memory where contacts were dropped."""
+        solver_warning.is_raised = False
+        if solver_warning.message is not None:
+            warning, solver_warning.message = solver_warning.message, None
+            for kind in self._data.warning:
+                kind.number = 0  # MuJoCo warns of the first time only
+            self._data.qacc_warmstart[:] = 0.0  # or the solver goes on from where it was
+            raise ModelError(self._divergence(warning))
+        if solver_warning.lacks_memory:  # a later step: the next one has more
+            solver_warning.lacks_memory = False
+            self.recover(None, self.simulation_state())
+
+    def _first_step(self) -> int:
+        """Advance by one step after bodies have changed; it is undone where it needed more memory.
+
+        MuJoCo drops contacts for which it has no memory and goes on.
+
+        Returns:
+            1, or 0 where memory has grown.
+        """
+        state = self.simulation_state()
+        revision, solver_warning.lacks_memory = self.revision, False
+        done = self._steps(1)
+        if solver_warning.lacks_memory and done:
+            solver_warning.lacks_memory = False
+            self.recover(None, state)
+            return 0
+        self._stepped = revision if done else -1
+        return done
+
+    def _steps(self, n: int) -> int:
+        """Advance by up to n time steps; fewer where MuJoCo's memory had to grow.
+
+        Returns:
+            The number of steps.
+        """
+        model, data, stepping = self._model, self._data, self.stepping
+        start = data.time if n > 1 else 0.0
+        done = 0
+        try:
+            if stepping.is_plain:
+                mujoco.mj_step(model, data, n)
+            else:
+                for done in range(n):  # noqa: B007 - counts also where a step fails
+                    stepping.step(model, data)
+        except mujoco.FatalError as error:  # raised before positions change
+            if stepping.is_plain:
+                done = round((data.time - start) / model.opt.timestep) if n > 1 else 0
+            self.recover(error, self.simulation_state())
+            return done
+        return n
+
+    def _divergence(self, warning: str) -> str:
+        """The message of a diverged simulation, from MuJoCo's warning of the step in which it began."""
+        at = _UNSTABLE_AT.search(warning)
+        model = self._model
+        if at is not None and at[1] == "DOF" and int(at[2]) < model.nv:
+            rows = model.dof_bodyid[[int(at[2])]]
+        else:
+            rows = model.dof_bodyid[np.flatnonzero(~(np.abs(self._data.qvel) < 1e9))[:1]]
         names = [b.name for b in self.body_by_id.values() if np.isin(rows, b.mujoco_ids).any()]
         where = f"body {names[0]!r} has" if names else "the world has"
+        time = float(at[3]) if at is not None else self.time
         return (
-            f"simulation diverged at {self.time:.4f} s: {where} non-finite velocities; "
+            f"simulation diverged at {time:.4f} s: {where} non-finite velocities; "
             "check masses, inertias and drive gains, or reduce the time step"
         )

@@ -310,7 +310,12 @@ class World(Simulation):
     def detect_contacts(self) -> None:
         """Detect the contacts of the present positions without a step; they have no force."""
         self.kinematics()
-        mujoco.mj_collision(self._model, self._data)
+        try:
+            mujoco.mj_collision(self._model, self._data)
+        except mujoco.FatalError as error:
+            self.recover(error, self.simulation_state())
+            self.kinematics()
+            mujoco.mj_collision(self._model, self._data)
 
     def ray(self, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> rays.RayHit | None:
         """Return the first surface between two points (3,) in the world frame (m), or None."""

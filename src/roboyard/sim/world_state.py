@@ -22,6 +22,8 @@ class WorldState:
     static_quaternions: Array
     signature: tuple[int, ...]
     """Ids of the bodies, in order."""
+    friction: Array | None = None
+    """(ngeom, 3) coefficients of friction; None keeps those of the moment."""
 
 
 def save(world: Engine[Body]) -> WorldState:
@@ -37,6 +39,7 @@ def save(world: Engine[Body]) -> WorldState:
         static_positions=world.model.body_pos.copy(),
         static_quaternions=world.model.body_quat.copy(),
         signature=tuple(world.body_by_id),
+        friction=world.model.geom_friction.copy(),
     )
 
 
@@ -61,6 +64,9 @@ def restore(world: Engine[Body], state: WorldState) -> None:
             f"{tuple(world.body_by_id)}; save again after adding or removing bodies"
         )
     mujoco.mj_setState(world.model, world.data, state.values, kind)
+    world.wrenches.pending = bool(world.data.xfrc_applied.any() or world.data.qfrc_applied.any())
+    if state.friction is not None:
+        _restore_friction(world, state.friction)
     world.model.body_pos[:] = state.static_positions
     world.model.body_quat[:] = state.static_quaternions
     for body in world.body_by_id.values():
@@ -69,3 +75,17 @@ def restore(world: Engine[Body], state: WorldState) -> None:
             root.pos = world.model.body_pos[root.id]
             root.quat = world.model.body_quat[root.id]
     world.mark_moved()
+
+
+def _restore_friction(world: Engine[Body], saved: Array) -> None:
+    """Write (ngeom, 3) coefficients of friction where they differ, for the next compile as well."""
+    model = world.model
+    changed = (model.geom_friction != saved).any(axis=1)
+    if not changed.any():
+        return
+    for body in world.body_by_id.values():
+        for record in body.built.links:
+            for geom in record.geoms:
+                if changed[geom.id]:
+                    geom.friction = saved[geom.id]
+    model.geom_friction[changed] = saved[changed]

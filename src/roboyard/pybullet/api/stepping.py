@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from roboyard.errors import ModelError
@@ -35,7 +36,7 @@ def saveState(client: Client) -> int:
     """Save the positions and velocities of all bodies in memory and return the state's id."""
     scene = client.scene
     number = scene.state_ids.take()
-    scene.states[number] = scene.world.save_state()
+    scene.states[number] = replace(scene.world.save_state(), friction=None)  # as in Bullet
     return number
 
 

@@ -25,7 +25,10 @@ log = logging.getLogger("roboyard.simulation")
 class _SolverWarning(threading.local):
     """The warning of MuJoCo during the step of this thread."""
 
+    is_raised: bool = False
     message: str | None = None
+    lacks_memory: bool = False
+    """Whether contacts were dropped for lack of memory."""
 
 
 solver_warning = _SolverWarning()
@@ -33,7 +36,10 @@ solver_warning = _SolverWarning()
 
 def _on_warning(message: str) -> None:
     if "unstable" in message:
-        solver_warning.message = message
+        solver_warning.is_raised = True
+        solver_warning.message = solver_warning.message or message  # where it began
+    elif "arena memory" in message:
+        solver_warning.is_raised = solver_warning.lacks_memory = True
     else:
         log.warning("MuJoCo: %s", message)
 

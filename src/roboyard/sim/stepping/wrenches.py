@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.joint import Joint
@@ -47,6 +48,10 @@ class Wrenches:
         row = link.body.mujoco_ids[link.index]
         f, t = np.asarray(force, dtype=float), np.asarray(torque, dtype=float)
         at = None if point is None else np.asarray(point, dtype=float)
+        if not (np.isfinite(f).all() and np.isfinite(t).all() and (at is None or np.isfinite(at).all())):
+            raise RoboyardError(
+                f"link {link.name!r}: force, torque and point must be finite, got {f}, {t} and {at}"
+            )
         if local:
             position, quaternion = link.pose
             f, t = rotate(quaternion, f), rotate(quaternion, t)
@@ -59,6 +64,8 @@ class Wrenches:
 
     def add_joint_effort(self, joint: Joint, effort: float) -> None:
         """Add an effort (N m or N) on a joint of one degree of freedom, for one step."""
+        if not np.isfinite(effort):
+            raise RoboyardError(f"joint {joint.name!r}: an effort must be finite, got {effort}")
         self._world.ensure_compiled()
         self._world.live_data.qfrc_applied[joint.body.dof_addresses[joint.index]] += effort
         self.pending = True
