@@ -96,7 +96,7 @@ def test_the_page_is_well_formed_and_its_pictures_show_something():
     page = Page(import_page(robot_of(["base", "tip"]), {}, ()))
     assert not page.open
     pictures = list(page.pictures())
-    assert len(pictures) == len(KINDS) * (1 + 2)  # the whole robot, then each link
+    assert len(pictures) == 2 + len(KINDS) * (1 + 2)  # its parts twice, the whole robot, then each link
     for picture in pictures:
         assert np.asarray(picture).reshape(-1, 3).std(axis=0).max() > 5.0
     assert "3.00 kg" in "".join(page.text)
@@ -204,7 +204,7 @@ def test_findings_of_a_kind_share_a_row_with_their_result():
 def test_no_more_links_are_pictured_than_said():
     names = [f"link{k}" for k in range(MAX_LINKS_PICTURED + 3)]
     page = Page(import_page(robot_of(names), {}, ()))
-    assert len(page.images) == len(KINDS) * (1 + MAX_LINKS_PICTURED)
+    assert len(page.images) == 2 + len(KINDS) * (1 + MAX_LINKS_PICTURED)
     assert "3 more links are not pictured." in "".join(page.text)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from roboyard.importer.import_log import unique_warnings
 from roboyard.importer.report.conclusions import conclusion_table
 from roboyard.importer.report.links import link_rows
+from roboyard.importer.report.parts import parts_section
 from roboyard.importer.report.pictures import KINDS, view_of_robot
 from roboyard.reports.html import badge, figure, page, plural, table
 from roboyard.reports.pictures import Kind, SceneView, view_of
@@ -44,6 +45,10 @@ border-radius:.5rem;padding:.4rem .9rem}.cards b{display:block;font-size:1.25rem
 .pictures{display:flex;flex-wrap:wrap;gap:.6rem;align-content:flex-start}.pictures figure{margin:0}
 @media(max-width:60rem){.sides{flex-wrap:wrap}}
 body{max-width:88rem}
+.parts{display:flex;gap:1.4rem;flex-wrap:wrap}.parts ul{list-style:none;padding:0;margin:.3rem 0;
+flex:1 1 20rem}
+.parts li{margin:.2rem 0}.parts li span{display:inline-block;width:.9rem;height:.9rem;border-radius:.2rem;
+margin-right:.5rem;vertical-align:-.1rem}.parts code{color:var(--dim);font-size:.9em}
 ul.warnings{padding-left:1.2rem}ul.warnings li{margin:.15rem 0}ul.warnings b{color:var(--look)}
 .gates{columns:27rem;column-gap:.8rem}
 .gate{break-inside:avoid;margin-bottom:.8rem;border:1px solid var(--line);border-radius:.5rem;
@@ -94,6 +99,7 @@ def import_page(
         f"<h1>{escape(robot.name)}</h1>",
         _badges(facts, warnings, validation),
         _cards(robot, facts),
+        *parts_section(robot),
         *_before_and_after(robot, source),
         *_warnings(warnings),
         *conclusion_table(facts),

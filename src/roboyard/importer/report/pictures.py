@@ -98,7 +98,7 @@ def link_pictures(
 
 def _shapes(robot: RobotModel, link: Link, kind: Kind, frame: int) -> Iterator[RenderShape]:
     if kind == "collision shapes":
-        drawn = (_drawn(shape, frame, None) for shape in link.collisions)
+        drawn = (drawn_shape(shape, frame, None) for shape in link.collisions)
         seen = [shape for shape in drawn if shape is not None]
         for index, shape in enumerate(seen):
             yield replace(shape, rgba=HULL_RGBA[index % len(HULL_RGBA)])
@@ -110,7 +110,7 @@ def _shapes(robot: RobotModel, link: Link, kind: Kind, frame: int) -> Iterator[R
         if not spheres:
             return
     for visual in link.visuals:
-        shape = _drawn(visual, frame, GHOST if spheres else None)
+        shape = drawn_shape(visual, frame, GHOST if spheres else None)
         if shape is not None:
             yield shape
     yield from spheres
@@ -129,7 +129,7 @@ def _sphere(sphere: CollisionSphere, frame: int) -> RenderShape:
     )
 
 
-def _drawn(shape: Visual | Collision, frame: int, rgba: RGBA | None) -> RenderShape | None:
+def drawn_shape(shape: Visual | Collision, frame: int, rgba: RGBA | None) -> RenderShape | None:
     """Return a shape in `rgba`, or a visual one in its own colours; None for infinite or empty geometry."""
     geometry, scale = shape.geometry, (1.0, 1.0, 1.0)
     if isinstance(geometry, Mesh):  # the renderer scales, so that one mesh is prepared once
