@@ -22,6 +22,7 @@ from roboyard.importer.steps.drives import add_drives
 from roboyard.importer.steps.holonomic_base import add_virtual_joints
 from roboyard.importer.steps.merge_fixed import merge_fixed_links
 from roboyard.importer.steps.metadata import measure_size
+from roboyard.importer.steps.mounted_sensors import mount_sensors
 from roboyard.importer.steps.planning import add_planning_data
 from roboyard.importer.steps.positive_scale import mirror_meshes
 from roboyard.importer.steps.repair_and_copy import repair_and_copy_files
@@ -45,6 +46,7 @@ STEPS: tuple[Step, ...] = (
     add_drives,
     measure_size,
     add_semantics,
+    mount_sensors,
     add_planning_data,
     measure_quality,
 )
