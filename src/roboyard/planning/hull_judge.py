@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from roboyard.description.model import Box, Capsule, Cylinder, Heightfield, Mesh, Plane, Sphere
 from roboyard.kinematics.joint_models import mimic_source
 from roboyard.kinematics.joint_order import single_dof_joints
+from roboyard.planning.distance_fields import DistanceField
 from roboyard.planning.obstacles import Obstacle
 from roboyard.planning.sphere_model import SphereRobot
 from roboyard.transforms import Array
@@ -136,22 +137,21 @@ class HullJudge:
 
 
 def judge_of(robot: SphereRobot, obstacles: Iterable[Obstacle]) -> HullJudge:
-    """Return a judge for a robot at the world's origin among obstacles.
-
-    A concave mesh is judged by convex parts that contain it only where its hull adds little; otherwise the
-    spheres' distance to it has to suffice.
-    """
+    """Return a judge for a robot at the world's origin among the obstacles that `is_judged` accepts."""
     from roboyard.sim import World
 
     world = World(visual_geoms=False)
     body = world.add_description(robot.model.description, fixed_base=True, drives=False)
     for obstacle in obstacles:
-        add_obstacle(world, obstacle)
+        if is_judged(obstacle):
+            add_obstacle(world, obstacle)
     return HullJudge(world, body, robot)
 
 
 def add_obstacle(world: World, obstacle: Obstacle) -> None:
-    """Add an obstacle to a world as a fixed body."""
+    """Add an obstacle to a world as a fixed body; a mesh as its hull, a distance field not at all."""
+    from roboyard.description.geometry import geometry_mesh
+
     at = {"position": obstacle.pose.position, "orientation": obstacle.pose.quaternion}
     fixed = {"mass": 0.0, "name": obstacle.name}
     match obstacle.shape:
@@ -168,13 +168,19 @@ def add_obstacle(world: World, obstacle: Obstacle) -> None:
         case Heightfield(heights=heights, cell=cell):
             world.add_heightfield(heights, cell, obstacle.pose.position, name=obstacle.name)
         case Mesh() as mesh:
-            _add_mesh(world, mesh, at, fixed)
+            data = geometry_mesh(mesh)
+            if data is not None:
+                world.add_mesh(data, **at, **fixed)
 
 
-def _add_mesh(world: World, mesh: Mesh, at: Mapping[str, Any], fixed: Mapping[str, Any]) -> None:
+def is_judged(obstacle: Obstacle) -> bool:
+    """Whether `judge_of` knows an obstacle: all but distance fields and concave meshes."""
     from roboyard.description.geometry import geometry_mesh
     from roboyard.shapes.convex.hulls import is_convex
 
-    data = geometry_mesh(mesh)
-    if data is not None and is_convex(data, 0.02):
-        world.add_mesh(data, **at, **fixed)
+    if isinstance(obstacle.shape, DistanceField):
+        return False
+    if isinstance(obstacle.shape, Mesh):
+        data = geometry_mesh(obstacle.shape)
+        return data is not None and is_convex(data, 0.02)
+    return True

@@ -6,16 +6,19 @@ import logging
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard._lazy import lazy_module
+from roboyard.description.model import Mesh
 from roboyard.errors import ConfigError
 from roboyard.planning.checking import CollisionChecker
+from roboyard.planning.distance_fields import DistanceField
 from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, postures_for
-from roboyard.planning.hull_judge import Clash, HullJudge, judge_of
+from roboyard.planning.hull_judge import Clash, HullJudge, is_judged, judge_of
 from roboyard.planning.hull_search import hull_path
 from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.path_search import SearchSpace, find_path, shorten, time_path
@@ -334,14 +337,45 @@ class Planner:
             return ""
         found = self.judge.clashes(q)
         if not found:
-            return ""
+            return self._unjudged_clash(q)
         worst = max(found, key=lambda clash: clash.depth)
         kind = "link" if worst.is_self else "obstacle"
         return f'link "{worst.link}" overlaps {kind} "{worst.other}" by {1e3 * worst.depth:.1f} mm'
 
+    @cached_property
+    def _unknown(self) -> tuple[int, ...]:
+        """Rows of the obstacles that the judge does not know."""
+        items = self.obstacles.items if self._judge_is_ours else ()
+        fields = [(k, o) for k, o in enumerate(items) if isinstance(o.shape, Mesh | DistanceField)]
+        return tuple(k for k, o in fields if not is_judged(o))
+
+    @property
+    def _unjudged(self) -> CollisionChecker | None:
+        """The robot without its pairs among the obstacles that the judge does not know; None without any."""
+        if not self._unknown:
+            return None
+        robot = self.robot.arrays
+        none = {"pairs": robot.pairs[:0], "pair_pad": robot.pair_pad[:0], "pair_reach": robot.pair_reach[:0]}
+        unknown = Obstacles([self.obstacles.items[k] for k in self._unknown], self.obstacles.root)
+        return CollisionChecker(replace(self.robot, arrays=robot._replace(**none)), unknown)
+
+    def _unjudged_clash(self, q: Array) -> str:
+        checker = self._unjudged
+        if checker is None or checker.free(q):
+            return ""
+        nearest = checker.nearest(q)
+        depth = -1e3 * nearest.distance
+        return f'link "{nearest.link}" overlaps obstacle "{nearest.other}" by {depth:.1f} mm, as spheres'
+
     def _first_clash(self, trajectory: Trajectory) -> tuple[int, list[Clash]] | None:
         """Return the first configuration that exact shapes refuse; those free of spheres need no look."""
         dense = trajectory.dense(JUDGED_STEP)
+        unjudged = self._unjudged
+        if unjudged is not None and not (free := unjudged.free(dense)).all():
+            k = int(np.argmin(free))
+            nearest = unjudged.nearest(dense[k])
+            clash = Clash(link=nearest.link, other=nearest.other, depth=-nearest.distance, is_self=False)
+            return k, [clash]
         if self._covers:
             dense = dense[~self.checker.free(dense)]
         return self.judge.first_clash(dense)

@@ -9,17 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import ConfigError, unknown_name
+from roboyard.planning.depth_cloud import depth_obstacle
 from roboyard.planning.goals import Goal, PoseGoal, PostureSolution
 from roboyard.planning.hull_judge import HullJudge
 from roboyard.planning.link_fit import fitted_model
 from roboyard.planning.live_world import WorldObstacles
+from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.planner import Planner
 from roboyard.planning.planner_files import load_planner_file
-from roboyard.planning.sphere_model import SphereModel
+from roboyard.planning.sphere_model import SphereModel, sphere_robot
 from roboyard.planning.trajectory import Plan
 from roboyard.robots.registry import REGISTERED_ROBOTS
+from roboyard.transforms import pose_matrix
 
 if TYPE_CHECKING:
+    from roboyard.rendering.camera import Camera
     from roboyard.robots.robot_body import RobotBody
     from roboyard.sim.body import Body
 
@@ -36,6 +40,8 @@ class RobotPlanner:
         """(n) planned joints, in the order of all vectors."""
         self.surroundings = WorldObstacles(robot.world, robot.body, ignored)
         """The world's obstacles."""
+        self.seen: Obstacle | None = None
+        """What the last depth picture showed, in place of the world's obstacles; None to use those again."""
 
     @property
     def tool(self) -> str:
@@ -50,17 +56,42 @@ class RobotPlanner:
     def planner(self) -> Planner:
         """Return a planner of the present moment: joints outside the group held, obstacles where they are."""
         state = dict(zip(self.robot.joint_names, self.robot.joint_positions.tolist(), strict=True))
-        obstacles = self.surroundings.update()
+        obstacles = self.surroundings.update() if self.seen is None else self._seen_obstacles()
         limits = self.robot.limits
         rows = [self.robot.joint_names.index(name) for name in self.joint_names]
         held = {name: value for name, value in state.items() if name not in self.joint_names}
         planner = Planner(
             self.model, self.joint_names, obstacles, held=held, velocity=limits.velocity[rows], around=state
         )
+        if self.seen is not None:
+            return planner
         judge = HullJudge(self.robot.world, self.robot.body, planner.robot, self.surroundings.ignored)
         judge.allow(self._floor_links())
         planner.use_judge(judge)
         return planner
+
+    def see(self, depth: ArrayLike, camera: Camera, *, cell: float = 0.02) -> Obstacle:
+        """Use a depth picture's points in place of the world's bodies from now on, without the robot's own.
+
+        Args:
+            depth: (height, width) distances along the camera's axis (m), taken in the present posture.
+            camera: that took the picture.
+            cell: edge of the cells that points are sorted into (m).
+
+        Raises:
+            ConfigError: the picture has another size than the camera, or shows nothing but the robot.
+        """
+        state = dict(zip(self.robot.joint_names, self.robot.joint_positions.tolist(), strict=True))
+        held = {name: value for name, value in state.items() if name not in self.joint_names}
+        robot = sphere_robot(self.model, self.joint_names, held)
+        q = [state[name] for name in robot.joint_names]
+        root = pose_matrix(*self.robot.body.links[0].pose)
+        self.seen = depth_obstacle(depth, camera, robot, q, root, cell=cell)
+        return self.seen
+
+    def _seen_obstacles(self) -> Obstacles:
+        assert self.seen is not None
+        return Obstacles([self.seen], pose_matrix(*self.robot.body.links[0].pose))
 
     def _floor_links(self) -> tuple[str, ...]:
         return (
