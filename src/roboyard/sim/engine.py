@@ -19,6 +19,7 @@ from roboyard.sim.build.solver_options import (
     chosen_solver,
     new_spec,
 )
+from roboyard.sim.build.triangle_windows import HALF_THICKNESS
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
@@ -291,14 +292,16 @@ class Engine(Generic[BodyT]):
         model, profile = self._model, self.profile
         is_pile = self._is_pile
         self.hard_contacts = profile.hard_contacts and not is_pile
-        if not (is_pile or profile.hard_contacts):
-            return
         records = [r for body in bodies for r in body.built.links if r.link is not None]
-        ours = np.array([geom.id for record in records for geom in record.geoms], dtype=np.intp)
-        model.geom_margin[ours] = profile.contact_margin if self.hard_contacts else 0.0
-        model.geom_solimp[ours] = PILE_SOLIMP if is_pile else HARD_SOLIMP
-        if is_pile:
-            model.geom_solref[ours] = PILE_SOLREF
+        if is_pile or profile.hard_contacts:
+            ours = np.array([geom.id for record in records for geom in record.geoms], dtype=np.intp)
+            model.geom_margin[ours] = profile.contact_margin if self.hard_contacts else 0.0
+            model.geom_solimp[ours] = PILE_SOLIMP if is_pile else HARD_SOLIMP
+            if is_pile:
+                model.geom_solref[ours] = PILE_SOLREF
+        slots = [geom.id for record in records for window in record.windows for geom in window.slots]
+        if slots and not self.hard_contacts:  # bodies rest on the triangles, inside the prisms
+            model.geom_margin[slots], model.geom_gap[slots] = -HALF_THICKNESS, HALF_THICKNESS
 
     def kinematics(self) -> Any:
         """Return the MjData with positions (xpos, xipos, geom_xpos, ...) that agree with qpos."""

@@ -6,6 +6,7 @@ Each is a robot description of one link, so that everything in a world is built 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,7 @@ def mesh(
     *,
     scale: ArrayLike,
     mass: float,
+    concave: bool,
     rgba: RGBA | None,
     friction: float | None,
     name: str,
@@ -105,10 +107,16 @@ def mesh(
         source: a file, or the triangles.
         scale: one factor, or (3,) along the axes of the mesh.
         mass: kg; 0 for an object that is fixed to the world.
+        concave: whether bodies touch the triangles instead of the hull; for mass 0.
         rgba: colour, each 0 to 1; None for the file's own.
         friction: sliding friction coefficient.
         name: of the description.
+
+    Raises:
+        RoboyardError: a mesh with a mass is concave.
     """
+    if concave and mass != 0:
+        raise RoboyardError(f"{name}: only fixed meshes can be concave, got mass {mass}; give mass 0")
     sx, sy, sz = (float(v) for v in np.broadcast_to(np.asarray(scale, dtype=float), 3))
     if isinstance(source, TriangleMesh):
         geometry = Mesh(uri="", path=None, scale=(sx, sy, sz), data=source)
@@ -118,7 +126,12 @@ def mesh(
     assert loaded is not None
     vertices, faces = convex_hull(loaded)
     solid = _solid(inertia.hull_or_box((vertices, faces), vertices), mass, name)
-    return _of_one_link(geometry, solid, rgba, friction, name)
+    description = _of_one_link(geometry, solid, rgba, friction, name)
+    if not concave:
+        return description
+    (link,) = description.links
+    link = replace(link, collisions=tuple(replace(shape, concave=True) for shape in link.collisions))
+    return replace(description, links=(link,))
 
 
 def heightfield(

@@ -24,6 +24,7 @@ from roboyard.sim.stepping.collision_filters import CollisionFilters
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.time_steps import Stepping, solver_warning
+from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
 from roboyard.transforms import normalized
 
@@ -51,8 +52,11 @@ class Simulation(Engine[Body]):
         """Motors as bounded constraints on the velocity (PyBullet's)."""
         self.constraints = Constraints(self)
         """Welds, points, slides and gears between links."""
+        self.windows = TriangleWindows(self)
+        """Concave meshes of fixed bodies."""
         self.stepping = Stepping(
             self,
+            windows=self.windows,
             surfaces=self._surfaces,
             motors=self.motors,
             constraints=self.constraints,
@@ -101,6 +105,7 @@ class Simulation(Engine[Body]):
     def _after_compile(self) -> None:
         for part in (self._surfaces, self.motors, self.constraints, self.stepping, self.render_shapes):
             part.invalidate()
+        self.windows.invalidate()
         self.stepping.refresh()
 
     # --------------------------------------------------------------------------------------------- bodies
@@ -276,6 +281,12 @@ class Simulation(Engine[Body]):
             self._inertia_changed = False
             mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
             self.pool.update_inertia()
+        if self.windows.is_active:
+            if n > 1:
+                for _ in range(n):
+                    self._advance(1)
+                return
+            self.windows.update()
         done = 0
         if n == 1 and self.revision == self._stepped and self.stepping.is_plain:
             try:
@@ -327,6 +338,8 @@ class Simulation(Engine[Body]):
         Returns:
             The number of steps.
         """
+        if self.windows.is_outdated:  # compiled again, with more memory
+            self.windows.update()
         model, data, stepping = self._model, self._data, self.stepping
         start = data.time if n > 1 else 0.0
         done = 0

@@ -234,15 +234,22 @@ class World(Simulation):
         *,
         scale: ArrayLike = (1, 1, 1),
         mass: float = 1.0,
+        concave: bool = False,
         rgba: RGBA | None = None,
         friction: float | None = None,
         name: str = "mesh",
     ) -> Body:
         """Add a mesh, solid as its convex hull; mass 0 fixes it to the world.
 
-        `position` (3,) is in m, `orientation` (4,) x, y, z, w, `scale` one factor or (3,).
+        With mass 0 and `concave`, bodies touch its triangles, of which there may be any number. `position`
+        (3,) is in m, `orientation` (4,) x, y, z, w, `scale` one factor or (3,).
+
+        Raises:
+            RoboyardError: a mesh with a mass is concave.
         """
-        description = objects.mesh(mesh, scale=scale, mass=mass, rgba=rgba, friction=friction, name=name)
+        description = objects.mesh(
+            mesh, scale=scale, mass=mass, concave=concave, rgba=rgba, friction=friction, name=name
+        )
         return self._add_object(description, position, orientation)
 
     def add_heightfield(
@@ -309,6 +316,8 @@ class World(Simulation):
 
     def detect_contacts(self) -> None:
         """Detect the contacts of the present positions without a step; they have no force."""
+        if self.windows.is_active:
+            self.windows.update()
         self.kinematics()
         try:
             mujoco.mj_collision(self._model, self._data)
@@ -316,6 +325,8 @@ class World(Simulation):
             self.recover(error, self.simulation_state())
             self.kinematics()
             mujoco.mj_collision(self._model, self._data)
+        if self.windows.is_active and self.hard_contacts:
+            self.windows.correct_contacts(self._data)
 
     def ray(self, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> rays.RayHit | None:
         """Return the first surface between two points (3,) in the world frame (m), or None."""

@@ -16,7 +16,6 @@ from roboyard.description.model import (
     Inertial,
     Joint,
     Link,
-    Mesh,
     Plane,
     Pose,
     RobotDescription,
@@ -31,8 +30,6 @@ from roboyard.pybullet.bullet_rules import (
 )
 from roboyard.pybullet.bullet_rules.merging import merge_fixed_links
 from roboyard.pybullet.bullet_rules.stable_pd import StablePdTargets, rotation_error, stable_pd_torque
-from roboyard.pybullet.bullet_rules.triangle_pieces import split_triangles
-from roboyard.shapes.mesh import TriangleMesh, read_only
 
 
 def bounds(*shapes: Collision, frame: Pose | None = None, implicit: bool = True, from_file: bool = False):
@@ -200,20 +197,6 @@ def test_lengths_are_scaled_and_masses_are_not() -> None:
     assert grown.inertial.origin.position == (2, 0, 0)
     assert grown.collisions[0].geometry == Box(size=(2, 4, 6))
     assert grown.collisions[0].origin.position == (0, 2, 0)
-
-
-def test_terrain_becomes_prisms_down_to_one_floor() -> None:
-    vertices = np.array([[0, 0, 0], [1, 0, 0.2], [0, 1, 0], [1, 1, 0.4]])
-    faces = np.array([[0, 1, 2], [1, 3, 2]])
-    mesh = TriangleMesh(vertices=read_only(vertices, np.float64), faces=read_only(faces, np.int32))
-    shape = Collision(geometry=Mesh(uri="", path=None, data=mesh), concave=True)
-    pieces = split_triangles((shape,))
-    assert len(pieces) == 2
-    lowest = {float(piece.geometry.data.vertices[:, 2].min()) for piece in pieces}  # type: ignore[union-attr]
-    assert len(lowest) == 1
-    assert lowest.pop() < 0
-    plain = Collision(geometry=Sphere(radius=1))
-    assert split_triangles((plain,)) == (plain,)
 
 
 @pytest.mark.parametrize("angle", [0.3, -1.0, 2.5])

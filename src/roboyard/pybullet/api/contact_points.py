@@ -110,12 +110,17 @@ def getClosestPoints(
     with _placed(scene, *sides) as (world, first, second):
         if not first or not second:
             return ()
+        if world.windows.is_active:
+            world.windows.update(limit, everything=True)
+            first, second = ([k for k in geoms if not world.windows.hides(k[2])] for geoms in (first, second))
         data, model = world.kinematics(), world.live_model
         points, ends = [], np.zeros(6)
         hulls = scene.geom_margins() if world is scene.world else geom_margins(model)
         for body_a, link_a, geom_a in first:
             for body_b, link_b, geom_b in second:
                 margins = float(hulls[geom_a]), float(hulls[geom_b])
+                if world.windows.is_active:
+                    margins = margins[0] - world.windows.inset(geom_a, geom_b), margins[1]
                 reach = max(limit + sum(margins), 1e-6)
                 gap = mujoco.mj_geomDistance(model, data, geom_a, geom_b, reach, ends)
                 if gap > reach or (gap == reach and not ends.any()):

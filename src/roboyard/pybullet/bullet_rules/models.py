@@ -26,7 +26,6 @@ from roboyard.pybullet.bullet_rules.merging import merge_fixed_links
 from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
 from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds, link_bounds
 from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
-from roboyard.pybullet.bullet_rules.triangle_pieces import split_triangles
 from roboyard.pybullet.face import constants as c
 
 MASS_WITHOUT_INERTIAL = 1.0
@@ -143,20 +142,13 @@ def world_description(description: RobotDescription, links: Sequence[LinkModel])
         replace(
             source[link.name],
             inertial=_inertial(link),
-            collisions=_convex_shapes(link),
+            collisions=split_objects(link.collisions),
             visuals=link.visuals or _default_visuals(link.collisions),
         )
         for link in links
     )
     joints = tuple(link.joint for link in links if link.joint is not None)
     return replace(description, links=made, joints=joints)
-
-
-def _convex_shapes(link: LinkModel) -> tuple[Collision, ...]:
-    """Return a link's shapes as convex parts; triangles are kept for a fixed base only."""
-    if link.mass == 0.0 and link.joint is None:
-        return split_objects(split_triangles(link.collisions))
-    return split_objects(link.collisions)
 
 
 def _default_visuals(collisions: tuple[Collision, ...]) -> tuple[Visual, ...]:

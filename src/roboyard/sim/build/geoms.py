@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from roboyard.description.model import (
     Visual,
 )
 from roboyard.sim.build.solver_options import CONTACT_SOLIMP, CONTACT_SOLREF
+from roboyard.sim.build.triangle_windows import FEWEST, add_slots, window_of, without_seams
 from roboyard.transforms import multiply, normalized, rotate, to_wxyz
 
 if TYPE_CHECKING:
@@ -54,26 +56,48 @@ def add_collision(
 ) -> None:
     """Add one collision shape to a link's body; a shape without size is skipped with a note."""
     static = options.fixed_base and record.parent == -1
+    is_concave = static and collision.concave and isinstance(collision.geometry, Mesh)
     arguments = geom_arguments(
-        record, spec, assets, collision.geometry, collision.origin, options.scale, static=static, hull=True
-    )
+        record, spec, assets, collision.geometry, collision.origin, options.scale,
+        static=static, hull=not is_concave, triangles=is_concave,
+    )  # fmt: skip
     if arguments is None:
         notes.append(f'link "{record.name}": collision shape has no size or no mesh; skipped')
         return
     contact = record.link.contact if record.link is not None else None
-    record.geoms.append(
+    fields = {
+        "contype": options.contype,
+        "conaffinity": options.conaffinity,
+        "condim": _contact_dimension(contact),
+        "friction": _friction(contact),
+        "solref": CONTACT_SOLREF,
+        "solimp": CONTACT_SOLIMP,
+    }
+    if is_concave:
+        _add_triangles(record, assets, collision, options.scale, fields)
         record.element.add_geom(
-            group=COLLISION_GROUP,
-            contype=options.contype,
-            conaffinity=options.conaffinity,
-            condim=_contact_dimension(contact),
-            friction=_friction(contact),
-            solref=CONTACT_SOLREF,
-            solimp=CONTACT_SOLIMP,
-            mass=0.0,
-            **arguments,
+            group=COLLISION_GROUP, contype=0, conaffinity=0, mass=0.0, rgba=UNPAINTED, **arguments
         )
-    )
+        return
+    record.geoms.append(record.element.add_geom(group=COLLISION_GROUP, mass=0.0, **fields, **arguments))
+
+
+def _add_triangles(
+    record: BuiltLink, assets: MeshAssets, collision: Collision, scale: float, fields: dict[str, Any]
+) -> None:
+    """Add a window on the triangles of a concave mesh; rays do not hit its slots."""
+    assert isinstance(collision.geometry, Mesh)
+    mesh = load_scaled(collision.geometry, scale)
+    assert mesh is not None
+    x, y, z = (scale * v for v in collision.origin.position)
+    origin = replace(collision.origin, position=(x, y, z))
+    window = window_of(mesh, origin, is_file=collision.geometry.path is not None)
+    if not len(window.tree):
+        return
+    record.windows.append(window)
+    fields = {**fields, "group": COLLISION_GROUP, "rgba": (0.0, 0.0, 0.0, 0.0)}
+    count = min(len(window.tree), FEWEST)
+    add_slots(window, record.element, record.geoms, record.meshes, assets, count, **fields)
 
 
 def add_visual(
@@ -113,8 +137,12 @@ def geom_arguments(
     *,
     static: bool,
     hull: bool,
+    triangles: bool = False,
 ) -> dict[str, Any] | None:
-    """Return the type, size and pose of a geom; None for a shape without size."""
+    """Return the type, size and pose of a geom; None for a shape without size.
+
+    A mesh is its hull (`hull`), its triangles one by one (`triangles`), or the mesh itself.
+    """
     import mujoco
 
     kinds = mujoco.mjtGeom
@@ -140,7 +168,7 @@ def geom_arguments(
             if hull and np.ptp(mesh.vertices, axis=0).max() < SMALLEST_MESH:
                 return None
             kind, used = kinds.mjGEOM_MESH, np.ones(1)
-            extra["meshname"] = assets.add(mesh, hull=hull)
+            extra["meshname"] = assets.add(without_seams(mesh) if triangles else mesh, hull=hull)
             record.meshes.append(extra["meshname"])
         case Heightfield():
             kind, used = kinds.mjGEOM_HFIELD, np.ones(1)

@@ -25,6 +25,8 @@ class MeshAssets:
     def __init__(self, spec: mujoco.MjSpec) -> None:
         self._spec = spec
         self._meshes: dict[str, tuple[Any, int]] = {}
+        self._own = 0
+        """Number of meshes of `add_own` so far."""
 
     def has(self, name: str) -> bool:
         """Return whether the spec has a mesh of this name."""
@@ -45,13 +47,31 @@ class MeshAssets:
         if found is not None:
             self._meshes[name] = (found[0], found[1] + 1)
             return name
+        inertia = mujoco.mjtMeshInertia
+        kind = inertia.mjMESH_INERTIA_CONVEX if hull else inertia.mjMESH_INERTIA_SHELL
+        self._add(name, vertices, faces, kind)
+        return name
+
+    def add_own(self, vertices: Array, faces: np.ndarray) -> str:
+        """Return the name of a new mesh with one user, whose rows in MuJoCo's arrays may be overwritten.
+
+        Args:
+            vertices: (n, 3) of a convex mesh (m).
+            faces: (m, 3) vertex indices.
+        """
+        import mujoco
+
+        self._own += 1
+        name = f"own-{self._own}"
+        self._add(name, vertices, faces, mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+        return name
+
+    def _add(self, name: str, vertices: Array, faces: np.ndarray, inertia: Any) -> None:
         element = self._spec.add_mesh(name=name)
         element.uservert = np.ascontiguousarray(vertices, dtype=np.float32).ravel()
         element.userface = np.ascontiguousarray(faces, dtype=np.int32).ravel()
-        inertia = mujoco.mjtMeshInertia
-        element.inertia = inertia.mjMESH_INERTIA_CONVEX if hull else inertia.mjMESH_INERTIA_SHELL
+        element.inertia = inertia
         self._meshes[name] = (element, 1)
-        return name
 
     def retain(self, name: str) -> None:
         """Count one more user of an existing mesh."""

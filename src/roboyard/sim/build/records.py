@@ -7,6 +7,7 @@ from typing import Any
 
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Heightfield, Joint, Link
+from roboyard.sim.build.triangle_windows import TriangleWindow
 
 ALL_MASKS = 0x7FFFFFFF
 """A conaffinity that matches every contype. Bit 0 is common; the others hold the codes of robots without
@@ -33,6 +34,8 @@ class BuiltLink:
     """Collision geoms."""
     visuals: list[Any] = field(default_factory=list)
     meshes: list[str] = field(default_factory=list)
+    windows: list[TriangleWindow] = field(default_factory=list)
+    """Concave meshes; their slots are collision geoms, too."""
     terrains: dict[str, Heightfield] = field(default_factory=dict)
     """Terrain by the name of the spec's heightfield."""
     mass: MassProperties | None = None

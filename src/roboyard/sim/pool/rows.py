@@ -239,7 +239,7 @@ def is_apart(body: EngineBody, model: Any) -> bool:
     if body.description is None or built.equalities or model.ntendon or model.nsensor or model.npair:
         return False
     links = built.links
-    if any(record.terrains or record.actuator is not None for record in links):
+    if any(record.terrains or record.windows or record.actuator is not None for record in links):
         return False
     for element in (record.element for record in links):
         if element.sites or element.cameras or element.lights:

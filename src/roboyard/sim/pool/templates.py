@@ -97,10 +97,12 @@ class BodyTemplate:
 def is_poolable(description: RobotDescription, options: BuildOptions) -> bool:
     """Return whether bodies of a description can be compiled in advance.
 
-    Terrain, infinite planes, drives and mimic joints have rows of other kinds.
+    Terrain, concave meshes, infinite planes, drives and mimic joints have rows of other kinds.
     """
     links, joints = description.links, description.joints
     if joints and (options.drives or len(links) > MOST_LINKS or any(joint.mimic for joint in joints)):
+        return False
+    if options.fixed_base and any(shape.concave for shape in description.root.collisions):
         return False
     endless = (Heightfield, Plane) if options.fixed_base else Heightfield
     shapes = (shape for link in links for shape in (*link.collisions, *link.visuals))

@@ -15,6 +15,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.surfaces import Surfaces
+from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
@@ -58,8 +59,10 @@ class Stepping:
         motors: VelocityMotors,
         constraints: Constraints,
         wrenches: Wrenches,
+        windows: TriangleWindows,
     ) -> None:
         self._world = world
+        self._windows = windows
         self.surfaces, self.motors = surfaces, motors
         self.constraints, self.wrenches = constraints, wrenches
         self.is_plain = True
@@ -103,6 +106,8 @@ class Stepping:
         if self._is_bounded:
             self.constraints.prepare(model)
         mujoco.mj_step1(model, data)
+        if self._windows.is_active and world.hard_contacts:
+            self._windows.correct_contacts(data)
         if self._has_surfaces:
             self.surfaces.apply(model, data, timestep)
         if self._has_motors:

@@ -1,0 +1,118 @@
+"""A tree of boxes over the triangles of a mesh, and which of their edges are seams of one smooth surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from roboyard.shapes.mesh import TriangleMesh
+from roboyard.transforms import Array
+
+LEAF_SIZE = 4
+"""Largest number of triangles in a leaf."""
+SMOOTH_ANGLE = np.deg2rad(30.0)
+"""Angle between two triangles up to which their common edge is a seam of one surface (rad)."""
+_SMALLEST = 1e-12
+"""Twice the area of the smallest triangle that is kept (m²)."""
+_WELD = 1e-6
+"""Distance, as a fraction of the mesh's size, up to which vertices count as one."""
+_BITS = 10
+"""Bits of each coordinate by which triangles are sorted along a curve that fills space."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TriangleTree:
+    """The t triangles of a mesh in a complete binary tree of boxes; node k has the children 2k+1 and 2k+2."""
+
+    corners: Array
+    """(t, 3, 3) corners (m)."""
+    normals: Array
+    """(t, 3) unit normals."""
+    sides: Array
+    """(t, 3, 3) unit directions out of the triangle across its edges 01, 12 and 20, in its plane."""
+    smooth: np.ndarray
+    """(t, 3) bool: whether an edge continues in another triangle without a kink."""
+    lower: Array
+    """(2 n - 1, 3) lower corners of the boxes of all nodes, leaves last (m)."""
+    upper: Array
+    """(2 n - 1, 3) upper corners (m)."""
+    first: np.ndarray
+    """(n + 1,) int32: first triangle of each leaf."""
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+
+def triangle_tree(mesh: TriangleMesh) -> TriangleTree:
+    """Return the tree of a mesh's triangles; triangles without area are omitted.
+
+    Args:
+        mesh: the triangles; their winding does not matter.
+    """
+    corners = np.asarray(mesh.vertices, dtype=float)[mesh.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    kept = np.flatnonzero(areas > _SMALLEST)
+    kept = kept[np.argsort(_places_on_curve(corners[kept].mean(axis=1)), kind="stable")]
+    corners, normals = np.ascontiguousarray(corners[kept]), normals[kept] / areas[kept, None]
+    along = np.roll(corners, -1, axis=1) - corners
+    sides = np.cross(along, normals[:, None, :])
+    sides /= np.maximum(np.linalg.norm(sides, axis=2, keepdims=True), 1e-300)
+    lower, upper, first = _boxes(corners)
+    return TriangleTree(
+        corners=corners, normals=normals, sides=sides, smooth=_smooth(corners, sides),
+        lower=lower, upper=upper, first=first,
+    )  # fmt: skip
+
+
+def _places_on_curve(points: Array) -> np.ndarray:
+    """Return (t,) places of (t, 3) points along a Morton curve."""
+    if not len(points):
+        return np.zeros(0, dtype=np.int64)
+    low = points.min(axis=0)
+    cells = ((points - low) * ((2**_BITS - 1) / max(float(np.ptp(points, axis=0).max()), 1e-300))).astype(int)
+    place = np.zeros(len(points), dtype=np.int64)
+    for bit in range(_BITS):
+        for axis in range(3):
+            place |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return place
+
+
+def _boxes(corners: Array) -> tuple[Array, Array, np.ndarray]:
+    count = len(corners)
+    leaves = 1
+    while leaves * LEAF_SIZE < count:
+        leaves *= 2
+    first = (np.arange(leaves + 1) * count // leaves).astype(np.int32)
+    lower, upper = np.zeros((2 * leaves - 1, 3)), np.zeros((2 * leaves - 1, 3))
+    if count:
+        lower[leaves - 1 :] = np.minimum.reduceat(corners.min(axis=1), first[:-1])
+        upper[leaves - 1 :] = np.maximum.reduceat(corners.max(axis=1), first[:-1])
+    level = leaves // 2
+    while level:
+        parents, children = slice(level - 1, 2 * level - 1), slice(2 * level - 1, 4 * level - 1)
+        lower[parents] = lower[children].reshape(level, 2, 3).min(axis=1)
+        upper[parents] = upper[children].reshape(level, 2, 3).max(axis=1)
+        level //= 2
+    return lower, upper, first
+
+
+def _smooth(corners: Array, sides: Array) -> np.ndarray:
+    """Return (t, 3) whether each edge is shared with a triangle that continues it within `SMOOTH_ANGLE`."""
+    smooth = np.zeros((len(corners), 3), dtype=bool)
+    if not len(corners):
+        return smooth
+    points = corners.reshape(-1, 3)
+    unit = max(float(np.ptp(points, axis=0).max()), 1e-300) * _WELD
+    _, number = np.unique(np.round(points / unit).astype(np.int64), axis=0, return_inverse=True)
+    one = number.reshape(-1, 3)
+    other = np.roll(one, -1, axis=1)
+    keys = (np.minimum(one, other) * (int(one.max()) + 1) + np.maximum(one, other)).ravel()
+    order = np.argsort(keys, kind="stable")
+    paired = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    a, b = order[paired], order[paired + 1]
+    out = sides.reshape(-1, 3)
+    flat = -np.einsum("ij,ij->i", out[a], out[b]) > np.cos(SMOOTH_ANGLE)
+    smooth.ravel()[a[flat]] = smooth.ravel()[b[flat]] = True
+    return smooth

@@ -1,0 +1,115 @@
+"""Concave meshes of fixed bodies: slots for their triangles, of which MuJoCo sees those near moving bodies.
+
+MuJoCo collides convex shapes only. A window has a limited number of slots, flat prisms, which
+`roboyard.sim.stepping.triangle_windows` moves to the triangles that may be touched in the next step. So the
+cost of a compile and of a step depends on how many triangles are near, not on how many the mesh has. A geom
+without contacts holds all triangles for rays.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roboyard.description.model import Pose
+from roboyard.shapes.mesh import TriangleMesh, read_only
+from roboyard.shapes.triangle_tree import TriangleTree, triangle_tree
+from roboyard.transforms import matrix_from_quaternion
+
+if TYPE_CHECKING:
+    from roboyard.sim.build.mesh_assets import MeshAssets
+
+HALF_THICKNESS = 1e-3
+"""Distance (m) of a prism's two triangles from the triangle itself."""
+OVERLAP = 1e-5
+"""Relative enlargement of triangles for rays."""
+FEWEST, MOST = 48, 1536
+"""Number of slots of a new window, and the largest number that a window grows to."""
+PRISM = np.array(
+    [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0]]
+)
+"""(6, 3) corners of a slot's mesh before it is moved to a triangle: the upper three, then the lower ones."""
+PRISM_FACES = np.array(
+    [[0, 1, 2], [3, 5, 4], [0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2], [2, 5, 3], [2, 3, 0]], dtype=np.int32
+)
+_COPIED = ("condim", "contype", "conaffinity", "friction", "priority", "solref", "solimp", "group", "rgba")
+"""Fields that new slots take over from the first one."""
+_CACHE_SIZE = 16
+_trees: OrderedDict[tuple[int, Pose], tuple[TriangleMesh, TriangleTree]] = OrderedDict()
+
+
+@dataclass(kw_only=True, slots=True, eq=False)
+class TriangleWindow:
+    """The triangles of one concave mesh, and the slots that show some of them to MuJoCo."""
+
+    tree: TriangleTree
+    """The triangles in the link's frame."""
+    is_file: bool
+    """Whether the mesh comes from a file; Bullet gives such meshes no margin."""
+    slots: list[Any] = field(default_factory=list)
+    """The spec's geoms."""
+
+
+def window_of(mesh: TriangleMesh, origin: Pose, *, is_file: bool) -> TriangleWindow:
+    """Return a window without slots for a mesh at a pose in its link.
+
+    Args:
+        mesh: in its own frame (m); its tree is cached.
+        origin: pose of that frame in the link's frame (m).
+        is_file: whether the mesh comes from a file.
+    """
+    key = id(mesh), origin
+    found = _trees.get(key)
+    if found is None or found[0] is not mesh:
+        turned = mesh.vertices @ matrix_from_quaternion(origin.quaternion).T + np.asarray(origin.position)
+        placed = TriangleMesh(vertices=read_only(turned, np.float64), faces=mesh.faces)
+        found = _trees[key] = mesh, triangle_tree(placed)
+        while len(_trees) > _CACHE_SIZE:
+            _trees.popitem(last=False)
+    return TriangleWindow(tree=found[1], is_file=is_file)
+
+
+def without_seams(mesh: TriangleMesh) -> TriangleMesh:
+    """Return the triangles apart from one another and slightly larger, so that rays along seams hit one."""
+    corners = mesh.vertices[mesh.faces]
+    middles = corners.mean(axis=1, keepdims=True)
+    corners = middles + (1.0 + OVERLAP) * (corners - middles)
+    faces = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
+    return TriangleMesh(
+        vertices=read_only(corners.reshape(-1, 3), np.float64), faces=read_only(faces, np.int32)
+    )
+
+
+def add_slots(
+    window: TriangleWindow,
+    body: Any,
+    geoms: list[Any],
+    meshes: list[str],
+    assets: MeshAssets,
+    count: int,
+    **fields: Any,
+) -> None:
+    """Add slots to a window.
+
+    Args:
+        window: the window.
+        body: the spec's body.
+        geoms: collision geoms of the link, which the slots are added to.
+        meshes: names of the link's meshes, which those of the slots are added to.
+        assets: the spec's meshes.
+        count: number of slots to add.
+        fields: of the spec's geoms; without any, those of the first slot.
+    """
+    import mujoco
+
+    if not fields:
+        fields = {name: getattr(window.slots[0], name) for name in _COPIED}
+    for _ in range(count):
+        name = assets.add_own(PRISM, PRISM_FACES)
+        meshes.append(name)
+        geom = body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, mass=0.0, **fields)
+        window.slots.append(geom)
+        geoms.append(geom)
