@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 FACING = 0.7
-"""Cosine between a contact's normal and its triangle's from which the contact lies on the face."""
+"""Cosine between a contact's normal and its triangle's from which the contact is on the face."""
 
 
 @njit(cache=True)
@@ -200,7 +200,7 @@ def correct_contacts(  # pragma: no cover
 ):
     """Remove contacts with seams of a smooth surface, and measure from the triangles instead of the prisms.
 
-    slot_of: (ngeom,) slot of this window, -1 for other geoms. A contact whose normal lies in the plane of its
+    slot_of: (ngeom,) slot of this window, -1 for other geoms. A contact whose normal is in the plane of its
     triangle is with the side of a prism; where the surface continues there, its distance becomes 1 m.
     inset: (ngeom,) distance (m) by which a geom enters a prism before it touches Bullet's surface.
     """
