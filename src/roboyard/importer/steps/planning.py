@@ -13,12 +13,13 @@ import numpy as np
 from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Collision, Link
 from roboyard.description.robot_model import CollisionSphere, PlanningData, RobotModel
-from roboyard.description.semantic import REST
+from roboyard.description.semantic import REST, TUCK
 from roboyard.errors import MeshError
 from roboyard.importer.context import ImportContext
 from roboyard.importer.planning.ik_rest_posture import ik_rest_posture
 from roboyard.importer.planning.link_spheres import fit_links
 from roboyard.importer.planning.rest_posture import lock_joints, rest_posture
+from roboyard.importer.planning.tuck_posture import tuck_posture
 from roboyard.shapes.surface_points import share_near_spheres, surface_points
 
 MIN_COVERED = 0.8
@@ -50,10 +51,13 @@ def add_planning_data(robot: RobotModel, context: ImportContext) -> RobotModel:
         lock_joints=locked,
         flip_joint_limits=tuple(curobo.flip_joint_limits),
     )
+    tuck = tuck_posture(robot, {**rest, **locked}, spheres, ignore)
+    if tuck:
+        context.log.note("tucked: the arms are near the body, without contact")
     semantic = replace(
         robot.semantic,
         disabled_collision_pairs=tuple((a, b) for a, b, _ in touching),
-        postures={REST: rest},
+        postures={REST: rest, **({TUCK: tuck} if tuck else {})},
     )
     return replace(robot, semantic=semantic, planning=data)
 
