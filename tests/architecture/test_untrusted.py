@@ -13,6 +13,7 @@ OWN_FILES = {
     "roboyard.config.yaml_edit": "the backup of a file that was read before",
     "roboyard.demo.output": "the summary that the demo wrote",
     "roboyard.importer.verify.read_back": "what the import has just written",
+    "roboyard.native.objects": "machine code that was stored here, and sources of this package",
     "roboyard.robots.pictures": "files of a registered robot, which were read before",
     "roboyard.shapes.convex.coacd_process": "what our own child process wrote",
     "roboyard.shapes.convex.coacd_worker": "what our own parent process wrote",

@@ -57,3 +57,26 @@ def test_mujoco_is_loaded_without_its_windows_and_finds_them_when_they_are_used(
         "print(mujoco.Renderer.__module__.startswith('mujoco'), hasattr(mujoco, 'nonsense'))"
     )
     assert output_of(code).split() == ["False", "True", "False"]
+
+
+def test_a_small_program_loads_neither_numba_nor_scipy() -> None:
+    code = """
+import sys
+import roboyard.pybullet as p
+import roboyard.pybullet_data as data
+p.connect(p.DIRECT)
+p.setAdditionalSearchPath(data.getDataPath())
+p.setGravity(0, 0, -10)
+p.loadURDF("plane.urdf")
+box = p.createMultiBody(1, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [0, 0, 0.2])
+robot = p.loadURDF("r2d2.urdf", [2, 0, 0.5])
+for _ in range(10):
+    p.applyExternalForce(box, -1, [1, 0, 0], [0, 0, 0], p.LINK_FRAME)
+    p.setJointMotorControl2(robot, 0, p.VELOCITY_CONTROL, targetVelocity=1)
+    p.stepSimulation()
+p.getJointStates(robot, [0, 1]), p.getLinkState(robot, 0, 1), p.getLinkStates(robot, [0, 1])
+p.getContactPoints(box), p.rayTest([0, 0, 5], [0, 0, -5])
+print(*(name for name in HEAVY if name in sys.modules))
+""".replace("HEAVY", repr(HEAVY))
+    output_of(code)  # compiles what is not compiled yet
+    assert output_of(code).split() == []

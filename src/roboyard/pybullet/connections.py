@@ -135,9 +135,6 @@ def _opener(
 
 
 def _open_world(method: int) -> Client:
-    from roboyard.pybullet.warming import warm_up
-
-    warm_up(Client)
     return Client(method)
 
 

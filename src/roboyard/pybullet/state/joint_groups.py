@@ -28,7 +28,7 @@ class JointGroup:
 
     def __init__(self, record: BodyRecord, joints: list[int]) -> None:
         """Prepare reading of `joints` of a body."""
-        from roboyard.pybullet.state.state_kernels import joint_states
+        from roboyard.pybullet.state import state_kernels
 
         self.joints = tuple(joints)
         self.is_scalar = all(POSITION_COUNT[record.joint_type(joint)] <= 1 for joint in joints)
@@ -36,7 +36,7 @@ class JointGroup:
         self._velocities = np.array([record.velocity_addresses[joint] for joint in joints], dtype=np.int64)
         self._reactions = (NO_REACTION,) * len(joints)
         self._out = np.zeros((3, len(joints)))
-        self._gather = joint_states
+        self._gather = state_kernels.joint_states
 
     def read(self, record: BodyRecord, forces: Array) -> tuple[tuple[Any, ...], ...]:
         """Return the fields of getJointState of each joint; `forces`: (nv,) motor efforts (N m or N)."""

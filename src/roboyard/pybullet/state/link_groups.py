@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboyard.pybullet.state.state_kernels import link_pose, link_poses, link_state
+import roboyard.pybullet.state.state_kernels as kernels
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.body_records import BodyRecord, LinkReader
@@ -24,6 +24,7 @@ def link_reader(world: World, record: BodyRecord) -> LinkReader:
     data, rootid = world.live_data, world.live_model.body_rootid
     xpos, xquat, cvel, xipos, subtree_com = data.xpos, data.xquat, data.cvel, data.xipos, data.subtree_com
     frames = _inertial_frames(record)
+    found = np.zeros(20)
     local = [(link.frame.position, link.frame.quaternion) for link in record.links]
 
     def read(link: int, with_velocity: object) -> State:
@@ -31,16 +32,16 @@ def link_reader(world: World, record: BodyRecord) -> LinkReader:
         centre, turn = local[place]
         if not with_velocity:
             positions, turns = world.kept_frames or (xpos, xquat)
-            position, orientation, frame_position, frame_orientation = link_pose(
-                positions, turns, frames, rows[place], place
-            )
-            return position, orientation, centre, turn, frame_position, frame_orientation
+            kernels.write_link_pose(positions, turns, frames, rows[place], place, found)
+            v = tuple(found.tolist())
+            return v[:3], v[3:7], centre, turn, v[7:10], v[10:14]
         world.velocities()
         positions, turns = world.kept_frames or (xpos, xquat)
-        position, orientation, frame_position, frame_orientation, linear, angular = link_state(
-            positions, turns, frames, rows[place], place, xquat, cvel, xipos, subtree_com, rootid
+        kernels.write_link_state(
+            *(positions, turns, frames, rows[place], place, xquat, cvel, xipos, subtree_com, rootid, found)
         )
-        return position, orientation, centre, turn, frame_position, frame_orientation, linear, angular
+        v = tuple(found.tolist())
+        return v[:3], v[3:7], centre, turn, v[7:10], v[10:14], v[14:17], v[17:]
 
     record.link_reader = read
     return read
@@ -65,7 +66,7 @@ class LinkGroup:
 
     def read(self) -> tuple[State, ...]:
         """Return the fields of getLinkState of each link, without velocities."""
-        link_poses(*(self._world.kept_frames or self._frames), *self._arrays)
+        kernels.link_poses(*(self._world.kept_frames or self._frames), *self._arrays)
         positions, turned, frame_positions, frame_turned = self._parts
         return tuple(
             zip(

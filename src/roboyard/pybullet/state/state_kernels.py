@@ -1,17 +1,12 @@
-"""Compiled reading of link and joint states. Import on first use only: numba is slow to load."""
+"""Compiled reading of link and joint states."""
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-_POSE = "Tuple((UniTuple(float64, 3), UniTuple(float64, 4), UniTuple(float64, 3), UniTuple(float64, 4)))"
-_STATE = _POSE[:-2] + ", UniTuple(float64, 3), UniTuple(float64, 3)))"
-_ARRAY = "Array(float64, 2, 'C', False, aligned=True)"
-_ROWS = "Array(int32, 1, 'C', False, aligned=True)"
+from roboyard.native import compiled
 
 
-@njit(f"{_POSE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64)", cache=True)
 def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
     """Return the world pose of a link's inertial frame, then of its link frame in 32-bit precision.
 
@@ -45,7 +40,6 @@ def link_pose(xpos, xquat, frames, row, link):  # pragma: no cover
     return position, orientation, frame_position, frame_orientation
 
 
-@njit("UniTuple(float64, 3)(UniTuple(float64, 4), UniTuple(float64, 3))", cache=True)
 def _rotated(q, v):  # pragma: no cover
     """Return a vector rotated by a quaternion w, x, y, z."""
     tx, ty, tz = (
@@ -60,7 +54,6 @@ def _rotated(q, v):  # pragma: no cover
     )
 
 
-@njit(f"{_STATE}({_ARRAY}, {_ARRAY}, {_ARRAY}, int64, int64, {', '.join([_ARRAY] * 4)}, {_ROWS})", cache=True)
 def link_state(xpos, xquat, frames, row, link, turned, cvel, xipos, subtree_com, rootid):  # pragma: no cover
     """Return `link_pose`, then velocity of the centre of mass (m/s) and angular velocity (rad/s), world axes.
 
@@ -91,7 +84,31 @@ def link_state(xpos, xquat, frames, row, link, turned, cvel, xipos, subtree_com,
     return position, orientation, frame_position, frame_orientation, linear, angular
 
 
-@njit(cache=True)
+@compiled("f8[:,:] f8[:,:] f8[:,:] i8 i8 f8[:]")
+def write_link_pose(xpos, xquat, frames, row, link, out):  # pragma: no cover
+    """Write `link_pose` to `out` (14,)."""
+    position, orientation, frame_position, frame_orientation = link_pose(xpos, xquat, frames, row, link)
+    for k in range(3):
+        out[k], out[7 + k] = position[k], frame_position[k]
+    for k in range(4):
+        out[3 + k], out[10 + k] = orientation[k], frame_orientation[k]
+
+
+@compiled("f8[:,:] f8[:,:] f8[:,:] i8 i8 f8[:,:] f8[:,:] f8[:,:] f8[:,:] i4[:] f8[:]")
+def write_link_state(  # pragma: no cover
+    xpos, xquat, frames, row, link, turned, cvel, xipos, subtree_com, rootid, out
+):
+    """Write `link_state` to `out` (20,)."""
+    position, orientation, frame_position, frame_orientation, linear, angular = link_state(
+        xpos, xquat, frames, row, link, turned, cvel, xipos, subtree_com, rootid
+    )
+    for k in range(3):
+        out[k], out[7 + k], out[14 + k], out[17 + k] = position[k], frame_position[k], linear[k], angular[k]
+    for k in range(4):
+        out[3 + k], out[10 + k] = orientation[k], frame_orientation[k]
+
+
+@compiled("f8[:,:] f8[:,:] f8[:,:] i8[:] i8[:] f8[:,:,:] f8[:,:,:]")
 def link_poses(xpos, xquat, frames, rows, links, positions, orientations):  # pragma: no cover
     """Write `link_pose` of several links: inertial frames to the first half of the outputs, then link frames.
 
@@ -105,7 +122,7 @@ def link_poses(xpos, xquat, frames, rows, links, positions, orientations):  # pr
             orientations[0, n, k], orientations[1, n, k] = b[k], d[k]
 
 
-@njit(cache=True)
+@compiled("f8[:] f8[:] f8[:] i8[:] i8[:] f8[:,:]")
 def joint_states(qpos, qvel, forces, positions, velocities, out):  # pragma: no cover
     """Gather position, velocity and motor force of joints into the rows of `out`, (3, n).
 

@@ -1,9 +1,10 @@
-"""Compiled loops over MuJoCo's arrays, run between the two halves of a step. Import on first use only."""
+"""Compiled loops over MuJoCo's arrays, run between the two halves of a step."""
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from roboyard.native import compiled
 
 RIGIDITY = 0.1
 """Factor on the regularisation of rigid contacts."""
@@ -11,7 +12,7 @@ RIGID_DAMPING = 0.1
 """Bullet's contact damping of a surface without a stiffness (N s/m)."""
 
 
-@njit(cache=True)
+@compiled("f8[:,:] f8[:] f8[:,:] i4[:] f8[:,:] f8[:,:] f8[:,:] f8[:,:] f8[:,:]")
 def add_damping(damping, mass, inertia, rootid, cvel, xipos, ximat, subtree_com, xfrc):  # pragma: no cover
     """Add drag to xfrc: force -m v (k + q |v|) at the centre of mass, torque -I w (k + q |w|).
 
@@ -44,7 +45,7 @@ def add_damping(damping, mass, inertia, rootid, cvel, xipos, ximat, subtree_com,
             xfrc[b, 5] += moment * m[6 + k]
 
 
-@njit(cache=True)
+@compiled("f8[:] i4[:,:] i4[:] f8[:] f8[:,:] f8 f8 f8[:]")
 def add_bounce(restitution, geom, address, velocity, impedance, timestep, slow, aref):  # pragma: no cover
     """Raise the reference acceleration of closing contacts so that they separate at e times their speed.
 
@@ -62,7 +63,7 @@ def add_bounce(restitution, geom, address, velocity, impedance, timestep, slow, 
             aref[row] = max(aref[row], wanted)
 
 
-@njit(cache=True)
+@compiled("f8[:,:] i4[:,:] i4[:] i4[:] f8[:,:] f8[:] f8[:] f8[:]")
 def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # pragma: no cover
     """Replace each contact's friction by Bullet's mixture of its geoms' coefficients and regularise it.
 
@@ -92,7 +93,10 @@ def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # p
             D[row + k] = 1.0 / R[row + k]
 
 
-@njit(cache=True)
+@compiled(
+    "f8[:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8 f8[:] f8[:] f8[:] f8[:]"
+    " f8[:] f8[:,:] f8[:,:]"
+)
 def hard_contacts(  # pragma: no cover
     restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref, R, D,
     margins, position, frame,
@@ -136,7 +140,7 @@ def hard_contacts(  # pragma: no cover
                 aref[row] -= friction[i, 0] * slip / timestep
 
 
-@njit(cache=True)
+@compiled("f8[:,:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8[:] f8[:] f8[:] f8[:]")
 def compliant_contacts(  # pragma: no cover
     compliance, geom, dim, address, dist, friction, mu, timestep, erp, base, aref, R, D
 ):
@@ -168,7 +172,7 @@ def compliant_contacts(  # pragma: no cover
             aref[row] += change
 
 
-@njit(cache=True)
+@compiled("i4[:] f8[:] f8[:] f8[:] f8[:]")
 def copy_to_islands(source, R, D, island_R, island_D):  # pragma: no cover
     """Copy regularisers and their inverses to MuJoCo's arrays that are sorted by island, which it solves.
 
@@ -179,7 +183,7 @@ def copy_to_islands(source, R, D, island_R, island_D):  # pragma: no cover
         island_D[i] = D[source[i]]
 
 
-@njit(cache=True)
+@compiled("i4[:] i4[:] f8[:,:] f8[:] f8[:] f8[:] f8 f8[:] f8[:] -> f8")
 def correct_sliding(  # pragma: no cover
     dim, address, friction, velocity, acceleration, force, timestep, base, aref
 ):
@@ -207,7 +211,10 @@ def correct_sliding(  # pragma: no cover
     return largest
 
 
-@njit(cache=True)
+@compiled(
+    "f8[:,:] f8[:,:] i4[:] i4[:] i4[:] i4[:] f8[:] f8[:] i4[:] i4[:] i8 i8"
+    " f8 f8 f8[:] f8[:] f8[:] i4[:] f8[:] f8[:]"
+)
 def drive_motors(  # pragma: no cover
     motors,
     targets,
@@ -288,7 +295,7 @@ def drive_motors(  # pragma: no cover
             island_D[place[row]] = D[row]
 
 
-@njit(cache=True)
+@compiled("f8[:] f8[:] f8 f8[:]")
 def bound_velocity(velocity, acceleration, timestep, largest):  # pragma: no cover
     """Bound accelerations so that no velocity component after the step exceeds its limit."""
     for i in range(velocity.shape[0]):
@@ -299,14 +306,14 @@ def bound_velocity(velocity, acceleration, timestep, largest):  # pragma: no cov
             acceleration[i] = (-largest[i] - velocity[i]) / timestep
 
 
-@njit(cache=True)
+@compiled("f8[:] f8[:] i8 f8 f8 f8[:]")
 def hard_equalities(position, velocity, count, timestep, erp, aref):  # pragma: no cover
     """Write the reference accelerations of equalities on the velocity level: v' = -erp position / dt."""
     for row in range(count):
         aref[row] = (-erp * position[row] / timestep - velocity[row]) / timestep
 
 
-@njit(cache=True)
+@compiled("i4[:] f8[:] f8[:] i8 i8 f8 f8 f8 f8[:]")
 def hard_limits(kind, position, velocity, first, count, timestep, erp, deep, aref):  # pragma: no cover
     """Write reference accelerations of exceeded joint limits: v' >= -erp position / dt, or 0 beyond `deep`.
 
@@ -319,7 +326,7 @@ def hard_limits(kind, position, velocity, first, count, timestep, erp, deep, are
             aref[row] = (wanted - velocity[row]) / timestep
 
 
-@njit(cache=True)
+@compiled("i4[:] i4[:] f8[:] i8 i8 f8[:]")
 def motor_forces(efc_type, efc_id, efc_force, ne, nf, out):  # pragma: no cover
     """Write the forces of the dry friction rows (the motors) into `out` (nv,) by dof (N m or N)."""
     for row in range(ne, ne + nf):

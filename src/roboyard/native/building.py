@@ -1,0 +1,98 @@
+"""Compiling loops with numba. Import only where no stored machine code is found."""
+
+from __future__ import annotations
+
+from types import FunctionType
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+from numba import carray, cfunc, njit, types
+from numba.extending import intrinsic
+
+from roboyard.native.signatures import Signature
+
+
+def jit(function: FunctionType) -> Any:
+    """Return a Python function compiled by numba, together with the functions of its module that it calls."""
+    names = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        called = names.get(name)
+        source = called if isinstance(called, FunctionType) else getattr(called, "py_func", None)
+        if isinstance(source, FunctionType) and source.__module__ == function.__module__:
+            names[name] = jit(source)
+    return njit(error_model="numpy")(
+        FunctionType(function.__code__, names, function.__name__, function.__defaults__)
+    )
+
+
+def machine_code(function: FunctionType, signature: Signature, name: str) -> bytes:
+    """Return an object file with a loop as the function `name`, which has no other public name.
+
+    Its arguments are: place of the result, place of an error, then numbers and addresses of array objects.
+    """
+    arguments = signature.arguments
+    names = [f"a{k}" for k in range(len(arguments))]
+    passed = [
+        f"_view{a.dimensions}_{a.dtype}({n})" if a.dimensions else n
+        for n, a in zip(names, arguments, strict=True)
+    ]
+    values: dict[str, Any] = {"_loop": jit(function)}
+    values |= {
+        f"_view{a.dimensions}_{a.dtype}": _view(a.dimensions, a.dtype) for a in arguments if a.dimensions
+    }
+    source = f"def {name}({', '.join(names)}):\n    return _loop({', '.join(passed)})"
+    exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
+    kinds = [types.CPointer(types.int64) if a.dimensions else getattr(types, a.dtype) for a in arguments]
+    result = types.float64 if signature.returns_number else types.void
+    made: Any = cfunc(result(*kinds), error_model="numpy")(values[name])
+    return _object_file(made.inspect_llvm(), made.native_name.removeprefix("cfunc."), name)
+
+
+def _object_file(assembly: str, function: str, name: str) -> bytes:
+    """Return the object file of one function of a module, without what the function does not use."""
+    module = llvm.parse_assembly(
+        assembly.replace(f'"{function}"', f'"{name}"').replace(f"@{function}(", f"@{name}(")
+    )
+    for other in (*module.functions, *module.global_variables):
+        if other.name != name and not other.is_declaration:
+            other.linkage = "internal"
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(),
+        features=llvm.get_host_cpu_features().flatten(),
+        opt=3,
+        reloc="pic",
+        codemodel="jitdefault",
+        jit=True,
+    )
+    passes = llvm.create_new_module_pass_manager()
+    passes.add_global_dead_code_eliminate_pass()
+    passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
+    return machine.emit_object(module)
+
+
+@intrinsic
+def _pointer(context: Any, address: Any) -> Any:
+    """Return an address as a pointer."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
+
+    return types.voidptr(address), generate
+
+
+def _view(dimensions: int, dtype: str) -> Any:
+    """Return a compiled function that gives the array of an array object's address."""
+    kind = getattr(np, dtype)
+    words = (
+        ", ".join(f"shape[{k}]" for k in range(dimensions)),
+        ", ".join(f"strides[{k}]" for k in range(dimensions)),
+    )
+    source = f"""def view(words):
+    shape = carray(_pointer(words[4]), ({dimensions},), np.int64)
+    strides = carray(_pointer(words[5]), ({dimensions},), np.int64)
+    flat = carray(_pointer(words[2]), (1,), kind)
+    return np.lib.stride_tricks.as_strided(flat, ({words[0]},), ({words[1]},))"""
+    values: dict[str, Any] = {"carray": carray, "_pointer": _pointer, "np": np, "kind": kind}
+    exec(compile(source, "<view>", "exec"), values)  # noqa: S102 - our own source
+    return njit(error_model="numpy")(values["view"])

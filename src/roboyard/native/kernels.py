@@ -1,0 +1,113 @@
+"""The decorator of compiled loops, and their first call."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any
+
+from roboyard.native import objects
+from roboyard.native.signatures import Signature, parse_signature
+
+_CTYPES: dict[str, Any] = {"float64": ctypes.c_double, "int64": ctypes.c_int64, "int32": ctypes.c_int32}
+
+
+class Kernel:
+    """A loop that is compiled or loaded on its first call; its module then has the loaded function."""
+
+    def __init__(self, function: FunctionType, signature: Signature, text: str) -> None:
+        """Create the loop.
+
+        Args:
+            function: its Python source, which numba can compile.
+            signature: its arguments.
+            text: the signature as text.
+        """
+        self.py_func = function
+        """The loop in Python."""
+        self.signature, self.text = signature, text
+        self.__name__, self.__doc__, self.__module__ = (
+            function.__name__,
+            function.__doc__,
+            function.__module__,
+        )
+        self._loaded: Callable[..., Any] | None = None
+
+    def __call__(self, *values: Any) -> Any:
+        """Call the loop; the first call loads it.
+
+        Raises:
+            TypeError: the values do not fit the signature (only the first call checks).
+        """
+        if self._loaded is None:
+            problem = self.signature.problem_with(values)
+            if problem:
+                raise TypeError(f"{self.__name__}({self.text}): {problem}")
+            self.load()
+        assert self._loaded is not None
+        return self._loaded(*values)
+
+    def load(self) -> Callable[..., Any]:
+        """Compile the loop or load its stored code, and return the function that executes it."""
+        if self._loaded is None:
+            address = objects.address_of(self.py_func, self.signature)
+            self._loaded = _caller(self, address) if address else objects.jitted(self.py_func)
+            names = vars(sys.modules[self.__module__])
+            if names.get(self.__name__) is self:
+                names[self.__name__] = self._loaded
+        return self._loaded
+
+
+def compiled(text: str) -> Callable[[Any], Any]:
+    """Return a decorator that makes a function a compiled loop.
+
+    The function may use numbers, the arrays that it is given, NumPy's mathematics and other loops of its
+    module; it creates no arrays. Divisions by zero give infinity.
+
+    Args:
+        text: types of the arguments, separated by spaces: f8, i8, i4 for numbers (float64, int64, int32) and
+            f8[:], i4[:,:], ... for arrays, "-> f8" at the end where it returns a number.
+    """
+    signature = parse_signature(text)
+
+    def decorate(function: Any) -> Kernel:
+        given = function.__code__.co_argcount
+        if given != len(signature.arguments):
+            raise TypeError(f"{function.__name__} has {given} arguments, its signature {text!r} has others")
+        return Kernel(function, signature, text)
+
+    return decorate
+
+
+def _caller(kernel: Kernel, address: int) -> Callable[..., Any]:
+    """Return the Python function that calls machine code of numba's calling convention.
+
+    That is: place of the result, place of an error, arguments. Arrays are passed as addresses of their Python
+    objects, in which the code finds data, shape and strides.
+    """
+    types = [ctypes.c_void_p if a.dimensions else _CTYPES[a.dtype] for a in kernel.signature.arguments]
+    call = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, *types)(address)
+    result, problem = ctypes.c_double(), ctypes.c_void_p()
+    code = kernel.py_func.__code__
+    names = code.co_varnames[: code.co_argcount]
+    passed = [
+        f"id({name})" if argument.dimensions else name
+        for name, argument in zip(names, kernel.signature.arguments, strict=True)
+    ]
+    lines = [f"_call(_result, _problem, {', '.join(passed)})"]
+    if kernel.signature.returns_number:
+        lines.append("return _value.value")
+    source = f"def {kernel.__name__}({', '.join(names)}):\n    " + "\n    ".join(lines)
+    values: dict[str, Any] = {
+        "_call": call,
+        "_result": ctypes.addressof(result),
+        "_problem": ctypes.addressof(problem),
+        "_value": result,
+        "_keep": problem,
+    }
+    exec(compile(source, f"<{kernel.__module__}.{kernel.__name__}>", "exec"), values)  # noqa: S102 - our own source
+    made: Any = values[kernel.__name__]
+    made.__doc__, made.__module__, made.py_func = kernel.__doc__, kernel.__module__, kernel.py_func
+    return made

@@ -1,0 +1,122 @@
+"""Machine code of compiled loops: stored in files, loaded into the process."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from roboyard.native.signatures import Signature
+
+_LAYOUT = 1
+"""Increased whenever the way in which arguments are passed changes."""
+_DATA, _SHAPE, _STRIDES = 2, 4, 5
+"""Places of the addresses in NumPy's array objects, in words."""
+_engines: list[Any] = []  # they own the machine code
+
+
+def address_of(function: FunctionType, signature: Signature) -> int:
+    """Return the address of a loop's machine code, stored or compiled now; 0 where it cannot be used."""
+    if not arrays_have_the_known_layout():
+        return 0
+    path, name = _stored_at(function, signature)
+    try:
+        content = path.read_bytes()
+    except OSError:
+        from roboyard.native.building import machine_code
+
+        content = machine_code(function, signature, name)
+        _store(path, content)
+    return _load(content, name)
+
+
+def jitted(function: FunctionType) -> Callable[..., Any]:
+    """Return the loop as numba's own function, where stored code cannot be used."""
+    from roboyard.native.building import jit
+
+    return jit(function)
+
+
+@cache
+def arrays_have_the_known_layout() -> bool:
+    """Return whether NumPy's array objects have data, shape and strides where the machine code reads them."""
+    if sys.implementation.name != "cpython" or ctypes.sizeof(ctypes.c_void_p) != 8:
+        return False
+    probe = np.zeros((2, 3, 4))[:, ::2, 1:]
+    words = ctypes.cast(id(probe), ctypes.POINTER(ctypes.c_int64))
+    shape, strides = (ctypes.cast(words[k], ctypes.POINTER(ctypes.c_int64)) for k in (_SHAPE, _STRIDES))
+    return (
+        words[_DATA] == probe.ctypes.data
+        and tuple(shape[k] for k in range(3)) == probe.shape
+        and tuple(strides[k] for k in range(3)) == probe.strides
+    )
+
+
+def _stored_at(function: FunctionType, signature: Signature) -> tuple[Path, str]:
+    """Return the file of a loop's machine code, and the name of the function in it."""
+    source = Path(function.__code__.co_filename)
+    import llvmlite
+    import llvmlite.binding as llvm
+
+    parts = (
+        *(_LAYOUT, sys.version_info[:2], np.__version__, llvmlite.__version__),
+        *(llvm.get_process_triple(), llvm.get_host_cpu_name(), function.__name__, signature),
+    )
+    key = hashlib.sha256(repr(parts).encode() + source.read_bytes()).hexdigest()[:16]
+    return _folder(
+        source
+    ) / f"{source.stem}.{function.__name__}.{key}.o", f"roboyard_{function.__name__}_{key}"
+
+
+def _folder(source: Path) -> Path:
+    """Return where machine code is stored: beside numba's and Python's own compiled files, if possible."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        return Path(given)
+    beside = source.parent / "__pycache__"
+    if os.access(beside if beside.exists() else source.parent, os.W_OK):
+        return beside
+    from platformdirs import user_cache_path
+
+    return user_cache_path("roboyard", appauthor=False) / "native"
+
+
+def _store(path: Path, content: bytes) -> None:
+    """Write a file that other processes may read at the same time; without a place for it, do nothing."""
+    new = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        new.write_bytes(content)
+        new.replace(path)
+    except OSError:
+        new.unlink(missing_ok=True)
+
+
+def _load(content: bytes, name: str) -> int:
+    """Return the address of a function in an object file."""
+    import llvmlite.binding as llvm
+
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(content))
+    engine.finalize_object()
+    _engines.append(engine)
+    return engine.get_function_address(name)
+
+
+def _machine() -> Any:
+    """Return LLVM's description of this machine."""
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(), codemodel="jitdefault", jit=True
+    )
