@@ -176,6 +176,8 @@ def test_reading_velocities_leaves_link_frames_a_step_behind(rod: int) -> None:
     assert state[:6] == before[:6] == p.getLinkState(rod, 0) == p.getLinkStates(rod, [0])[0]
     # Bullet keeps velocities in link axes, and turns them with the frame it shows: at 0.5 rad, not at q
     np.testing.assert_allclose(state[6], [-0.5 * speed * cos(0.5), 0, 0.5 * speed * sin(0.5)], atol=1e-9)
+    p.performCollisionDetection()
+    assert p.getLinkState(rod, 0) == before[:6]
     fresh = p.getLinkState(rod, 0, computeLinkVelocity=1, computeForwardKinematics=1)
     np.testing.assert_allclose(fresh[6], [-0.5 * speed * cos(q), 0, 0.5 * speed * sin(q)], atol=1e-9)
 

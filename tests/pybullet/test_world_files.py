@@ -187,3 +187,25 @@ def test_contype_and_conaffinity_0_collide_with_nothing_within_their_body(
     p.loadMJCF(str(tmp_path / "tree.xml"), flags=p.URDF_USE_SELF_COLLISION)
     p.stepSimulation()
     assert len(p.getContactPoints()) == bit
+
+
+@pytest.mark.parametrize(
+    ("compiler", "upper"),
+    [
+        ("", 60.0),
+        ("<compiler/>", 1.0471976),
+        ('<compiler angle="degree"/>', 1.0471976),
+        ('<compiler angle="radian"/>', 60.0),
+    ],
+)
+def test_angles_of_mjcf_are_radians_without_a_compiler_element(
+    client: int, tmp_path: Path, compiler: str, upper: float
+) -> None:
+    """As PyBullet 3.2.7 reads them; MuJoCo itself takes degrees."""
+    (tmp_path / "a.xml").write_text(
+        f'<mujoco>{compiler}<worldbody><body><geom type="sphere" size=".2"/><body pos=".4 0 0">'
+        '<joint name="j" type="hinge" range="-10 60" limited="true"/><geom type="sphere" size=".1"/>'
+        "</body></body></worldbody></mujoco>"
+    )
+    body = p.loadMJCF(str(tmp_path / "a.xml"))[0]
+    assert p.getJointInfo(body, 0)[9] == pytest.approx(upper, abs=1e-5)

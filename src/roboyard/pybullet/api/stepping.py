@@ -28,7 +28,6 @@ def stepSimulation(client: Client) -> tuple[Any, ...]:
 def performCollisionDetection(client: Client) -> None:
     """Detect the contacts at the current positions without stepping."""
     client.scene.world.detect_contacts()
-    client.scene.frames_are_old = True
 
 
 @command()

@@ -90,8 +90,8 @@ class Reader:
     """Folders where meshes are searched."""
     colors: bool
     """Whether colours are read."""
-    in_degrees: bool = True
-    """Whether angles are in degrees."""
+    in_degrees: bool = False
+    """Whether angles are in degrees: in Bullet only with a `<compiler>` element, there by default."""
     inertia_from_geoms: bool = True
     """Whether `diaginertia` is ignored."""
     mesh_folder: str = ""
