@@ -3,8 +3,8 @@
     python benchmarks/planning.py make PROBLEMS.json [URDF] [--scene table|shelf|cage] [--count 100]
     python benchmarks/planning.py run PROBLEMS.json [PROBLEMS.json ...] [--with ours,mplib,ompl,pybullet]
 
-Each path is replayed in MuJoCo with the hulls of the collision shapes every 0.01 rad. Times are those of one
-core, of path and shortening; for ours the timing is included. A planner whose package is missing is skipped.
+Each path is replayed in MuJoCo with the hulls of the collision shapes every 0.01 rad. Times are CPU
+seconds of path and shortening; for ours the timing is included. A planner that is not installed is skipped.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ import numpy as np
 from roboyard.assets import assets_root
 from roboyard.description import load_description
 from roboyard.planning.hull_judge import HullJudge, judge_of
-from roboyard.planning.problem_files import ProblemFile, load_model, load_problems, solve_problems
+from roboyard.planning.planner import Planner
+from roboyard.planning.problem_files import ProblemFile, load_model, load_problems
 from roboyard.planning.sphere_model import sphere_robot
 
 CLEARANCE = 0.008
@@ -145,15 +146,23 @@ Row = dict[str, object]
 
 
 def ours(problems: ProblemFile) -> list[Row]:
-    rows = []
-    for problem, plan in solve_problems(problems):
-        dense = None if plan.trajectory is None else plan.trajectory.dense(STEP)
-        seconds = plan.planning_seconds + plan.timing_seconds
-        duration = None if plan.trajectory is None else plan.trajectory.duration
-        path = plan.path if plan.solved else None
-        rows.append(
-            {"name": problem.name, "seconds": seconds, "path": path, "dense": dense, "duration": duration}
-        )
+    model = load_model(problems)
+    rows: list[Row] = []
+    planner, of = None, None
+    for problem in problems.problems:
+        if planner is None or problem.obstacles != of:
+            limits = {key: problems.limits.get(key) for key in ("velocity", "acceleration", "jerk")}
+            planner = Planner(model, problems.joints, problem.obstacles, held=problems.hold, **limits)
+            planner.warm_up()
+            of = problem.obstacles
+        begin = time.process_time()
+        plan = planner.plan(problem.start, problem.goal, time_limit=problems.time_limit)
+        seconds = time.process_time() - begin
+        row: Row = {"name": problem.name, "seconds": seconds, "path": None, "dense": None, "duration": None}
+        if plan.trajectory is not None:
+            dense, duration = plan.trajectory.dense(STEP), plan.trajectory.duration
+            row |= {"path": plan.path, "dense": dense, "duration": duration}
+        rows.append(row)
     return rows
 
 
@@ -185,11 +194,11 @@ def mplib(problems: ProblemFile) -> list[Row]:
             for i, k in enumerate(order):
                 if k >= 0:
                     start[i], goal[i] = problem.start[k], problem.goal[k]  # type: ignore[index]
-            begin = time.perf_counter()
+            begin = time.process_time()
             status, path = planner.planner.plan(
                 start, [goal], time=problems.time_limit, range=0.1, simplify=True, verbose=False
             )
-            seconds = time.perf_counter() - begin
+            seconds = time.process_time() - begin
             solved = "Exact" in status and len(path) > 1
             out = None
             if solved:
@@ -293,7 +302,7 @@ def ompl(problems: ProblemFile) -> list[Row]:
             start[j], goal[j] = problem.start[order[j]], problem.goal[order[j]]  # type: ignore[index]
         setup.setStartAndGoalStates(start, goal)
         setup.setPlanner(geometric.RRTConnect(setup.getSpaceInformation()))
-        begin = time.perf_counter()
+        begin = time.process_time()
         solved = setup.solve(problems.time_limit)
         out = None
         if solved and setup.haveExactSolutionPath():
@@ -302,7 +311,7 @@ def ompl(problems: ProblemFile) -> list[Row]:
             out = np.zeros((found.getStateCount(), n))
             for i in range(found.getStateCount()):
                 out[i, order] = [found.getState(i)[j] for j in range(n)]
-        seconds = time.perf_counter() - begin
+        seconds = time.process_time() - begin
         rows.append(
             {"name": problem.name, "seconds": seconds, "path": out, "dense": along(out), "duration": None}
         )
@@ -332,7 +341,7 @@ def pybullet(problems: ProblemFile) -> list[Row]:
             joints = pp.joints_from_names(robot, problems.joints)
             pp.set_joint_positions(robot, joints, problem.start)
             disabled = {(links[a], links[b]) for a, b in model.ignore if a in links and b in links}
-            begin = time.perf_counter()
+            begin = time.process_time()
             path = pp.plan_joint_motion(
                 robot,
                 joints,
@@ -343,7 +352,7 @@ def pybullet(problems: ProblemFile) -> list[Row]:
                 max_time=problems.time_limit,
                 diagnosis=False,
             )
-            seconds = time.perf_counter() - begin
+            seconds = time.process_time() - begin
             out = None if path is None else np.array(path)
             rows.append(
                 {"name": problem.name, "seconds": seconds, "path": out, "dense": along(out), "duration": None}

@@ -22,7 +22,7 @@ from roboyard.planning.hull_judge import Clash, HullJudge, is_judged, judge_of
 from roboyard.planning.hull_search import hull_path
 from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.path_search import SearchSpace, find_path, shorten, time_path
-from roboyard.planning.relaxation import raise_padding, relax
+from roboyard.planning.relaxation import ROOM, raise_padding, relax
 from roboyard.planning.sphere_model import SphereModel, SphereRobot, sphere_robot
 from roboyard.planning.trajectory import Outcome, Plan, Trajectory, path_length
 from roboyard.transforms import Array
@@ -306,6 +306,9 @@ class Planner:
                     )
                     continue
                 candidates = [solution.q for solution in found]
+                roomy = self.checker.free(np.array(candidates), ROOM)
+                if roomy.any():  # postures that need no smaller paddings
+                    candidates = [q for q, good in zip(candidates, roomy, strict=True) if good]
             else:
                 failure, q = self._bounded("goal", self._vector("goal", cast(ArrayLike, one)))
                 if failure:
