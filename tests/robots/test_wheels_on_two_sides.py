@@ -168,3 +168,29 @@ def test_legs_take_position_commands() -> None:
         description = load_description(text.format(kind=kind))
         robot = add_robot(World(), description, definition=data, fixed_base=True)
         assert robot.controllers["base"].control_type == expected
+
+
+def test_a_speed_stops_at_the_limit_of_its_joint() -> None:
+    """A motor that steers is driven by speeds as the wheels are; full speed must not break its stop."""
+    text = (
+        '<robot name="steer"><link name="base"/><link name="fork"><inertial><mass value="2"/>'
+        '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>'
+        '<joint name="turn" type="revolute">'
+        '<parent link="base"/><child link="fork"/><axis xyz="0 0 1"/>'
+        '<limit lower="-0.5" upper="0.5" effort="50" velocity="8"/></joint></robot>'
+    )
+    data = {"raw_controller_order": ["trunk"], "articulated_trunk": {"trunk_joint_names": ["turn"]}}
+    robot = add_robot(
+        World(),
+        load_description(text),
+        definition={**data, "default_controllers": {}},
+        controllers={"trunk": {"name": "JointController", "motor_type": "velocity"}},
+    )
+    largest = 0.0
+    for sign in (1.0, -1.0):
+        for _ in range(40):
+            robot.apply_action([sign])
+            robot.world.step(robot.steps_per_control)
+            largest = max(largest, abs(float(robot.joint_positions[0])))
+        assert robot.joint_positions[0] == pytest.approx(0.5 * sign, abs=0.02)
+    assert largest < 0.51

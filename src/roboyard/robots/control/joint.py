@@ -5,8 +5,8 @@
                keep_balance a robot on wheels does not tip over: accelerations are limited, and a joint stops
                where it would shift the centre of mass out of the support polygon, see
                `roboyard.robots.stability.zmp`
-    velocity   u = q̇* + i, with i the integral of `velocity_tracking`; once all are zero and the joints rest,
-               u = the present positions
+    velocity   u = q̇* + i, with i the integral of `velocity_tracking`; q̇* decreases towards a position
+               limit. Once all are zero and the joints rest, u = the present positions
     effort     u = τ*
     with use_impedances
     position   τ = M (kp (r - q) - kd q̇) + b,  kd = 2 ζ √kp
@@ -38,6 +38,9 @@ from roboyard.robots.control.controller import (
 from roboyard.robots.control.rate_limiter import RateLimiter
 from roboyard.robots.control.velocity_tracking import VelocityTracking
 from roboyard.transforms import Array, multiply, normalized, quaternion_from_rpy
+
+STOP_TIME = 0.15
+"""Time constant with which a speed decreases towards a position limit (s)."""
 
 
 class JointSettings(ControllerSettings):
@@ -181,9 +184,16 @@ class JointController(Controller):
         if settings.motor_type == "effort":
             compensated = settings.use_gravity_compensation and state.bias is not None
             return Control(kind="effort", value=goal + state.bias if compensated else goal)  # type: ignore[operator]
+        goal = self._within_limits(goal, state)
         if settings.use_impedances:
             return self._effort(self._vel_kp * (goal - state.v), state)
         return self._tracking.control(goal, state)
+
+    def _within_limits(self, speed: Array, state: GroupState) -> Array:
+        """Return (n,) speeds (rad/s or m/s) that come to a stop at the position limits."""
+        low = np.minimum((self.limits.lower - state.q) / STOP_TIME, 0.0)
+        high = np.maximum((self.limits.upper - state.q) / STOP_TIME, 0.0)
+        return np.clip(speed, low, high)
 
     def _position(self, target: Array, state: GroupState) -> Control:
         if not self.settings.use_impedances:
