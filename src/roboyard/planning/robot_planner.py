@@ -41,7 +41,7 @@ class RobotPlanner:
         self.surroundings = WorldObstacles(robot.world, robot.body, ignored)
         """The world's obstacles."""
         self.seen: Obstacle | None = None
-        """What the last depth picture showed, in place of the world's obstacles; None to use those again."""
+        """Obstacle of the last depth picture, in place of the world's obstacles; None to use those again."""
 
     @property
     def tool(self) -> str:
