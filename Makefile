@@ -2,6 +2,7 @@
 # make test    install the test extra and run the tests, in parallel and without the slow ones
 # make test-all  every test, with all extras (and Chromium, where it is installed)
 # make lint    ruff, format check, pyright and the docstring counts
+# make attack  hostile files, errors within MuJoCo and odd clients, through every reader
 # make format  rewrite the code the way lint wants it
 # make type    pyright alone
 # make check   lint and test
@@ -19,7 +20,7 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check 
 # The checker must not look for its own updates.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: demo test test-all lint format type check clean help
+.PHONY: demo test test-all attack lint format type check clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -33,6 +34,11 @@ test: $(VENV)/.installed-test
 
 test-all: $(VENV)/.installed-all
 	$(BIN)/python -m pytest -n auto $(ARGS)
+
+attack: $(VENV)/.installed-test
+	$(BIN)/python -m pytest -q tests/test_attack.py tests/untrusted tests/sim/test_mjcf_hostile.py \
+	  tests/sim/test_survival.py tests/shapes/test_bounds.py tests/description/test_workspaces.py \
+	  tests/audit/test_hostile.py tests/audit/test_fuzz.py tests/pybullet/test_server_strangers.py $(ARGS)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check

@@ -10,6 +10,7 @@ import typer
 
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
+from roboyard.untrusted.text import one_line
 
 if TYPE_CHECKING:
     from roboyard.audit import Audit, Severity
@@ -71,7 +72,7 @@ def audit(
     else:
         from roboyard.audit.report import report_lines
 
-        print("\n".join(report_lines(result, everything=everything)))
+        print("\n".join(one_line(line) for line in report_lines(result, everything=everything)))
     raise typer.Exit(0 if result.is_usable else 1)
 
 
@@ -101,11 +102,13 @@ def _print_table(result: Audit, *, everything: bool) -> None:
             style = ("bold red", "bold yellow", "bold blue")[severity]
             table.add_section()
             table.add_row("", Text(severity.label, style=style))
-        remedy = Text(finding.remedy)
+        remedy = Text(one_line(finding.remedy))
         if finding.fixable:
             remedy.append(" (repair fixes it)", style="green")
         line = "" if finding.line is None else str(finding.line)
-        table.add_row(line, Text(finding.element), Text(finding.message), remedy, finding.code)
+        table.add_row(
+            line, Text(one_line(finding.element)), Text(one_line(finding.message)), remedy, finding.code
+        )
         if more > 0:
             table.add_row("", "", Text(f"... and {more} more like this; --all shows them", style="dim"))
     console.print(table)

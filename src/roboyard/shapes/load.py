@@ -20,13 +20,11 @@ from numpy.typing import ArrayLike
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.readers.external_files import clear_images
-from roboyard.shapes.readers.parts import Part, combine
+from roboyard.shapes.readers.parts import Part, TooManyTrianglesError, check_triangles, combine
 from roboyard.untrusted.files import read_file
 
 MAX_FILE_BYTES = 512 * 1024 * 1024
 """Largest mesh file (bytes)."""
-MAX_TRIANGLES = 20_000_000
-"""Most triangles of a mesh."""
 CACHE_BYTES = 1024 * 1024 * 1024
 """Size of the cache (bytes); the least recently used meshes are dropped first."""
 
@@ -53,7 +51,7 @@ def load_mesh(path: Path | str) -> TriangleMesh:
 
     Raises:
         MeshError: the file is missing, unreadable, of an unknown format, has no triangle, a vertex that is
-            not finite or an index out of range, or exceeds 512 MiB or 20 million triangles.
+            not finite or an index out of range, or exceeds 512 MiB or 2 million triangles.
     """
     file = Path(path)
     try:
@@ -134,7 +132,11 @@ def _read(file: Path, size: int) -> TriangleMesh:
         pointer = f"the file is a git-lfs pointer of {size} bytes"
         raise MeshError(f"{pointer}, not the mesh; fetch it with: git lfs pull", file=file)
     try:
-        return _checked(combine(reader(data, file)), file)
+        parts = reader(data, file)
+        check_triangles(sum(len(part.faces) for part in parts))
+        return _checked(combine(parts), file)
+    except TooManyTrianglesError as error:
+        raise MeshError(str(error), file=file) from None
     except MeshError:
         raise
     except Exception as error:  # third-party readers raise many types for broken files
@@ -148,11 +150,6 @@ def _checked(mesh: TriangleMesh | None, file: Path) -> TriangleMesh:
         kept = 0 if mesh is None else len(mesh.vertices)
         raise MeshError(
             f"the mesh has no triangles ({kept} vertices); export it again",
-            file=file,
-        )
-    if len(mesh.faces) > MAX_TRIANGLES:
-        raise MeshError(
-            f"{len(mesh.faces)} triangles are too many (at most {MAX_TRIANGLES}); simplify the mesh",
             file=file,
         )
     if not np.all(np.isfinite(mesh.vertices)):

@@ -33,7 +33,7 @@ from roboyard.untrusted.arrays import ArraysError, read_arrays
 
 Array = NDArray[np.float64]
 
-_VERSION = 3
+_VERSION = 4
 """Part of the cache key; raise it when the meaning of the values changes."""
 _MAX_HULL_POINTS = 400
 _MAX_IN_MEMORY = 2000

@@ -19,7 +19,7 @@ ELEMENTS_NOTE = "elements after the end of the root element ignored"
 Repair = Callable[[str], tuple[str, str]]
 
 _AMPERSAND = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
-_START_TAG = re.compile(r"<[A-Za-z_][^\s/>]*(?:\s+[^\s=<>/]+\s*=\s*(?:\"[^\"<]*\"|'[^'<]*'))+\s*/?>")
+_START_TAG = re.compile(r"<[A-Za-z_][^\s/<>]*+(?:\s+[^\s=<>/]+\s*=\s*(?:\"[^\"<]*\"|'[^'<]*'))+\s*/?>")
 _ATTRIBUTE = re.compile(r"\s+([^\s=<>/]+)\s*=\s*(?:\"[^\"<]*\"|'[^'<]*')")
 # what XML 1.0 forbids anywhere in a document
 _FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff\ud800-\udfff]")

@@ -67,15 +67,19 @@ def decode(body: bytes | bytearray | memoryview) -> Any:
         raise WireError(f"not a message: {problem}") from None
 
 
-def body_length(prefix: bytes) -> int:
+def body_length(prefix: bytes, largest: int = MAX_BODY) -> int:
     """Return the length of the body that follows a prefix.
+
+    Args:
+        prefix: the first bytes of a frame.
+        largest: longest body that is accepted (bytes).
 
     Raises:
         WireError: the body is too long.
     """
     (length,) = PREFIX.unpack(prefix)
-    if length > MAX_BODY:
-        raise WireError(f"a frame of {length} bytes is too long; the limit is {MAX_BODY}")
+    if length > largest:
+        raise WireError(f"a frame of {length} bytes is too long; the limit is {largest}")
     return length
 
 

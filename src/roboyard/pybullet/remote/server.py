@@ -14,6 +14,13 @@ from roboyard.pybullet.remote.datagrams import DatagramServer
 from roboyard.pybullet.remote.dispatch import Dispatcher
 
 MAX_CONNECTIONS = 64
+"""Clients, which have sent a valid hello."""
+MAX_STRANGERS = 256
+"""Connections that have not; the oldest one goes when there are more."""
+HELLO_TIMEOUT = 5.0
+"""Time in which a client has to send its hello (s)."""
+HELLO_BYTES = 256
+"""Largest first frame (bytes)."""
 
 
 class Server:
@@ -31,6 +38,8 @@ class Server:
         """Port; after `start`, the one in use."""
         self.dispatcher = Dispatcher()
         self._connections: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
+        self._strangers: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
+        """Those of the connections that have not sent their hello yet, oldest first."""
         self._listener: asyncio.Server | None = None
         self._datagrams: asyncio.DatagramTransport | None = None
 
@@ -71,9 +80,17 @@ class Server:
         assert task is not None
         self._connections[task] = writer
         try:
-            if len(self._connections) > MAX_CONNECTIONS:
+            self._strangers[task] = writer
+            if len(self._strangers) > MAX_STRANGERS:
+                self._strangers.pop(next(iter(self._strangers))).close()
+            try:
+                async with asyncio.timeout(HELLO_TIMEOUT):
+                    wire.check_hello(wire.decode(await _read_body(reader, HELLO_BYTES)))
+            except TimeoutError:
+                raise wire.WireError(f"no hello within {HELLO_TIMEOUT:g} s") from None
+            self._strangers.pop(task, None)
+            if len(self._connections) - len(self._strangers) > MAX_CONNECTIONS:
                 raise wire.WireError(f"there are already {MAX_CONNECTIONS} clients, the limit")
-            wire.check_hello(wire.decode(await _read_body(reader)))
             writer.write(wire.frame(wire.HELLO))
             while True:
                 body = self.dispatcher.answer(wire.decode(await _read_body(reader)))
@@ -88,12 +105,14 @@ class Server:
         except (ConnectionError, asyncio.IncompleteReadError):
             pass  # the client disconnected
         finally:
+            self._strangers.pop(task, None)
             del self._connections[task]
             writer.close()
 
 
-async def _read_body(reader: asyncio.StreamReader) -> bytes:
-    return await reader.readexactly(wire.body_length(await reader.readexactly(wire.PREFIX.size)))
+async def _read_body(reader: asyncio.StreamReader, largest: int = wire.MAX_BODY) -> bytes:
+    length = wire.body_length(await reader.readexactly(wire.PREFIX.size), largest)
+    return await reader.readexactly(length)
 
 
 def serve_forever(*, host: str, port: int, key: int) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.shapes.readers.parts import Floats, Indices
+from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
 
 _KINDS = ("triangles", "polylist", "polygons", "tristrips", "trifans")
 
@@ -123,6 +123,7 @@ def _fans(sizes: Indices) -> Indices:
     starts = np.cumsum(sizes) - sizes
     cut = np.maximum(sizes - 2, 0)
     first = np.repeat(starts, cut)
+    check_triangles(int(cut.sum()))
     step = np.arange(cut.sum()) - np.repeat(np.cumsum(cut) - cut, cut)
     return np.stack([first, first + step + 1, first + step + 2], axis=1)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import logging
 import re
+import warnings
 from collections import OrderedDict
 from pathlib import Path
 from threading import Lock
@@ -115,7 +116,10 @@ def decode_image(data: bytes, what: str) -> NDArray[np.uint8] | None:
     from PIL.Image import open as open_image
 
     try:
-        with open_image(io.BytesIO(data), formats=_IMAGES) as image:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of many pixels, which are counted below
+            opened = open_image(io.BytesIO(data), formats=_IMAGES)
+        with opened as image:
             if image.width * image.height > MAX_PIXELS:
                 _log.info("%s: %d x %d pixels are too many; skipped", what, image.width, image.height)
                 return None

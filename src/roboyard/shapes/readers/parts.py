@@ -18,6 +18,26 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
+MAX_TRIANGLES = 2_000_000
+"""Most triangles of a mesh, instances counted: what a gibibyte of memory holds while it is read."""
+
+
+class TooManyTrianglesError(Exception):
+    """A mesh has more triangles than are read."""
+
+
+def check_triangles(count: int) -> None:
+    """Check a number of triangles before memory is taken for them.
+
+    Raises:
+        TooManyTrianglesError: it is above `MAX_TRIANGLES`.
+    """
+    if count > MAX_TRIANGLES:
+        raise TooManyTrianglesError(
+            f"{count} triangles are too many (at most {MAX_TRIANGLES}); simplify the mesh"
+        )
+
+
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class Part:
     """Triangles of one material."""

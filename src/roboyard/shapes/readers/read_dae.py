@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from roboyard.shapes.readers.dae_materials import Surfaces
 from roboyard.shapes.readers.dae_primitives import Primitive, read_geometry
-from roboyard.shapes.readers.parts import Floats, Part, part_from_corners
+from roboyard.shapes.readers.parts import Floats, Part, check_triangles, part_from_corners
 from roboyard.shapes.readers.read_mtl import SurfaceMaterial
 
 MAX_DEPTH = 64
@@ -32,12 +32,15 @@ def read_dae(data: bytes, file: Path) -> list[Part]:
     surfaces = Surfaces(root, ids, file)
     geometries: dict[int, list[Primitive]] = {}
     parts: list[Part] = []
+    total = 0
     for instance, transform in _instances(root, ids):
         geometry = target(instance, "url", ids)
         if geometry is None or geometry.tag != "geometry":
             continue
         if id(geometry) not in geometries:
             geometries[id(geometry)] = read_geometry(geometry, ids)
+        total += sum(len(primitive.corners) for primitive in geometries[id(geometry)])
+        check_triangles(total)
         bound = {
             bind.get("symbol"): target(bind, "target", ids) for bind in instance.iter("instance_material")
         }

@@ -14,7 +14,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.shapes.readers.parts import Floats, Indices, Part, check_indices, part_from_corners
+from roboyard.shapes.readers.parts import (
+    Floats,
+    Indices,
+    Part,
+    check_indices,
+    check_triangles,
+    part_from_corners,
+)
 from roboyard.shapes.readers.read_mtl import SurfaceMaterial, read_mtl
 
 _KEYWORDS = (b"v", b"vn", b"vt", b"f", b"usemtl", b"mtllib")
@@ -143,11 +150,14 @@ def _positions(lines: Sequence[bytes]) -> tuple[Floats, Floats | None]:
 def _triangles(lines: _Lines) -> tuple[Indices, NDArray[np.int64]]:
     """Return (m, 3, 3) zero-based vertex, uv, normal of each corner (-1: none), and (m,) their face lines."""
     groups: dict[tuple[int, int, bool], list[int]] = {}
+    total = 0
     for number, line in enumerate(lines.faces):
         corners = len(line.split())
         if corners > MAX_CORNERS:
             raise ValueError(f"a face has {corners} corners (at most {MAX_CORNERS}); split it into triangles")
         if corners >= 3:
+            total += corners - 2
+            check_triangles(total)
             groups.setdefault((corners, line.count(b"/"), b"//" in line), []).append(number)
     tables: list[Indices] = []
     owners: list[NDArray[np.int64]] = []

@@ -15,12 +15,13 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.shapes.readers.external_files import find_external_file, pixels
-from roboyard.shapes.readers.parts import Part
+from roboyard.shapes.readers.external_files import MAX_PIXELS, find_external_file, pixels
+from roboyard.shapes.readers.parts import Part, check_triangles
 from roboyard.untrusted.files import read_file
 
-MAX_ITEMS = 100_000_000
-"""Most items of all accessors of a glTF file."""
+MAX_ITEMS = 40_000_000
+"""Most numbers of all accessors of a glTF file."""
+_NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 MAX_EXTERNAL_BYTES = 256 * 1024 * 1024
 """Largest buffer or image beside a glTF file (bytes)."""
 
@@ -112,6 +113,8 @@ def _appearance(
     image = getattr(material, "baseColorTexture", None)
     if image is None:
         image = getattr(material, "image", None)
+    if image is not None and image.width * image.height > MAX_PIXELS:
+        image = None
     if image is None or visual.uv is None:
         return (color if factor is not None else np.asarray(material.main_color, np.uint8)), None, None
     return color, np.asarray(visual.uv, dtype=np.float64), pixels(image)
@@ -146,7 +149,22 @@ def _check_gltf(data: bytes) -> None:
     tree = json.loads(text)
     if not isinstance(tree, dict):
         raise ValueError(f"not a glTF scene but {type(tree).__name__}")
-    counts = [int(accessor.get("count", 0)) for accessor in tree.get("accessors", [])]
+    accessors = tree.get("accessors", [])
+    counts = [int(a.get("count", 0)) * _NUMBERS.get(str(a.get("type")), 16) for a in accessors]
     lengths = [int(buffer.get("byteLength", 0)) for buffer in tree.get("buffers", [])]
     if min(counts, default=0) < 0 or sum(counts) > MAX_ITEMS or max(lengths, default=0) > 1 << 30:
-        raise ValueError(f"it declares {sum(counts)} items and buffers of {max(lengths, default=0)} bytes")
+        raise ValueError(f"it declares {sum(counts)} numbers and buffers of {max(lengths, default=0)} bytes")
+    corners = [_corners(mesh, accessors) for mesh in tree.get("meshes", [])]
+    shown = [int(node["mesh"]) for node in tree.get("nodes", []) if "mesh" in node]
+    check_triangles(sum(corners[mesh] for mesh in shown if 0 <= mesh < len(corners)) // 3)
+
+
+def _corners(mesh: dict[str, Any], accessors: list[dict[str, Any]]) -> int:
+    """Corners of a mesh's triangles, at most; strips and fans have one for each after the second."""
+    total = 0
+    for primitive in mesh.get("primitives", []):
+        index = primitive.get("indices", primitive.get("attributes", {}).get("POSITION"))
+        if isinstance(index, int) and 0 <= index < len(accessors):
+            per_item = 3 if primitive.get("mode") in (5, 6) else 1
+            total += per_item * int(accessors[index].get("count", 0))
+    return total

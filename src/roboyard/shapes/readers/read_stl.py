@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from roboyard.shapes.readers.parts import Part
+from roboyard.shapes.readers.parts import Part, check_triangles
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_FACET_BYTES = 60
+"""Fewer than the shortest facet of an ASCII file has."""
 _VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 
 
@@ -47,6 +49,7 @@ def _binary(data: bytes) -> NDArray[np.float32]:
         raise ValueError(f"{len(data)} bytes are shorter than an STL header (84)")
     count = int.from_bytes(data[80:84], "little")
     held = (len(data) - 84) // 50
+    check_triangles(min(count, held))
     if count > held:
         raise ValueError(f"its header counts {count} triangles, but it has {held}")
     records = np.frombuffer(data, dtype=_RECORD, count=count, offset=84)
@@ -54,6 +57,7 @@ def _binary(data: bytes) -> NDArray[np.float32]:
 
 
 def _ascii(data: bytes) -> NDArray[np.float32]:
+    check_triangles(len(data) // _FACET_BYTES)
     found = _VERTEX.findall(data)
     facets = len(re.findall(rb"endfacet", data, re.IGNORECASE))
     if len(found) != 3 * facets:
