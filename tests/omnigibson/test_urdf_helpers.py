@@ -365,3 +365,22 @@ def test_an_import_is_copied_to_the_models(tmp_path: Path) -> None:
 def test_copying_what_is_not_there_says_so(tmp_path: Path, name: str) -> None:
     with pytest.raises(ConfigError, match=r"no imported robot|plain folder name"):
         copy_robot_to_models(name, tmp_path)
+
+
+def test_staged_meshes_have_plain_names(tmp_path: Path) -> None:
+    """Non-ASCII, blanks and parentheses: the recipe for a messy URDF ends with a count of 0."""
+    (tmp_path / "méshes").mkdir()
+    root = ET.Element("robot", name="r")
+    tree = ET.ElementTree(root)
+    for name in ("bras (é).stl", "胳膊.stl", "胸部.stl"):
+        (tmp_path / "méshes" / name).write_bytes(name.encode())
+        ET.SubElement(root, "mesh", filename=str(tmp_path / "méshes" / name))
+    dest = tmp_path / "clean"
+    assert stage_meshes(tree, dest) == 3
+    tree.write(tmp_path / "r.urdf")
+    if str(tmp_path).isascii():
+        assert urdf_audit(tmp_path / "r.urdf")["nonascii_paths"] == 0
+    assert {path.name for path in dest.iterdir()} == {"bras__e_.stl", "__.stl", "___1.stl"}
+    assert sorted(path.read_bytes().decode() for path in dest.iterdir()) == sorted(
+        ["bras (é).stl", "胳膊.stl", "胸部.stl"]
+    )

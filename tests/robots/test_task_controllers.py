@@ -255,3 +255,13 @@ def test_a_workspace_limiter_must_return_finite_poses(arm) -> None:
     controller = make_task(arm, IK, workspace_pose_limiter=lambda p, q: (p * np.nan, q))
     with pytest.raises(RoboyardError, match="workspace_pose_limiter returned a pose that is not finite"):
         controller.update_goal(np.zeros(6), state(rest, dt=DT))
+
+
+def test_keys_that_omnigibson_stores_without_use_are_accepted_and_checked() -> None:
+    inverse = REGISTERED_CONTROLLERS["InverseKinematicsController"].Settings
+    assert inverse.model_validate({"condition_on_current_position": False})
+    space = REGISTERED_CONTROLLERS["OperationalSpaceController"].Settings
+    keys = {"kp_limits": [10, 300], "damping_ratio_limits": [0, 2], "kp_null_limits": [0, 50]}
+    assert space.model_validate(keys) == space.model_validate({})
+    with pytest.raises(ValueError, match="lower and an upper bound"):
+        space.model_validate({"kp_limits": [300, 10]})

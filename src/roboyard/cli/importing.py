@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from roboyard.cli.missing_meshes import MissingMeshesOption
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
 
@@ -101,6 +102,7 @@ def importing(
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an import of this name.")] = False,
     package: PackageOption = None,
     xacro_arg: XacroArgOption = None,
+    missing_meshes: MissingMeshesOption = None,
     validate: Annotated[
         bool,
         typer.Option("--validate/--no-validate", help="Test the robot, as `roboyard validate` does."),
@@ -118,6 +120,7 @@ def importing(
     way.
     """
     del headless
+    from roboyard.cli.missing_meshes import read_missing_meshes
     from roboyard.cli.packages import read_packages
     from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.errors import ConfigError
@@ -135,6 +138,7 @@ def importing(
             overwrite=True if overwrite else None,
             packages=read_packages(package or []),
             xacro_args=read_xacro_args(xacro_arg or []),
+            missing_meshes=read_missing_meshes(missing_meshes),
             progress=progress,
             validate=validate,
             report=report,

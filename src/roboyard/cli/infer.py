@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from roboyard.cli.missing_meshes import MissingMeshesOption
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
 
@@ -30,6 +31,7 @@ def infer(
     as_json: Annotated[bool, typer.Option("--json", help="Print the conclusions as JSON.")] = False,
     package: PackageOption = None,
     xacro_arg: XacroArgOption = None,
+    missing_meshes: MissingMeshesOption = None,
 ) -> None:
     """Write the source configuration of a robot, with the reasons for each value.
 
@@ -37,6 +39,7 @@ def infer(
     Each value has its evidence and confidence in a comment; an import of the file, unchanged, gives the
     package that the description alone gives.
     """
+    from roboyard.cli.missing_meshes import read_missing_meshes
     from roboyard.cli.packages import read_packages
     from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.importer.infer import infer_config
@@ -46,6 +49,7 @@ def infer(
         name=name,
         packages=read_packages(package or []),
         xacro_args=read_xacro_args(xacro_arg or []),
+        missing_meshes=read_missing_meshes(missing_meshes),
         relative_to=None if out is None else out.absolute().parent,
     )
     if as_json:

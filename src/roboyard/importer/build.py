@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from roboyard.description.model import Mesh, RobotDescription
 from roboyard.description.robot_model import RobotModel
@@ -104,6 +104,7 @@ def build_package(
     overwrite: bool | None = None,
     packages: Mapping[str, Path] | None = None,
     xacro_args: Mapping[str, str] | None = None,
+    missing_meshes: Literal["warn", "error"] | None = None,
     progress: ProgressCallback | None = None,
     finish: Finish | None = None,
 ) -> PackageResult:
@@ -124,6 +125,8 @@ def build_package(
             False.
         packages: ROS package name to folder.
         xacro_args: values of `<xacro:arg>` by name, where the robot file is a xacro file.
+        missing_meshes: "warn" omits shapes whose mesh file is missing, "error" refuses them; by default
+            visual shapes are omitted and collision shapes refused.
         progress: called with each step and its progress.
         finish: called with the robot after its files are written and before they are moved in; it may add
             files to the package and facts to its log.
@@ -144,6 +147,7 @@ def build_package(
                 "dataset_name": dataset,
                 "overwrite": overwrite,
                 "xacro_args": dict(xacro_args) if xacro_args else None,
+                "missing_meshes": missing_meshes,
             },
             packages or {},
         )

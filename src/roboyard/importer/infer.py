@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from roboyard.description.semantic import SemanticDescription
 from roboyard.description.urdf.parse import parse_urdf
@@ -35,6 +36,7 @@ def infer_config(
     name: str | None = None,
     packages: Mapping[str, Path] | None = None,
     xacro_args: Mapping[str, str] | None = None,
+    missing_meshes: Literal["warn", "error"] | None = None,
     relative_to: Path | None = None,
 ) -> InferredConfig:
     """Infer the source configuration of a robot file; importing it gives the package of the file alone.
@@ -44,6 +46,7 @@ def infer_config(
         name: robot name; the file's by default.
         packages: ROS package name to folder.
         xacro_args: values of `<xacro:arg>` by name, where the robot file is a xacro file.
+        missing_meshes: as for `roboyard.import_robot`.
         relative_to: folder of the configuration, from which the path of the robot file is written; without it
             the path is absolute.
 
@@ -51,7 +54,11 @@ def infer_config(
         ConfigError: the name is not usable, or there is no such file.
         DescriptionError: the file cannot be used.
     """
-    overrides = {"name": name, "xacro_args": dict(xacro_args) if xacro_args else None}
+    overrides = {
+        "name": name,
+        "xacro_args": dict(xacro_args) if xacro_args else None,
+        "missing_meshes": missing_meshes,
+    }
     loaded = load_source(str(source), None, overrides, packages or {})
     with tempfile.TemporaryDirectory(prefix="roboyard-infer-") as folder:
         context = ImportContext(

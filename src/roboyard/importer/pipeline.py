@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from roboyard.importer.build import PackageResult, build_package
 
@@ -52,6 +52,7 @@ def import_robot(
     overwrite: bool | None = None,
     packages: Mapping[str, Path] | None = None,
     xacro_args: Mapping[str, str] | None = None,
+    missing_meshes: Literal["warn", "error"] | None = None,
     progress: ProgressCallback | None = None,
     validate: bool = True,
     report: bool = True,
@@ -73,6 +74,8 @@ def import_robot(
             False.
         packages: ROS package name to folder.
         xacro_args: values of `<xacro:arg>` by name, where the robot file is a xacro file.
+        missing_meshes: "warn" omits shapes whose mesh file is missing, "error" refuses them; by default
+            visual shapes are omitted and collision shapes refused.
         progress: called with each step and its progress.
         validate: whether to run `roboyard.validation` on the package.
         report: whether to write `import_report.html`.
@@ -105,6 +108,7 @@ def import_robot(
         overwrite=overwrite,
         packages=packages,
         xacro_args=xacro_args,
+        missing_meshes=missing_meshes,
         progress=progress,
         finish=finish,
     )

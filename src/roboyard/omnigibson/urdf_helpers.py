@@ -10,6 +10,7 @@ changes; `sanitize_names` returns its rename map. The usual order is `rewrite_me
 from __future__ import annotations
 
 import shutil
+import unicodedata
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -87,7 +88,9 @@ def stage_meshes(tree: Tree, dest_dir: str | Path, invalid_chars: str = " ()", r
     """Copy every mesh into `dest_dir` under a clean name and point the references there.
 
     Returns how many files were copied. Each distinct source is copied once. Characters of `invalid_chars` in
-    its base name become `replacement`; when two sources end up with one name, later ones get `_1`, `_2`, ...
+    its base name become `replacement`, letters with accents plain ones and other characters beyond ASCII
+    `replacement`, so that `urdf_audit` counts no `nonascii_paths` in a plain `dest_dir`; when two sources end
+    up with one name, later ones get `_1`, `_2`, ...
     before the suffix. References become absolute paths. A source that does not exist is not counted, though
     its reference is rewritten as well. Relative references start at the working directory, since a tree does
     not know its file: run `rewrite_mesh_paths` first.
@@ -104,7 +107,7 @@ def stage_meshes(tree: Tree, dest_dir: str | Path, invalid_chars: str = " ()", r
         source = Path(_without_scheme(uri))
         key = source.absolute()
         if key not in staged:
-            staged[key] = dest / _free(_cleaned(source.name, invalid_chars, replacement), taken, suffix=True)
+            staged[key] = dest / _free(_plain(source.name, invalid_chars, replacement), taken, suffix=True)
             taken.add(staged[key].name)
             if _is_file(source):
                 if key != staged[key]:
@@ -218,6 +221,13 @@ def _is_file(path: Path) -> bool:
 
 def _cleaned(name: str, invalid_chars: str, replacement: str) -> str:
     return "".join(replacement if character in invalid_chars else character for character in name)
+
+
+def _plain(name: str, invalid_chars: str, replacement: str) -> str:
+    """`name` cleaned and in ASCII: accents are dropped, other characters become `replacement`."""
+    letters = (c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
+    plain = "".join(letter if letter.isascii() else replacement for letter in letters)
+    return _cleaned(plain, invalid_chars, replacement)
 
 
 def _free(name: str, taken: set[str], *, suffix: bool = False) -> str:

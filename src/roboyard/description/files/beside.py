@@ -1,7 +1,8 @@
-"""Files that belong to a robot's description and stand beside it, as an SRDF does."""
+"""Files beside a robot's description: those that belong to it, and those named nearly like missing ones."""
 
 from __future__ import annotations
 
+from difflib import SequenceMatcher, get_close_matches
 from itertools import islice
 from pathlib import Path
 
@@ -31,3 +32,15 @@ def moveit_configurations(package: Path) -> list[Path]:
         return [entry / "config" for entry in beside if (entry / "config").is_dir()]
     except OSError:
         return []
+
+
+def nearest_name(folder: Path, name: str) -> str | None:
+    """Return the file of a folder whose name is most like a missing one's; None where none is alike."""
+    try:
+        names = {e.name.lower(): e.name for e in islice(folder.iterdir(), MOST_ENTRIES) if e.is_file()}
+    except OSError:
+        return None
+    found = get_close_matches(name.lower(), list(names), n=1, cutoff=0.75)
+    if not found or SequenceMatcher(None, Path(found[0]).stem, Path(name.lower()).stem).ratio() < 0.7:
+        return None
+    return names[found[0]]

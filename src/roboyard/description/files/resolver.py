@@ -29,7 +29,7 @@ from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
-from roboyard.description.files.beside import matching_files, moveit_configurations
+from roboyard.description.files.beside import matching_files, moveit_configurations, nearest_name
 from roboyard.description.files.moved_files import LEAST_SHARED, is_mesh_or_image, moved_file
 from roboyard.description.files.workspaces import (
     package_folders,
@@ -188,6 +188,9 @@ class Resolver:
         return Resolved(path=found, note=f"not found; read from {where!r} in the robot's own folder")
 
     def _not_found(self, scheme: str, rest: str, seen: Sequence[str]) -> str:
+        near = next(filter(None, map(self._nearest, seen)), None)
+        if near is not None:
+            return f"no such file; did you mean {near.name!r} in {near.parent}?"
         places = list(dict.fromkeys(str(Path(path).parent) for path in seen))
         looked = f" (looked in {', '.join(places[:3])}{', ...' if len(places) > 3 else ''})" if places else ""
         if scheme in ("package", "model"):
@@ -204,6 +207,15 @@ class Resolver:
         else:
             remedy = "add the file or pass its folder in search_paths"
         return f"no such file{looked}; {remedy}"
+
+    def _nearest(self, path: str) -> Path | None:
+        """Return the file beside a missing one with nearly its name, in a folder that may be read."""
+        missing = Path(path)
+        if not any(missing.is_relative_to(folder) for folder in self._trusted):
+            return None
+        name = nearest_name(missing.parent, missing.name)
+        near = None if name is None else missing.with_name(name)
+        return near if near is not None and self._is_allowed(near, missing.parent) else None
 
     def _folder_of(self, name: str) -> Path | None:
         """The folder of a package; None where it is not known."""

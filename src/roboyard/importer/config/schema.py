@@ -201,6 +201,10 @@ class ImportConfig(_Section):
     merge_fixed_joints: bool = False
     canonical_frame: bool = True
     """Move the root link's origin to the bottom of the robot."""
+    missing_meshes: Literal["warn", "error"] | None = None
+    """Whether shapes whose mesh file is missing are omitted with a warning, or are an error; by default
+    visual shapes are omitted and collision shapes are an error.
+    """
     category: str = "robot"
     base_motion: Annotated[BaseMotion, BeforeValidator(_none_as_empty_map)] = BaseMotion()
     collision: Annotated[Collision, BeforeValidator(_none_as_empty_map)] = Collision()

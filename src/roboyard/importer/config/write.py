@@ -58,6 +58,8 @@ def _top(config: ImportConfig, urdf: Path) -> list[str]:
         lines.append(f"dataset_name: {_value(config.dataset_name)}")
     if config.xacro_args:
         lines.append(f"xacro_args: {_value(dict(config.xacro_args))}")
+    if config.missing_meshes is not None:
+        lines.append(f"missing_meshes: {_value(config.missing_meshes)}")
     return [
         *lines,
         f"category: {_value(config.category)}",

@@ -14,6 +14,7 @@ from roboyard.description.semantic import SemanticDescription
 from roboyard.description.semantic_names import with_names
 from roboyard.errors import ConfigError, DescriptionError
 from roboyard.importer.context import ImportContext
+from roboyard.importer.missing_meshes import without_missing_meshes
 from roboyard.importer.stated_parts import with_stated_parts
 from roboyard.importer.steps.names import planned_names, renamed
 from roboyard.morphology.analyze import infer_semantics
@@ -35,7 +36,8 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
         DescriptionError: the robot cannot be used even after repair.
         ConfigError: the robot is too large to import.
     """
-    made = repair_urdf(context.source, context.urdf_folder, keep=KEPT)
+    source = without_missing_meshes(context.source, context.config.missing_meshes, context.log)
+    made = repair_urdf(source, context.urdf_folder, keep=KEPT)
     _record(context, made)
     if made.after.facts.links > MAX_LINKS:
         raise ConfigError(
@@ -100,8 +102,11 @@ def _error(context: ImportContext, made: Repair, finding: Finding) -> Descriptio
     twins = [f for f in made.before.findings if (f.code, f.element) == (finding.code, finding.element)]
     line = next((twin.line for twin in twins if twin.message == finding.message), None)
     line = line or next((twin.line for twin in twins), None)
+    remedy = finding.remedy
+    if finding.code == "mesh-missing":
+        remedy += "; or import without it: --missing-meshes warn"
     return DescriptionError(
-        f"{finding.message}; {finding.remedy}",
+        f"{finding.message}; {remedy}",
         file=context.urdf,
         line=line,
         element=finding.element or None,

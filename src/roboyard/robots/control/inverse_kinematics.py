@@ -64,6 +64,10 @@ class InverseKinematicsSettings(TaskSettings):
     """Number of steps over which targets are averaged."""
     way_round: bool = True
     """Search for another posture when steps stall before the goal."""
+    condition_on_current_position: bool = True
+    """Accepted for OmniGibson's sake, which stores it and does not use it: solutions always begin at the
+    present posture.
+    """
     keep_balance: bool = True
     """Keep a robot on wheels from tipping over."""
     use_impedances: bool = False

@@ -32,6 +32,7 @@ SLOWEST_DAMPING = 1.0
 """Smallest assumed damping of tips (1/s)."""
 
 Gain = float | tuple[float, ...]
+Bounds = tuple[float, float]
 
 
 class OperationalSpaceSettings(TaskSettings):
@@ -43,6 +44,14 @@ class OperationalSpaceSettings(TaskSettings):
     """Damping ratio: one number or six."""
     kp_null: Gain = 10.0
     """Stiffness of the null space (1/s²): one number, or one for each joint."""
+    kp_limits: Bounds = (10.0, 300.0)
+    """Bounds of a stiffness that the action sets. It sets none here: gains are constant, as OmniGibson
+    requires too, and may lie outside.
+    """
+    damping_ratio_limits: Bounds = (0.0, 2.0)
+    """Bounds of a damping ratio that the action sets; see `kp_limits`."""
+    kp_null_limits: Bounds = (0.0, 50.0)
+    """Bounds of a stiffness of the null space that the action sets; see `kp_limits`."""
     decouple_pos_ori: bool = False
     """Use separate inertias for position and orientation."""
     use_cc_compensation: bool = True
@@ -55,6 +64,13 @@ class OperationalSpaceSettings(TaskSettings):
     def _not_negative(cls, value: Gain) -> Gain:
         if np.min(value) < 0:
             raise ValueError(f"must not be negative, got {value}")
+        return value
+
+    @field_validator("kp_limits", "damping_ratio_limits", "kp_null_limits")
+    @classmethod
+    def _in_order(cls, value: Bounds) -> Bounds:
+        if not 0.0 <= value[0] <= value[1]:
+            raise ValueError(f"must be a lower and an upper bound of at least 0, got {list(value)}")
         return value
 
 
