@@ -199,3 +199,13 @@ def pendulum() -> RobotDescription:
         link("pole", "box 0.03 0.03 1", 0.1, origin="0 0 0.5"),
         joint("swing", "cart", "pole", kind="continuous", axis="0 1 0"),
     )
+
+
+def hand_on_a_wrist() -> RobotDescription:
+    """Two joints of a wrist, a palm and four fingers of three joints."""
+    parts = [link("b", "box 0.05 0.05 0.1", 0.5), link("w", "", 0.1), link("p", "box 0.09 0.03 0.08", 0.3)]
+    parts += [joint("jw", "b", "w", xyz="0 0 0.06", axis="0 1 0"), joint("jp", "w", "p", axis="1 0 0")]
+    for k, name in enumerate("cdef"):
+        finger = chain(name, "p", f"{0.02 * k - 0.03} 0 0.04", ("1 0 0",) * 3, "0 0 0.03")
+        parts += [part.replace('"0.04', '"0.01') for part in finger]
+    return robot(*parts)

@@ -170,3 +170,9 @@ def test_thin_evidence_is_said() -> None:
     sure = infer_semantics(museum.differential()).confidence("base")
     assert unsure is not None and sure is not None
     assert unsure < 0.5 < sure
+
+
+def test_fingers_on_a_wrist_are_a_hand_and_no_arms() -> None:
+    semantic = infer_semantics(museum.hand_on_a_wrist())
+    assert (semantic.kind, semantic.base) == ("hand", "none")
+    nothing_else(semantic, "grippers")

@@ -41,7 +41,7 @@ def find_kind(
     if rotors is not None:
         return _kind("drone", "floating", rotors.confidence, rotors.evidence)
     if is_hand:
-        fingers = len(skeleton.children[BASE])
+        fingers = sum(not skeleton.children[name] for name in skeleton.joint)
         driven = sum(skeleton.is_driven(name) for name in skeleton.joint)
         hand = fingers > MOST_FINGERS_OF_A_GRIPPER and driven > MOST_FINGERS_OF_A_GRIPPER
         text = f"nothing but {fingers} fingers"

@@ -113,6 +113,8 @@ def _is_hand(skeleton: Skeleton, used: Collection[str]) -> bool:
     kids = [name for name in skeleton.children[BASE] if name not in used]
     if not kids or used or not 0 < skeleton.size < HAND_SIZE:
         return False
+    if len(kids) == 1:
+        return _is_hand_on_a_wrist(skeleton, kids[0])
     joints = [joint for kid in kids for joint in skeleton.below(kid)]
     if max(len(skeleton.below(kid)) for kid in kids) > MOST_JOINTS:
         return False
@@ -128,6 +130,19 @@ def _is_hand(skeleton: Skeleton, used: Collection[str]) -> bool:
         return True
     follow = any(not skeleton.is_driven(name) for name in joints)
     return len(kids) >= 2 and (follow or (len(kids) >= 3 and not _on_corners(skeleton, kids)))
+
+
+def _is_hand_on_a_wrist(skeleton: Skeleton, joint: str) -> bool:
+    """Return whether one or two joints carry at least three short fingers, and nothing else."""
+    wrist = [joint]
+    while len(skeleton.children[wrist[-1]]) == 1 and len(wrist) < 2:
+        wrist += skeleton.children[wrist[-1]]
+    fingers = skeleton.children[wrist[-1]]
+    if len(fingers) < 3 or any(is_endless(one) for one in skeleton.joint.values()):
+        return False
+    lengths = [len(skeleton.below(name)) for name in fingers]
+    short = max(skeleton.reach(name) for name in fingers) < HAND_SIZE / 2
+    return short and min(lengths) >= 2 and max(lengths) <= MOST_JOINTS
 
 
 def _face_each_other(skeleton: Skeleton, kids: list[str]) -> bool:
