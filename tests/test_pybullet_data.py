@@ -50,6 +50,19 @@ def test_files_of_both_are_in_one_folder(installed: Path) -> None:
     p.disconnect(client)
 
 
+def test_an_original_in_a_folder_of_both_finds_its_own_meshes(client: int, installed: Path) -> None:
+    (installed / "husky/husky.urdf").write_text(
+        '<robot name="r"><link name="a"><collision><geometry><mesh filename="package://parts/t.obj"/></geometry>'
+        "</collision></link></robot>"
+    )
+    (installed / "husky/parts").mkdir()
+    (installed / "husky/parts/t.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+    )
+    body = p.loadURDF(f"{pybullet_data.getDataPath()}/husky/husky.urdf")
+    assert p.getAABB(body)[1] == pytest.approx([1, 1, 1], abs=0.01)
+
+
 def test_the_folder_is_made_once_and_again_after_a_change(installed: Path) -> None:
     first = merged.merged_folder(Path(pybullet_data.getDataPath()), installed)
     made = first.stat().st_ino

@@ -25,15 +25,20 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
     given = Path(name)
     if given.is_absolute():
         if given.is_file():
-            return given
+            return _original(given)
         given = given.relative_to(given.anchor)
     folders = [Path(), *([search_path] if search_path else []), *map(Path, _DATA_FOLDERS)]
     for folder in folders:
         if (folder / given).is_file():
-            return (folder / given).absolute()
+            return _original((folder / given).absolute())
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)
+
+
+def _original(file: Path) -> Path:
+    """Return the file that a link leads to, whose meshes are beside it and not beside the link."""
+    return file.resolve() if file.is_symlink() else file
 
 
 def not_found_remedy(search_path: Path | None, name: str) -> str:
