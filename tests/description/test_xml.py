@@ -86,9 +86,11 @@ def test_text_that_cannot_be_repaired_names_the_first_fault():
     assert caught.value.line == 3
 
 
-def test_elements_after_the_root_are_not_thrown_away():
-    with pytest.raises(DescriptionError, match="junk after document element"):
-        read_xml("<robot></robot><robot><link name='a'/></robot>")
+def test_elements_after_the_root_are_ignored_with_a_note():
+    """PyBullet reads the first root element alone."""
+    root, notes = read_xml("<robot></robot><robot><link name='a'/></robot>")
+    assert len(root) == 0
+    assert notes == ("elements after the end of the root element ignored",)
 
 
 def test_calls_that_xacro_left_in_its_output_are_left_out_with_a_note():

@@ -267,7 +267,7 @@ def test_a_missing_mesh_is_reported_with_the_searched_folders(tmp_path):
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "arm.urdf").write_text(f"{text}</visual></link></robot>")
     with pytest.raises(DescriptionError) as caught:
-        import_robot(tmp_path / "in" / "arm.urdf", out=tmp_path / "data")
+        import_robot(tmp_path / "in" / "arm.urdf", out=tmp_path / "data", missing_meshes="error")
     message = str(caught.value)
     assert "--package arm=FOLDER" in message
     assert str(tmp_path / "in") in message and ".import-" not in message

@@ -110,7 +110,7 @@ class StateLog:
         version = int(self.fixed_index[k])
         model.body_pos[:] = self.fixed_positions[version]
         model.body_quat[:] = to_wxyz(self.fixed_quaternions[version])
-        world.mark_moved()
+        world.mark_fixed_moved()
 
     def save(self, path: str | Path) -> Path:
         """Write the archive and return its path.

@@ -56,6 +56,7 @@ class Window:
         )
         self._viewer.rate = min(self._viewer.rate, 1000.0 / options.frame_ms)
         server = self._viewer.server
+        self._viewer.first_view.release()  # the visualizer's camera decides
         self.camera = WindowCamera(server, options, client.visualizer)
         self._dragging = Dragging()
         self._switches = Switches(self._viewer, self._dragging, options.background)

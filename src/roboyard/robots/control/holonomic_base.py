@@ -76,6 +76,10 @@ class HolonomicBaseJointController(JointController):
         self._velocity_now = np.zeros(3)
         self.keeps_balance = settings.max_acceleration is not None  # type: ignore[misc]
 
+    def _within_limits(self, speed: Array, state: GroupState) -> Array:
+        """Return the speeds as they are: the virtual joints of a base have no stops."""
+        return speed
+
     def reset(self) -> None:
         """Discard goal and velocity."""
         super().reset()

@@ -94,8 +94,7 @@ def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # p
 
 
 @compiled(
-    "f8[:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8 f8[:] f8[:] f8[:] f8[:]"
-    " f8[:] f8[:,:] f8[:,:]"
+    "f8[:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8 f8[:] f8[:] f8[:] f8[:] f8[:] f8[:,:] f8[:,:]"
 )
 def hard_contacts(  # pragma: no cover
     restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref, R, D,
