@@ -74,7 +74,7 @@ def restore(world: Engine[Body], state: WorldState) -> None:
             root = body.built.links[0].element
             root.pos = world.model.body_pos[root.id]
             root.quat = world.model.body_quat[root.id]
-    world.mark_moved()
+    world.mark_fixed_moved()
 
 
 def _restore_friction(world: Engine[Body], saved: Array) -> None:
