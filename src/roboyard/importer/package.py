@@ -14,9 +14,9 @@ import ctypes
 import errno
 import json
 import os
+import secrets
 import shutil
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -74,8 +74,10 @@ def building(place: PackageFolders, *, overwrite: bool) -> Iterator[Path]:
             _finish_cut_short(place)
             if not overwrite:
                 _refuse_existing(place)
-            build = Path(tempfile.mkdtemp(prefix=f".import-{place.name}-", dir=place.root))
+            # named before it is made, so that an interrupt in between leaves no folder behind
+            build = place.root / f".import-{place.name}-{secrets.token_hex(4)}"
             try:
+                build.mkdir(mode=0o700)
                 (build / "object").mkdir()
                 (build / "model").mkdir()
                 yield build
