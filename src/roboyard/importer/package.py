@@ -88,8 +88,7 @@ def building(place: PackageFolders, *, overwrite: bool) -> Iterator[Path]:
                     _move_in(place, build)  # half moved in is neither the old package nor the new one
                     raise
             finally:
-                if _marked(build) is None:  # else the next import has a move to finish
-                    _clear(build)
+                _clear(build)
     except BaseException:
         for folder in made:
             with suppress(OSError):
@@ -187,11 +186,17 @@ def _exchange(a: Path, b: Path) -> bool:
 
 
 def _clear(build: Path) -> None:
+    """Remove a build folder, unless it is marked: then the next import has a move to finish."""
     try:
-        shutil.rmtree(build, ignore_errors=True)
-    except BaseException:  # an interrupt leaves nothing lying about either
-        shutil.rmtree(build, ignore_errors=True)
+        _remove_unmarked(build)
+    except BaseException:  # an interrupt leaves nothing behind either
+        _remove_unmarked(build)
         raise
+
+
+def _remove_unmarked(build: Path) -> None:
+    if _marked(build) is None:
+        shutil.rmtree(build, ignore_errors=True)
 
 
 def _finish_cut_short(place: PackageFolders) -> None:
