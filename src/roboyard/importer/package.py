@@ -81,11 +81,12 @@ def building(place: PackageFolders, *, overwrite: bool) -> Iterator[Path]:
                 (build / "object").mkdir()
                 (build / "model").mkdir()
                 yield build
-                _mark_ready(place, build)
                 try:
+                    _mark_ready(place, build)
                     _move_in(place, build)
                 except BaseException:
-                    _move_in(place, build)  # half moved in is neither the old package nor the new one
+                    if _marked(build) is not None:
+                        _move_in(place, build)  # half moved in is neither the old package nor the new one
                     raise
             finally:
                 _clear(build)
