@@ -8,6 +8,7 @@ from controller_states import limits, make, state
 
 from roboyard.errors import ConfigError
 from roboyard.robots.control import GroupLimits, MultiFingerGripperController
+from roboyard.robots.control.gripper import GripperSettings
 
 NAME = "MultiFingerGripperController"
 REST = state([0.02, 0.01])
@@ -148,3 +149,46 @@ def test_a_grasp_needs_rest_on_the_average_of_five_steps() -> None:
     assert found == [False, False, False, False, True, True]
     controller.reset()
     assert controller.is_grasping() is False
+
+
+DOWN = {"lower": [-0.8, -0.8], "upper": [0.0, 0.0]}
+MIXED = {"lower": [0.0, -0.8], "upper": [0.8, 0.0]}
+
+
+@pytest.mark.parametrize(
+    ("bounds", "opening", "keys", "command", "expected"),
+    [
+        (DOWN, (-1, -1), {}, 1.0, [-0.8, -0.8]),
+        (DOWN, (-1, -1), {}, -1.0, [0.0, 0.0]),
+        (DOWN, (-1, -1), {"inverted": True}, 1.0, [0.0, 0.0]),
+        (DOWN, (-1, -1), {"mode": "smooth"}, 0.5, [-0.6, -0.6]),
+        (DOWN, (-1, -1), {"mode": "independent"}, [1.0, -0.5], [-0.8, -0.2]),
+        (DOWN, (-1, -1), {"mode": "independent", "command_input_limits": None}, [-0.3, -0.1], [-0.3, -0.1]),
+        (DOWN, (-1, -1), {"motor_type": "velocity"}, 1.0, [-0.2, -0.2]),
+        (DOWN, (-1, 0), {}, 1.0, [-0.8, 0.0]),
+        (MIXED, (1, -1), {}, 1.0, [0.8, -0.8]),
+        (MIXED, (1, -1), {"mode": "smooth"}, 0.5, [0.6, -0.6]),
+        (MIXED, (1, -1), {"mode": "independent", "motor_type": "velocity"}, [1, 1], [0.2, -0.2]),
+        (MIXED, (1, -1), {"open_qpos": (0.5, -0.4)}, 1.0, [0.5, -0.4]),
+    ],
+)
+def test_fingers_that_open_downwards_open_with_larger_commands(
+    bounds, opening, keys, command, expected
+) -> None:
+    settings = GripperSettings.model_validate(keys)
+    controller = MultiFingerGripperController(fingers(**bounds), settings, opening=opening)
+    inside = state([0.02, -0.4]) if bounds is MIXED else state([-0.4, -0.3])
+    controller.update_goal(np.atleast_1d(command), inside)
+    value = controller.step(inside).value.copy()
+    assert value == pytest.approx(np.array(expected, float))
+    controller.update_goal(controller.noop_command(inside), inside)
+    assert controller.step(inside).value == pytest.approx(value)
+
+
+def test_jaws_with_opposite_axes_detect_a_grasp() -> None:
+    settings = GripperSettings()
+    controller = MultiFingerGripperController(fingers(**MIXED), settings, opening=(1, -1))
+    controller.update_goal([-1.0], state([0.4, -0.4]))
+    for _ in range(5):
+        controller.step(state([0.3, -0.3]))
+    assert controller.is_grasping() is True

@@ -111,6 +111,18 @@ def finger_joints(arm: Arm, child_of: Mapping[str, str]) -> tuple[str, ...]:
     return known or tuple(name for name, link in child_of.items() if link in effector.gripper_links)
 
 
+def opening_direction(arm: Arm, fingers: Iterable[str]) -> str | dict[str, str] | None:
+    """Return the direction of the finger joints that opens an arm's gripper; by joint where they differ.
+
+    None where all increase, as drives take it by default, or where nothing is known.
+    """
+    gripper = arm.end_effector.gripper
+    ways = {} if gripper is None else {name: way for name in fingers if (way := gripper.opening_of.get(name))}
+    if not ways or all(ways.get(n) == "increasing" for n in fingers):
+        return None
+    return "decreasing" if all(ways.get(n) == "decreasing" for n in fingers) else ways
+
+
 def wheel_sides(semantic: SemanticDescription) -> tuple[tuple[Wheel, ...], tuple[Wheel, ...]] | None:
     """Return the driven wheels on the left and on the right of a differential or skid-steered base, front
     first; None for other bases.
@@ -249,6 +261,10 @@ def _add_arms(
         "finger_link_names": {arm.name: list(arm.end_effector.gripper_links) for arm in arms},
         "finger_joint_names": {arm.name: fingers[arm.name] for arm in arms},
     }
+    ways = {arm.name: opening_direction(arm, fingers[arm.name]) for arm in arms}
+    if any(way is not None for way in ways.values()):
+        known = {name: way for name, way in ways.items() if way is not None}
+        blocks.manipulation["manipulation"]["opening_direction"] = known
     for arm in arms:
         poses = len(arm.joints) >= MIN_IK_JOINTS
         blocks.controllers[f"arm_{arm.name}"] = arm_controller if poses else "JointController"

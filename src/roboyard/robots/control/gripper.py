@@ -7,6 +7,9 @@
 Open means `open_qpos` or the upper limits, closed `closed_qpos` or the lower limits; with a velocity motor,
 the largest velocity, which is set to zero within `limit_tolerance` of a limit. `inverted` mirrors commands
 about the middle of the input limits.
+
+Fingers that open towards their lower limits, as the definition's `opening_direction` states, turn the
+other way, so that larger commands open in every mode; commands that are not scaled stay literal.
 """
 
 from __future__ import annotations
@@ -68,16 +71,33 @@ class MultiFingerGripperController(Controller):
     Settings: ClassVar[type[ControllerSettings]] = GripperSettings
     settings: GripperSettings
 
-    def __init__(self, limits: GroupLimits, settings: GripperSettings) -> None:
+    def __init__(
+        self, limits: GroupLimits, settings: GripperSettings, opening: ArrayLike | None = None
+    ) -> None:
         """Create the controller of a gripper from its limits and keys.
+
+        Args:
+            limits: of the n fingers.
+            settings: keys.
+            opening: (n,) 1 for each finger that opens towards its upper limit, -1 towards its lower one, 0
+                for one that neither opens nor closes the gripper; all 1 by default.
 
         Raises:
             ConfigError: a key does not fit the fingers.
         """
+        opening = np.ones(limits.size) if opening is None else np.asarray(opening, dtype=float)
+        self._way = np.where(opening < 0, -1.0, 1.0)
+        literal = settings.command_input_limits is None or not isinstance(settings.command_output_limits, str)
+        self._sign = np.ones(limits.size) if literal else self._way
         super().__init__(limits, settings)
         low, high = limits.of(settings.motor_type)
-        self._open = self._posture(settings.open_qpos, "open_qpos", high)
-        self._closed = self._posture(settings.closed_qpos, "closed_qpos", low)
+        still = np.clip(0.0, low, high)
+        ends = [
+            np.where(opening == 0, still, np.where(opening > 0, up, down))
+            for up, down in ((high, low), (low, high))
+        ]
+        self._open = self._posture(settings.open_qpos, "open_qpos", ends[0])
+        self._closed = self._posture(settings.closed_qpos, "closed_qpos", ends[1])
         self._speeds: deque[Array] = deque(maxlen=AVERAGED)
         self._last: tuple[Array, Array] | None = None
 
@@ -114,6 +134,7 @@ class MultiFingerGripperController(Controller):
 
     def _default_output_limits(self) -> tuple[ArrayLike, ArrayLike] | None:
         low, high = self.limits.of(self.settings.motor_type)
+        low, high = np.where(self._sign < 0, -high, low), np.where(self._sign < 0, -low, high)
         match self.settings.mode:
             case "binary":
                 return -1.0, 1.0
@@ -134,7 +155,7 @@ class MultiFingerGripperController(Controller):
         if self.settings.mode == "binary":
             opens = command[0] > 0.0 if self.settings.inverted else command[0] >= 0.0
             return self._open if opens else self._closed
-        return np.broadcast_to(command, (self.limits.size,)).astype(float)
+        return self._sign * np.broadcast_to(command, (self.limits.size,))
 
     def _noop_goal(self, state: GroupState) -> Array:
         return state.q.copy() if self.settings.motor_type == "position" else np.zeros(self.limits.size)
@@ -161,7 +182,7 @@ class MultiFingerGripperController(Controller):
         if self._last is None:
             return False
         q, value = self._last
-        if np.ptp(value) > 1e-9 or self.settings.limit_tolerance >= REACHED:
+        if np.ptp(self._way * value) > 1e-9 or self.settings.limit_tolerance >= REACHED:
             return None
         if self.settings.motor_type == "position" and np.abs(q - value).mean() < REACHED:
             return None
@@ -176,7 +197,7 @@ class MultiFingerGripperController(Controller):
         if self.settings.mode == "binary":
             closed = self.goal is self._closed
             return np.array([1.0 if closed == self.settings.inverted else -1.0])
-        held = self._noop_goal(state) if self.goal is None else self.goal
+        held = self._sign * (self._noop_goal(state) if self.goal is None else self.goal)
         value = held if self.settings.mode == "independent" else np.array([float(np.mean(held))])
         return value
 

@@ -14,7 +14,7 @@ from roboyard.errors import ConfigError, unknown_name
 from roboyard.kinematics import ChainArrays, from_description
 from roboyard.robots.control import REGISTERED_CONTROLLERS, Controller, GroupLimits
 from roboyard.robots.control.task import TaskController
-from roboyard.robots.definition.groups import GroupPlan
+from roboyard.robots.definition.groups import GroupPlan, opening_signs
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.joint_arrays import Indices
 from roboyard.robots.limits import select_limits
@@ -162,6 +162,8 @@ def _group(setup: Setup, plan: GroupPlan, keys: Mapping[str, Any]) -> Group:
                 "signs": rolling_signs(setup.definition, setup.description),
                 "forward": forward_in(setup.base_link, setup.definition, setup.description),
             }
+        elif keys["name"] == "MultiFingerGripperController":
+            extra = {"opening": opening_signs(setup.definition, plan)}
         index = {name: i for i, name in enumerate(setup.joint_names)}
         indices = np.array([index[name] for name in joints], dtype=np.intp)
         if keys["name"] == "NullJointController" and "default_goal" not in keys:

@@ -171,6 +171,7 @@ def _arms(definition: RobotDefinition) -> Found:
         "finger_link_names": block.finger_link_names,
         "finger_joint_names": block.finger_joint_names,
         "gripper_link_names": block.gripper_link_names,
+        "opening_direction": block.opening_direction,
         "arm_workspace_range": block.arm_workspace_range,
         "teleop_rotation_offset": block.teleop_rotation_offset,
         "assisted_grasp_start_points": block.assisted_grasp_start_points,
@@ -188,6 +189,12 @@ def _arms(definition: RobotDefinition) -> Found:
     for arm in arms:
         if arm in block.arm_joint_names and not block.arm_joint_names[arm]:
             yield ("manipulation", "arm_joint_names", arm), "is empty; list the arm's joints"
+    for arm, way in (block.opening_direction or {}).items():
+        fingers = block.finger_joint_names.get(arm, ())
+        for joint in way if isinstance(way, dict) else ():
+            if joint not in fingers:
+                where = ("manipulation", "opening_direction", arm, joint)
+                yield where, f"{joint!r} is no finger joint of arm {arm!r}{_near(joint, fingers)}"
     for arm, (low, high) in (block.arm_workspace_range or {}).items():
         if low > high:
             yield (

@@ -28,6 +28,11 @@ def with_end_effector(definition: RobotDefinition, name: str) -> tuple[str, Robo
             "eef_link_names": variant.eef_link_names,
             "finger_link_names": variant.finger_link_names,
             "finger_joint_names": variant.finger_joint_names,
+            "opening_direction": {
+                arm: way
+                for arm, way in (block.opening_direction or {}).items()
+                if variant.finger_joint_names.get(arm) == block.finger_joint_names.get(arm)
+            },
             "teleop_rotation_offset": variant.teleop_rotation_offset or block.teleop_rotation_offset,
             "assisted_grasp_start_points": variant.ag_start_points or block.assisted_grasp_start_points,
             "assisted_grasp_end_points": variant.ag_end_points or block.assisted_grasp_end_points,

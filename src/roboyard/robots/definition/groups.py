@@ -50,3 +50,15 @@ def plan_groups(definition: RobotDefinition, child_of: dict[str, str]) -> dict[s
             name = f"gripper_{arm}"
             found[name] = GroupPlan(name=name, joints=block.finger_joint_names[arm], arm=arm)
     return {name: found[name] for name in definition.raw_controller_order if name in found}
+
+
+def opening_signs(definition: RobotDefinition, plan: GroupPlan) -> tuple[int, ...]:
+    """Return for each joint of a gripper 1 or -1, the direction that opens it; 0 for those that do not."""
+    block = definition.manipulation
+    stated = (block.opening_direction or {}).get(plan.arm or "") if block is not None else None
+    if stated is None:
+        return (1,) * len(plan.joints)
+    if isinstance(stated, str):
+        stated = dict.fromkeys(plan.joints, stated)
+    signs = {"increasing": 1, "decreasing": -1}
+    return tuple(signs.get(stated.get(joint, ""), 0) for joint in plan.joints)

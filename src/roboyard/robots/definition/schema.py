@@ -62,6 +62,8 @@ Point = Annotated[tuple[Number, Number, Number], _of_length(3)]
 LinkPoint = Annotated[tuple[Name, Point], _of_length(2)]
 Rotation = Annotated[tuple[Number, ...], _of_length(3, 4)]
 ByArm = dict[str, Names]
+Direction = Literal["increasing", "decreasing"]
+Opening = Direction | dict[Name, Direction]
 
 
 class Section(BaseModel):
@@ -103,6 +105,11 @@ class Manipulation(Section):
     finger_link_names: ByArm = {}
     finger_joint_names: ByArm = {}
     gripper_link_names: ByArm | None = None
+    opening_direction: dict[str, Opening] | None = None
+    """Arm to the direction of its finger joints that opens the gripper, for all of them or by joint;
+    increasing where not given. Joints that a mapping omits neither open nor close it. OmniGibson has no such
+    key.
+    """
     arm_workspace_range: dict[str, Annotated[tuple[Number, Number], _of_length(2)]] | None = None
     """Yaw range seen from the base, right to left (degrees)."""
     teleop_rotation_offset: dict[str, Rotation] | None = None
