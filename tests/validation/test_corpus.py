@@ -98,10 +98,16 @@ ROBOTS: dict[str, dict[str, Any]] = {
     },
     "tiago": {
         "urdf": "tiago_description/robots/tiago.urdf",
-        "rest": {"torso_lift_joint": 0.15, "arm_1_joint": 1.0, "arm_2_joint": -0.5, "arm_4_joint": 1.5},
+        "rest": {
+            "torso_lift_joint": 0.15,
+            **dict(zip(numbered("arm_{}_joint", 7), [0.2, -1.34, -0.2, 1.94, -1.57, 1.37, 0], strict=True)),
+        },
         "definition": {
-            "raw_controller_order": ["base", "trunk", "camera", "arm_0"],
-            "default_controllers": {"arm_0": "InverseKinematicsController"},
+            "raw_controller_order": ["base", "trunk", "camera", "arm_0", "gripper_0"],
+            "default_controllers": {
+                "arm_0": "InverseKinematicsController",
+                "gripper_0": "MultiFingerGripperController",
+            },
             "base_footprint_link_name": "base_link",
             "self_collisions": False,
             "two_wheel": {"wheel_radius": 0.0985, "wheel_axle_length": 0.4044},
@@ -113,13 +119,32 @@ ROBOTS: dict[str, dict[str, Any]] = {
             },
             "articulated_trunk": {"trunk_joint_names": ["torso_lift_joint"]},
             "active_camera": {"camera_joint_names": numbered("head_{}_joint", 2)},
-            "manipulation": manipulation(arm("0", numbered("arm_{}_joint", 7), "arm_tool_link")),
+            "manipulation": manipulation(
+                arm(
+                    "0",
+                    numbered("arm_{}_joint", 7),
+                    "arm_tool_link",
+                    [
+                        *(f"hand_{part}_joint" for part in ("thumb", "index", "mrl", "index_virtual_3")),
+                        *(
+                            f"hand_{finger}_{part}_joint"
+                            for finger in ("middle", "ring", "little")
+                            for part in ("abd", "virtual_3")
+                        ),
+                    ],
+                )
+            ),
         },
     },
     "baxter": {
         "urdf": "baxter_description/urdf/baxter.urdf",
         "rest": {
-            f"{s}_{j}": v for s in ("left", "right") for j, v in [("s1", 0.5), ("e1", 1.8), ("w1", 0.6)]
+            **{
+                f"{side}_{joint}": value * (mirror if joint in ("s0", "e0", "w0", "w2") else 1.0)
+                for side, mirror in (("left", 1.0), ("right", -1.0))
+                for joint, value in zip(BAXTER, [-0.08, -1.0, -1.19, 1.94, 0.67, 0.8, -0.5], strict=True)
+            },
+            **{f"{s}_gripper_{f}_finger_joint": x for s in "lr" for f, x in (("l", 0.02), ("r", -0.02))},
         },
         "definition": {
             "raw_controller_order": ["camera", "arm_left", "gripper_left", "arm_right", "gripper_right"],

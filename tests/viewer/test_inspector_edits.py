@@ -342,6 +342,7 @@ def test_checks_list_violations_and_show_their_links(inspect, gripper: Path, bro
     inspector = inspect()
     page = browser(inspector.viewer)
     wait(lambda: len(inspector.viewer.server.get_clients()) == 1)
+    page.listen(lambda m: m["type"] == "SetCameraLookAtMessage" and not m["initial"])  # the first picture
     checks = inspector.panels.checks
     checks.run_all()
     fits = checks.results["collision shapes fit"]

@@ -167,6 +167,10 @@ class MountedSensor:
     """Link whose frame looks along z with y down, where there is one (cameras)."""
     frame: Pose | None = None
     """Of the measuring frame in the link's frame, where it differs."""
+    view: Pose | None = None
+    """Of a camera, which looks along -z with +y up, in the frame of the optical link or, without one, of the
+    link: in front of its own housing.
+    """
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -19,11 +19,6 @@ from roboyard.importer.config.schema import (
 )
 from roboyard.importer.context import ImportContext
 
-OPTICAL = (1.0, 0.0, 0.0, 0.0)
-"""Orientation of a camera (z backwards, y up) in an optical frame (z forwards, y down); x, y, z, w."""
-BODY = (0.5, -0.5, -0.5, 0.5)
-"""Orientation of a camera (z backwards, y up) in a frame with x forwards and z up; x, y, z, w."""
-
 
 def with_inferred_settings(context: ImportContext, semantic: SemanticDescription) -> ImportContext:
     """Return the context with the inferred settings, unless the user gave a configuration."""
@@ -94,10 +89,11 @@ def _one_a_link(sensors: tuple[MountedSensor, ...]) -> list[MountedSensor]:
 
 
 def _camera(sensor: MountedSensor) -> SensorLink:
-    if sensor.optical_link is not None:
-        return SensorLink(link=sensor.optical_link, offset=Offset(orientation=OPTICAL))
-    frame = sensor.frame or Pose()
-    return SensorLink(link=sensor.link, offset=Offset(position=frame.position, orientation=BODY))
+    view = sensor.view or Pose()
+    return SensorLink(
+        link=sensor.optical_link or sensor.link,
+        offset=Offset(position=view.position, orientation=view.quaternion),
+    )
 
 
 def _lidar(sensor: MountedSensor) -> SensorLink:

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
-from roboyard.description.geometry import pose_from_matrix
-from roboyard.description.model import Pose
+from roboyard.description.model import Pose, RobotDescription
 from roboyard.description.robot_model import RobotModel, Sensor
 from roboyard.description.semantic import MountedSensor
 from roboyard.importer.context import ImportContext
 from roboyard.importer.steps.sensors import PRIM_NAMES
-
-OF_OPTICAL = np.diag([1.0, -1.0, -1.0, 1.0])
-"""(4, 4) pose of a camera, which looks along -z with +y up, in an optical frame: z forwards, y down."""
-OF_BODY = np.array([[0.0, 0, -1, 0], [-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-"""(4, 4) pose of a camera in a frame whose x axis is forwards and z axis up, as simulators state sensors."""
+from roboyard.morphology.sensors.views import camera_view
 
 
 def mount_sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
@@ -32,7 +25,12 @@ def mount_sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
         if on is None or on not in links or known & taken:
             continue
         added.append(
-            Sensor(kind=sensor.kind, link=on, offset=_offset(sensor, on), name=PRIM_NAMES[sensor.kind])
+            Sensor(
+                kind=sensor.kind,
+                link=on,
+                offset=_offset(sensor, robot.description),
+                name=PRIM_NAMES[sensor.kind],
+            )
         )
         taken.add((sensor.kind, on))
     if added:
@@ -41,11 +39,7 @@ def mount_sensors(robot: RobotModel, context: ImportContext) -> RobotModel:
     return replace(robot, sensors=(*robot.sensors, *added))
 
 
-def _offset(sensor: MountedSensor, link: str) -> Pose:
+def _offset(sensor: MountedSensor, description: RobotDescription) -> Pose:
     """Return the pose of a sensor in the frame of the link that carries it."""
-    stated = np.eye(4) if sensor.frame is None or link != sensor.link else sensor.frame.matrix()
-    if sensor.kind != "camera":
-        return pose_from_matrix(stated)
-    if link == sensor.optical_link:
-        return pose_from_matrix(OF_OPTICAL)
-    return pose_from_matrix(stated @ OF_BODY)
+    view = camera_view(sensor, description) if sensor.kind == "camera" else sensor.frame
+    return view or Pose()

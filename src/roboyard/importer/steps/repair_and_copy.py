@@ -18,6 +18,7 @@ from roboyard.importer.missing_meshes import without_missing_meshes
 from roboyard.importer.stated_parts import with_stated_parts
 from roboyard.importer.steps.names import planned_names, renamed
 from roboyard.morphology.analyze import infer_semantics
+from roboyard.morphology.sensors.views import with_camera_views
 from roboyard.repair import Repair, repair_urdf
 
 MAX_LINKS = 1000
@@ -65,6 +66,7 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     description = renamed(description, renames)
     description = replace(_plain(description), name=context.config.name)
     semantic = with_stated_parts(semantic, context.config.understanding, description)
+    semantic = with_camera_views(semantic, description)
     description = _free_grippers(description, semantic, context)
     return RobotModel(
         name=context.config.name,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from roboyard.robots import Robot
@@ -14,6 +16,10 @@ OVERLAP = 2e-4
 """Penetration of two links that counts as a self-collision (m)."""
 SETTLE_SECONDS, MEASURED_SECONDS = 2.0, 0.25
 """Duration of the test, and its last part in which speeds are measured (s)."""
+LONGEST_SETTLE_SECONDS = 10.0
+"""Duration of the test for the longest travel of fingers (s)."""
+FINGER_SPEED = 4.0
+"""Speed at which fingers are taken to travel where the file allows more (rad/s or m/s)."""
 MAX_SPEED = 0.02
 """Largest speed at rest (rad/s or m/s)."""
 DRIFT_SECONDS = 10.0
@@ -44,10 +50,11 @@ def self_collision_gates(test_world: TestWorld) -> tuple[Gate, ...]:
 
 
 def settle_gates(test_world: TestWorld) -> tuple[Gate, ...]:
-    """Measure the largest speed of joints and base after two seconds of zero actions."""
+    """Measure the largest speed of joints and base after a few seconds of zero actions."""
     robot = test_world.robot()
     action = zero_action(robot)
-    steps = round(SETTLE_SECONDS * robot.control_freq)
+    seconds = _settle_seconds(robot)
+    steps = round(seconds * robot.control_freq)
     times, joints, bases, fastest = np.zeros(steps), np.zeros(steps), np.zeros(steps), ""
     last = steps - round(MEASURED_SECONDS * robot.control_freq)
     worst = -1.0
@@ -68,7 +75,7 @@ def settle_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             figure=worst,
             threshold=MAX_SPEED,
             unit="rad/s or m/s",
-            detail=f"largest speed in the last {MEASURED_SECONDS:g} s of {SETTLE_SECONDS:g} s of zero "
+            detail=f"largest speed in the last {MEASURED_SECONDS:g} s of {seconds:g} s of zero "
             f"actions: {fastest}",
             findings=[f"{fastest} still moves at {worst:.3g}"] if worst > MAX_SPEED else [],
             advice="overlapping collision shapes, implausible masses and inertias, damping and effort "
@@ -88,7 +95,7 @@ def drift_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     """Measure the motion of base and joints in ten seconds of zero actions, once at rest."""
     robot = test_world.robot()
     action = zero_action(robot)
-    for _ in range(round(SETTLE_SECONDS * robot.control_freq)):
+    for _ in range(round(_settle_seconds(robot) * robot.control_freq)):
         robot.apply_action(action)
         robot.world.step(robot.steps_per_control)
     start, start_rotation = robot.pose
@@ -143,6 +150,20 @@ def drift_gates(test_world: TestWorld) -> tuple[Gate, ...]:
         )
     )
     return tuple(gates)
+
+
+def _settle_seconds(robot: Robot) -> float:
+    """Return how long a robot may take to come to rest (s): a zero action opens grippers, and the fingers of
+    some hands have several turns to go.
+    """
+    travel = 0.0
+    for name, controller in robot.controllers.items():
+        if name.startswith("gripper_"):
+            limits = controller.limits
+            with np.errstate(divide="ignore", invalid="ignore"):
+                times = (limits.upper - limits.lower) / np.minimum(limits.velocity, FINGER_SPEED)
+            travel = max(travel, float(np.where(np.isfinite(times), times, 0.0).max(initial=0.0)))
+    return min(max(SETTLE_SECONDS, math.ceil(travel) + MEASURED_SECONDS), LONGEST_SETTLE_SECONDS)
 
 
 def _angle_between(a: Array, b: Array) -> float:
