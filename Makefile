@@ -2,6 +2,7 @@
 # make test    install the test extra and run the tests, in parallel and without the slow ones
 # make test-all  every test, with all extras (and Chromium, where it is installed)
 # make lint    ruff, format check, pyright and the docstring counts
+# make docs    the documentation as a site, in site/; any warning fails
 # make attack  hostile files, errors within MuJoCo and odd clients, through every reader
 # make format  rewrite the code the way lint wants it
 # make type    pyright alone
@@ -20,7 +21,7 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check 
 # The checker must not look for its own updates.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: demo test test-all attack lint format type check clean help
+.PHONY: demo test test-all docs attack lint format type check clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -46,6 +47,10 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/python tools/docstrings.py
 
+docs: $(VENV)/.installed-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "open site/index.html"
+
 type: $(VENV)/.installed-dev
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
@@ -56,7 +61,7 @@ format: $(VENV)/.installed-dev
 check: lint test
 
 clean:
-	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist site .pytest_cache .ruff_cache .hypothesis
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # One stamp for each set of requirements, so that a second run installs nothing.
@@ -71,6 +76,10 @@ $(VENV)/.installed-test: $(VENV)/.installed
 
 $(VENV)/.installed-dev: $(VENV)/.installed
 	$(PIP_INSTALL) -e ".[test,dev]"
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	$(PIP_INSTALL) -e ".[docs]"
 	@touch $@
 
 # The Stretch descriptions come as data; what their package would install beside them is not needed.

@@ -152,8 +152,15 @@ def solve_ik_batch(
         targets: (b, ...) of what `solve_ik` takes; for t tips (b, t, 3), (b, t, 7) or (b, t, 4, 4).
         q0: (n,) start for all targets, or (b, n); rad or m.
         warm_start: start each target from the previous solution if that converged; for paths.
-        tolerance_position, tolerance_orientation, iterations, restarts: as in `solve_ik`.
-        position_weights, orientation_weights, rest, rest_weights, rest_iterations: as in `solve_ik`.
+        tolerance_position: as in `solve_ik`.
+        tolerance_orientation: as in `solve_ik`.
+        iterations: as in `solve_ik`.
+        restarts: as in `solve_ik`.
+        position_weights: as in `solve_ik`.
+        orientation_weights: as in `solve_ik`.
+        rest: as in `solve_ik`.
+        rest_weights: as in `solve_ik`.
+        rest_iterations: as in `solve_ik`.
         seed: seed of the first target; each further target adds 1.
 
     Raises:

@@ -46,7 +46,8 @@ def differential_step(
         max_step: scalar or (n,) largest motion of each joint (rad or m), such as `chain.velocity * dt`.
         rest: (n,) preferred posture (rad or m) for the null space.
         rest_gain: share of the distance to `rest` in one step.
-        position_weights, orientation_weights: as in `solve_ik`.
+        position_weights: as in `solve_ik`.
+        orientation_weights: as in `solve_ik`.
 
     Returns:
         (n,) new joint positions (rad or m).
@@ -111,7 +112,8 @@ def differential_velocity(
         max_velocity: scalar or (n,) limits (rad/s or m/s); the description's by default.
         rest: (n,) preferred posture (rad or m) for the null space.
         rest_gain: rate of the motion towards `rest` (1/s).
-        position_weights, orientation_weights: as in `solve_ik`, here both along base axes.
+        position_weights: as in `solve_ik`, along base axes.
+        orientation_weights: as in `solve_ik`, along base axes.
 
     Returns:
         (n,) joint velocities (rad/s or m/s).
@@ -168,7 +170,8 @@ def damped_step_ik(
         iterations: most steps.
         residual_threshold: the step that starts nearer than this to the target (m) is the last.
         joint_damping: scalar or (n,) D; ignored with the null-space arguments.
-        lower, upper: (n,) range of the null-space motion (rad or m).
+        lower: (n,) lower end of the null-space motion (rad or m).
+        upper: (n,) upper end of the null-space motion (rad or m).
         ranges: (n,) width that scales the distance beyond a limit (rad or m).
         rest: (n,) target of the null-space motion (rad or m).
 
