@@ -16,7 +16,7 @@ import pytest
 import roboyard
 import roboyard.pybullet as p
 from roboyard.pybullet.face import wire
-from roboyard.pybullet.remote import datagrams
+from roboyard.pybullet.remote import datagram
 
 SOURCE = str(Path(roboyard.__file__).parents[1])
 KEY = 31337 + os.getpid() % 1000
@@ -100,7 +100,7 @@ def test_junk_is_refused_and_the_server_goes_on(port: int, pair: tuple[int, int]
         while stranger.recv(4096):
             pass
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-        for data in (b"", b"RY", junk[:1400], datagrams.Datagram(1, 7, 1, 0, 1, junk[:1000]).packed()):
+        for data in (b"", b"RY", junk[:1400], datagram.Datagram(1, 7, 1, 0, 1, junk[:1000]).packed()):
             stranger.sendto(data, ("127.0.0.1", port))
     for number in pair:
         assert p.getAPIVersion() == 202010061

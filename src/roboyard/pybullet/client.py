@@ -12,6 +12,7 @@ from roboyard.pybullet.state.debug_items import DebugItems
 from roboyard.pybullet.state.engine_parameters import EngineParameters
 from roboyard.pybullet.state.input_events import Keyboard, Mouse
 from roboyard.pybullet.state.log_set import LogSet
+from roboyard.pybullet.state.output_files import OutputFiles
 from roboyard.pybullet.state.user_data import UserData
 from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
 
@@ -38,6 +39,8 @@ class Client:
         self.keyboard, self.mouse = Keyboard(), Mouse()
         self.user_data = UserData()
         self.logs = LogSet()
+        self.output_files = OutputFiles()
+        """Where commands may write."""
         self._first_texture = 0
         self.mounts: FileMounts | None = None
         """Folders and zip files in which files are searched, once the fileIOPlugin is loaded."""

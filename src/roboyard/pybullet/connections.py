@@ -125,7 +125,7 @@ def _opener(
 
         if method == c.SHARED_MEMORY:
             return lambda: client.open_by_key(key)
-        return lambda: client.open_at(method, host, port)
+        return lambda: client.open_at(method, host, port, options)
     if method in _UNAVAILABLE:
         raise unavailable(f"connect({method})", _UNAVAILABLE[method])
     raise failure(

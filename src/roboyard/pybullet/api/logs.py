@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import indices, text, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.logs.profile_timings import ProfileTimings
 
 if TYPE_CHECKING:
@@ -59,7 +60,11 @@ def startStateLogging(
     if kind == c.STATE_LOGGING_PROFILE_TIMINGS:
         if client.logs.first_of(ProfileTimings) is not None:
             return None
-        return client.logs.start(ProfileTimings(name))
+        try:
+            path = client.output_files.path(f"{name}_0.json")
+        except OSError as problem:
+            raise failure("startStateLogging failed.", str(problem)) from None
+        return client.logs.start(ProfileTimings(path))
     if kind == c.STATE_LOGGING_ALL_COMMANDS:
         from roboyard.pybullet.logs.command_logs import CommandLog
 

@@ -6,10 +6,14 @@ from typing import TYPE_CHECKING
 
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
+from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.state.engine_parameters import EngineParameters
+
+MAX_SUB_STEPS = 10_000
+"""Largest number of substeps, which one call of stepSimulation executes."""
 
 
 @command()
@@ -84,6 +88,9 @@ def setPhysicsEngineParameter(
 
     Time step, substeps, friction cone, restitution threshold, joint feedback and file caching have an effect.
     The settings of Bullet's own solver (error reduction, warm starting, islands, ...) are stored only.
+
+    Raises:
+        error: there are more than MAX_SUB_STEPS substeps.
     """
     settings = dict(locals())
     parameters: EngineParameters = settings.pop("client").parameters
@@ -91,6 +98,11 @@ def setPhysicsEngineParameter(
         if number(value) < 0:
             continue
         attribute = _ATTRIBUTES.get(name)
+        if name == "numSubSteps" and value > MAX_SUB_STEPS:
+            raise failure(
+                "setPhysicsEngineParameter failed.",
+                f"numSubSteps is at most {MAX_SUB_STEPS}, got {value}; reduce it",
+            )
         if attribute is None:
             parameters.others[name] = value
         elif isinstance(getattr(parameters, attribute), int):

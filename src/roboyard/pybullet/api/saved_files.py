@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,7 +40,7 @@ def saveBullet(client: Client, bulletFileName: str) -> None:
     arrays["static_quaternions"] = moment.static_quaternions
     arrays["joints"] = _joint_counts(scene)
     try:
-        with Path(text(bulletFileName)).open("wb") as file:
+        with client.output_files.path(text(bulletFileName)).open("wb") as file:
             np.savez(file, allow_pickle=False, **arrays)
     except OSError as problem:
         raise failure(_NOT_SAVED, str(problem)) from None
@@ -105,7 +104,7 @@ def saveWorld(client: Client, worldFileName: str) -> None:
     from roboyard.pybullet.logs.world_scripts import world_script
 
     try:
-        Path(text(worldFileName)).write_text(world_script(client), encoding="utf-8")
+        client.output_files.path(text(worldFileName)).write_text(world_script(client), encoding="utf-8")
     except OSError as problem:
         raise failure("saveWorld command execution failed.", str(problem)) from None
 

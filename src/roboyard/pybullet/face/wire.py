@@ -1,7 +1,8 @@
 """The wire format of commands and results: MessagePack in length-prefixed frames, arrays as raw buffers.
 
     frame     4 bytes, big endian: length of the body; then the body
-    hello     ["roboyard", protocol version], first frame of either side
+    hello     ["roboyard", protocol version], first frame of either side; a client of a server with a token
+              adds the token
     request   [number, command name, [arguments...]]
     answer    [number, "ok", result] or [number, "error" or "type", message, [notes...]]
 
@@ -10,8 +11,10 @@ Arrays are extension 1: [dtype, shape, bytes]. Decoding creates plain data only;
 
 from __future__ import annotations
 
+import hmac
 from collections.abc import Iterable, Mapping
 from math import prod
+from reprlib import Repr
 from struct import Struct
 from typing import Any
 
@@ -19,11 +22,16 @@ import msgspec
 import numpy as np
 
 from roboyard.errors import RoboyardError
+from roboyard.pybullet.face.wire_bounds import is_array_head, is_too_much
 
 VERSION = 1
 MAX_BODY = 256 * 1024 * 1024
 """Size of the largest body that is accepted (bytes)."""
 HELLO = ["roboyard", VERSION]
+HELLO_BYTES = 256
+"""Size of the largest first body of either side (bytes)."""
+MAX_TOKEN = 200
+"""Longest token (bytes in UTF-8)."""
 PREFIX = Struct(">I")
 _ARRAY = 1
 _PLAIN_KINDS = "biuf"
@@ -61,6 +69,8 @@ def decode(body: bytes | bytearray | memoryview) -> Any:
     Raises:
         WireError: the body is not a message.
     """
+    if is_too_much(body):
+        raise WireError("not a message: it has too many values; send NumPy arrays instead of long lists")
     try:
         return _DECODER.decode(body)
     except (msgspec.MsgspecError, ValueError, TypeError, RecursionError) as problem:
@@ -83,14 +93,40 @@ def body_length(prefix: bytes, largest: int = MAX_BODY) -> int:
     return length
 
 
-def check_hello(message: object) -> None:
+def hello(token: str = "") -> list[object]:
+    """Return the first message of a client.
+
+    Args:
+        token: the server's token; "" for a server without one.
+    """
+    return [*HELLO, token] if token else list(HELLO)
+
+
+def check_hello(message: object, token: str = "") -> None:
     """Check the first message of the other side.
 
+    Args:
+        message: it, decoded.
+        token: the token that it has to bring; "" for none.
+
     Raises:
-        WireError: it is not the greeting of this protocol version.
+        WireError: it is not the greeting of this protocol version, or brings another token.
     """
-    if message != HELLO:
-        raise WireError(f"expected {HELLO}, got {str(message)[:60]!r}; both sides need the same Roboyard")
+    match message:
+        case [*plain] if plain == HELLO and not token:
+            return
+        case [*plain, str(given)] if plain == HELLO:
+            if token and not hmac.compare_digest(given.encode(), token.encode()):
+                raise WireError("the token is wrong; give the one that the server printed")
+            return
+        case [*plain] if plain == HELLO:
+            raise WireError('the server requires its token; connect(..., options="--token=TOKEN")')
+    raise WireError(f"expected {HELLO}, got {shortened(message)}; both sides need the same Roboyard")
+
+
+def shortened(value: object) -> str:
+    """Return the beginning of what `repr` says, without forming all of it."""
+    return _SHORT.repr(value)[:60]
 
 
 def tupled(value: Any) -> Any:
@@ -121,6 +157,8 @@ def _to_wire(value: object) -> object:
 def _from_wire(code: int, data: memoryview) -> object:
     if code != _ARRAY:
         raise ValueError(f"unknown extension {code}")
+    if not is_array_head(data):
+        raise ValueError("an array is [dtype, shape, bytes]")
     name, shape, raw = _ARRAY_DECODER.decode(data)
     dtype = np.dtype(name)
     if (
@@ -132,6 +170,8 @@ def _from_wire(code: int, data: memoryview) -> object:
     return np.frombuffer(bytearray(raw), dtype=dtype).reshape(shape)
 
 
+_SHORT = Repr()
+_SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 40, 40
 _ENCODER = msgspec.msgpack.Encoder(enc_hook=_to_wire)
 _DECODER = msgspec.msgpack.Decoder(ext_hook=_from_wire)
 _ARRAY_DECODER = msgspec.msgpack.Decoder(tuple[str, list[int], bytes])

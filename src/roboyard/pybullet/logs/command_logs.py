@@ -6,7 +6,6 @@ The file is a sequence of wire frames (see `face.wire`): [command name, [argumen
 from __future__ import annotations
 
 import inspect
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.face import wire
@@ -33,7 +32,7 @@ class CommandLog:
             error: the file cannot be written.
         """
         try:
-            self._file = Path(name).open("wb")  # noqa: SIM115 - open from start to stop of the log
+            self._file = client.output_files.path(name).open("wb")
         except OSError as problem:
             raise failure(_FAILED, str(problem)) from None
         self._client = client

@@ -10,9 +10,9 @@ from time import perf_counter
 class ProfileTimings:
     """Spans between submitProfileTiming calls and from step to step."""
 
-    def __init__(self, file_name: str) -> None:
-        """Start the trace `file_name`_0.json, which `close` writes."""
-        self._path = Path(f"{file_name}_0.json")
+    def __init__(self, path: Path) -> None:
+        """Start a trace, which `close` writes to a file."""
+        self._path = path
         self._origin = perf_counter()
         self._events: list[dict[str, object]] = []
         self._open: list[tuple[str, float]] = []

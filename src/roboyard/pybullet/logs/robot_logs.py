@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.api.math.rotations import getEulerFromQuaternion
@@ -52,7 +51,7 @@ class _RecordFile:
             error: the file cannot be written.
         """
         try:
-            self._file = Path(name).open("wb")  # noqa: SIM115 - open from start to stop of the log
+            self._file = client.output_files.path(name).open("wb")
         except OSError as problem:
             raise failure("startStateLogging failed.", str(problem)) from None
         self._client = client

@@ -23,6 +23,10 @@ def open_video(client: Client, name: str, frames_per_second: float = FRAMES_PER_
         error: the file cannot be written.
     """
     try:
+        path = client.output_files.path(name)
+    except OSError as problem:
+        raise failure("startStateLogging failed.", str(problem)) from None
+    try:
         from imageio_ffmpeg import write_frames
     except ImportError:
         print(
@@ -30,7 +34,7 @@ def open_video(client: Client, name: str, frames_per_second: float = FRAMES_PER_
             file=sys.stderr,
         )
         return _NoVideo()
-    return _Video(client, name, write_frames, frames_per_second)
+    return _Video(client, str(path), write_frames, frames_per_second)
 
 
 class _NoVideo:

@@ -13,12 +13,16 @@ from roboyard.pybullet.face.arguments import number
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import error, failure
 from roboyard.pybullet.remote import rendezvous
-from roboyard.pybullet.remote.datagrams import DatagramChannel
+from roboyard.pybullet.remote.access import token_of
+from roboyard.pybullet.remote.datagram_channel import DatagramChannel
 from roboyard.pybullet.remote.user_data_cache import UserDataCache
 from roboyard.pybullet.state.user_data import UserDataKey
+from roboyard.untrusted.text import one_line, printable
 
 DEFAULT_PORTS = {c.TCP: 6667, c.UDP: 6667}
 CONNECT_SECONDS = 5.0
+MAX_HELLO_ANSWER = 1024
+"""Longest answer to a greeting (bytes)."""
 
 
 class Channel(Protocol):
@@ -43,8 +47,13 @@ class Channel(Protocol):
 class StreamChannel:
     """Frames over TCP."""
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(self, host: str, port: int, token: str = "") -> None:
         """Connect and exchange greetings.
+
+        Args:
+            host: name or address of the server.
+            port: its port.
+            token: its token; "" for none.
 
         Raises:
             OSError: there is no server.
@@ -53,7 +62,13 @@ class StreamChannel:
         self._socket = socket.create_connection((host, port), timeout=CONNECT_SECONDS)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.timeout: float | None = CONNECT_SECONDS
-        wire.check_hello(wire.decode(self.exchange(wire.encode(wire.HELLO))))
+        self._largest = MAX_HELLO_ANSWER
+        try:
+            self._check_answer(wire.decode(self.exchange(wire.encode(wire.hello(token)))))
+        except BaseException:
+            self._socket.close()
+            raise
+        self._largest = wire.MAX_BODY
         self.timeout = None
 
     def exchange(self, body: bytes) -> bytes:
@@ -65,11 +80,17 @@ class StreamChannel:
         """
         self._socket.settimeout(self.timeout)
         self._socket.sendall(wire.PREFIX.pack(len(body)) + body)
-        return self._receive(wire.body_length(self._receive(wire.PREFIX.size)))
+        return self._receive(wire.body_length(self._receive(wire.PREFIX.size), self._largest))
 
     def close(self) -> None:
         """Close the connection."""
         self._socket.close()
+
+    def _check_answer(self, answer: Any) -> None:
+        match answer:
+            case [int(), "error", str(message), *_]:
+                raise wire.WireError(one_line(message))
+        wire.check_hello(answer)
 
     def _receive(self, count: int) -> bytes:
         data = bytearray(count)
@@ -111,13 +132,16 @@ class RemoteClient:
             raise self._lost(str(problem)) from None
         match answer:
             case [int(), "ok", result]:
-                return wire.tupled(result)
+                try:
+                    return wire.tupled(result)
+                except RecursionError:
+                    raise self._lost("the response is nested too deeply") from None
             case [int(), "error", str(message), list(notes)]:
-                raise failure(message, *map(str, notes))
+                raise failure(printable(message), *(printable(str(note)) for note in notes))
             case [int(), "type", str(message), _]:
-                raise TypeError(message)
+                raise TypeError(printable(message))
             case _:
-                raise self._lost(f"the response is not valid: {str(answer)[:60]}")
+                raise self._lost(f"the response is not valid: {wire.shortened(answer)}")
 
     def addUserData(self, body: int, key: str, value: str, link: int = -1, shape: int = -1) -> int:
         """Add an entry; see `api.user_data`. Entries of other clients are visible after syncUserData."""
@@ -187,12 +211,20 @@ for _name in COMMANDS:
         setattr(RemoteClient, _name, _forwarder(_name))
 
 
-def open_at(method: int, host: str, port: int | None) -> RemoteClient | None:
-    """Return a client of the server at an address; if there is none, print a message and return None."""
+def open_at(method: int, host: str, port: int | None, options: str = "") -> RemoteClient | None:
+    """Return a client of the server at an address; if there is none, print a message and return None.
+
+    Args:
+        method: TCP or UDP.
+        host: name or address of the server.
+        port: its port; None for the default.
+        options: "--token=TOKEN" for a server with a token.
+    """
+    token = token_of(options)
     address = host, DEFAULT_PORTS[method] if port is None else port
     try:
-        channel = StreamChannel(*address) if method == c.TCP else DatagramChannel(*address)
-    except (OSError, wire.WireError) as problem:
+        channel = StreamChannel(*address, token) if method == c.TCP else DatagramChannel(*address, token)
+    except (OSError, OverflowError, UnicodeError, wire.WireError) as problem:  # the latter: odd ports, names
         print(
             f"roboyard: no server at {host}:{address[1]} ({problem}); start `roboyard serve`", file=sys.stderr
         )
@@ -212,6 +244,10 @@ def open_by_key(key: int) -> RemoteClient | None:
     if address is None:
         return None
     try:
-        return _synchronized(RemoteClient(c.SHARED_MEMORY, StreamChannel(*address)))
-    except (OSError, wire.WireError):
+        channel = StreamChannel(address.host, address.port, address.token)
+    except (OSError, UnicodeError):  # it has ended
         return None
+    except wire.WireError as problem:
+        print(f"roboyard: the server of key {key} refuses: {problem}", file=sys.stderr)
+        return None
+    return _synchronized(RemoteClient(c.SHARED_MEMORY, channel))

@@ -1,91 +1,79 @@
-"""Requests and responses over UDP, which loses, repeats and reorders datagrams.
+"""The server of requests over UDP, which loses, repeats and reorders datagrams (see `datagram`).
 
-A datagram is a header and up to PAYLOAD bytes of a body:
-
-    magic 2 | kind 1 | session 8 | message 4 | index 4 | count 4
-
-PART carries piece `index` of `count` of a request or response; GOT confirms a piece of a request; REQUEST
-requests pieces `index` to `index` + `count` of a response. The client has at most WINDOW pieces in flight in
-either direction and repeats lost ones. A request is executed once, however often its pieces arrive: the
-server keeps each session's latest response until the next request.
+A request is executed once, however often its pieces arrive: each session keeps its latest response until the
+client has it or sends its next request. A sender is unknown until a single datagram brings a valid greeting;
+until then nothing is kept of it.
 """
 
 from __future__ import annotations
 
 import asyncio
-import os
-import socket
-import sys
-from collections import OrderedDict
 from dataclasses import dataclass, field
-from struct import Struct
 from time import monotonic
 from typing import TYPE_CHECKING, Any, cast
 
 from roboyard.pybullet.face import wire
+from roboyard.pybullet.remote.byte_budget import ByteBudget, give_back
+from roboyard.pybullet.remote.datagram import (
+    BYE,
+    DONE,
+    GOT,
+    PART,
+    PAYLOAD,
+    REFUSED,
+    REQUEST,
+    Datagram,
+)
+from roboyard.untrusted.repeated import RepeatedNotices
 
 if TYPE_CHECKING:
     from roboyard.pybullet.remote.dispatch import Dispatcher
 
-PAYLOAD = 1200
 WINDOW = 32
+"""Pieces of a response that are sent unasked or for one request."""
 MAX_SESSIONS = 64
-REPEAT_SECONDS = 0.05
-CONNECT_SECONDS = 5.0
-_HEADER = Struct(">2sBQIII")
-_MAGIC = b"RY"
-_PART, _GOT, _REQUEST, _REFUSED = 1, 2, 3, 4
-_MAX_PIECES = wire.MAX_BODY // PAYLOAD + 1
-
-
-@dataclass(frozen=True, slots=True)
-class Datagram:
-    """One datagram; see the module's docstring for the fields."""
-
-    kind: int
-    session: int
-    message: int
-    index: int
-    count: int
-    payload: bytes = b""
-
-    def packed(self) -> bytes:
-        """Return the bytes to send."""
-        head = _HEADER.pack(_MAGIC, self.kind, self.session, self.message, self.index, self.count)
-        return head + self.payload
-
-    @classmethod
-    def read(cls, data: bytes) -> Datagram | None:
-        """Return the datagram in received bytes, or None if they are not of this protocol."""
-        if len(data) < _HEADER.size or len(data) > _HEADER.size + PAYLOAD:
-            return None
-        magic, kind, session, message, index, count = _HEADER.unpack_from(data)
-        if magic != _MAGIC or kind not in (_PART, _GOT, _REQUEST, _REFUSED) or count > _MAX_PIECES:
-            return None
-        return cls(kind, session, message, index, count, data[_HEADER.size :])
-
-
-def pieces_of(body: bytes) -> list[bytes]:
-    """Return a body cut into pieces of at most PAYLOAD bytes."""
-    return [body[start : start + PAYLOAD] for start in range(0, max(1, len(body)), PAYLOAD)]
+IDLE_SECONDS = 600.0
+"""A session that was silent for longer gives way to a new one when there are MAX_SESSIONS."""
+KEPT_SECONDS = 60.0
+"""Time for which requests and responses of a silent session are kept (s)."""
 
 
 @dataclass(slots=True)
 class _Session:
-    message: int = -1
+    message: int
+    body: bytes
+    """The latest response."""
     arrived: dict[int, bytes] = field(default_factory=dict)
-    answer: list[bytes] = field(default_factory=list)
-    greeted: bool = False
+    is_answered: bool = True
+    heard: float = field(default_factory=monotonic)
 
 
 class DatagramServer(asyncio.DatagramProtocol):
-    """Server of any number of sessions; the longest idle one is dropped for a new one."""
+    """Server of up to MAX_SESSIONS sessions."""
 
-    def __init__(self, dispatcher: Dispatcher) -> None:
-        """Serve the world of a dispatcher."""
-        self._dispatcher = dispatcher
-        self._sessions: OrderedDict[tuple[Any, int], _Session] = OrderedDict()
+    def __init__(
+        self,
+        dispatcher: Dispatcher,
+        *,
+        token: str = "",
+        budget: ByteBudget | None = None,
+        notices: RepeatedNotices | None = None,
+    ) -> None:
+        """Serve the world of a dispatcher.
+
+        Args:
+            dispatcher: the world.
+            token: what a greeting has to bring; "" for nothing.
+            budget: memory for messages that are arriving.
+            notices: prints refusals.
+        """
+        self._dispatcher, self._token = dispatcher, token
+        self._budget = budget or ByteBudget()
+        self._notices = notices or RepeatedNotices("roboyard serve")
+        self.sessions: dict[tuple[Any, int], _Session] = {}
+        """Sessions by address and number."""
         self._transport: asyncio.DatagramTransport | None = None
+        self._swept = monotonic()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Store the transport."""
@@ -99,152 +87,112 @@ class DatagramServer(asyncio.DatagramProtocol):
         got = Datagram.read(data)
         if got is None:
             return
-        session = self._session((addr, got.session))
-        if got.kind == _PART:
+        self.sweep()
+        key = addr, got.session
+        session = self.sessions.get(key)
+        if session is None:
+            if got.kind == PART:
+                self._greet(key, got, addr)
+            return
+        session.heard = monotonic()
+        if got.kind == PART:
             self._receive_piece(session, got, addr)
-        elif got.kind == _REQUEST and got.message == session.message:
+        elif got.kind == REQUEST and got.message == session.message:
             self._send_answer(session, got, got.index, min(got.count, WINDOW), addr)
+        elif got.kind == DONE and got.message == session.message:
+            self._forget(session)
+        elif got.kind == BYE:
+            self._forget(session)
+            del self.sessions[key]
 
-    def _session(self, key: tuple[Any, int]) -> _Session:
-        session = self._sessions.setdefault(key, _Session())
-        self._sessions.move_to_end(key)
-        while len(self._sessions) > MAX_SESSIONS:
-            self._sessions.popitem(last=False)
-        return session
+    def sweep(self) -> None:
+        """Free what sessions left behind that have been silent for KEPT_SECONDS."""
+        now = monotonic()
+        if now - self._swept < KEPT_SECONDS / 4:
+            return
+        self._swept = now
+        for session in self.sessions.values():
+            if now - session.heard > KEPT_SECONDS:
+                self._forget(session)
+
+    def _forget(self, session: _Session) -> None:
+        """Free a session's response and the pieces of a request."""
+        size = len(session.body) + self._drop_pieces(session)
+        session.body = b""
+        give_back(size)
+
+    def _drop_pieces(self, session: _Session) -> int:
+        size = sum(map(len, session.arrived.values()))
+        session.arrived = {}
+        self._budget.release(size)
+        return size
+
+    def _greet(self, key: tuple[Any, int], got: Datagram, addr: Any) -> None:
+        """Open a session for a valid greeting; anything else is refused, and nothing is kept."""
+        try:
+            if got.count != 1 or got.index or len(got.payload) > wire.HELLO_BYTES:
+                raise wire.WireError("the first message is no greeting")
+            wire.check_hello(wire.decode(got.payload), self._token)
+            self._make_room()
+        except wire.WireError as problem:
+            self._refuse(got, problem, addr)
+            return
+        session = self.sessions[key] = _Session(got.message, wire.encode(wire.HELLO))
+        self._send(Datagram(GOT, got.session, got.message, 0, 1), addr)
+        self._send_answer(session, got, 0, 1, addr)
+
+    def _make_room(self) -> None:
+        """Drop the session that was silent for longest, if that is long; else there is no room.
+
+        Raises:
+            WireError: all sessions are in use.
+        """
+        if len(self.sessions) < MAX_SESSIONS:
+            return
+        oldest = min(self.sessions, key=lambda key: self.sessions[key].heard)
+        if monotonic() - self.sessions[oldest].heard < IDLE_SECONDS:
+            raise wire.WireError(f"there are already {MAX_SESSIONS} sessions, the limit")
+        self._forget(self.sessions.pop(oldest))
 
     def _receive_piece(self, session: _Session, got: Datagram, addr: Any) -> None:
         if got.message < session.message or got.index >= got.count:
             return
         if got.message > session.message:
-            session.message, session.arrived, session.answer = got.message, {}, []
-        self._send(Datagram(_GOT, got.session, got.message, got.index, got.count), addr)
-        if session.answer:
-            return
-        session.arrived[got.index] = got.payload
-        if len(session.arrived) == got.count:
-            body = b"".join(session.arrived[i] for i in range(got.count))
-            session.arrived = {}
+            self._forget(session)
+            session.message, session.is_answered = got.message, False
+        if not session.is_answered and got.index not in session.arrived:
             try:
-                session.answer = pieces_of(self._answer(session, body))
-            except (wire.WireError, KeyError) as problem:
-                print(f"roboyard serve: a datagram was refused: {problem}", file=sys.stderr)
-                self._send(Datagram(_REFUSED, got.session, got.message, 0, 0), addr)
-                return
-            self._send_answer(session, got, 0, WINDOW, addr)
+                self._budget.reserve(len(got.payload))
+            except wire.WireError:
+                return  # not confirmed: the client sends it again
+            session.arrived[got.index] = got.payload
+        self._send(Datagram(GOT, got.session, got.message, got.index, got.count), addr)
+        if session.is_answered or len(session.arrived) < got.count:
+            return
+        try:
+            body = b"".join(session.arrived[i] for i in range(got.count))
+            self._drop_pieces(session)
+            session.is_answered = True
+            session.body = self._dispatcher.answer(wire.decode(body))
+            give_back(len(body))
+        except (wire.WireError, KeyError) as problem:
+            self._drop_pieces(session)
+            self._refuse(got, problem, addr)
+            return
+        self._send_answer(session, got, 0, WINDOW, addr)
 
-    def _answer(self, session: _Session, body: bytes) -> bytes:
-        message = wire.decode(body)
-        if not session.greeted:
-            wire.check_hello(message)
-            session.greeted = True
-            return wire.encode(wire.HELLO)
-        return self._dispatcher.answer(message)
+    def _refuse(self, got: Datagram, problem: Exception, addr: Any) -> None:
+        self._notices.say("a datagram was refused", str(problem))
+        reason = str(problem).encode()[:100]  # short: the sender may be another than the address says
+        self._send(Datagram(REFUSED, got.session, got.message, 0, 0, reason), addr)
 
     def _send_answer(self, session: _Session, got: Datagram, first: int, count: int, addr: Any) -> None:
-        total = len(session.answer)
+        body = session.body
+        total = -(-len(body) // PAYLOAD)
         for index in range(first, min(first + count, total)):
-            self._send(Datagram(_PART, got.session, got.message, index, total, session.answer[index]), addr)
+            piece = body[index * PAYLOAD : (index + 1) * PAYLOAD]
+            self._send(Datagram(PART, got.session, got.message, index, total, piece), addr)
 
     def _send(self, datagram: Datagram, addr: Any) -> None:
         assert self._transport is not None
         self._transport.sendto(datagram.packed(), addr)
-
-
-class DatagramChannel:
-    """The client's side of a session."""
-
-    def __init__(self, host: str, port: int) -> None:
-        """Open a session and exchange greetings.
-
-        Raises:
-            OSError: there is no server.
-            WireError: the server uses another protocol.
-        """
-        family, kind, proto, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
-        self._socket = socket.socket(family, kind, proto)
-        self._socket.connect(address)
-        self._session = int.from_bytes(os.urandom(8), "big")
-        self._message = 0
-        self.timeout: float | None = CONNECT_SECONDS
-        wire.check_hello(wire.decode(self.exchange(wire.encode(wire.HELLO))))
-        self.timeout = None
-
-    def exchange(self, body: bytes) -> bytes:
-        """Return the response to a request.
-
-        Raises:
-            OSError: there is no response in time.
-            WireError: the server refused the message.
-        """
-        self._message += 1
-        deadline = None if self.timeout is None else monotonic() + self.timeout
-        arrived: dict[int, bytes] = {}
-        total = self._send_request(pieces_of(body), arrived, deadline)
-        while total is None or len(arrived) < total:
-            self._check_deadline(deadline)
-            missing = 0 if total is None else next(i for i in range(total) if i not in arrived)
-            self._send(_REQUEST, missing, WINDOW)
-            total = self._collect(arrived, total, upto=missing + WINDOW)
-        return b"".join(arrived[i] for i in range(total))
-
-    def close(self) -> None:
-        """Close the socket."""
-        self._socket.close()
-
-    def _send_request(
-        self, pieces: list[bytes], arrived: dict[int, bytes], deadline: float | None
-    ) -> int | None:
-        """Send all pieces; return the number of pieces of the response, if some arrived already."""
-        waiting = set(range(len(pieces)))
-        total: int | None = None
-        while waiting and total is None:
-            self._check_deadline(deadline)
-            window = sorted(waiting)[:WINDOW]
-            for index in window:
-                self._send(_PART, index, len(pieces), pieces[index])
-            outstanding = set(window)
-            while outstanding and total is None:
-                got = self._receive()
-                if got is None:
-                    break
-                if got.kind == _GOT:
-                    outstanding.discard(got.index)
-                    waiting.discard(got.index)
-                elif got.kind == _PART:
-                    arrived[got.index] = got.payload
-                    total = got.count
-        return self._collect(arrived, total, upto=WINDOW)
-
-    def _collect(self, arrived: dict[int, bytes], total: int | None, *, upto: int) -> int | None:
-        """Receive pieces of the response until those before `upto` are complete or no more arrive."""
-        while total is None or any(i not in arrived for i in range(min(upto, total))):
-            got = self._receive()
-            if got is None:
-                break
-            if got.kind == _PART:
-                arrived[got.index] = got.payload
-                total = got.count
-        return total
-
-    def _check_deadline(self, deadline: float | None) -> None:
-        if deadline is not None and monotonic() > deadline:
-            raise TimeoutError(f"no response within {self.timeout} s")
-
-    def _send(self, kind: int, index: int, count: int, payload: bytes = b"") -> None:
-        self._socket.send(Datagram(kind, self._session, self._message, index, count, payload).packed())
-
-    def _receive(self) -> Datagram | None:
-        """Return the next datagram of this exchange, or None if none arrives within REPEAT_SECONDS."""
-        end = monotonic() + REPEAT_SECONDS
-        while (left := end - monotonic()) > 0:
-            self._socket.settimeout(left)
-            try:
-                got = Datagram.read(self._socket.recv(_HEADER.size + PAYLOAD))
-            except TimeoutError:
-                return None
-            if got is None or got.session != self._session or got.message != self._message:
-                continue
-            if got.kind == _REFUSED:
-                raise wire.WireError("the server refused the message")
-            return got
-        return None

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import traceback
+from collections.abc import Mapping
 from typing import Any
+
+import numpy as np
 
 from roboyard.pybullet.client import Client
 from roboyard.pybullet.face.commands import COMMANDS
 from roboyard.pybullet.face.errors import error
-from roboyard.pybullet.face.wire import WireError, encode
+from roboyard.pybullet.face.wire import WireError, encode, shortened
+from roboyard.pybullet.state.output_files import OutputFiles
 
 _LOCAL = {"setTimeOut"}  # handled by the remote client itself
 
@@ -17,9 +22,14 @@ _LOCAL = {"setTimeOut"}  # handled by the remote client itself
 class Dispatcher:
     """The world of a server."""
 
-    def __init__(self) -> None:
-        """Create a client in this process."""
+    def __init__(self, output_files: OutputFiles | None = None) -> None:
+        """Create a client in this process.
+
+        Args:
+            output_files: where commands may write; nowhere by default.
+        """
         self.client = Client()
+        self.client.output_files = output_files or OutputFiles(is_free=False)
 
     def answer(self, request: Any) -> bytes:
         """Execute a decoded request and return the body of the response.
@@ -28,6 +38,9 @@ class Dispatcher:
             WireError: it is not a request.
         """
         number, name, arguments = _checked(request)
+        if has_nan(arguments):
+            text = f"{name} failed: an argument is not a number (NaN)"
+            return encode([number, "error", text, ["give finite numbers"]])
         try:
             result = COMMANDS[name].function(self.client, *arguments)
             return encode([number, "ok", result])
@@ -41,6 +54,23 @@ class Dispatcher:
             return encode([number, "error", text, ["see the traceback in the server's output"]])
 
 
+def has_nan(value: Any) -> bool:
+    """Return whether plain data or arrays have a NaN anywhere."""
+    todo = [value]
+    while todo:
+        item = todo.pop()
+        if isinstance(item, float):
+            if math.isnan(item):
+                return True
+        elif isinstance(item, list | tuple):
+            todo.extend(item)
+        elif isinstance(item, Mapping):
+            todo.extend(item.values())
+        elif isinstance(item, np.ndarray) and item.dtype.kind == "f" and bool(np.isnan(item).any()):
+            return True
+    return False
+
+
 def _checked(request: Any) -> tuple[int, str, list[Any]]:
     match request:
         case [int(number), str(name), list(arguments)] if name in COMMANDS and name not in _LOCAL:
@@ -48,4 +78,4 @@ def _checked(request: Any) -> tuple[int, str, list[Any]]:
         case [int(), str(name), _]:
             raise WireError(f"there is no command {name[:60]!r}")
         case _:
-            raise WireError(f"expected [number, command name, arguments], got {str(request)[:60]}")
+            raise WireError(f"expected [number, command name, arguments], got {shortened(request)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 import threading
 
 from roboyard.errors import RoboyardError
@@ -11,6 +12,7 @@ from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.remote import rendezvous
 from roboyard.pybullet.remote.client import RemoteClient, StreamChannel
 from roboyard.pybullet.remote.server import Server
+from roboyard.pybullet.state.output_files import OutputFiles
 
 _START_TIMEOUT = 10.0  # s
 
@@ -30,20 +32,23 @@ class SharedMemoryServerClient(RemoteClient):
 
 
 class ServerThread:
-    """A server on the loopback interface with an event loop of its own."""
+    """A server on the loopback interface with an event loop of its own.
+
+    Its token is in the file of its key, which only this user reads; its clients may therefore write any file.
+    """
 
     def __init__(self, key: int) -> None:
         """Prepare the server of a key."""
         self._key = key
-        self._server = Server()
+        self._server = Server(token=secrets.token_urlsafe(18), output_files=OutputFiles())
         self._loop = asyncio.new_event_loop()
         self._leave = asyncio.Event()
         self._started = threading.Event()
         self._problem: RoboyardError | None = None
         self._thread = threading.Thread(target=self._run, name="roboyard server", daemon=True)
 
-    def start(self) -> tuple[str, int]:
-        """Start the server and return host and port.
+    def start(self) -> rendezvous.Address:
+        """Start the server and return its address.
 
         Raises:
             RoboyardError: the server did not start in time, or no port could be opened.
@@ -53,7 +58,7 @@ class ServerThread:
             raise RoboyardError(f"the server did not start within {_START_TIMEOUT:.0f} s")
         if self._problem is not None:
             raise self._problem
-        return self._server.host, self._server.port
+        return self._server.address
 
     def stop(self) -> None:
         """Stop the server and wait for the thread."""
@@ -74,7 +79,7 @@ class ServerThread:
         except RoboyardError as problem:
             self._problem = problem
             return
-        with rendezvous.announced(self._key, self._server.host, self._server.port):
+        with rendezvous.announced(self._key, self._server.address):
             self._started.set()
             await self._leave.wait()
         await self._server.stop()
@@ -88,7 +93,7 @@ def open_shared_memory_server(key: int) -> SharedMemoryServerClient:
     """
     thread = ServerThread(key)
     try:
-        host, port = thread.start()
+        address = thread.start()
     except RoboyardError as problem:
         raise failure("Not connected to physics server.", str(problem)) from None
-    return SharedMemoryServerClient(StreamChannel(host, port), thread)
+    return SharedMemoryServerClient(StreamChannel(address.host, address.port, address.token), thread)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -145,14 +144,16 @@ def vhacd(
         raise failure("vhacd failed.", not_found_remedy(client.search_path, fileNameIn))
     for setting in (concavity, alpha, beta, gamma, minVolumePerCH):
         number(setting)
-    parts = min(2 ** whole(depth), 256) if whole(depth) > 0 else _DEFAULT_HULLS
+    parts = 2 ** min(whole(depth), 8) if whole(depth) > 0 else _DEFAULT_HULLS
     corners = whole(maxNumVerticesPerCH) if whole(maxNumVerticesPerCH) >= 4 else 64
     try:
+        written = client.output_files.path(text(fileNameOut))
+        logged = client.output_files.path(fileNameLogging) if text(fileNameLogging) else None
         made = decompose(load_mesh(path), hull_count=parts, max_vertices=corners)
-        Path(text(fileNameOut)).write_text(_as_obj(made.hulls), encoding="utf-8")
-        if text(fileNameLogging):
+        written.write_text(_as_obj(made.hulls), encoding="utf-8")
+        if logged is not None:
             lines = [f"{path.name}: {len(made.hulls)} convex parts by {made.method_used}", *made.notes]
-            Path(fileNameLogging).write_text("\n".join(lines) + "\n", encoding="utf-8")
+            logged.write_text("\n".join(lines) + "\n", encoding="utf-8")
     except (RoboyardError, OSError) as problem:
         raise failure("vhacd failed.", *str(problem).splitlines()) from problem
 

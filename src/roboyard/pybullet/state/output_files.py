@@ -1,0 +1,39 @@
+"""Where the commands of a client may write: anywhere in a script's own world, in one folder on a server."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from roboyard.untrusted.files import FileRefusedError, is_inside
+
+
+@dataclass(frozen=True, slots=True)
+class OutputFiles:
+    """The rule for the files that a client writes."""
+
+    is_free: bool = True
+    """True for a script's own world: any file, relative to the working folder."""
+    folder: Path | None = None
+    """Otherwise the folder that nothing may leave; None where nothing may be written."""
+
+    def path(self, name: str) -> Path:
+        """Return where a file of this name is written.
+
+        Raises:
+            FileRefusedError: it may not be written; the message has the remedy.
+        """
+        if self.is_free:
+            return Path(name)
+        if self.folder is None:
+            raise FileRefusedError(
+                "this server's clients may write no files; start it with --folder FOLDER", name
+            )
+        file = self.folder / name
+        try:
+            is_special = file.exists() and not file.is_file()
+        except (OSError, ValueError):
+            is_special = True
+        if is_special or file.name in ("", "..") or not is_inside(file, (self.folder,)):
+            raise FileRefusedError(f"files are written in {self.folder} only; give a name in it", name)
+        return file.resolve()
