@@ -162,3 +162,11 @@ def test_an_arm_without_gripper_ends_at_the_vendors_tool_frame_or_its_last_shape
     )
     assert end_effector(description, ("link_6", "flange", "tool0", "force_sensor"), ())[0].link == "tool0"
     assert end_effector(description, ("link_6", "flange", "force_sensor"), ())[0].link == "link_6"
+
+
+def test_slides_without_shapes_open_where_their_frames_part():
+    body = '<link name="palm"/><link name="left"/><link name="right"/>'
+    body += _joint("l", "palm", "left", "prismatic", "0 0 0", "0 1 0", "0 0.04")
+    body += _joint("r", "palm", "right", "prismatic", "0 0 0", "0 -1 0", "0 0.04")
+    gripper = _describe(body, ["l", "r"]).gripper
+    assert gripper.opening_of == {"l": "increasing", "r": "increasing"}

@@ -146,3 +146,13 @@ def test_stated_sensors_join_the_frames_they_belong_to_or_stand_alone():
 def test_an_inertial_sensor_inside_a_camera_is_part_of_it():
     frames = {"zed_camera_link": ("base", NEAR), "zed_imu_link": ("zed_camera_link", NEAR)}
     assert [item.sensor.kind for item in _find(_robot(frames)).values()] == ["camera"]
+
+
+def test_a_sweep_of_many_rays_is_a_lidar_whatever_its_name():
+    block = (
+        '<gazebo reference="{0}"><sensor name="{0}" type="ray"><ray><scan><horizontal><samples>{1}</samples>'
+        "</horizontal></scan></ray></sensor></gazebo>"
+    )
+    links = {"base_range_sensor": ("base", NEAR), "left_cliff_sensor": ("base", 'xyz="0 0.1 0"')}
+    extra = block.format("base_range_sensor", 721) + block.format("left_cliff_sensor", 3)
+    assert list(_find(_robot(links, extra))) == ["base_range_sensor"]

@@ -21,11 +21,16 @@ from roboyard.morphology.base.drive import WheeledBase, find_wheeled_base
 from roboyard.morphology.base.rolling import find_rolling_parts, leg_joints
 from roboyard.morphology.base.rotors import find_rotors
 from roboyard.morphology.conclusions import make_conclusions, with_stated
-from roboyard.morphology.hands.attach import end_effector, gripper_conclusions, sensor_conclusions
+from roboyard.morphology.hands.attach import (
+    end_effector,
+    gripper_conclusions,
+    holds_by_suction,
+    sensor_conclusions,
+)
 from roboyard.morphology.hands.describe import FoundGripper, describe_gripper
 from roboyard.morphology.kind import find_kind
 from roboyard.morphology.limbs.chains import find_limbs
-from roboyard.morphology.limbs.hands import find_palms
+from roboyard.morphology.limbs.hands import find_palms, hand_alone
 from roboyard.morphology.limbs.roles import Part, Roles, find_roles
 from roboyard.morphology.sensors.find import find_sensors
 from roboyard.morphology.skeleton import BASE, Skeleton
@@ -53,15 +58,20 @@ def infer_semantics(
     rotors = find_rotors(skeleton, base.joints if base is not None else ())
     used = {*(base.joints if base is not None else ()), *(rotors.joints if rotors is not None else ())}
     palms = find_palms(skeleton, used)
-    is_hand = BASE in palms
+    is_hand = hand_alone(skeleton, used) is not None
     anatomy = find_limbs(skeleton, palms, used)
     wheel_legs = [name for part in parts for name in leg_joints(skeleton, part)]
     roles = Roles() if is_hand else find_roles(
         skeleton, anatomy, wheeled=base is not None and not wheel_legs, flying=rotors is not None,
-        wheel_legs=wheel_legs,
+        wheel_legs=wheel_legs, wheels=base.joints if base is not None else (),
     )  # fmt: skip
-    kind = find_kind(skeleton, base, rotors, roles, is_hand=is_hand)
+    if base is not None and base.is_assumed and not roles.arms:
+        base = None
     hands: dict[str, FoundGripper] = {}
+    links = skeleton.links[BASE]
+    if not skeleton.joint and holds_by_suction(links, evidence):
+        hands[links[0]] = describe_gripper(description, links, (), evidence)
+    kind = find_kind(skeleton, base, rotors, roles, is_hand=is_hand, holds=bool(hands))
     arms = tuple(_arm(skeleton, part, evidence, hands) for part in roles.arms)
     taken = {n for hand in hands.values() for n in (*hand.gripper.joints, *hand.gripper.mimic_joints)}
     for body, joints in palms.items():
@@ -87,7 +97,7 @@ def infer_semantics(
         caster_joints=tuple(dict.fromkeys(
             name for wheel in wheels if wheel.is_caster
             for name in (wheel.caster_joint, wheel.joint) if name is not None
-        )),
+        )) + (base.balls if base is not None else ()),
         steer_joints=tuple(dict.fromkeys(w.steer_joint for w in wheels if w.steer_joint is not None)),
         wheel_pair=base.pair if base is not None and not is_legged else None,
         trunk_joints=roles.trunk,

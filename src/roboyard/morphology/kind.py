@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from roboyard.description.semantic import BaseKind, RobotKind
 from roboyard.morphology.base.drive import WheeledBase
 from roboyard.morphology.base.rotors import Rotors
+from roboyard.morphology.base.virtual import find_virtual_base
 from roboyard.morphology.limbs.roles import WORLD_NAMES, Roles
 from roboyard.morphology.skeleton import BASE, Skeleton
 
@@ -27,7 +28,13 @@ class Kind:
 
 
 def find_kind(
-    skeleton: Skeleton, base: WheeledBase | None, rotors: Rotors | None, roles: Roles, *, is_hand: bool
+    skeleton: Skeleton,
+    base: WheeledBase | None,
+    rotors: Rotors | None,
+    roles: Roles,
+    *,
+    is_hand: bool,
+    holds: bool = False,
 ) -> Kind:
     """Return what the robot is as a whole.
 
@@ -37,6 +44,7 @@ def find_kind(
         rotors: its rotors.
         roles: its limbs.
         is_hand: whether all joints are fingers.
+        holds: whether it is a suction gripper without joints.
     """
     if rotors is not None:
         return _kind("drone", "floating", rotors.confidence, rotors.evidence)
@@ -46,6 +54,8 @@ def find_kind(
         hand = fingers > MOST_FINGERS_OF_A_GRIPPER and driven > MOST_FINGERS_OF_A_GRIPPER
         text = f"nothing but {fingers} fingers"
         return _kind("hand" if hand else "gripper", "none", 0.85, (text,))
+    if holds:
+        return _kind("gripper", "none", 0.6, ("it has no joint, and its names say that it holds by suction",))
     arms, legs = len(roles.arms), len(roles.legs)
     if legs:
         return _legged(roles, base)
@@ -61,7 +71,7 @@ def find_kind(
             base_confidence=base.confidence,
             base_evidence=base.evidence,
         )
-    return _still(skeleton, arms)
+    return _still(skeleton, roles)
 
 
 def _legged(roles: Roles, base: WheeledBase | None) -> Kind:
@@ -85,8 +95,15 @@ def _legged(roles: Roles, base: WheeledBase | None) -> Kind:
     )
 
 
-def _still(skeleton: Skeleton, arms: int) -> Kind:
+def _still(skeleton: Skeleton, roles: Roles) -> Kind:
     """Return the kind of what has neither wheels nor legs nor rotors."""
+    arms = len(roles.arms)
+    virtual = find_virtual_base(skeleton.description, skeleton.base_link) if arms else None
+    if virtual is not None:
+        return _kind("mobile_manipulator", virtual.kind, 0.8, virtual.evidence)
+    if arms == 1 and _may_be_a_pendulum(roles):
+        text = "two joints in a row without a hand: an arm, or a pendulum"
+        return _kind("fixed_arm", "fixed", 0.45, (text,))
     if arms:
         kind: RobotKind = "fixed_arm" if arms == 1 else "dual_arm" if arms == 2 else "other"
         return _kind(kind, "fixed", 0.9, (f"{arms} arms, and neither wheels nor legs",) if arms > 1 else
@@ -99,6 +116,13 @@ def _still(skeleton: Skeleton, arms: int) -> Kind:
     if deepest == 1:
         return _kind("object", "none", 0.5 if is_world else 0.6, ("its parts move by one joint each",))
     return _kind("other", "fixed", 0.4, ("its joints make neither an arm, nor legs, nor a wheeled base",))
+
+
+def _may_be_a_pendulum(roles: Roles) -> bool:
+    """Return whether the only arm is two joints without a hand which no name calls an arm."""
+    arm = roles.arms[0]
+    named = any("names say" in text for text in arm.evidence)
+    return len(arm.joints) <= 2 and arm.limb.palm is None and not named
 
 
 def _kind(kind: RobotKind, base: BaseKind, confidence: float, evidence: tuple[str, ...]) -> Kind:

@@ -16,6 +16,7 @@ from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Joint, Link, RobotDescription
 from roboyard.errors import MeshError
 from roboyard.kinematics.description_poses import forward_kinematics
+from roboyard.morphology.base.virtual import is_free_slide
 from roboyard.morphology.joint_ranges import home_position
 from roboyard.morphology.point_model import extreme_points
 from roboyard.transforms import Array
@@ -182,7 +183,8 @@ SINGLE = ("revolute", "continuous", "prismatic")
 
 def first_body(description: RobotDescription) -> str:
     """Return the link that counts as the base: the root, or the first real link below joints that represent
-    the motion of the base (a floating or planar joint, or several whose links have neither shape nor mass).
+    the motion of the base (a floating or planar joint, or several whose links have neither shape nor mass, or
+    a turn and a slide without end).
     """
     link = description.root.name
     seen: list[Joint] = []
@@ -198,7 +200,8 @@ def first_body(description: RobotDescription) -> str:
     moving = [joint for joint in seen if joint.is_moving]
     free = any(joint.type in ("floating", "planar") for joint in moving)
     slides = sum(joint.type == "prismatic" for joint in moving)
-    if free or (len(moving) >= 3 and slides >= 2) or (len(moving) == 2 and slides == 2):
+    endless = len(moving) == 2 and slides == 1 and all(is_endless(j) or is_free_slide(j) for j in moving)
+    if endless or free or (len(moving) >= 3 and slides >= 2) or (len(moving) == 2 and slides == 2):
         last = moving[-1].child
         below = description.link_by_name[last]
         has_more = bool(description.child_joints[last] or below.collisions or below.visuals)

@@ -25,6 +25,8 @@ class StatedSensor:
     """Link in whose frame its data are, where the file names one."""
     pose: Pose = field(default_factory=Pose)
     """In the frame of the link that carries it."""
+    samples: int = 0
+    """Rays in one horizontal sweep (lidars); 0 where none are stated."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -162,7 +162,14 @@ def _sensor(description: RobotDescription, element: ET.Element, carrier: str) ->
         link=carrier.strip(),
         frame_link=next((name for name in frames if name in description.link_by_name), None),
         pose=_pose(element),
+        samples=_samples(element),
     )
+
+
+def _samples(element: ET.Element) -> int:
+    """Return the rays in one horizontal sweep; 0 where none are stated."""
+    sweep = next(element.iter("horizontal"), None)
+    return int(max(0.0, min(_number(sweep.findtext("samples"), 0.0), 1e6))) if sweep is not None else 0
 
 
 def _pose(element: ET.Element) -> Pose:

@@ -10,6 +10,8 @@ import numpy as np
 from roboyard.description.evidence.model import FileEvidence, Plugin
 from roboyard.description.model import Mesh, RobotDescription, Vector3
 from roboyard.description.semantic import BaseKind, DriveKind, Wheel, WheelPair
+from roboyard.morphology.base.ball_casters import find_ball_casters
+from roboyard.morphology.base.fixed_wheels import find_fixed_wheels
 from roboyard.morphology.base.rolling import RollingPart, leg_joints
 from roboyard.morphology.skeleton import Skeleton, is_endless
 from roboyard.morphology.words import meanings
@@ -38,6 +40,10 @@ class WheeledBase:
     evidence: tuple[str, ...]
     joints: frozenset[str]
     """All joints of wheels, steering, casters and suspensions; those of legs that carry wheels are not."""
+    balls: tuple[str, ...] = ()
+    """Joints of casters that are balls."""
+    is_assumed: bool = False
+    """Whether nothing but wheels without joints shows it."""
 
 
 def find_wheeled_base(
@@ -57,12 +63,14 @@ def find_wheeled_base(
     wheels = _with_drives(wheels, actuated)
     driven = [wheel for wheel in wheels if wheel.is_driven]
     if not driven:
-        return None
+        return _with_fixed_wheels(skeleton, parts, wheels, evidence)
     omni = _omni_evidence(skeleton.description, wheels, plugins)
     if omni:
         wheels = [replace(w, is_omni=w.is_driven or w.is_omni) for w in wheels]
         driven = [wheel for wheel in wheels if wheel.is_driven]
-    kind, drive, confidence, reasons = _kind(driven, omni)
+    steering = [skeleton.joint[wheel.steer_joint] for wheel in driven if wheel.steer_joint is not None]
+    endless = all(is_endless(joint) for joint in steering)
+    kind, drive, confidence, reasons = _kind(driven, omni, endless_steering=endless)
     if drive == "ackermann":
         wheels = [replace(w, is_driven=w.is_driven and (w.steer_joint is None or w.joint in actuated))
                   for w in wheels]  # fmt: skip
@@ -72,6 +80,8 @@ def find_wheeled_base(
     on_legs = {name for part in parts for name in leg_joints(skeleton, part)}
     joints = {name for part in parts for name in (part.joint, *part.swivels, *part.others)} - on_legs
     below = {child for part in parts for child in skeleton.below(part.joint)}
+    floor = min(part.bottom for part in parts)
+    balls = find_ball_casters(skeleton, joints | below, floor, driven[0].radius)
     return WheeledBase(
         kind=kind,
         drive=drive,
@@ -80,7 +90,33 @@ def find_wheeled_base(
         pair=_pair([wheel for wheel in wheels if wheel.is_driven], forward, kind),
         confidence=confidence,
         evidence=reasons,
-        joints=frozenset(joints | below),
+        joints=frozenset(joints | below | {*balls}),
+        balls=balls,
+    )
+
+
+def _with_fixed_wheels(
+    skeleton: Skeleton,
+    parts: Sequence[RollingPart],
+    wheels: Sequence[Wheel],
+    evidence: FileEvidence | None,
+) -> WheeledBase | None:
+    """Return the base of wheels that are drawn without joints, and of the casters beside them."""
+    fixed = find_fixed_wheels(skeleton, evidence)
+    if fixed is None:
+        return None
+    casters = tuple(wheel for wheel in wheels if wheel.is_caster)
+    joints = {name for part in parts for name in (part.joint, *part.swivels, *part.others)}
+    return WheeledBase(
+        kind=fixed.kind,
+        drive=fixed.drive,
+        wheels=casters,
+        forward=(1.0, 0.0, 0.0),
+        pair=None,
+        confidence=fixed.confidence,
+        evidence=fixed.evidence,
+        joints=frozenset(joints if casters else ()),
+        is_assumed=not fixed.is_stated and not casters,
     )
 
 
@@ -100,7 +136,8 @@ def _wheel(
 ) -> Wheel:
     swivel = part.swivels[-1] if part.swivels and part in free else None
     plain = [other for other in free if not other.swivels]
-    caster = swivel is not None and _is_caster(skeleton, part, swivel, plain, actuated)
+    alone = len(free) >= 2 and all(swivel in other.swivels for other in free)
+    caster = swivel is not None and _is_caster(skeleton, part, swivel, plain, actuated, alone=alone)
     words = meanings(part.joint) | meanings(part.link)
     x, y, z = (float(v) for v in part.centre)
     ax, ay, az = (float(v) for v in part.axis)
@@ -127,8 +164,12 @@ def _is_caster(
     swivel: str,
     plain: Sequence[RollingPart],
     actuated: Collection[str],
+    *,
+    alone: bool,
 ) -> bool:
-    """Return whether a wheel swivels freely, by trail, limits, names, motors and the other wheels."""
+    """Return whether a wheel swivels freely, by trail, limits, names, motors and the other wheels; `alone`:
+    all wheels are below this swivel.
+    """
     joint = skeleton.joint[swivel]
     offset = part.centre - skeleton.origin(swivel)
     trail = abs(float(offset @ part.roll)) / part.radius
@@ -138,6 +179,7 @@ def _is_caster(
     score -= 1.5 * (not is_endless(joint))
     score -= 1.2 * (len(plain) == 1 and "caster" not in words)
     score += 0.6 * (len(plain) >= 2) * (1.0 if "caster" in words else 0.3)
+    score -= 1.5 * alone
     if actuated:
         score += -2.0 if swivel in actuated else 0.5
     return score > 0
@@ -152,7 +194,9 @@ def _with_drives(wheels: list[Wheel], actuated: Collection[str]) -> list[Wheel]:
     return [replace(w, is_driven=w.is_driven and w.radius >= SMALL * largest) for w in wheels]
 
 
-def _kind(driven: Sequence[Wheel], omni: str) -> tuple[BaseKind, DriveKind | None, float, tuple[str, ...]]:
+def _kind(
+    driven: Sequence[Wheel], omni: str, *, endless_steering: bool = False
+) -> tuple[BaseKind, DriveKind | None, float, tuple[str, ...]]:
     """Return kind and drive of the base that driven wheels make, with confidence and evidence."""
     steered = [wheel for wheel in driven if wheel.steer_joint is not None]
     level = [np.array([*wheel.axis[:2], 0.0]) for wheel in driven]
@@ -166,6 +210,10 @@ def _kind(driven: Sequence[Wheel], omni: str) -> tuple[BaseKind, DriveKind | Non
         and count >= 2
     ):
         return "holonomic", "swerve", 0.9, (f"all {count} driven wheels are steered about upright axes",)
+    if steered and len(steered) == count >= 2 and endless_steering:
+        return "holonomic", "swerve", 0.8, (
+            f"all {count} driven wheels are on one carriage that steers without limits",
+        )  # fmt: skip
     if steered:
         return "ackermann", "ackermann", 0.9, (
             f"{len(steered)} wheels are steered, {count - len(steered)} are not",

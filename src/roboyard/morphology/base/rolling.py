@@ -5,7 +5,7 @@ about it and reaches the floor.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,10 +76,27 @@ def find_rolling_parts(skeleton: Skeleton) -> tuple[RollingPart, ...]:
     else:
         others = [*plain, *(part.joint for part in round_parts if part not in found)]
         found += [part for name in others if (part := _like_another(skeleton, name, found)) is not None]
-    if len(found) == 1 and not _is_named(skeleton, found[0].joint):
+    casters = [name for part in found for name in part.swivels if "caster" in meanings(name)]
+    if len(found) == 1 and not _is_named(skeleton, found[0].joint) and not casters:
         return ()  # the last joint of an arm may look like one wheel
     order = list(skeleton.joint)
-    return tuple(sorted(found, key=lambda part: order.index(part.joint)))
+    return tuple(sorted(_below_a_carriage(found), key=lambda part: order.index(part.joint)))
+
+
+def _below_a_carriage(parts: Sequence[RollingPart]) -> list[RollingPart]:
+    """Return wheels without the joints above all of them, which move the robot on its wheels."""
+    above = [{*part.swivels, *part.others} for part in parts]
+    shared = set.intersection(*above) if len(parts) >= 2 else set()
+    if not any(shared & set(part.others) for part in parts):
+        return list(parts)
+    return [
+        replace(
+            part,
+            swivels=tuple(name for name in part.swivels if name not in shared),
+            others=tuple(name for name in part.others if name not in shared),
+        )
+        for part in parts
+    ]
 
 
 def _on_the_floor(skeleton: Skeleton, parts: Sequence[RollingPart]) -> list[RollingPart]:
@@ -228,6 +245,7 @@ def _is_swivel(skeleton: Skeleton, name: str) -> bool:
     if joint.type not in ("revolute", "continuous"):
         return False
     said = "steer" in meanings(name) & meanings(joint.child)
+    said = said or ("caster" in meanings(name) and is_endless(joint))
     return abs(skeleton.axis(name)[2]) > UPRIGHT or said
 
 

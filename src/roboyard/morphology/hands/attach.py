@@ -50,6 +50,14 @@ def has_suction(links: Sequence[str], evidence: FileEvidence | None = None) -> b
     return any(link in named for link in links)
 
 
+def holds_by_suction(links: Sequence[str], evidence: FileEvidence | None = None) -> bool:
+    """Return whether a body on its own is a suction gripper; a vacuum cleaner is none."""
+    names = " ".join(links).lower()
+    return has_suction(links, evidence) and any(
+        word in names for word in ("suction", "grip", "saugnapf", "ventosa")
+    )
+
+
 def gripper_conclusions(found: Mapping[str, FoundGripper]) -> list[Conclusion]:
     """Return what was concluded about grippers, by the name of their arm or palm."""
     conclusions = []

@@ -76,7 +76,7 @@ def describe_gripper(
         mimic_joints=tuple(name for name in hand.joint if name in follow),
         links=tuple(dict.fromkeys(name for finger in hand.fingers for name in finger.links)),
         fingertips=tuple(dict.fromkeys(tips)),
-        opening=_common(driven, ways),
+        opening=_common(_moving(hand, driven), ways),
         opening_of=ways,
         width=_width(hand, grasp, ways, kind),
     )
@@ -143,7 +143,7 @@ def _ways(
 ) -> dict[str, Opening]:
     """Return the direction that opens, by driven joint."""
     if grasp is None:
-        return {}
+        return _ways_of_slides(hand, driven, reasons)
     ways: dict[str, Opening] = {}
     for name in driven:
         way, change = opening_of(hand, grasp, name)
@@ -154,6 +154,47 @@ def _ways(
                 moves = f"the tip moves {1e3 * change:.0f} mm away from {against}"
                 reasons.append(f"{moves} with {way} {name!r}")
     return ways
+
+
+def _ways_of_slides(hand: HandGeometry, driven: Sequence[str], reasons: list[str]) -> dict[str, Opening]:
+    """Return the direction that opens two opposed slides without shapes: that in which their frames part."""
+    slides = [finger for finger in hand.fingers if hand.joint[finger.joints[0]].type == "prismatic"]
+    if len(slides) != 2 or len(hand.fingers) != 2:
+        return {}
+    leaders = {hand.leaders[name].leader for name in hand.leaders}
+    posture = {}
+    for name in driven:
+        limits = hand.joint[name].position_limits()
+        if limits is not None and (name in leaders or len(driven) > 1):
+            posture[name] = np.array(limits)
+    poses = hand.poses(posture)
+    spots = [poses[hand.joint[finger.joints[0]].child][..., :3, 3] for finger in slides]
+    gaps = np.broadcast_to(np.linalg.norm(spots[0] - spots[1], axis=-1), (2,))
+    if not posture or abs(gaps[1] - gaps[0]) < 1e-3:
+        return {}
+    way: Opening = "increasing" if gaps[1] > gaps[0] else "decreasing"
+    reasons.append(f"no shape is known; the fingers' frames part with {way} positions")
+    return dict.fromkeys(posture, way)
+
+
+def _moving(hand: HandGeometry, driven: Sequence[str]) -> list[str]:
+    """Return the driven joints that move a shape, themselves or by their followers; the others (a motor, a
+    screw, a measuring frame) are for show.
+    """
+    found = []
+    for name in driven:
+        moved = {name, *(other for other, leader in hand.leaders.items() if leader.leader == name)}
+        links = {link for each in moved for link in _links_below(hand, each)}
+        if any(len(hand.link_points(link)) for link in links):
+            found.append(name)
+    return found or list(driven)
+
+
+def _links_below(hand: HandGeometry, name: str) -> list[str]:
+    links = [hand.joint[name].child]
+    for link in links:
+        links += [joint.child for joint in hand.description.child_joints[link]]
+    return links
 
 
 def _common(driven: Sequence[str], ways: dict[str, Opening]) -> Opening | None:

@@ -30,8 +30,9 @@ def find_palms(skeleton: Skeleton, used: Collection[str] = ()) -> dict[str, tupl
         skeleton: the robot.
         used: joints of wheels and rotors.
     """
-    if _is_hand(skeleton, used):
-        return {BASE: tuple(name for name in skeleton.joint if name not in used)}
+    own = hand_alone(skeleton, used)
+    if own is not None:
+        return {own: tuple(name for kid in skeleton.children[own] for name in skeleton.below(kid))}
     found: dict[str, tuple[str, ...]] = {}
     open_bodies = [name for name in reversed(skeleton.children[BASE]) if name not in used]
     while open_bodies:
@@ -108,17 +109,29 @@ def _is_jaw(skeleton: Skeleton, body: str, kid: str) -> bool:
     return across and beside and one_sided
 
 
-def _is_hand(skeleton: Skeleton, used: Collection[str]) -> bool:
-    """Return whether the whole robot is one hand or gripper."""
-    kids = [name for name in skeleton.children[BASE] if name not in used]
+def hand_alone(skeleton: Skeleton, used: Collection[str] = ()) -> str | None:
+    """Return the palm of a robot that is one hand or gripper, on its own or on a wrist; None for others.
+
+    Args:
+        skeleton: the robot.
+        used: joints of wheels and rotors.
+    """
+    kids = skeleton.children[BASE]
     if not kids or used or not 0 < skeleton.size < HAND_SIZE:
-        return False
+        return None
     if len(kids) == 1:
-        return _is_hand_on_a_wrist(skeleton, kids[0])
+        return _palm_on_a_wrist(skeleton, kids[0])
+    return BASE if _is_hand(skeleton, kids) else None
+
+
+def _is_hand(skeleton: Skeleton, kids: list[str]) -> bool:
+    """Return whether several chains that begin at the base are fingers."""
     joints = [joint for kid in kids for joint in skeleton.below(kid)]
-    if max(len(skeleton.below(kid)) for kid in kids) > MOST_JOINTS:
+    named = share("finger", _names(skeleton, joints))
+    if max(len(skeleton.below(kid)) for kid in kids) > (MOST_JOINTS if named < 0.9 else 3 * MOST_JOINTS):
         return False
-    if sum(is_endless(skeleton.joint[name]) for name in joints) > len(joints) / 2:
+    loose = sum(is_endless(skeleton.joint[name]) for name in joints)
+    if loose > len(joints) / 2 and named < 0.9:
         return False
     names = [*_names(skeleton, joints), skeleton.description.name, *skeleton.links[BASE]]
     named = share("finger", names)
@@ -132,17 +145,17 @@ def _is_hand(skeleton: Skeleton, used: Collection[str]) -> bool:
     return len(kids) >= 2 and (follow or (len(kids) >= 3 and not _on_corners(skeleton, kids)))
 
 
-def _is_hand_on_a_wrist(skeleton: Skeleton, joint: str) -> bool:
-    """Return whether one or two joints carry at least three short fingers, and nothing else."""
+def _palm_on_a_wrist(skeleton: Skeleton, joint: str) -> str | None:
+    """Return the last of one or two joints that carry at least three short fingers and nothing else."""
     wrist = [joint]
     while len(skeleton.children[wrist[-1]]) == 1 and len(wrist) < 2:
         wrist += skeleton.children[wrist[-1]]
     fingers = skeleton.children[wrist[-1]]
     if len(fingers) < 3 or any(is_endless(one) for one in skeleton.joint.values()):
-        return False
+        return None
     lengths = [len(skeleton.below(name)) for name in fingers]
     short = max(skeleton.reach(name) for name in fingers) < HAND_SIZE / 2
-    return short and min(lengths) >= 2 and max(lengths) <= MOST_JOINTS
+    return wrist[-1] if short and min(lengths) >= 2 and max(lengths) <= MOST_JOINTS else None
 
 
 def _face_each_other(skeleton: Skeleton, kids: list[str]) -> bool:

@@ -29,7 +29,8 @@ def looks_like_head(
     below = skeleton.below(joint)
     if len(below) > MOST_JOINTS or skeleton.depth(joint) > 4 or any(name in palms for name in below):
         return False
-    if any(skeleton.joint[name].type == "prismatic" for name in below):
+    slides = (name for name in below if skeleton.joint[name].type == "prismatic")
+    if any(skeleton.is_driven(name) for name in slides):  # a lift that follows the arm may carry a head
         return False
     return head_score(skeleton, joint, alone=alone) >= NEEDED
 
@@ -39,7 +40,7 @@ def head_score(skeleton: Skeleton, joint: str, *, alone: bool = False) -> float:
     below = skeleton.below(joint)
     names = [text for name in below for text in (name, skeleton.joint[name].child)]
     score = 3.5 * share("head", names)
-    for part in ("arm", "leg", "wheel", "trunk"):
+    for part in ("arm", "leg", "wheel", "steer", "trunk"):
         score -= 3.0 * share(part, names)
     lidars = [n for n in names if "lidar" in meanings(n) and not meanings(n) & {"head", "camera"}]
     score -= 4.0 * (len(lidars) > 0 and len(below) == 1)

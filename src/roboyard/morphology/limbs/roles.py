@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -55,6 +55,7 @@ def find_roles(
     wheeled: bool = False,
     flying: bool = False,
     wheel_legs: Sequence[str] = (),
+    wheels: Collection[str] = (),
 ) -> Roles:
     """Return what each limb is.
 
@@ -64,6 +65,7 @@ def find_roles(
         wheeled: whether wheels carry it.
         flying: whether it has rotors.
         wheel_legs: joints above wheels that can lift them as legs do.
+        wheels: joints of wheels.
     """
     limbs = [limb for limb in anatomy.limbs if not limb.is_head]
     pairs = find_pairs(skeleton, limbs)
@@ -81,7 +83,7 @@ def find_roles(
             arms.append((limb, min(0.97, 0.4 + 0.12 * score), evidence))
         else:
             other.append(limb)
-    trunk, arms, why = _trunk(skeleton, anatomy, arms, other, wheeled=wheeled)
+    trunk, arms, why = _trunk(skeleton, anatomy, arms, other, wheeled=wheeled, wheels=wheels)
     return Roles(
         legs=_named_legs(skeleton, legs, left, up, leg_confidence, leg_evidence),
         arms=_named_arms(skeleton, arms, trunk, left),
@@ -327,6 +329,13 @@ def _head(skeleton: Skeleton, limb: Limb) -> Part:
     )
 
 
+def _begins_an_arm(skeleton: Skeleton, joints: Sequence[str], limb: Limb) -> bool:
+    """Return whether the joints below the only arm of a robot that stands still are that arm's first ones."""
+    leads = skeleton.path(limb.joints[0])[: len(joints)] == list(joints)
+    turn = all(skeleton.joint[name].type != "prismatic" for name in joints)
+    return leads and turn and share("trunk", _names(skeleton, joints)) == 0
+
+
 def _trunk(
     skeleton: Skeleton,
     anatomy: Anatomy,
@@ -334,12 +343,14 @@ def _trunk(
     other: Sequence[Limb],
     *,
     wheeled: bool,
+    wheels: Collection[str] = (),
 ) -> tuple[tuple[str, ...], list[tuple[Limb, float, tuple[str, ...]]], tuple[str, ...]]:
     """Return the joints between the hubs of a robot, or the lift that carries its only arm."""
     hubs = {limb.hub for limb, _, _ in arms} | {limb.hub for limb in anatomy.limbs}
     joints = dict.fromkeys(name for hub in hubs for name in skeleton.path(hub) if skeleton.is_driven(name))
     for limb in other:
-        if share("trunk", _names(skeleton, limb.joints)) >= 0.5:
+        stands = set(skeleton.children[limb.tip]) & set(wheels)
+        if stands or share("trunk", _names(skeleton, limb.joints)) >= 0.5:
             joints |= dict.fromkeys(limb.joints)
     for name in anatomy.accessories:
         hub = skeleton.parent[name]
@@ -347,6 +358,10 @@ def _trunk(
         if hub in anatomy.hubs and heavy and share("trunk", _names(skeleton, [name])) >= 0.5:
             joints[name] = None
     ordered = [name for name in skeleton.joint if name in joints]
+    if ordered and not wheeled and len(arms) == 1 and _begins_an_arm(skeleton, ordered, arms[0][0]):
+        limb, confidence, evidence = arms[0]
+        arms = [(replace(limb, joints=(*ordered, *limb.joints)), confidence, evidence)]
+        return (), arms, ()
     if ordered:
         return tuple(ordered), arms, (f"{len(ordered)} joints move all that branches off behind them",)
     if len(arms) == 1:

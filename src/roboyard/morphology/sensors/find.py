@@ -35,6 +35,8 @@ FARTHEST_BESIDE = 0.2
 """Largest distance between frames of one sensor that stand side by side (m)."""
 SIDES = frozenset(("left", "right", "front", "rear", "back", "top", "bottom", "upper", "lower"))
 """Words of places: frames that differ in one of them and are apart belong to two sensors."""
+SCAN_SAMPLES = 90
+"""Rays in one sweep from which a sensor scans, though its name says that it measures one distance."""
 UNNAMED = ("link", "frame", "optical", "sensor", "camera", "cam")
 """Words of a link that a sensor's name does without."""
 CAMERA_ORDER = ("color", "colour", "rgb", "left", "")
@@ -175,6 +177,8 @@ def _is_beside(first: str, second: str, frames: Mapping[str, Array], kind: Mount
 
 
 def _is_range(sensor: StatedSensor) -> bool:
+    if sensor.samples >= SCAN_SAMPLES:
+        return False
     return is_range_finder(sensor.name) or is_range_finder(sensor.link)
 
 

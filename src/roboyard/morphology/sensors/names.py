@@ -35,7 +35,7 @@ _PART = re.compile(
 """Words that differ between the frames of one sensor."""
 _MOUNT = re.compile(
     r"mount\w*|bracket\w*|support\w*|holder|cage|stand|pole|mast|tower|arm|pan|tilt|yaw|pitch|roll|motor|cover|plate|tripod|case"
-    r"|bridge|adapter|adaptor|riser|guard|roll_?cage|screw|cable|shell|frame_?holder|neck|wall|hinge"
+    r"|bridge|adapter|adaptor|riser|guard|roll_?cage|screw|cable|shell|frame_?holder|neck|wall|hinge|stand_?off\w*|spacer\w*|post|pillar|strut"
 )
 """Words of what carries a sensor."""
 _GENERIC = frozenset(

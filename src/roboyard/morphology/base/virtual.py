@@ -1,0 +1,50 @@
+"""Joints above the first real body that represent how the base moves: planar, or slides and turns without
+end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from roboyard.description.model import Joint, RobotDescription
+from roboyard.description.semantic import BaseKind
+
+FREE_SLIDE = 20.0
+"""Shortest range of a slide that represents driving (m)."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class VirtualBase:
+    """The motion that joints without mechanical parts represent."""
+
+    kind: BaseKind
+    joints: tuple[str, ...]
+    """Root first."""
+    evidence: tuple[str, ...]
+
+
+def find_virtual_base(description: RobotDescription, base_link: str) -> VirtualBase | None:
+    """Return the motion that the joints above a link represent; None where they are a gantry, or float."""
+    above: list[Joint] = []
+    while base_link in description.parent_joint:
+        above.insert(0, description.parent_joint[base_link])
+        base_link = above[0].parent
+    moving = [joint for joint in above if joint.is_moving]
+    names = tuple(joint.name for joint in moving)
+    if not moving:
+        return None
+    if any(joint.type == "planar" for joint in moving):
+        return VirtualBase(kind="holonomic", joints=names, evidence=(f'"{names[0]}" is a planar joint',))
+    slides = [joint for joint in moving if joint.type == "prismatic"]
+    level = [joint for joint in slides if abs(joint.axis[2]) < 0.5]
+    if len(moving) > len(level) + 1 or not all(is_free_slide(joint) for joint in slides) or not level:
+        return None
+    kind: BaseKind = "holonomic" if len(level) == 2 else "differential"
+    text = f"{', '.join(names)} move no mechanical part, as far as one likes"
+    return VirtualBase(kind=kind, joints=names, evidence=(text,))
+
+
+def is_free_slide(joint: Joint) -> bool:
+    """Return whether a slide has no limits, or such that represent driving."""
+    limits = joint.position_limits()
+    return joint.type == "prismatic" and (limits is None or limits[1] - limits[0] >= FREE_SLIDE)

@@ -1,0 +1,111 @@
+"""Robots that files draw in unusual ways, what is concluded about them, and what is not."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import unusual_robots
+from small_robots import joint, link, robot
+from test_museum import nothing_else
+
+from roboyard.morphology.analyze import infer_semantics
+
+
+def test_a_plugin_and_a_caster_show_a_base_whose_wheels_have_no_joints() -> None:
+    semantic = infer_semantics(unusual_robots.wheels_without_joints(unusual_robots.DIFF_DRIVE))
+    assert (semantic.kind, semantic.base) == ("mobile_base", "differential")
+    assert semantic.caster_joints == ("jcaster", "j4") and not semantic.driven_wheels
+    nothing_else(semantic, "wheels", "caster_joints")
+
+
+def test_an_arm_on_wheels_without_joints_is_a_question() -> None:
+    semantic = infer_semantics(unusual_robots.wheels_without_joints(arm=True))
+    assert (semantic.kind, semantic.base) == ("mobile_manipulator", "differential")
+    sure = semantic.confidence("base")
+    assert sure is not None and sure < 0.5
+    nothing_else(semantic, "arms")
+
+
+def test_a_trolley_is_no_robot() -> None:
+    semantic = infer_semantics(unusual_robots.trolley())
+    assert (semantic.kind, semantic.base) == ("object", "none")
+    nothing_else(semantic)
+
+
+def test_wheels_on_one_carriage_that_steers_without_limits_are_holonomic() -> None:
+    semantic = infer_semantics(unusual_robots.carriage())
+    assert (semantic.kind, semantic.base, semantic.drive) == ("mobile_base", "holonomic", "swerve")
+    assert semantic.steer_joints == ("js",)
+    assert semantic.caster_joints == ("jl0", "jl1", "jl2", "jr0", "jr1", "jr2")
+    nothing_else(semantic, "wheels", "steer_joints", "caster_joints")
+
+
+def test_a_turn_and_a_slide_without_end_stand_for_a_base() -> None:
+    semantic = infer_semantics(unusual_robots.on_rails(1000))
+    assert (semantic.kind, semantic.base, semantic.base_link) == ("mobile_manipulator", "differential", "b")
+    assert [len(arm.joints) for arm in semantic.arms] == [5]
+    assert infer_semantics(unusual_robots.on_rails(0.5)).kind == "fixed_arm"
+
+
+def test_joints_between_the_root_and_the_body_on_wheels_are_the_trunk() -> None:
+    semantic = infer_semantics(unusual_robots.hung_from_the_top())
+    assert (semantic.kind, semantic.base) == ("mobile_manipulator", "differential")
+    assert semantic.trunk_joints == ("jh0", "jh1", "jh2")
+    assert {wheel.suspension_joints for wheel in semantic.wheels} == {()}
+    nothing_else(semantic, "wheels", "trunk_joints", "arms")
+
+
+def test_the_only_arm_of_a_robot_that_stands_still_begins_at_its_base() -> None:
+    semantic = infer_semantics(unusual_robots.head_above_the_first_joint())
+    assert [arm.joints for arm in semantic.arms] == [tuple(f"ja{k}" for k in range(7))]
+    assert semantic.head_joints == ("head_pan",)
+    nothing_else(semantic, "arms", "head_joints")
+
+
+def test_a_steering_joint_without_a_wheel_is_no_head() -> None:
+    semantic = infer_semantics(unusual_robots.steering_for_show())
+    assert (semantic.kind, semantic.base) == ("vehicle", "ackermann")
+    nothing_else(semantic, "wheels", "steer_joints")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [("suction_cup", "gripper"), ("vacuum_brush", "object"), ("foot", "object")]
+)
+def test_suction_cups_on_their_own_are_a_gripper_and_vacuum_cleaners_are_not(name: str, kind: str) -> None:
+    semantic = infer_semantics(unusual_robots.suction_cups(name))
+    assert (semantic.kind, semantic.base) == (kind, "none")
+    assert [gripper.kind for gripper in semantic.grippers] == ["suction"] * (kind == "gripper")
+
+
+def test_a_jaw_against_the_last_link_of_an_arm() -> None:
+    semantic = infer_semantics(unusual_robots.single_jaw_arm())
+    (arm,) = semantic.arms
+    gripper = arm.end_effector.gripper
+    assert (semantic.kind, len(arm.joints)) == ("fixed_arm", 5)
+    assert gripper is not None
+    assert (gripper.kind, gripper.joints, gripper.opening) == ("single_jaw", ("jaw_joint",), "increasing")
+
+
+def test_fingers_that_follow_their_first_joint_are_a_hand_of_three_motors() -> None:
+    semantic = infer_semantics(unusual_robots.underactuated_hand())
+    (gripper,) = semantic.grippers
+    assert semantic.kind == "hand"
+    assert gripper.joints == ("jc0", "jd0", "je0") and len(gripper.mimic_joints) == 6
+
+
+def test_fingers_with_linkages_are_a_hand_and_no_arms() -> None:
+    semantic = infer_semantics(unusual_robots.fingers_with_linkages())
+    assert semantic.kind == "hand"
+    nothing_else(semantic, "grippers")
+
+
+def test_two_joints_in_a_row_may_be_a_pendulum() -> None:
+    parts = [link("b"), link("1", "box 0.05 0.05 0.5", 1, origin="0 0 0.25")]
+    parts.append(link("2", "box 0.05 0.05 0.5", 1, origin="0 0 0.25"))
+    parts += [joint("j1", "b", "1", axis="0 1 0"), joint("j2", "1", "2", xyz="0 0 0.5", axis="0 1 0")]
+    sure = infer_semantics(robot(*parts)).confidence("kind")
+    assert sure is not None and sure < 0.5

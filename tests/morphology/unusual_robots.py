@@ -1,0 +1,157 @@
+"""Robots that files draw in unusual ways: wheels without joints, bases of rails, chains from the top down."""
+
+from __future__ import annotations
+
+from museum import BODY, base, chain, swivel, wheel
+from small_robots import joint, link, robot
+
+from roboyard.description import RobotDescription
+
+ARM = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0")
+DIFF_DRIVE = '<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so"/></gazebo>'
+
+
+def fixed_wheel(name: str, parent: str, xyz: str) -> str:
+    """A wheel on a fixed joint, named as one."""
+    return wheel(f"{name}_wheel", parent, xyz).replace('type="continuous"', 'type="fixed"')
+
+
+def wheels_without_joints(plugin: str = "", *, arm: bool = False) -> RobotDescription:
+    """Two wheels that nothing can turn, and a caster; or an arm on such a base."""
+    parts = [base(), fixed_wheel("left", "b", "0 0.25 0.1"), fixed_wheel("right", "b", "0 -0.25 0.1"), plugin]
+    if arm:
+        return robot(*parts, *chain("a", "b", "0 0 0.2", ARM, "0.1 0 0.1"))
+    caster = [swivel("caster", "b", "-0.25 0 0.1"), wheel("4", "caster", "-0.03 0 -0.05", radius=0.05)]
+    return robot(*parts, *caster)
+
+
+def trolley() -> RobotDescription:
+    """A body on four wheels that nothing can turn."""
+    corners = ((0.2, 0.25), (0.2, -0.25), (-0.2, 0.25), (-0.2, -0.25))
+    return robot(base(), *(fixed_wheel(f"w{k}", "b", f"{x} {y} 0.1") for k, (x, y) in enumerate(corners)))
+
+
+def carriage() -> RobotDescription:
+    """Two driven wheels on one part that steers without limits, and two balls of three joints each."""
+    parts = [link("b", BODY, 20, origin="0 0 0.15"), swivel("s", "b", "0 0 0.1")]
+    parts += [wheel("1", "s", "-0.1 0.2 0"), wheel("2", "s", "-0.1 -0.2 0")]
+    for name, y in (("l", 0.1), ("r", -0.1)):
+        above = "b"
+        for k, axis in enumerate(("1 0 0", "0 1 0", "0 0 1")):
+            shape = "sphere 0.05" if k == 2 else ""
+            place = f"0.2 {y} 0.05" if k == 0 else "0 0 0"
+            parts.append(link(f"{name}{k}", shape, 0.1))
+            parts.append(joint(f"j{name}{k}", above, f"{name}{k}", kind="continuous", xyz=place, axis=axis))
+            above = f"{name}{k}"
+    return robot(*parts)
+
+
+def on_rails(travel: float) -> RobotDescription:
+    """An arm on a turn and a slide without shapes; with little travel it is a gantry."""
+    return robot(
+        link("w"),
+        link("r"),
+        joint("turn", "w", "r", kind="continuous"),
+        link("b", BODY, 20, origin="0 0 0.15"),
+        joint("go", "r", "b", kind="prismatic", axis="1 0 0", limits=(-travel, travel)),
+        *chain("a", "b", "0 0 0.2", ARM, "0.1 0 0.1"),
+    )
+
+
+def hung_from_the_top() -> RobotDescription:
+    """A torso, the root, with two arms; a chain of three joints leads down to the body on wheels."""
+    return robot(
+        link("top", "box 0.2 0.3 0.4", 10, origin="0 0 1.2"),
+        *chain("h", "top", "0 0 1", ("0 0 1", "0 1 0", "0 1 0"), "0 0 -0.28"),
+        link("cart", BODY, 20),
+        joint("fix", "h2", "cart", kind="fixed", xyz="0 0 -0.26"),
+        wheel("1", "cart", "0 0.25 -0.05"),
+        wheel("2", "cart", "0 -0.25 -0.05"),
+        *chain("x", "top", "0 0.2 1.3", (*ARM, "1 0 0"), "0.15 0 0"),
+        *chain("y", "top", "0 -0.2 1.3", (*ARM, "1 0 0"), "0.15 0 0"),
+    )
+
+
+def head_above_the_first_joint() -> RobotDescription:
+    """An arm of seven joints on the floor; a screen turns on its second link."""
+    return robot(
+        link("b", "box 0.3 0.3 0.1", 20),
+        *chain("a", "b", "0 0 0.1", ("0 0 1", *ARM, "1 0 0"), "0.15 0 0.05"),
+        link("screen", "box 0.02 0.2 0.1", 1),
+        joint("head_pan", "a0", "screen", xyz="0 0 0.6"),
+    )
+
+
+def steering_for_show() -> RobotDescription:
+    """A car with a third steering joint in the middle that carries no wheel."""
+    return robot(
+        base(),
+        swivel("s0", "b", "0.25 0.25 0.1", limits=(-0.6, 0.6)),
+        wheel("0", "s0", "0 0 0"),
+        swivel("s1", "b", "0.25 -0.25 0.1", limits=(-0.6, 0.6)),
+        wheel("1", "s1", "0 0 0"),
+        wheel("2", "b", "-0.25 0.25 0.1"),
+        wheel("3", "b", "-0.25 -0.25 0.1"),
+        link("front_steer", "box 0.02 0.02 0.3", 0.1),
+        joint("front_steer_joint", "b", "front_steer", xyz="0.2 0 0.3"),
+    )
+
+
+def suction_cups(name: str = "suction_cup") -> RobotDescription:
+    """A body with four parts on fixed joints."""
+    parts = [link("b", "box 0.1 0.1 0.05", 1)]
+    for k in range(4):
+        parts.append(link(f"{name}_{k}", "cylinder 0.01 0.02", 0.01))
+        parts.append(joint(f"j{k}", "b", f"{name}_{k}", kind="fixed", xyz=f"{0.02 * k} 0 0.05"))
+    return robot(*parts)
+
+
+def single_jaw_arm() -> RobotDescription:
+    """An arm whose last link is the fixed jaw of its gripper; the other one opens with rising positions."""
+    return robot(
+        link("b", "box 0.2 0.2 0.1", 5),
+        *chain("a", "b", "0 0 0.1", ARM, "0 0 0.2"),
+        link("tool", "box 0.02 0.02 0.14", 0.1, origin="0.02 0 0.07"),
+        joint("fix", "a4", "tool", kind="fixed", xyz="0 0 0.2"),
+        link("jaw", "box 0.02 0.02 0.12", 0.05, origin="-0.02 0 0.06"),
+        joint("jaw_joint", "tool", "jaw", xyz="0 0 0.02", axis="0 -1 0", limits=(-0.1, 1.5)),
+    )
+
+
+def underactuated_hand() -> RobotDescription:
+    """A palm with three fingers of three joints, of which the outer two follow the first."""
+    parts = [link("p", "box 0.09 0.03 0.08", 0.3)]
+    for k, name in enumerate("cde"):
+        finger = chain(name, "p", f"{0.03 * k - 0.03} 0 0.04", ("1 0 0",) * 3, "0 0 0.03")
+        parts += [part.replace('"0.04', '"0.01') for part in finger]
+        for outer in (1, 2):
+            at = next(i for i, part in enumerate(parts) if part.startswith(f'<joint name="j{name}{outer}"'))
+            parts[at] = parts[at].replace("</joint>", f'<mimic joint="j{name}0"/></joint>')
+    return robot(*parts)
+
+
+def fingers_with_linkages() -> RobotDescription:
+    """A palm whose fingers have joints without limits and a bar beside each, by name all fingers."""
+    parts = [link("p", "box 0.09 0.03 0.08", 0.3)]
+    for k in range(3):
+        above, place = "p", f"{0.03 * k - 0.03} 0 0.04"
+        for n in range(2):
+            child = f"finger_{k}_link_{n}"
+            parts.append(link(child, "box 0.01 0.01 0.03", 0.02, origin="0 0 0.015"))
+            parts.append(
+                joint(f"finger_{k}_joint_{n}", above, child, kind="continuous", xyz=place, axis="1 0 0")
+            )
+            above, place = child, "0 0 0.03"
+        bar = f"finger_{k}_bar_link"
+        parts.append(link(bar, "box 0.005 0.005 0.03", 0.01, origin="0 0 0.015"))
+        parts.append(
+            joint(
+                f"finger_{k}_bar",
+                "p",
+                bar,
+                kind="continuous",
+                xyz=f"{0.03 * k - 0.03} 0.01 0.04",
+                axis="1 0 0",
+            )
+        )
+    return robot(*parts)
