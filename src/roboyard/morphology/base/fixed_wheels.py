@@ -25,7 +25,7 @@ _PLUGINS: dict[str, tuple[BaseKind, DriveKind | None]] = {
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FixedWheels:
-    """What wheels without joints show about the base."""
+    """The base that wheels without joints show."""
 
     kind: BaseKind
     drive: DriveKind | None
@@ -36,7 +36,7 @@ class FixedWheels:
 
 
 def find_fixed_wheels(skeleton: Skeleton, evidence: FileEvidence | None = None) -> FixedWheels | None:
-    """Return what wheels on fixed joints show; None where there are not two of them side by side.
+    """Return the base that wheels on fixed joints show; None where there are not two of them side by side.
 
     Args:
         skeleton: the robot.
