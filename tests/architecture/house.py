@@ -24,7 +24,7 @@ LAYERS = (
     ("robots",),
     ("scenes", "planning", "reports"),
     ("recording", "validation"),
-    ("teleop", "demo", "envs", "importer"),
+    ("teleop", "demo", "diagnosis", "envs", "importer"),
     ("viewer", "omnigibson"),
     ("pybullet",),
     ("cli",),

@@ -12,7 +12,7 @@ GROUPS = {
     "Import and validate": ("infer", "import", "robots", "validate"),
     "Control": ("drive", "plan", "replay"),
     "PyBullet scripts": ("run", "serve"),
-    "About": ("version",),
+    "About": ("doctor", "version"),
 }
 """Heading to its commands, in the order of the help text."""
 
