@@ -1,4 +1,4 @@
-"""Installed and missing packages, folders, robots and the speed of this machine: the checks of `roboyard doctor`."""
+"""Packages, extras, folders, robots and the speed of this machine: the checks of `roboyard doctor`."""
 
 from roboyard.diagnosis.check import Check
 from roboyard.diagnosis.folders import folder_checks
