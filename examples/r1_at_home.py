@@ -1,182 +1,104 @@
 """R1 at work in the flat: it opens a kitchen drawer, picks the mug from the table, carries it to the living
-room and opens the bedroom door.
+room, opens the bedroom door and places the mug on the coffee table.
 
-Only the robot's own controllers are used: base, trunk, arms by inverse kinematics, grippers. The drawer and
-the door are moved by their handles, and the mug is held by the friction of the fingers alone. Waypoints are
-constants; motions between them are straight (or, for the door, about its hinge).
+Everything is done by skills, which take names; drawer and door are moved by their handles, and the mug is
+held by the friction of the fingers alone.
 
-python examples/r1_at_home.py [picture.png | video.gif]
+python examples/r1_at_home.py [picture.png | video.gif] [--seed 3]
+python examples/r1_at_home.py --runs 10     from ten start poses, with mug and drawer elsewhere
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Mapping
+import argparse
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
-from way_points import Actor, Base, GripperPose, Target, about_z, pointing
 
 from roboyard.recording import SceneSetup, VideoWriter, set_up
 from roboyard.rendering import STUDIO, Camera, save_png
-from roboyard.transforms import Array
+from roboyard.skills import SkillResult, Skills
+from roboyard.transforms import quaternion_from_rpy
 
-STOOP = (-0.6, 1.6, -1.0, 0.0)
-"""Bent trunk posture in which grippers reach tables and worktops (rad)."""
-READY = {"left": (0.45, 0.28, 1.0), "right": (0.45, -0.28, 1.0)}
-"""Gripper positions while driving, in the base frame (m)."""
-EAST, NORTH, UP = np.eye(3)
-BAR = np.array([3.777, -2.0, 0.7605])
-"""Middle of the handle of the upper drawer at the kitchen's east (m)."""
-GRASP = np.array([0.0, 0.0, 0.066])
-"""Grasp point of the mug, from its bottom (m)."""
-HINGE, LEVER = np.array([-2.215, 0.6, 0.0]), np.array([0.855, -0.067, 1.02])
-"""Hinge of the bedroom door, and its lever relative to it while closed (m)."""
-OPEN = np.radians(58.0)
-"""Opening angle of the door (rad)."""
+DRAWER, DOOR = "kitchen_east/drawer_2", "bedroom_door/hinge"
+MOVED = 0.20
+"""Distance by which mug and drawer are moved at most (m)."""
 
 
-def get_ready(actor: Actor) -> None:
-    """Bend the trunk, with both grippers before the chest."""
-    ahead = pointing(about_z(actor.base[2]) @ EAST, -about_z(actor.base[2]) @ NORTH)
-    grippers = {arm: GripperPose(actor.in_world(place), ahead) for arm, place in READY.items()}
-    actor.move(Target(grippers, trunk=STOOP), 3.0)
-
-
-def open_drawer(actor: Actor) -> None:
-    """Pull the drawer open by its handle, with the right gripper."""
-    flat = pointing(EAST, UP)
-    actor.go((3.0, -1.9, 0.0))
-    place: Base = (3.05, -1.85, 0.0)
-    actor.move(Target({"right": GripperPose(BAR - 0.14 * EAST, flat)}, place), 2.0)
-    actor.move(Target({"right": GripperPose(BAR - 0.018 * EAST, flat)}, place), 1.0)
-    actor.grip("right", close=True)
-    pulled = GripperPose(actor.gripper("right").position - 0.3 * EAST, flat)
-    actor.move(Target({"right": pulled}, (2.75, -1.85, 0.0)), 2.5)
-    actor.grip("right", close=False)
-    actor.move(Target({"right": GripperPose(pulled.position - 0.12 * EAST, flat)}, (2.7, -1.85, 0.0)), 1.0)
-    actor.move(Target({"right": GripperPose(actor.in_world(READY["right"]), pointing(EAST, -NORTH))}), 1.0)
-
-
-def pick_mug(actor: Actor, mug: Array) -> None:
-    """Grasp the mug at the (3,) position `mug` (m) with the left gripper, and lift it by 15 cm."""
-    along = Rotation.from_euler("y", 25.0, degrees=True).apply(EAST)
-    tilted = pointing(along, -NORTH)
-    place: Base = (2.47, -0.87, 0.0)
-    actor.go((2.3, -1.7, 0.0))
-    actor.go((2.35, -0.87, 0.0))
-    actor.move(Target({"left": GripperPose(mug + GRASP - 0.16 * along, tilted)}, place), 1.5)
-    actor.move(Target({"left": GripperPose(mug + GRASP - 0.012 * along, tilted)}, place), 1.2)
-    actor.grip("left", close=True)
-    actor.move(Target({"left": GripperPose(actor.gripper("left").position + 0.15 * UP, tilted)}), 1.0)
-
-
-def carry_to_living_room(actor: Actor) -> None:
-    """Drive away from the table and through the opening between the rooms."""
-    actor.move(Target(base=(1.97, -0.87, 0.0)), 1.5)
-    kept = actor.gripper("left").rotation
-    actor.move(Target({"left": GripperPose(actor.in_world((0.5, 0.28, 1.0)), kept)}), 1.5)
-    actor.go((2.0, -1.3, np.pi))
-    actor.go((0.7, -1.3, np.pi))
-    actor.go((-1.3, -1.0, np.pi))
-
-
-def open_door(actor: Actor) -> None:
-    """Grasp the door by its lever with the right gripper, and rotate it about its hinge."""
-    heading = np.pi / 2
-    actor.go((-1.56, -0.55, heading))
-    near = GripperPose(actor.in_world((0.36, 0.28, 0.98)), actor.gripper("left").rotation)
-    actor.move(Target({"left": near}), 1.0)
-    actor.move(Target({"right": at_lever(0.0, away=0.14)}, (-1.56, -0.1, heading)), 2.0)
-    actor.move(Target({"right": at_lever(0.0)}, (-1.56, 0.0, heading)), 1.5)
-    actor.grip("right", close=True)
-    actor.follow(lambda u: Target({"right": at_lever(u * OPEN)}, (-1.56, 0.55 * u, heading)), seconds=4.0)
-    actor.grip("right", close=False)
-    back = actor.gripper("right")
-    actor.move(Target({"right": GripperPose(back.position - 0.12 * NORTH, back.rotation)}), 1.0)
-
-
-def at_lever(angle: float, away: float = 0.018) -> GripperPose:
-    """Return the pose of a gripper on the lever of the door opened by `angle` (rad), `away` (m) from it."""
-    along = about_z(0.6 * angle) @ NORTH
-    return GripperPose(HINGE + about_z(angle) @ LEVER - away * along, pointing(along, UP))
+def rearrange(stage: SceneSetup, seed: int) -> None:
+    """Move robot, mug and the cabinet with the drawer at random; seed 0 leaves them where they are."""
+    if seed == 0:
+        return
+    random = np.random.default_rng(seed)
+    assert stage.robot is not None
+    x, y = np.array(stage.scene.rooms["living room"]) + random.uniform(-0.4, 0.4, 2)
+    stage.robot.set_pose((x, y, 0.0), quaternion_from_rpy((0, 0, random.uniform(-np.pi, np.pi))))
+    cabinet, mug = stage.scene.body("kitchen_east"), stage.scene.body("mug")
+    far, angle = MOVED * np.sqrt(random.random()), random.uniform(np.pi / 2, np.pi)
+    cabinet.set_pose(cabinet.position + far * np.array([np.cos(angle), np.sin(angle), 0.0]))
+    others = [stage.scene.body(name).position[:2] for name in ("banana", "bowl", "plate")]
+    while True:  # on the table, not on what else stands there
+        far, angle = MOVED * np.sqrt(random.random()), random.uniform(-np.pi, np.pi)
+        spot = mug.position + far * np.array([np.cos(angle), np.sin(angle), 0.0])
+        if min(np.linalg.norm(spot[:2] - other) for other in others) > 0.16 and -0.8 < spot[1] < -0.1:
+            break
+    mug.set_pose(spot, quaternion_from_rpy((0, 0, random.uniform(-np.pi, np.pi))))
 
 
 @dataclass(frozen=True)
 class Result:
     """The result of the script."""
 
-    places: Mapping[str, tuple[float, float]]
-    """Position x, y of R1 at the end of each part (m)."""
-    drawer: float
-    """Opening of the drawer (m)."""
-    lifted: tuple[float, float]
-    """Height of the mug above the table, when lifted and a second later (m)."""
-    carried: float
-    """Distance between the mug and its gripper at the end (m)."""
-    door: float
-    """Opening of the door (rad)."""
+    steps: tuple[SkillResult, ...]
+    """Results of the skills so far; the last one failed unless the script was finished."""
+    finished: bool
+    """Whether every skill succeeded."""
 
 
-def play(stage: SceneSetup, watch: Callable[[str], None] | None = None) -> Result:
-    """Run the script; `watch` is called after every control step, with the name of the part."""
-    part = "kitchen"
-    actor = Actor(stage, lambda: watch(part) if watch is not None else None)
-    places: dict[str, tuple[float, float]] = {}
-    mug = stage.scene.body("mug")
-    start = np.array(mug.position)
-
-    def height() -> float:
-        return float(mug.position[2] - start[2])
-
-    actor.go((2.1, -1.3, 0.0))
-    get_ready(actor)
-    places[part] = actor.base[:2]
-    part = "drawer"
-    open_drawer(actor)
-    places[part] = actor.base[:2]
-    part = "mug"
-    pick_mug(actor, start)
-    lifted = height()
-    actor.wait(1.0)
-    held = height()
-    places[part] = actor.base[:2]
-    part = "living room"
-    carry_to_living_room(actor)
-    places[part] = actor.base[:2]
-    part = "door"
-    open_door(actor)
-    places[part] = actor.base[:2]
-    joints = stage.scene.joints
-    return Result(
-        places=places,
-        drawer=joints["kitchen_east/drawer_2"].position,
-        lifted=(lifted, held),
-        carried=float(np.linalg.norm(mug.position + GRASP - actor.gripper("left").position)),
-        door=joints["bedroom_door/hinge"].position,
+def play(stage: SceneSetup, watch: Callable[[str], None] | None = None, seed: int = 0) -> Result:
+    """Run the script; `watch` is called after every control step, with the name of the skill."""
+    assert stage.robot is not None
+    part = ""
+    skills = Skills(
+        stage.robot, stage.scene, watch=lambda: watch(part) if watch is not None else None, seed=seed
     )
+    script: list[tuple[str, Callable[[], SkillResult]]] = [
+        ("kitchen", lambda: skills.navigate_to("kitchen")),
+        ("drawer", lambda: skills.open(DRAWER)),
+        ("mug", lambda: skills.grasp("mug")),
+        ("mug", lambda: skills.lift("mug")),
+        ("living room", lambda: skills.navigate_to("living room")),
+        ("door", lambda: skills.open(DOOR)),
+        ("table", lambda: skills.place("mug", on="coffee_table")),
+    ]
+    for part, step in script:  # noqa: B007 - `watch` sees it
+        if not step():
+            return Result(steps=tuple(skills.log), finished=False)
+    return Result(steps=tuple(skills.log), finished=True)
 
 
 VIEWS = {
     "kitchen": ((0.9, -2.6, 2.4), (2.7, -1.2, 0.6)),
     "drawer": ((2.0, -3.3, 1.7), (3.3, -1.8, 0.7)),
-    "mug": ((3.5, -2.5, 2.0), (2.8, -0.7, 0.75)),
+    "mug": ((3.0, -2.9, 2.2), (3.0, -0.6, 0.75)),
     "living room": ((-2.6, -3.2, 2.5), (-0.1, -1.1, 0.6)),
     "door": ((-3.0, -1.5, 2.2), (-1.5, 0.4, 0.8)),
+    "table": ((-1.0, -3.3, 2.2), (-2.6, -1.6, 0.6)),
 }
 """Camera position and target for each part (m)."""
 
 
 def view(part: str, width: int, height: int) -> Camera:
     """Return the camera for one part of the script."""
-    return Camera.look_at(*VIEWS[part], width=width, height=height)
+    return Camera.look_at(*VIEWS[part or "kitchen"], width=width, height=height)
 
 
-def main(output: Path | None = None) -> None:
-    """Run the script, and write a picture or a video of it."""
+def run(seed: int, output: Path | None = None) -> Result:
+    """Run the script in a new scene, print what the skills say, and write a picture or a video of it."""
     stage = set_up({"scene": "home", "robot": "r1"})
+    rearrange(stage, seed)
     world = stage.scene.world
     video = VideoWriter(output, fps=8) if output is not None and output.suffix != ".png" else None
     due = world.time
@@ -187,20 +109,32 @@ def main(output: Path | None = None) -> None:
             video.add(world.render(view(part, 320, 240), samples=4, background=STUDIO))
             due += 0.5
 
-    result = play(stage, watch)
-    for name, (x, y) in result.places.items():
-        print(f"{name}: R1 is at {x:.2f} {y:.2f}")
-    print(f"{world.time:.0f} s; the drawer is open by {100 * result.drawer:.0f} cm, the door by", end=" ")
-    print(
-        f"{np.degrees(result.door):.0f} degrees; the mug was lifted by {100 * result.lifted[1]:.0f} cm",
-        end=" ",
-    )
-    print("and is still in the gripper" if result.carried < 0.05 else "and was lost on the way")
+    result = play(stage, watch, seed)
+    for step in result.steps:
+        print(step)
     if video is not None:
         video.close()
     elif output is not None:
-        save_png(output, world.render(view("door", 640, 480), samples=4, background=STUDIO))
+        save_png(output, world.render(view("table", 640, 480), samples=4, background=STUDIO))
+    return result
+
+
+def main() -> None:
+    """Run the script once, or from several start poses."""
+    parser = argparse.ArgumentParser(description="R1 at work in the flat")
+    parser.add_argument("output", nargs="?", type=Path, help="a picture or a video to write")
+    parser.add_argument("--seed", type=int, default=0, help="where robot, mug and drawer are")
+    parser.add_argument("--runs", type=int, default=0, help="number of seeds to run, from 1 on")
+    given = parser.parse_args()
+    if not given.runs:
+        run(given.seed, given.output)
+        return
+    finished = 0
+    for seed in range(1, given.runs + 1):
+        print(f"seed {seed}")
+        finished += run(seed).finished
+    print(f"{finished} of {given.runs} finished")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else None)
+    main()

@@ -23,7 +23,7 @@ LAYERS = (
     ("sensors",),
     ("robots",),
     ("scenes", "planning", "reports"),
-    ("recording", "validation"),
+    ("recording", "skills", "validation"),
     ("teleop", "demo", "diagnosis", "envs", "importer"),
     ("viewer", "omnigibson"),
     ("pybullet",),

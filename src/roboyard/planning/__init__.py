@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 from roboyard._lazy import lazy_names
 
 _HOMES = {
+    "Attached": "roboyard.planning.attached",
+    "attached_body": "roboyard.planning.attached",
     "CollisionChecker": "roboyard.planning.checking",
     "DistanceField": "roboyard.planning.distance_fields",
     "Obstacle": "roboyard.planning.obstacles",
@@ -31,6 +33,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Attached",
     "CollisionChecker",
     "DistanceField",
     "Obstacle",
@@ -41,6 +44,7 @@ __all__ = [
     "RobotPlanner",
     "SphereModel",
     "Trajectory",
+    "attached_body",
     "cloud_field",
     "fitted_model",
     "load_planner_file",
@@ -51,6 +55,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
+    from roboyard.planning.attached import Attached, attached_body
     from roboyard.planning.checking import CollisionChecker
     from roboyard.planning.distance_fields import DistanceField, cloud_field
     from roboyard.planning.goals import PoseGoal

@@ -12,10 +12,11 @@ import numpy as np
 from roboyard.description.model import Box, Capsule, Cylinder, Heightfield, Mesh, Plane, Sphere
 from roboyard.kinematics.joint_models import mimic_source
 from roboyard.kinematics.joint_order import single_dof_joints
+from roboyard.planning.attached import Attached
 from roboyard.planning.distance_fields import DistanceField
 from roboyard.planning.obstacles import Obstacle
 from roboyard.planning.sphere_model import SphereRobot
-from roboyard.transforms import Array
+from roboyard.transforms import Array, quaternion_from_matrix, to_wxyz
 
 if TYPE_CHECKING:
     from roboyard.sim.body import Body
@@ -42,7 +43,14 @@ class Clash:
 class HullJudge:
     """Overlaps of the hulls of one robot in a world; works on a copy of its state."""
 
-    def __init__(self, world: World, body: Body, robot: SphereRobot, ignored: Iterable[Body] = ()) -> None:
+    def __init__(
+        self,
+        world: World,
+        body: Body,
+        robot: SphereRobot,
+        ignored: Iterable[Body] = (),
+        held: Iterable[Attached] = (),
+    ) -> None:
         """Create a judge of a body that `robot` describes; other bodies stay where they are now.
 
         Args:
@@ -50,12 +58,20 @@ class HullJudge:
             body: the robot.
             robot: names and order of the joints that configurations give.
             ignored: bodies that the robot may touch.
+            held: free bodies that move with a link, and count as parts of it.
         """
         world.detect_contacts()
         self.model: Any = world.model
         self.data: Any = copy.copy(world.data)
         self.robot = robot
         link_of_row = {int(row): link.name for row, link in zip(body.mujoco_ids, body.links, strict=True)}
+        self._held = [
+            (int(body.link(one.link).mujoco_id), one.body.free_qpos, one.pose)
+            for one in held
+            if one.body.free_qpos >= 0
+        ]
+        for one in held:
+            link_of_row |= {int(row): one.link for row in one.body.mujoco_ids}
         other_rows = {
             int(row): other.name for other in world.bodies if other is not body for row in other.mujoco_ids
         }
@@ -104,6 +120,8 @@ class HullJudge:
 
         self.data.qpos[self.rows] = q[self.source] * self.multiplier + self.offset
         mujoco.mj_kinematics(self.model, self.data)
+        if self._held:
+            self._carry()
         mujoco.mj_collision(self.model, self.data)
         if self.data.ncon == 0:
             return []
@@ -126,6 +144,18 @@ class HullJudge:
             if found is None or found.depth < depths[k]:
                 deepest[pair] = Clash(link=link, other=other, depth=float(depths[k]), is_self=is_self)
         return list(deepest.values())
+
+    def _carry(self) -> None:
+        """Move held bodies to where their links hold them."""
+        import mujoco
+
+        for row, first, pose in self._held:
+            link = np.eye(4)
+            link[:3, :3], link[:3, 3] = self.data.xmat[row].reshape(3, 3), self.data.xpos[row]
+            placed = link @ pose
+            self.data.qpos[first : first + 3] = placed[:3, 3]
+            self.data.qpos[first + 3 : first + 7] = to_wxyz(quaternion_from_matrix(placed[:3, :3]))
+        mujoco.mj_kinematics(self.model, self.data)
 
     def first_clash(self, qs: Array) -> tuple[int, list[Clash]] | None:
         """Return the first of (b, n) configurations with overlaps, and those; None where all are free."""

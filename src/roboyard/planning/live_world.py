@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -74,6 +75,20 @@ class WorldObstacles:
             found.append(Obstacle(name=name, shape=self._shapes[geom], pose=_pose(data, geom)))
         self.obstacles = Obstacles(found, root)
         return self.obstacles
+
+    def with_moved(self, geoms: Collection[int], motion: Array) -> Obstacles:
+        """Return new obstacles of which those of some MuJoCo geoms are moved by a (4, 4) motion of the world,
+        such as a drawer that is going to be open.
+        """
+        found = []
+        for geom, one in zip(self._geoms, self.obstacles.items, strict=True):
+            if geom in geoms:
+                placed = motion @ one.pose.matrix()
+                x, y, z, w = (float(v) for v in quaternion_from_matrix(placed[:3, :3]))
+                px, py, pz = (float(v) for v in placed[:3, 3])
+                one = replace(one, pose=Pose(position=(px, py, pz), quaternion=(x, y, z, w)))
+            found.append(one)
+        return Obstacles(found, self._root)
 
     def _chosen(self) -> tuple[list[int], list[str]]:
         """Return the geoms that are obstacles, with the names of their bodies."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.errors import ConfigError, unknown_name
+from roboyard.planning.attached import Attached, with_attached
 from roboyard.planning.depth_cloud import depth_obstacle
 from roboyard.planning.goals import Goal, PoseGoal, PostureSolution
 from roboyard.planning.hull_judge import HullJudge
@@ -32,13 +33,22 @@ class RobotPlanner:
     """Plans for a group of a robot's joints in its world; made by `planner_for`."""
 
     def __init__(
-        self, robot: RobotBody, joints: Sequence[str], model: SphereModel, ignored: Iterable[Body] = ()
+        self,
+        robot: RobotBody,
+        joints: Sequence[str],
+        model: SphereModel,
+        ignored: Iterable[Body] = (),
+        held: Sequence[Attached] = (),
     ) -> None:
-        """Create a planner for named joints of a robot; `ignored` bodies are no obstacles."""
-        self.robot, self.model = robot, model
+        """Create a planner for named joints of a robot; `ignored` bodies are no obstacles, `held` ones move
+        with the robot.
+        """
+        self.robot, self.model = robot, with_attached(model, held)
+        self.held = tuple(held)
+        """Bodies that the robot holds."""
         self.joint_names = tuple(joints)
         """(n) planned joints, in the order of all vectors."""
-        self.surroundings = WorldObstacles(robot.world, robot.body, ignored)
+        self.surroundings = WorldObstacles(robot.world, robot.body, (*ignored, *(one.body for one in held)))
         """The world's obstacles."""
         self.seen: Obstacle | None = None
         """Obstacle of the last depth picture, in place of the world's obstacles; None to use those again."""
@@ -65,7 +75,9 @@ class RobotPlanner:
         )
         if self.seen is not None:
             return planner
-        judge = HullJudge(self.robot.world, self.robot.body, planner.robot, self.surroundings.ignored)
+        held = {one.body: one for one in self.held}
+        ignored = [body for body in self.surroundings.ignored if body not in held]
+        judge = HullJudge(self.robot.world, self.robot.body, planner.robot, ignored, self.held)
         judge.allow(self._floor_links())
         planner.use_judge(judge)
         return planner
@@ -123,6 +135,7 @@ def planner_for(
     base: bool = False,
     joints: Sequence[str] | None = None,
     ignored: Iterable[Body] = (),
+    held: Sequence[Attached] = (),
 ) -> RobotPlanner:
     """Return a planner for a group of a robot's joints, in the robot's world.
 
@@ -134,7 +147,8 @@ def planner_for(
         torso: also the joints of the trunk.
         base: also the joints of a holonomic base; with `arm="both"` and `torso` this is the whole body.
         joints: names of joints instead of a group.
-        ignored: bodies that are no obstacles, such as one that the robot holds.
+        ignored: bodies that are no obstacles, such as one that is about to be grasped.
+        held: bodies that the robot holds, see `attached_body`; they move with it.
 
     Raises:
         ConfigError: the robot has no such arm, trunk, base or joint.
@@ -143,7 +157,7 @@ def planner_for(
     for name in names:
         if name not in robot.joint_names:
             raise ConfigError(f"robot {robot.name!r}: {unknown_name('joint', name, robot.joint_names)}")
-    return RobotPlanner(robot, names, model_of(robot), ignored)
+    return RobotPlanner(robot, names, model_of(robot), ignored, held)
 
 
 def _group(robot: RobotBody, arm: str | None, torso: bool, base: bool) -> list[str]:

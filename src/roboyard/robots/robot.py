@@ -144,16 +144,27 @@ class Robot(RobotBody, SensorSet):
         """Time steps of the world in one control step."""
         return self.loop.steps_per_control
 
-    def reload_controllers(self, controllers: ControllerConfig | None = None) -> None:
+    def reload_controllers(
+        self, controllers: ControllerConfig | None = None, *, action_normalize: bool | None = None
+    ) -> None:
         """Replace all controllers, from the definition's defaults and the given keys.
 
         Args:
             controllers: group to a controller's name, or to its keys.
+            action_normalize: whether commands are in -1 to 1 instead of rad, m and their rates; as before by
+                default.
 
         Raises:
             ConfigError: a group, controller or key does not exist or does not fit.
         """
-        self.loop = self._make_loop(controllers or {})
+        before = self._action_normalize
+        if action_normalize is not None:
+            self._action_normalize = action_normalize
+        try:
+            self.loop = self._make_loop(controllers or {})
+        except ConfigError:
+            self._action_normalize = before
+            raise
 
     # ---------------------------------------------------------------------------------------------- actions
 

@@ -1,0 +1,21 @@
+"""Lines that a gripper follows."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from roboyard.transforms import Array
+
+SPACING = 0.05
+"""Largest distance between points of a line (m)."""
+
+
+def dense_line(points: Array) -> Array:
+    """Return (m, 3) points at most `SPACING` apart on the line through (k, 3) points (m)."""
+    rows = [points[:1]]
+    for a, b in pairwise(points):
+        count = max(1, int(np.ceil(np.linalg.norm(b - a) / SPACING)))
+        rows.append(a + np.linspace(0, 1, count + 1)[1:, None] * (b - a))
+    return np.concatenate(rows)
