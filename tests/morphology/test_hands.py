@@ -170,3 +170,20 @@ def test_slides_without_shapes_open_where_their_frames_part():
     body += _joint("r", "palm", "right", "prismatic", "0 0 0", "0 -1 0", "0 0.04")
     gripper = _describe(body, ["l", "r"]).gripper
     assert gripper.opening_of == {"l": "increasing", "r": "increasing"}
+
+
+def test_turning_jaws_without_shapes_open_where_their_outermost_frames_part():
+    """Two knuckles with a pad frame at their ends, which swing inwards with rising positions."""
+    body = '<link name="palm"/>'
+    for side, y, sign in (("l", 0.03, 1), ("r", -0.03, -1)):
+        body += f'<link name="{side}_knuckle"/><link name="{side}_pad"/>'
+        more = "" if side == "l" else '<mimic joint="l"/>'
+        body += _joint(
+            side, "palm", f"{side}_knuckle", "revolute", f"0 {y} 0.05", f"{sign} 0 0", "0 0.8", more
+        )
+        body += _joint(
+            f"{side}_fix", f"{side}_knuckle", f"{side}_pad", "fixed", f"0 {sign * 0.03} 0.05", "1 0 0", "0 0"
+        )
+    gripper = _describe(body, ["l", "r"]).gripper
+    assert gripper.joints == ("l",)
+    assert gripper.opening == "decreasing"

@@ -109,3 +109,15 @@ def test_two_joints_in_a_row_may_be_a_pendulum() -> None:
     parts += [joint("j1", "b", "1", axis="0 1 0"), joint("j2", "1", "2", xyz="0 0 0.5", axis="0 1 0")]
     sure = infer_semantics(robot(*parts)).confidence("kind")
     assert sure is not None and sure < 0.5
+
+
+def test_round_motors_beside_legs_are_no_wheels() -> None:
+    semantic = infer_semantics(unusual_robots.motors_beside_legs())
+    assert (semantic.kind, semantic.base, len(semantic.legs)) == ("quadruped", "legged", 4)
+    nothing_else(semantic, "legs")
+
+
+def test_a_pan_tilt_unit_is_no_arm() -> None:
+    semantic = infer_semantics(unusual_robots.pan_tilt_unit())
+    assert semantic.kind == "other"
+    nothing_else(semantic)

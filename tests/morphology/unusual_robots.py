@@ -155,3 +155,28 @@ def fingers_with_linkages() -> RobotDescription:
             )
         )
     return robot(*parts)
+
+
+def motors_beside_legs() -> RobotDescription:
+    """Four legs of two joints without limits, named as legs; beside each hip a round motor."""
+    parts = [link("b", "box 0.6 0.3 0.05", 10)]
+    for k, (x, y) in enumerate(((0.25, 0.2), (0.25, -0.2), (-0.25, 0.2), (-0.25, -0.2))):
+        parts.append(wheel(f"m{k}", "b", f"{x - 0.1} {y} 0", radius=0.08))
+        above, place = "b", f"{x} {y} 0"
+        for name in ("upper_leg", "lower_leg"):
+            child = f"{name}_{k}"
+            parts.append(link(child, "box 0.2 0.03 0.03", 0.3, origin="0.1 0 0"))
+            parts.append(joint(f"j_{child}", above, child, kind="continuous", xyz=place, axis="0 1 0"))
+            above, place = child, "0.2 0 0"
+    return robot(*parts)
+
+
+def pan_tilt_unit() -> RobotDescription:
+    """Two joints that turn a box."""
+    return robot(
+        link("b", "box 0.1 0.1 0.1", 1),
+        link("p", "box 0.1 0.1 0.05", 0.3),
+        link("t", "box 0.1 0.2 0.1", 0.3),
+        joint("unit_pan_joint", "b", "p", xyz="0 0 0.1"),
+        joint("unit_tilt_joint", "p", "t", xyz="0 0 0.1", axis="0 1 0"),
+    )

@@ -25,6 +25,7 @@ _WORDS: dict[str, str] = {
     "arm": "arm arms shoulder elbow forearm upperarm lowerarm wrist hand biceps bras epaule coude poignet "
     "hombro codo brazo schulter ellbogen handgelenk manipulator humerus clavicle sholder wrj palm rarm larm",
     "head": "head neck cervical kopf hals tete cou cabeza cuello skull eye eyes nod pantilt ptz screen",
+    "pan_tilt": "pan tilt pantilt ptu",
     "trunk": "torso trunk waist chest spine lift lumbar thorax thoracic abdomen column telescopic pelvis "
     "elevator taille hueft back",
     "camera": "camera cam realsense zed kinect xtion oak stereo rgb rgbd depth optical imager astra",

@@ -25,6 +25,8 @@ UPRIGHT = 0.85
 """Smallest |z| of an axis that counts as upright."""
 MIN_ROLLERS = 5
 """Smallest number of joints on a wheel's rim that are its rollers."""
+LEG_LINKS = 4
+"""Fewest links with names of legs with which round parts on the body are motors rather than wheels."""
 LEG_RANGE = 0.5
 """Smallest motion of a joint that can lift a wheel as a leg does (rad)."""
 
@@ -79,8 +81,21 @@ def find_rolling_parts(skeleton: Skeleton) -> tuple[RollingPart, ...]:
     casters = [name for part in found for name in part.swivels if "caster" in meanings(name)]
     if len(found) == 1 and not _is_named(skeleton, found[0].joint) and not casters:
         return ()  # the last joint of an arm may look like one wheel
+    if not any(_is_named(skeleton, part.joint) for part in found):
+        found = _without_hip_motors(skeleton, found)
     order = list(skeleton.joint)
     return tuple(sorted(_below_a_carriage(found), key=lambda part: order.index(part.joint)))
+
+
+def _without_hip_motors(skeleton: Skeleton, parts: list[RollingPart]) -> list[RollingPart]:
+    """Return wheels; of a robot whose links are legs by name only those that end a chain, since motors are
+    round as well.
+    """
+    links = [link for links in skeleton.links.values() for link in links]
+    if sum("leg" in meanings(link) for link in links) < LEG_LINKS:
+        return parts
+    above = {part.joint: skeleton.parent[part.joint] for part in parts}
+    return [p for p in parts if above[p.joint] != BASE and len(skeleton.children[above[p.joint]]) == 1]
 
 
 def _below_a_carriage(parts: Sequence[RollingPart]) -> list[RollingPart]:

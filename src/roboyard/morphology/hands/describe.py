@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from roboyard.morphology.hands.frames import end_link, grasp_frame, vendor_frame
 from roboyard.morphology.hands.geometry import Finger, HandGeometry
 from roboyard.morphology.hands.opening import Grasp, find_grasp, opening_of
 from roboyard.morphology.joint_ranges import full_range, home_position
+from roboyard.transforms import Array
 
 HAND_FINGERS = 3
 """Fewest fingers of a hand."""
@@ -22,6 +23,8 @@ HAND_JOINTS = 2
 """Driven or following joints for each finger from which a gripper counts as a hand."""
 FLAT = 0.97
 """Cosine of the largest angle between the axes of a gripper whose jaws move in one plane."""
+JAWS = (2, 4)
+"""Branches of a gripper with two jaws: a bar may be beside each."""
 _FINGERS = ("thumb", "index", "middle", "ring", "pinky", "little")
 
 
@@ -143,7 +146,7 @@ def _ways(
 ) -> dict[str, Opening]:
     """Return the direction that opens, by driven joint."""
     if grasp is None:
-        return _ways_of_slides(hand, driven, reasons)
+        return _ways_of_frames(hand, driven, reasons)
     ways: dict[str, Opening] = {}
     for name in driven:
         way, change = opening_of(hand, grasp, name)
@@ -156,25 +159,31 @@ def _ways(
     return ways
 
 
-def _ways_of_slides(hand: HandGeometry, driven: Sequence[str], reasons: list[str]) -> dict[str, Opening]:
-    """Return the direction that opens two opposed slides without shapes: that in which their frames part."""
-    slides = [finger for finger in hand.fingers if hand.joint[finger.joints[0]].type == "prismatic"]
-    if len(slides) != 2 or len(hand.fingers) != 2:
+def _ways_of_frames(hand: HandGeometry, driven: Sequence[str], reasons: list[str]) -> dict[str, Opening]:
+    """Return the direction that opens jaws without shapes: that in which their outermost frames part."""
+    if len(hand.fingers) not in JAWS:
         return {}
-    leaders = {hand.leaders[name].leader for name in hand.leaders}
-    posture = {}
+    home = hand.poses({})
+    tips = [_outermost(hand, finger, home) for finger in hand.fingers]
+    leaders = {follower.leader for follower in hand.leaders.values()}
+    ways: dict[str, Opening] = {}
     for name in driven:
         limits = hand.joint[name].position_limits()
-        if limits is not None and (name in leaders or len(driven) > 1):
-            posture[name] = np.array(limits)
-    poses = hand.poses(posture)
-    spots = [poses[hand.joint[finger.joints[0]].child][..., :3, 3] for finger in slides]
-    gaps = np.broadcast_to(np.linalg.norm(spots[0] - spots[1], axis=-1), (2,))
-    if not posture or abs(gaps[1] - gaps[0]) < 1e-3:
-        return {}
-    way: Opening = "increasing" if gaps[1] > gaps[0] else "decreasing"
-    reasons.append(f"no shape is known; the fingers' frames part with {way} positions")
-    return dict.fromkeys(posture, way)
+        if limits is None or not (name in leaders or len(driven) > 1):
+            continue
+        poses = hand.poses({name: np.array(limits)})
+        spots = np.array([np.broadcast_to(poses[tip][..., :3, 3], (2, 3)) for tip in tips])
+        gaps = np.linalg.norm(spots[:, None] - spots[None], axis=-1).sum(axis=(0, 1))
+        if abs(gaps[1] - gaps[0]) > 2e-3:
+            ways[name] = "increasing" if gaps[1] > gaps[0] else "decreasing"
+            reasons.append(f"no shape is known; the fingers' frames part with {ways[name]} {name!r}")
+    return ways
+
+
+def _outermost(hand: HandGeometry, finger: Finger, poses: Mapping[str, Array]) -> str:
+    """Return the link of a finger whose frame is farthest from its first joint."""
+    start = poses[finger.links[0]][:3, 3]
+    return max(finger.links, key=lambda link: float(np.linalg.norm(poses[link][:3, 3] - start)))
 
 
 def _moving(hand: HandGeometry, driven: Sequence[str]) -> list[str]:

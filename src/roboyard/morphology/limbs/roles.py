@@ -245,6 +245,8 @@ def _arm_score(skeleton: Skeleton, limb: Limb, pairs: Sequence[Pair]) -> tuple[f
         return -1.0, ()
     names = _names(skeleton, limb.joints)
     evidence = [f"a chain of {len(joints)} joints"]
+    if len(joints) <= 2 and limb.palm is None and share("pan_tilt", joints) == 1:
+        return -1.0, ()
     score = 0.5 * min(len(joints), 5)
     if limb.palm is not None:
         score += 2.0
