@@ -17,13 +17,17 @@ from roboyard.description.semantic import (
     Opening,
     SemanticDescription,
 )
+from roboyard.errors import ConfigError, unknown_name
+from roboyard.importer.config.schema import Gripper as StatedGripper
 from roboyard.importer.config.schema import Understanding
-
-PLAIN = ("kind", "base", "steer_joints", "caster_joints", "head_joints")
+from roboyard.importer.stated_base import with_stated_base, with_stated_head, with_stated_swivels
 
 
 def with_stated_parts(
-    semantic: SemanticDescription, stated: Understanding, description: RobotDescription
+    semantic: SemanticDescription,
+    stated: Understanding,
+    description: RobotDescription,
+    grippers: Mapping[str, StatedGripper] | None = None,
 ) -> SemanticDescription:
     """Return the semantics with what a configuration states; equal statements change nothing.
 
@@ -31,19 +35,29 @@ def with_stated_parts(
         semantic: as inferred, with the robot's names.
         stated: the configuration's `understanding`.
         description: the robot.
+        grippers: end-effector link to the gripper that the configuration states for it.
+
+    Raises:
+        ConfigError: `opening` names an arm or palm that there is not, or that has no gripper.
     """
-    for key in PLAIN:
-        value = getattr(stated, key)
-        if value is not None:
-            value = tuple(value) if isinstance(value, list) else value
-            if value != getattr(semantic, key):
-                semantic = _concluded(replace(semantic, **{key: value}), key, value)
+    if stated.kind is not None and stated.kind != semantic.kind:
+        semantic = _concluded(replace(semantic, kind=stated.kind), "kind", stated.kind)
+    for key, joints in (("steer_joints", stated.steer_joints), ("caster_joints", stated.caster_joints)):
+        if joints is not None and tuple(joints) != getattr(semantic, key):
+            steer, casters = (joints, None) if key == "steer_joints" else (stated.steer_joints, joints)
+            changed = with_stated_swivels(semantic, steer=steer, casters=casters)
+            semantic = _concluded(changed, key, tuple(joints))
+    if stated.base is not None and stated.base != semantic.base:
+        semantic = _concluded(with_stated_base(semantic, stated.base), "base", stated.base)
+    if stated.head_joints is not None and tuple(stated.head_joints) != semantic.head_joints:
+        changed = with_stated_head(semantic, stated.head_joints, description)
+        semantic = _concluded(changed, "head_joints", changed.head_joints)
     if stated.arms is not None:
         semantic = _with_arms(semantic, stated.arms, description)
     if stated.legs is not None:
         semantic = _with_legs(semantic, stated.legs, description)
     if stated.opening is not None:
-        semantic = _with_opening(semantic, stated.opening)
+        semantic = _with_opening(semantic, stated.opening, grippers or {}, description)
     if stated.imu_links is not None:
         semantic = _with_imus(semantic, stated.imu_links)
     return semantic
@@ -97,16 +111,59 @@ def _with_legs(
     return semantic
 
 
-def _with_opening(semantic: SemanticDescription, stated: Mapping[str, Opening]) -> SemanticDescription:
+def _with_opening(
+    semantic: SemanticDescription,
+    stated: Mapping[str, Opening],
+    grippers: Mapping[str, StatedGripper],
+    description: RobotDescription,
+) -> SemanticDescription:
     for name, way in stated.items():
         arm = next((arm for arm in semantic.arms if arm.name == name), None)
         old = arm.end_effector.gripper if arm is not None else None
         old = old or next((gripper for gripper in semantic.grippers if gripper.palm == name), None)
-        if old is None or old.opening == way:
+        if old is None:
+            own = grippers.get(arm.end_effector.link) if arm is not None else None
+            if arm is None or own is None or not own.joints:
+                raise ConfigError(f"understanding.opening.{name}: {_no_gripper(semantic, name, arm)}")
+            semantic = _with_new_gripper(semantic, arm, own, way, description)
+        elif old.opening == way:
             continue
-        new = replace(old, opening=way, opening_of=dict.fromkeys(old.joints, way))
-        semantic = _concluded(_with_gripper(semantic, old, new), f"opening.{name}", way)
+        else:
+            new = replace(old, opening=way, opening_of=dict.fromkeys(old.joints, way))
+            semantic = _with_gripper(semantic, old, new)
+        semantic = _concluded(semantic, f"opening.{name}", way)
     return semantic
+
+
+def _no_gripper(semantic: SemanticDescription, name: str, arm: Arm | None) -> str:
+    if arm is not None:
+        link = arm.end_effector.link
+        where = f"curobo.eef_to_gripper_info.{link}"
+        return f"no gripper is known at the end of this arm; state its joints in {where}"
+    known = [arm.name for arm in semantic.arms] + [gripper.palm for gripper in semantic.grippers]
+    return unknown_name("arm or palm", name, known)
+
+
+def _with_new_gripper(
+    semantic: SemanticDescription, arm: Arm, own: StatedGripper, way: Opening, description: RobotDescription
+) -> SemanticDescription:
+    """Return the semantics with a gripper of which nothing but its joints and its opening is known."""
+    palm = description.joint_by_name[own.joints[0]].parent
+    gripper = Gripper(
+        kind="fingers",
+        palm=palm,
+        joints=tuple(own.joints),
+        links=tuple(own.links),
+        opening=way,
+        opening_of=dict.fromkeys(own.joints, way),
+    )
+    end = replace(arm.end_effector, gripper=gripper)
+    return replace(
+        semantic,
+        arms=tuple(replace(a, end_effector=end) if a is arm else a for a in semantic.arms),
+        end_effectors=tuple(end if e == arm.end_effector else e for e in semantic.end_effectors),
+        grippers=(*semantic.grippers, gripper),
+    )
 
 
 def _with_gripper(semantic: SemanticDescription, old: Gripper, new: Gripper) -> SemanticDescription:

@@ -26,6 +26,7 @@ from roboyard.morphology.hands.attach import (
     gripper_conclusions,
     holds_by_suction,
     sensor_conclusions,
+    with_known_gripper,
 )
 from roboyard.morphology.hands.describe import FoundGripper, describe_gripper
 from roboyard.morphology.kind import find_kind
@@ -127,6 +128,9 @@ def complete_semantics(
     found = infer_semantics(description, stated.base_link) if found is None else found
     if _ends(stated) == _ends(found):
         stated = replace(stated, end_effectors=())
+    elif stated.end_effectors:
+        ends = tuple(with_known_gripper(end, found.end_effectors) for end in stated.end_effectors)
+        stated = replace(stated, end_effectors=ends)
     if stated.trunk_joints == found.trunk_joints:
         stated = replace(stated, trunk_joints=())
     effectors = stated.end_effectors or found.end_effectors

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from roboyard.config.yaml_lines import Where
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import unknown_name
-from roboyard.importer.config.schema import ImportConfig, SensorLink
+from roboyard.importer.config.schema import ImportConfig, SensorLink, Understanding
 from roboyard.kinematics.joint_order import breadth_first_joints, single_dof_joints
 
 VIRTUAL_AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -183,8 +183,56 @@ def _understanding(config: ImportConfig, description: RobotDescription) -> list[
     for key in ("legs", "arms"):
         for name, chain in (getattr(stated, key) or {}).items():
             problems += _unknown("joint", chain, ("understanding", key, name), joints)
+    problems += _chains(stated, description) if not problems else []
     links = description.link_by_name
     return problems + _unknown("link", stated.imu_links or (), ("understanding", "imu_links"), links)
+
+
+def _chains(stated: Understanding, description: RobotDescription) -> list[ConfigProblem]:
+    """Return joints that do not move, that two parts claim, or that the joint before them does not carry."""
+    problems: list[ConfigProblem] = []
+    owner: dict[str, str] = {}
+    parts: list[tuple[str, Where, Sequence[str]]] = [
+        ("head_joints", ("understanding", "head_joints"), stated.head_joints or ())
+    ]
+    for key in ("arms", "legs"):
+        for name, chain in (getattr(stated, key) or {}).items():
+            parts.append((f"{key}.{name}", ("understanding", key, name), chain))
+    for label, where, chain in parts:
+        for index, name in enumerate(chain):
+            joint, place = description.joint_by_name[name], (*where, index)
+            first = owner.setdefault(name, label)
+            if not joint.is_moving:
+                text = f"joint {name!r} is fixed; name joints that move"
+            elif first != label:
+                text = f"joint {name!r} is also in {first}; a joint belongs to one part"
+            elif index and label != "head_joints" and not _goes_on(description, chain, index, label):
+                text = (
+                    f"joint {name!r} is not carried by {chain[index - 1]!r}; name the joints in their order"
+                )
+            else:
+                continue
+            problems.append(ConfigProblem(where=place, text=text))
+    return problems
+
+
+def _goes_on(description: RobotDescription, chain: Sequence[str], index: int, label: str) -> bool:
+    """Return whether the joint before carries a joint; one leg may be of several chains from one body."""
+    above = joints_above(description, chain[index])
+    if chain[index - 1] in above:
+        return True
+    return label.startswith("legs.") and above == joints_above(description, chain[0])
+
+
+def joints_above(description: RobotDescription, name: str) -> tuple[str, ...]:
+    """Return the moving joints between a joint and the root, nearest first."""
+    found: list[str] = []
+    link = description.joint_by_name[name].parent
+    while link in description.parent_joint:
+        joint = description.parent_joint[link]
+        found += [joint.name] if joint.is_moving else []
+        link = joint.parent
+    return tuple(found)
 
 
 def _default_qpos(config: ImportConfig, description: RobotDescription) -> list[ConfigProblem]:

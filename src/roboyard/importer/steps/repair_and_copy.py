@@ -65,7 +65,9 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     semantic = with_names(semantic, renames.links, renames.joints)
     description = renamed(description, renames)
     description = replace(_plain(description), name=context.config.name)
-    semantic = with_stated_parts(semantic, context.config.understanding, description)
+    config = context.config
+    grippers = config.curobo.eef_to_gripper_info
+    semantic = with_stated_parts(semantic, config.understanding, description, grippers)
     semantic = with_camera_views(semantic, description)
     description = _free_grippers(description, semantic, context)
     return RobotModel(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from roboyard.description.evidence.model import FileEvidence
 from roboyard.description.model import RobotDescription
@@ -39,6 +40,35 @@ def end_effector(
         gripper=found.gripper,
     )
     return effector, found
+
+
+def with_known_gripper(end: EndEffector, found: Sequence[EndEffector]) -> EndEffector:
+    """Return a stated end effector with what was found about a gripper that has its joints.
+
+    Args:
+        end: as stated, without a gripper of its own.
+        found: the inferred end effectors.
+    """
+    joints = set(end.gripper_joints)
+    same = (one for one in found if one.gripper is not None and joints & {*one.gripper.joints})
+    known = next(same, None)
+    if end.gripper is not None or known is None or known.gripper is None:
+        return end
+    gripper = known.gripper
+    ways = {name: way for name, way in gripper.opening_of.items() if name in joints}
+    common = set(ways.values()) if set(ways) == joints else set()
+    return replace(
+        end,
+        frame=known.frame if known.link == end.link else None,
+        gripper=replace(
+            gripper,
+            joints=end.gripper_joints,
+            mimic_joints=tuple(name for name in gripper.mimic_joints if name not in joints),
+            links=end.gripper_links or gripper.links,
+            opening=common.pop() if len(common) == 1 else gripper.opening,
+            opening_of=ways,
+        ),
+    )
 
 
 def has_suction(links: Sequence[str], evidence: FileEvidence | None = None) -> bool:
