@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "morphology"))
-import museum
-import unusual_robots
+import museum  # pyright: ignore[reportMissingImports]
+import unusual_robots  # pyright: ignore[reportMissingImports]
 
 from roboyard.description import RobotDescription
 from roboyard.description.semantic import SemanticDescription

@@ -75,7 +75,9 @@ def test_stated_fields_are_kept() -> None:
     gripper = EndEffector(link="left_palm", gripper_links=("left_finger1",), gripper_joints=("left_f1",))
     stated = SemanticDescription(base_link="base", end_effectors=(gripper,), postures={"rest": {"lift": 0.2}})
     semantic = complete_semantics(robot, stated)
-    assert semantic.end_effectors == (gripper,)
+    (kept,) = semantic.end_effectors
+    assert kept.gripper is not None and kept.gripper.joints == ("left_f1",)  # found; the rest is as stated
+    assert replace(kept, gripper=None) == gripper
     assert semantic.arms[0].joints == ("lift", "left_1", "left_2", "left_3")
     assert semantic.groups["gripper_0"] == ("left_f1",)
     assert semantic.rest == {"lift": 0.2}
