@@ -1,4 +1,4 @@
-"""What a configuration states about a robot: what follows from it, and statements that cannot be right."""
+"""Statements of a configuration about a robot: all that follows from them, and those that cannot be right."""
 
 from __future__ import annotations
 

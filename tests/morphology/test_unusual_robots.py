@@ -1,4 +1,4 @@
-"""Robots that files draw in unusual ways, what is concluded about them, and what is not."""
+"""Robots that files draw in unusual ways: conclusions about them, and those that must not be made."""
 
 from __future__ import annotations
 
