@@ -12,6 +12,7 @@ from roboyard import World, add_robot
 from roboyard.errors import ConfigError
 from roboyard.importer.build import build_package
 from roboyard.robots.robot import Robot
+from roboyard.transforms import rotate
 
 
 def _box(name: str, size: str, origin: str = "0 0 0", mass: float = 0.5) -> str:
@@ -104,3 +105,23 @@ def test_directions_of_joints_that_the_gripper_lacks_are_refused(tmp_path: Path)
         data["manipulation"]["opening_direction"] = wrong
         with pytest.raises(ConfigError, match=message):
             add_robot(World(), package.folder / "urdf" / "jaws.urdf", definition=data)
+
+
+def test_the_definition_has_grasp_points_between_the_jaws_and_a_workspace_range(tmp_path: Path) -> None:
+    file = tmp_path / "jaws.urdf"
+    file.write_text(_arm(ONE_UP))
+    package = build_package(file, out=tmp_path / "data")
+    block = yaml.safe_load(package.definition.read_text())["manipulation"]
+    (start,), (end,) = (block[f"assisted_grasp_{key}_points"]["0"] for key in ("start", "end"))
+    assert {start[0], end[0]} == {"left", "right"}
+    assert block["arm_workspace_range"]["0"][0] < block["arm_workspace_range"]["0"][1]
+    robot = add_robot(World(), package.folder / "urdf" / "jaws.urdf", definition=package.definition)
+    assert robot.manipulation.workspace_range() == pytest.approx(
+        np.deg2rad(block["arm_workspace_range"]["0"])
+    )
+    spots = []
+    for link, point in (start, end):
+        pose, quaternion = robot.body.link(link).pose
+        spots.append(pose + rotate(quaternion, np.array(point)))
+    # the jaws are 0.01 m thick
+    assert np.linalg.norm(spots[0] - spots[1]) == pytest.approx(_gap(robot) - 0.01, abs=0.002)

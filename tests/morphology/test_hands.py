@@ -187,3 +187,15 @@ def test_turning_jaws_without_shapes_open_where_their_outermost_frames_part():
     gripper = _describe(body, ["l", "r"]).gripper
     assert gripper.joints == ("l",)
     assert gripper.opening == "decreasing"
+
+
+def test_grasp_points_are_on_the_inner_faces_of_the_tips():
+    body = TWO + _joint(
+        "right_slide", "palm", "right_finger", "prismatic", "0.02 -0.006 0", "0 -1 0", "0 0.04"
+    )
+    gripper = _describe(body, ["left_slide", "right_slide"]).gripper
+    points = dict(gripper.start_points) | dict(gripper.end_points)
+    assert points.keys() == {"left_finger", "right_finger"}
+    # the fingers are boxes of 0.08 x 0.01 x 0.02 m about x = 0.06 m: half a width inwards, near the tip
+    assert points["left_finger"] == pytest.approx((0.1, -0.005, 0), abs=0.001)
+    assert points["right_finger"] == pytest.approx((0.1, 0.005, 0), abs=0.001)

@@ -66,6 +66,10 @@ class Gripper:
     """Driven joint to the direction that opens."""
     width: float | None = None
     """Largest distance between the fingertips (m)."""
+    start_points: tuple[tuple[str, Vector3], ...] = ()
+    """Links with a point each, in their frames, on the inner faces of the fingertips of one side (m)."""
+    end_points: tuple[tuple[str, Vector3], ...] = ()
+    """The same on the other side, or on the fixed jaw; what is between the two is grasped."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -40,6 +40,8 @@ def with_names(semantic: SemanticDescription, links: Names, joints: Names) -> Se
             links=_all(item.links, links),
             fingertips=_all(item.fingertips, links),
             opening_of={joint(name): way for name, way in item.opening_of.items()},
+            start_points=tuple((link(name), point) for name, point in item.start_points),
+            end_points=tuple((link(name), point) for name, point in item.end_points),
         )
 
     def effector(item: EndEffector) -> EndEffector:

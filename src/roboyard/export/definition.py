@@ -39,6 +39,7 @@ def write(robot: RobotModel, path: Path | str) -> ExportResult:
         robot.description,
         robot.semantic,
         sphere_wheels=any(robot.approximations.get(link) == "boundingSphere" for link in wheels),
+        rest=_rest(robot),
     )
     parts = [
         f"# Definition of {robot.name}. Entries behind '#' are yours to fill in; unknown keys are errors.\n",
@@ -80,6 +81,16 @@ def _general(robot: RobotModel) -> str:
     text += "# self_collisions: true\n"
     text += "# linear_velocity_gain_for_primitives: 0.3\n# angular_velocity_gain_for_primitives: 0.2\n"
     return text
+
+
+def _rest(robot: RobotModel) -> dict[str, float]:
+    """Return the rest position of each joint of the definition's vectors; empty without planning data."""
+    if robot.planning is None:
+        return {}
+    planner = Planner(robot=robot, data=robot.planning)
+    return {
+        joint.name: planner.locked.get(joint.name, planner.rest(joint)) for joint in _vector_joints(robot)
+    }
 
 
 def _vector_joints(robot: RobotModel) -> tuple[Joint, ...]:

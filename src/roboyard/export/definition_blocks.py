@@ -24,12 +24,15 @@ from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import RobotDescription
 from roboyard.description.semantic import Arm, SemanticDescription, Wheel
 from roboyard.errors import MeshError
+from roboyard.export.workspace import workspace_range
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.kinematics.joint_order import single_dof_joints
 
 MIN_IK_JOINTS = 5
 """Smallest number of joints of an arm that follows poses; one with fewer is driven joint by joint."""
 
+GRASP_POINTS = {"assisted_grasp_start_points": "start_points", "assisted_grasp_end_points": "end_points"}
+"""Key of a definition to the field of a gripper."""
 CASTER_NEAR, CASTER_SIZE = 0.01, 3.0
 """Height above the wheels' bottoms (m) and size, in radii of the wheels, of a fixed link that is a caster."""
 
@@ -68,6 +71,7 @@ def definition_blocks(
     *,
     arm_controller: str = "InverseKinematicsController",
     sphere_wheels: bool = False,
+    rest: Mapping[str, float] | None = None,
 ) -> DefinitionBlocks:
     """Return the blocks of a robot's definition.
 
@@ -76,6 +80,8 @@ def definition_blocks(
         semantic: of the robot.
         arm_controller: of arms with at least `MIN_IK_JOINTS` joints; shorter ones have a JointController.
         sphere_wheels: whether the wheels of a holonomic base collide as spheres.
+        rest: joint positions from which the arms' workspace ranges are sampled (rad or m); without it they
+            are omitted.
     """
     driven = {joint.name: joint.child for joint in single_dof_joints(description.depth_first_joints)}
     free = {name for name in driven if description.joint_by_name[name].mimic is None}
@@ -96,6 +102,8 @@ def definition_blocks(
         blocks.camera["active_camera"] = {"camera_joint_names": head}
         blocks.controllers["camera"] = "JointController"
     _add_arms(description, arms, fingers, driven, arm_controller, blocks)
+    if arms and rest is not None:
+        _add_workspaces(description, semantic, arms, rest, blocks.manipulation["manipulation"])
     return blocks
 
 
@@ -261,6 +269,10 @@ def _add_arms(
         "finger_link_names": {arm.name: list(arm.end_effector.gripper_links) for arm in arms},
         "finger_joint_names": {arm.name: fingers[arm.name] for arm in arms},
     }
+    for key, name in GRASP_POINTS.items():
+        points = {arm.name: _points(description, arm, name) for arm in arms}
+        if any(points.values()):
+            blocks.manipulation["manipulation"][key] = {arm: own for arm, own in points.items() if own}
     ways = {arm.name: opening_direction(arm, fingers[arm.name]) for arm in arms}
     if any(way is not None for way in ways.values()):
         known = {name: way for name, way in ways.items() if way is not None}
@@ -274,3 +286,27 @@ def _add_arms(
             blocks.controllers[f"gripper_{arm.name}"] = (
                 "MultiFingerGripperController" if bounded else "JointController"
             )
+
+
+def _points(description: RobotDescription, arm: Arm, field: str) -> list[list[Any]]:
+    """Return an arm's grasp points as plain data; none where the import merged one of their links."""
+    gripper = arm.end_effector.gripper
+    points = () if gripper is None else getattr(gripper, field)
+    if not all(link in description.link_by_name for link, _ in points):
+        return []
+    return [[link, list(point)] for link, point in points]
+
+
+def _add_workspaces(
+    description: RobotDescription,
+    semantic: SemanticDescription,
+    arms: list[Arm],
+    rest: Mapping[str, float],
+    block: dict[str, Any],
+) -> None:
+    """Add `arm_workspace_range`, where an arm reaches anything beside the base."""
+    known = {name: value for name, value in rest.items() if name in description.joint_by_name}
+    ranges = {arm.name: workspace_range(description, arm, semantic.base_link, known) for arm in arms}
+    found = {name: list(limits) for name, limits in ranges.items() if limits is not None}
+    if found:
+        block["arm_workspace_range"] = found

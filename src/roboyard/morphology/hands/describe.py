@@ -13,6 +13,7 @@ from roboyard.description.semantic import Gripper, GripperKind, Opening
 from roboyard.kinematics.description_poses import position_size
 from roboyard.morphology.hands.frames import end_link, grasp_frame, vendor_frame
 from roboyard.morphology.hands.geometry import Finger, HandGeometry
+from roboyard.morphology.hands.grasp_points import grasp_points
 from roboyard.morphology.hands.opening import Grasp, find_grasp, opening_of
 from roboyard.morphology.joint_ranges import full_range, home_position
 from roboyard.transforms import Array
@@ -71,6 +72,7 @@ def describe_gripper(
         f"{link!r} is the vendor's grasp frame" if link else f"the fingers move from {hand.palm!r}"
     )
     frame = grasp_frame(hand, grasp, hand.palm) if link is None and grasp is not None else None
+    start, end = grasp_points(hand, grasp) if grasp is not None else ((), ())
     tips = tuple(tip for tip in map(hand.tip_link, hand.fingers) if tip is not None)
     gripper = Gripper(
         kind=kind,
@@ -82,6 +84,8 @@ def describe_gripper(
         opening=_common(_moving(hand, driven), ways),
         opening_of=ways,
         width=_width(hand, grasp, ways, kind),
+        start_points=start,
+        end_points=end,
     )
     return FoundGripper(
         gripper=gripper,

@@ -65,7 +65,7 @@ def grasp_frame(hand: HandGeometry, grasp: Grasp, link: str) -> Pose:
     sides = (hand.tip_centres(side, grasp.approach) for side in grasp.sides)
     tips = [np.mean(spots, axis=0) for spots in sides if spots]
     if len(tips) == 1:
-        tips.append(_fixed_tip(hand, grasp, tips[0]))
+        tips.append(fixed_tip(hand, grasp, tips[0]))
     middle = np.mean(tips, axis=0)
     y = grasp.across if _first_is_left(hand, grasp) else -grasp.across
     frame = np.eye(4)
@@ -74,7 +74,7 @@ def grasp_frame(hand: HandGeometry, grasp: Grasp, link: str) -> Pose:
     return pose_from_matrix(np.linalg.inv(poses[link]) @ frame)
 
 
-def _fixed_tip(hand: HandGeometry, grasp: Grasp, tip: Array) -> Array:
+def fixed_tip(hand: HandGeometry, grasp: Grasp, tip: Array) -> Array:
     """Return the point of the fixed jaw opposite a moving jaw's tip; the tip itself without a fixed jaw."""
     points = hand.points(hand.palm_links, hand.poses({}))
     if not len(points):
