@@ -61,13 +61,14 @@ def calculateJacobian(
     """
     scene = client.scene
     record = scene.ready(bodyUniqueId, _BAD_JACOBIAN)
+    layout = record.layout
     for kind, name in ((2, "Spherirical"), (3, "Planar")):
-        if any(info[2] == kind for info in record.infos):
+        if kind in layout.kinds:
             raise failure(f"{name} joints are not supported in the pybullet binding")
     point = vector3(localPosition, _BAD_JACOBIAN)
-    q = _joint_values(record, objPositions, POSITION_COUNT, _BAD_JACOBIAN)
+    q = _joint_values(record, objPositions, layout.position_count, _BAD_JACOBIAN)
     for values in (objVelocities, objAccelerations):
-        _joint_values(record, values, VELOCITY_COUNT, _BAD_JACOBIAN)
+        _joint_values(record, values, layout.velocity_count, _BAD_JACOBIAN)
     if not -1 <= whole(linkIndex) < record.joint_count or not len(q):
         raise failure(_BAD_JACOBIAN, f"body {record.number} has no movable joints, or no link {linkIndex}")
     import mujoco
@@ -78,8 +79,11 @@ def calculateJacobian(
     where = data.xpos[row] + data.xmat[row].reshape(3, 3) @ turned
     linear, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
     mujoco.mj_jac(model, data, linear, angular, where, row)
-    base, columns = _base_axes(record, data), _columns(record, data)
-    return _rows(base.T @ linear @ columns), _rows(base.T @ angular @ columns)
+    base = _base_axes(record, data).T
+    if record.free is None:
+        return _rows(base @ linear[:, layout.dofs]), _rows(base @ angular[:, layout.dofs])
+    columns = _columns(record, data)
+    return _rows(base @ linear @ columns), _rows(base @ angular @ columns)
 
 
 @command()
@@ -101,7 +105,7 @@ def calculateMassMatrix(client: Client, bodyUniqueId: int, objPositions: Vector,
     joints: Vector | Array = objPositions
     if padded:
         base, joints = _split_base(objPositions, _BAD_MASS_MATRIX)
-    q = _joint_values(record, joints, POSITION_COUNT, _BAD_MASS_MATRIX, more_is_fine=True)
+    q = _joint_values(record, joints, record.layout.position_count, _BAD_MASS_MATRIX, more_is_fine=True)
     model, data = scene.world.live_model, _at(scene, record, q, base if record.free is not None else None)
     mujoco.mj_crb(model, data)
     full = np.zeros((model.nv, model.nv))
@@ -147,27 +151,31 @@ def calculateInverseDynamics(
     if len(given[1]) != len(given[2]):
         raise failure(_BAD_SPEEDS, f"got {len(given[1])} velocities and {len(given[2])} accelerations")
     padded = bool(whole(flags) & 1)
-    size, places = _padding(record)
+    size, places = _padding(record) if padded else (0, [])
     if padded:
         if any(len(values) != size for values in given):
             raise failure(message, f"expected {size} numbers in each list, got {[len(v) for v in given]}")
         positions = given[0] if floating else given[0][7:]
         given = [positions, given[1][places], given[2][places]]
+    layout = record.layout
     extra = (7, 6, 6) if floating else (0, 0, 0)
-    counts = (POSITION_COUNT, VELOCITY_COUNT, VELOCITY_COUNT)
+    counts = (layout.position_count, layout.velocity_count, layout.velocity_count)
     for values, more, count in zip(given, extra, counts, strict=True):
-        wanted = more + sum(count[info[2]] for info in record.infos)
-        if len(values) != wanted:
-            raise failure(message, f"expected {wanted} numbers, got {len(values)}")
+        if len(values) != more + count:
+            raise failure(message, f"expected {more + count} numbers, got {len(values)}")
     model = scene.world.live_model
     data = _at(scene, record, given[0][extra[0] :], base=given[0][:7] if floating else None)
-    columns = _columns(record, data)
-    data.qvel[:] = columns @ given[1]
-    data.qacc[:] = columns @ given[2]
-    mujoco.mj_comVel(model, data)
     result = np.zeros(model.nv)
+    if floating:
+        columns = _columns(record, data)
+        data.qvel[:] = columns @ given[1]
+        data.qacc[:] = columns @ given[2]
+    else:
+        columns = None
+        data.qvel[layout.dofs], data.qacc[layout.dofs] = given[1], given[2]
+    mujoco.mj_comVel(model, data)
     mujoco.mj_rne(model, data, 1, result)
-    efforts = columns.T @ result
+    efforts = result[layout.dofs] if columns is None else columns.T @ result
     if not padded:
         return tuple(efforts.tolist())
     out = np.zeros(size)
@@ -200,15 +208,9 @@ def _padding(record: BodyRecord) -> tuple[int, list[int]]:
 
 
 def _joint_values(
-    record: BodyRecord,
-    values: Vector | Array,
-    count: dict[int, int],
-    message: str,
-    *,
-    more_is_fine: bool = False,
+    record: BodyRecord, values: Vector | Array, wanted: int, message: str, *, more_is_fine: bool = False
 ) -> Array:
     given = _all_numbers(values, message)
-    wanted = sum(count[info[2]] for info in record.infos)
     if more_is_fine:
         given = given[:wanted]
     if len(given) != wanted:
@@ -233,13 +235,8 @@ def _at(scene: PhysicsScene, record: BodyRecord, q: Array, base: Array | None = 
     data.qpos[:] = scene.world.live_data.qpos
     data.qvel[:] = 0.0
     data.qacc[:] = 0.0
-    start = 0
-    for joint, info in enumerate(record.infos):
-        count = POSITION_COUNT[info[2]]
-        if count:
-            values = q[start : start + count]
-            data.qpos[record.positions_of(joint)] = np.roll(values, 1) if count == 4 else values
-            start += count
+    layout = record.layout
+    data.qpos[layout.places] = q[layout.order]
     if base is not None:
         free = record.body.free_qpos
         position, orientation = record.from_inertial(base[:3], base[3:] / (np.linalg.norm(base[3:]) or 1.0))
@@ -260,7 +257,7 @@ def _columns(record: BodyRecord, data: Any) -> Array:
 
     Bullet's are base angular, base linear (in base axes), then joints in order.
     """
-    dofs = [d for j, info in enumerate(record.infos) if VELOCITY_COUNT[info[2]] for d in _range(record, j)]
+    dofs = record.layout.dofs
     six = 6 if record.free is not None else 0
     out = np.zeros((len(data.qvel), six + len(dofs)))
     out[dofs, np.arange(six, six + len(dofs))] = 1.0
@@ -273,11 +270,6 @@ def _columns(record: BodyRecord, data: Any) -> Array:
         out[start : start + 3, 3:6] = axes
         out[start + 3 : start + 6, 0:3] = link.T @ axes
     return out
-
-
-def _range(record: BodyRecord, joint: int) -> range:
-    place = record.velocities_of(joint)
-    return range(place.start, place.stop)
 
 
 def _rows(matrix: Array) -> Rows:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roboyard.errors import RoboyardError
 from roboyard.pybullet.face.arguments import quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import error, failure
 from roboyard.pybullet.state.body_records import RIGID_BODY
-from roboyard.pybullet.state.frames import inertial_pose
+from roboyard.pybullet.state.frames import cross, inertial_pose, rotated
 from roboyard.transforms import conjugate, multiply, rotate
 
 if TYPE_CHECKING:
@@ -118,19 +119,36 @@ def resetBasePositionAndOrientation(
     record = client.scene.bodies.get(whole(bodyUniqueId))
     if record is None:
         return
-    length = sqrt(sum(c * c for c in q))
+    x, y, z, w = q
+    length = sqrt(x * x + y * y + z * z + w * w)
     if length == 0.0:
         raise failure(
             "orientation needs a 4 coordinates, quaternion [x,y,z,w].",
             f"the quaternion {tuple(ornObj)} has length 0; give a unit quaternion",
         )
-    q = tuple(c / length for c in q)
+    q = (x / length, y / length, z / length, w / length)
     if not record.base_is_plain:
         frame = record.base_frame
         link_q = multiply(q, conjugate(frame.quaternion))
         p = np.asarray(p) - rotate(link_q, frame.position)
         q = link_q
-    record.body.set_pose(p, q)
+    world, free = client.scene.world, record.free
+    x, y, z = p
+    total = x + y + z + length
+    speed = record.free_velocity
+    if (
+        free is None
+        or speed is None
+        or world.is_stale
+        or record.revision != world.revision
+        or total - total != 0.0
+    ):
+        record.body.set_pose(p, q)
+    else:
+        i, j, k, w = q
+        free[:] = x, y, z, w, i, j, k
+        speed[:] = 0.0
+        world.mark_moved()
     record.fixed_pose = None
     client.scene.frames_are_old = True
 
@@ -145,10 +163,8 @@ def getBaseVelocity(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
     record = client.scene.ready(bodyUniqueId, "getBaseVelocity failed.")
     if record.free_velocity is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    linear, angular = record.body.velocity
-    if not record.base_is_plain:
-        linear = linear + np.cross(angular, rotate(record.body.pose[1], record.base_frame.position))
-    return tuple(linear.tolist()), tuple(angular.tolist())
+    linear, angular = _center_velocity(record)
+    return linear, angular
 
 
 @command()
@@ -174,19 +190,45 @@ def resetBaseVelocity(
     record = scene.ready(objectUniqueId, "error in resetJointState.")
     if record.free_velocity is None:
         return
-    offset = rotate(record.body.pose[1], record.base_frame.position)
-    old_linear, old_angular = record.body.velocity
-    center = old_linear + np.cross(old_angular, offset) if linear is None else linear
-    turning = old_angular if angular is None else angular
-    record.body.set_velocity(center - np.cross(turning, offset), turning)
+    old_linear, old_angular = _center_velocity(record)
+    linear = old_linear if linear is None else linear
+    angular = old_angular if angular is None else angular
+    total = sum(linear) + sum(angular)
+    if total - total != 0.0:  # inf and nan alike
+        raise RoboyardError(f"body {record.name!r}: a velocity must be finite, got {linear} and {angular}")
+    x, y, z, w = _orientation(record)
+    if not record.base_is_plain:
+        lever = cross(angular, rotated((x, y, z, w), record.base_frame.position))
+        linear = tuple(v - c for v, c in zip(linear, lever, strict=True))
+    record.free_velocity[:] = (*linear, *rotated((-x, -y, -z, w), angular))
+    scene.world.mark_moved()
     scene.frames_are_old = True
 
 
-def _three(velocity: Vector | None) -> np.ndarray | None:
-    """Return (3,) numbers; zeros for a list of another length, None for None."""
+def _orientation(record: BodyRecord) -> tuple[float, float, float, float]:
+    """Return the quaternion (x, y, z, w) of a floating base's link frame."""
+    assert record.free is not None
+    w, x, y, z = record.free[3:].tolist()
+    return x, y, z, w
+
+
+def _center_velocity(record: BodyRecord) -> tuple[Triple, Triple]:
+    """Return the velocity of a floating base's centre of mass (m/s) and its angular velocity (rad/s)."""
+    assert record.free_velocity is not None
+    vx, vy, vz, wx, wy, wz = record.free_velocity.tolist()
+    turn = _orientation(record)
+    angular = rotated(turn, (wx, wy, wz))
+    if record.base_is_plain:
+        return (vx, vy, vz), angular
+    x, y, z = cross(angular, rotated(turn, record.base_frame.position))
+    return (vx + x, vy + y, vz + z), angular
+
+
+def _three(velocity: Vector | None) -> Triple | None:
+    """Return three numbers; zeros for a list of another length, None for None."""
     if velocity is None:
         return None
     try:
-        return np.array(vector3(velocity, ""))
+        return vector3(velocity, "")
     except error:
-        return np.zeros(3)
+        return 0.0, 0.0, 0.0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.pybullet.api.joints import OUT_OF_RANGE, joint_of
-from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
+from roboyard.pybullet.bullet_rules.motor_commands import DEFAULT_MAX_FORCE, MotorCommands
 from roboyard.pybullet.bullet_rules.spherical_motors import IDENTITY, set_spherical_target
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import floats, indices, number, whole
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from roboyard.pybullet.state.physics_scene import PhysicsScene
 
 Vector = Sequence[float]
-DEFAULT_MAX_FORCE = 100000.0
 KP, KD = 0.1, 1.0
 _MODES = (c.VELOCITY_CONTROL, c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL)
 _OLD_BODY = {"bodyIndex": "bodyUniqueId"}

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import Vector3, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
-from roboyard.transforms import rotate
+from roboyard.pybullet.state.frames import cross, inertial_pose, rotated
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -60,12 +58,22 @@ def _push(
     record = scene.ready(body, "")
     if not -1 <= whole(link) < record.joint_count:
         return
-    handle = record.body.links[link + 1]
-    f, t = np.array(force), np.array(torque)
-    at = None if point is None else np.array(point)
+    world, row = scene.world, record.rows[link + 1]
+    frame = record.links[link + 1].frame
+    if link < 0 and record.free is not None:
+        x, y, z, w, i, j, k = record.free.tolist()
+        origin, turn = (x, y, z), (i, j, k, w)
+    else:
+        data = world.kinematics()
+        origin, (w, i, j, k) = data.xpos[row].tolist(), data.xquat[row].tolist()
+        turn = (i, j, k, w)
+    centre, turn = inertial_pose(origin, turn, frame)
     if flags == c.LINK_FRAME:
-        position, quaternion = handle.pose
-        position, quaternion = record.to_inertial(position, quaternion, link)
-        f, t = rotate(quaternion, f), rotate(quaternion, t)
-        at = None if at is None else position + rotate(quaternion, at)
-    handle.apply_wrench(f, t, point=at)
+        force, torque = rotated(turn, force), rotated(turn, torque)
+        lever = None if point is None else rotated(turn, point)
+    else:
+        lever = None if point is None else tuple(p - q for p, q in zip(point, centre, strict=True))
+    if lever is not None:
+        x, y, z = cross(lever, force)
+        torque = (torque[0] + x, torque[1] + y, torque[2] + z)
+    world.wrenches.push(row, (*force, *torque))

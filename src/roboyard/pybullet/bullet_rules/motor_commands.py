@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 _FAR = 1e300
+DEFAULT_MAX_FORCE = 100000.0
+"""Largest torque or force of a motor whose command names none (N m or N)."""
 _POSITION, _VELOCITY = c.POSITION_CONTROL, c.VELOCITY_CONTROL
 
 
@@ -118,9 +120,10 @@ class MotorCommands:
         """Set several motors before the next step; return False, with no effect, for the general path."""
         key = tuple(joints)
         group = self._groups.get(key) or self._group(key)
-        if group is None or forces is None or (mode != _POSITION and mode != _VELOCITY):
+        if group is None or (mode != _POSITION and mode != _VELOCITY):
             return False
-        count, bounds = group.count, tuple(forces)
+        count = group.count
+        bounds = (DEFAULT_MAX_FORCE,) * count if forces is None else tuple(forces)
         if len(bounds) != count or not self._motors_off.isdisjoint(group.driven):
             return False
         known = self._bounds_in_use

@@ -11,6 +11,7 @@ from roboyard.pybullet.face.errors import failure
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 _PLAIN = (tuple, list)
+_NUMBERS = (float, int)
 
 
 def floats(values: Iterable[float], count: int, message: str) -> tuple[float, ...]:
@@ -53,6 +54,8 @@ def vector3(values: Iterable[float], message: str) -> Vector3:
         x, y, z = values
         if type(x) is type(y) is type(z) is float:
             return x, y, z
+        if type(x) in _NUMBERS and type(y) in _NUMBERS and type(z) in _NUMBERS:
+            return float(x), float(y), float(z)
     x, y, z = floats(values, 3, message)
     return x, y, z
 
@@ -68,6 +71,8 @@ def quaternion(values: Iterable[float], message: str) -> Quaternion:
         x, y, z, w = values
         if type(x) is type(y) is type(z) is type(w) is float:
             return x, y, z, w
+        if type(x) in _NUMBERS and type(y) in _NUMBERS and type(z) in _NUMBERS and type(w) in _NUMBERS:
+            return float(x), float(y), float(z), float(w)
     x, y, z, w = floats(values, 4, message)
     return x, y, z, w
 

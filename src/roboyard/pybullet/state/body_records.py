@@ -11,7 +11,13 @@ import numpy as np
 from roboyard.description.model import Pose
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
-from roboyard.pybullet.state.joint_tables import POSITION_COUNT, VELOCITY_COUNT, joint_infos
+from roboyard.pybullet.state.joint_tables import (
+    POSITION_COUNT,
+    VELOCITY_COUNT,
+    JointLayout,
+    joint_infos,
+    joint_layout,
+)
 from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
@@ -139,6 +145,7 @@ class BodyRecord:
         self.revision = -1
         self.link_reader: LinkReader | None = None
         """Reads a link's state; created on first use."""
+        self._layout: JointLayout | None = None
         self.rows: list[int] = []
         """MuJoCo row of the base, then of each link."""
         self.free: Array | None = None
@@ -187,6 +194,7 @@ class BodyRecord:
         self.link_groups.clear()
         self.chain_places = None
         self.link_reader = None
+        self._layout = None
         self.rows = [int(row) for row in body.mujoco_ids]
         self.qpos, self.qvel = data.qpos, data.qvel
         self.position_addresses = [int(a) for a in body.qpos_addresses]
@@ -207,6 +215,13 @@ class BodyRecord:
         frame = self.links[link + 1].frame
         turned = multiply(quaternion, conjugate(frame.quaternion))
         return np.asarray(position) - rotate(turned, frame.position), turned
+
+    @property
+    def layout(self) -> JointLayout:
+        """Where the joints are in the World's arrays as they are now."""
+        if self._layout is None:
+            self._layout = joint_layout(self.infos, self.position_addresses, self.velocity_addresses)
+        return self._layout
 
     def positions_of(self, joint: int) -> slice:
         """Return the slice of a joint in qpos."""

@@ -1,4 +1,4 @@
-"""Conversion of link frames to inertial frames in plain floats, for fast getters."""
+"""Conversion of link frames to inertial frames in plain floats, for fast getters and commands."""
 
 from __future__ import annotations
 
@@ -38,3 +38,17 @@ def inertial_pose(
             w * fw - i * fi - j * fj - k * fk,
         ),
     )
+
+
+def rotated(quaternion: Sequence[float], vector: Sequence[float]) -> tuple[float, float, float]:
+    """Return the (3,) vector rotated by a unit quaternion (x, y, z, w)."""
+    x, y, z, w = quaternion
+    a, b, c = vector
+    d, e, f = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return a + w * d + (y * f - z * e), b + w * e + (z * d - x * f), c + w * f + (x * e - y * d)
+
+
+def cross(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
+    """Return the cross product of two (3,) vectors."""
+    (x, y, z), (i, j, k) = a, b
+    return y * k - z * j, z * i - x * k, x * j - y * i

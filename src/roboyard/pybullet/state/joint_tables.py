@@ -1,10 +1,13 @@
-"""The 17 fields of getJointInfo, which do not change after loading."""
+"""The 17 fields of getJointInfo, which do not change after loading, and the joints' places in MuJoCo."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roboyard.description.model import Joint
 from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel
@@ -88,3 +91,51 @@ def frame_in_parent(
     to_child = canonical_quaternion(conjugate(link.frame.quaternion).tolist())
     rotation = multiply(to_child, to_joint)
     return tuple(float(v) for v in position), tuple(float(v) for v in rotation)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointLayout:
+    """Indices of a body's joint positions and velocities."""
+
+    kinds: frozenset[int]
+    """Types of its joints (JOINT_REVOLUTE, ...)."""
+    position_count: int
+    velocity_count: int
+    places: NDArray[np.intp]
+    """(position_count,) indices in qpos."""
+    order: NDArray[np.intp]
+    """(position_count,) number in a list of PyBullet's that belongs to each place; quaternions differ."""
+    dofs: NDArray[np.intp]
+    """(velocity_count,) indices in qvel."""
+
+
+def joint_layout(
+    infos: Sequence[Sequence[Any]], position_addresses: Sequence[int], velocity_addresses: Sequence[int]
+) -> JointLayout:
+    """Return the layout of a body's joints; valid until the World is compiled again.
+
+    Args:
+        infos: the fields of getJointInfo, by joint.
+        position_addresses: first index of each joint in qpos.
+        velocity_addresses: first index of each joint in qvel.
+    """
+    places: list[int] = []
+    order: list[int] = []
+    dofs: list[int] = []
+    for joint, info in enumerate(infos):
+        count, start = POSITION_COUNT[info[2]], len(order)
+        if count:
+            first = position_addresses[joint]
+            places += range(first, first + count)
+            order += [start + 3, start, start + 1, start + 2] if count == 4 else range(start, start + count)
+        if VELOCITY_COUNT[info[2]]:
+            first = velocity_addresses[joint]
+            dofs += range(first, first + VELOCITY_COUNT[info[2]])
+    return JointLayout(
+        kinds=frozenset(info[2] for info in infos),
+        position_count=len(places),
+        velocity_count=len(dofs),
+        places=np.array(places, dtype=np.intp),
+        order=np.array(order, dtype=np.intp),
+        dofs=np.array(dofs, dtype=np.intp),
+    )

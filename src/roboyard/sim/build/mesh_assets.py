@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.shapes.mesh import TriangleMesh
+from roboyard.sim.build.hull_store import load_hull, store_hull
 from roboyard.transforms import Array
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class MeshAssets:
 
 
 def convex_hull(mesh: TriangleMesh) -> tuple[Array, np.ndarray]:
-    """Return vertices (n, 3) (m) and outward faces (m, 3) of the convex hull, cached.
+    """Return vertices (n, 3) (m) and outward faces (m, 3) of the convex hull, kept in memory and on disk.
 
     Flat meshes get a thickness of 1 mm.
     """
@@ -98,7 +99,11 @@ def convex_hull(mesh: TriangleMesh) -> tuple[Array, np.ndarray]:
     if found is None:
         if len(_HULLS) >= _HULLS_LIMIT:
             _HULLS.clear()
-        found = _HULLS[key] = _hull(mesh.vertices[np.unique(mesh.faces)])
+        found = load_hull(key)
+        if found is None:
+            found = _hull(mesh.vertices[np.unique(mesh.faces)])
+            store_hull(key, *found)
+        _HULLS[key] = found
     return found
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -19,6 +21,9 @@ class Wrenches:
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._pending = False
+        self._viewed: Any = None
+        self._view: Any = None
+        """MuJoCo's forces and torques of all bodies as plain numbers, and the data whose they are."""
         self.of_last_push: tuple[float, np.ndarray] | None = None
         """Simulated time after the last step with external forces, and (nbody, 6) forces and torques."""
 
@@ -61,6 +66,28 @@ class Wrenches:
         data.xfrc_applied[row, :3] += f
         data.xfrc_applied[row, 3:] += t
         self.pending = True
+
+    def push(self, row: int, wrench: tuple[float, ...]) -> None:
+        """Add force (N) and torque (N m) about the centre of mass, six numbers in the world frame, on a body.
+
+        Args:
+            row: MuJoCo's number of the body; the world is compiled.
+            wrench: force x, y, z, then torque x, y, z.
+
+        Raises:
+            RoboyardError: a number is not finite.
+        """
+        total = sum(wrench)
+        if total - total != 0.0:  # inf and nan alike
+            raise RoboyardError(f"force and torque must be finite, got {wrench}")
+        data = self._world.live_data
+        if self._viewed is not data:
+            self._viewed, self._view = data, data.xfrc_applied.reshape(-1).data
+        view, start = self._view, 6 * row
+        for k, value in enumerate(wrench, start):
+            view[k] += value
+        if not self._pending:
+            self.pending = True
 
     def add_joint_effort(self, joint: Joint, effort: float) -> None:
         """Add an effort (N m or N) on a joint of one degree of freedom, for one step."""

@@ -1,0 +1,86 @@
+"""Convex hulls kept on disk, so that a program that starts again need not compute them, nor import scipy.
+
+A file holds two counts, the vertices, the faces and a checksum; one that is cut or changed counts as absent.
+Without a place to write, nothing is kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import struct
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from roboyard.transforms import Array
+
+_HEADER = struct.Struct("<8sII")
+_FORMAT = b"ryhull1\0"
+"""First bytes of a file; another number for another way to compute hulls."""
+_CHECKSUM = 16
+MOST_VERTICES = 20_000
+"""Larger hulls are not kept."""
+MOST_FILES = 4096
+"""Number of hulls that are kept."""
+
+
+def load_hull(key: bytes) -> tuple[Array, np.ndarray] | None:
+    """Return the (n, 3) float64 vertices (m) and (m, 3) int32 faces of a hull, or None where it is not kept.
+
+    Args:
+        key: digest of the points.
+    """
+    try:
+        with _file(key).open("rb") as stream:
+            content = stream.read(_HEADER.size + MOST_VERTICES * 48 + _CHECKSUM + 1)
+    except OSError:
+        return None
+    body, checksum = content[:-_CHECKSUM], content[-_CHECKSUM:]
+    if len(body) < _HEADER.size or hashlib.blake2b(body, digest_size=_CHECKSUM).digest() != checksum:
+        return None
+    form, n, m = _HEADER.unpack_from(body)
+    if form != _FORMAT or len(body) != _HEADER.size + 24 * n + 12 * m:
+        return None
+    vertices = np.frombuffer(body, np.float64, 3 * n, _HEADER.size).reshape(n, 3)
+    return vertices.copy(), np.frombuffer(body, np.int32, 3 * m, _HEADER.size + 24 * n).reshape(m, 3).copy()
+
+
+def store_hull(key: bytes, vertices: Array, faces: np.ndarray) -> None:
+    """Keep a hull, where there is a place and it is not too large.
+
+    Args:
+        key: digest of the points.
+        vertices: (n, 3) (m).
+        faces: (m, 3) vertex indices.
+    """
+    if len(vertices) > MOST_VERTICES:
+        return
+    path = _file(key)
+    body = _HEADER.pack(_FORMAT, len(vertices), len(faces))
+    body += (
+        np.ascontiguousarray(vertices, np.float64).tobytes() + np.ascontiguousarray(faces, np.int32).tobytes()
+    )
+    new = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if sum(1 for _ in os.scandir(path.parent)) >= MOST_FILES:
+            return
+        new.write_bytes(body + hashlib.blake2b(body, digest_size=_CHECKSUM).digest())
+        new.replace(path)
+    except OSError:
+        with suppress(OSError):
+            new.unlink()
+
+
+def _file(key: bytes) -> Path:
+    return _folder() / f"{key.hex()}.hull"
+
+
+@cache
+def _folder() -> Path:
+    from platformdirs import user_cache_path
+
+    return user_cache_path("roboyard", appauthor=False) / "hulls"

@@ -1,0 +1,77 @@
+"""Convex hulls on disk: the same numbers come back, and a damaged file counts as absent."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from roboyard.shapes import primitives
+from roboyard.sim.build import hull_store, mesh_assets
+from roboyard.sim.build.hull_store import load_hull, store_hull
+
+KEY = bytes(range(16))
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Keep hulls in a folder of the test."""
+    monkeypatch.setattr(hull_store, "_folder", lambda: tmp_path / "hulls")
+    return tmp_path / "hulls"
+
+
+def test_a_hull_comes_back_as_it_was() -> None:
+    rng = np.random.default_rng(0)
+    vertices, faces = rng.normal(size=(40, 3)), rng.integers(0, 40, (70, 3)).astype(np.int32)
+    assert load_hull(KEY) is None
+    store_hull(KEY, vertices, faces)
+    found = load_hull(KEY)
+    assert found is not None
+    np.testing.assert_array_equal(found[0], vertices)
+    np.testing.assert_array_equal(found[1], faces)
+    found[0][0] = 7.0  # a copy that may be changed
+    assert load_hull(KEY)[0][0, 0] == vertices[0, 0]  # type: ignore[index]
+
+
+@pytest.mark.parametrize("damage", ["cut", "changed", "empty", "longer"])
+def test_a_damaged_file_counts_as_absent(folder: Path, damage: str) -> None:
+    store_hull(KEY, np.eye(3), np.array([[0, 1, 2]]))
+    (file,) = folder.iterdir()
+    content = file.read_bytes()
+    changed = bytes([content[20] ^ 1])
+    file.write_bytes(
+        {
+            "cut": content[:-5],
+            "changed": content[:20] + changed + content[21:],
+            "empty": b"",
+            "longer": content + b"x",
+        }[damage]
+    )
+    assert load_hull(KEY) is None
+
+
+def test_no_place_to_write_keeps_nothing(folder: Path) -> None:
+    folder.write_text("a file where the folder should be")
+    store_hull(KEY, np.eye(3), np.array([[0, 1, 2]]))
+    assert load_hull(KEY) is None
+
+
+def test_large_hulls_and_further_files_are_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store_hull(KEY, np.zeros((hull_store.MOST_VERTICES + 1, 3)), np.zeros((1, 3), dtype=np.int32))
+    assert load_hull(KEY) is None
+    monkeypatch.setattr(hull_store, "MOST_FILES", 1)
+    store_hull(KEY, np.eye(3), np.array([[0, 1, 2]]))
+    store_hull(KEY[::-1], np.eye(3), np.array([[0, 1, 2]]))
+    assert len(list(folder.iterdir())) == 1
+
+
+def test_a_mesh_has_the_same_hull_from_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = primitives.sphere(0.3)
+    monkeypatch.setattr(mesh_assets, "_HULLS", {})
+    first = mesh_assets.convex_hull(mesh)
+    monkeypatch.setattr(mesh_assets, "_HULLS", {})
+    monkeypatch.setattr(mesh_assets, "_hull", lambda points: pytest.fail("the hull was computed again"))
+    second = mesh_assets.convex_hull(mesh)
+    np.testing.assert_array_equal(first[0], second[0])
+    np.testing.assert_array_equal(first[1], second[1])
