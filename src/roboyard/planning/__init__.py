@@ -17,6 +17,7 @@ _HOMES = {
     "DistanceField": "roboyard.planning.distance_fields",
     "Obstacle": "roboyard.planning.obstacles",
     "Obstacles": "roboyard.planning.obstacles",
+    "PathConstraint": "roboyard.planning.constraints",
     "Plan": "roboyard.planning.trajectory",
     "Planner": "roboyard.planning.planner",
     "PoseGoal": "roboyard.planning.goals",
@@ -25,11 +26,14 @@ _HOMES = {
     "Trajectory": "roboyard.planning.trajectory",
     "cloud_field": "roboyard.planning.distance_fields",
     "fitted_model": "roboyard.planning.link_fit",
+    "keep_upright": "roboyard.planning.constraints",
     "load_planner_file": "roboyard.planning.planner_files",
+    "on_line": "roboyard.planning.constraints",
     "planner_for": "roboyard.planning.robot_planner",
     "load_problems": "roboyard.planning.problem_files",
     "solve_problems": "roboyard.planning.problem_files",
     "sphere_robot": "roboyard.planning.sphere_model",
+    "turned_goals": "roboyard.planning.goals",
 }
 
 __all__ = [
@@ -38,6 +42,7 @@ __all__ = [
     "DistanceField",
     "Obstacle",
     "Obstacles",
+    "PathConstraint",
     "Plan",
     "Planner",
     "PoseGoal",
@@ -47,18 +52,22 @@ __all__ = [
     "attached_body",
     "cloud_field",
     "fitted_model",
+    "keep_upright",
     "load_planner_file",
     "load_problems",
+    "on_line",
     "planner_for",
     "solve_problems",
     "sphere_robot",
+    "turned_goals",
 ]
 
 if TYPE_CHECKING:
     from roboyard.planning.attached import Attached, attached_body
     from roboyard.planning.checking import CollisionChecker
+    from roboyard.planning.constraints import PathConstraint, keep_upright, on_line
     from roboyard.planning.distance_fields import DistanceField, cloud_field
-    from roboyard.planning.goals import PoseGoal
+    from roboyard.planning.goals import PoseGoal, turned_goals
     from roboyard.planning.link_fit import fitted_model
     from roboyard.planning.obstacles import Obstacle, Obstacles
     from roboyard.planning.planner import Planner

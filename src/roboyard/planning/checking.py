@@ -89,6 +89,17 @@ class CollisionChecker:
         link = self.robot.sphere_link(sphere)
         return Nearest(distance=float(out[0]), link=link, other=name, gradient=slopes[0])
 
+    def blocking(self, start: ArrayLike, goals: ArrayLike, most: int = 4) -> list[str]:
+        """Return the obstacles that the straight ways from start (n,) to goals (g, n) touch, most often first."""
+        counts: dict[str, int] = {}
+        for goal in np.atleast_2d(goals)[:4]:
+            line = np.asarray(start) + np.linspace(0, 1, 60)[:, None] * (goal - np.asarray(start))
+            for q in line[~self.free(line)]:
+                found = self.nearest(q)
+                if found.other and found.other not in self.robot.links:
+                    counts[found.other] = counts.get(found.other, 0) + 1
+        return sorted(counts, key=lambda name: -counts[name])[:most]
+
     def _nearest(self, q: ArrayLike, reach: float) -> tuple[Array, Array, NDArray[np.int64]]:
         values = self._rows(q)
         out, slopes = np.empty(len(values)), np.empty(values.shape)

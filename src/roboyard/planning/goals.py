@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.kinematics.chain import ChainArrays
-from roboyard.transforms import Array, inverse_pose, pose_matrix
+from roboyard.transforms import Array, inverse_pose, multiply, pose_matrix, quaternion_from_axis_angle
 
 if TYPE_CHECKING:
     from roboyard.planning.sphere_model import SphereRobot
@@ -115,6 +115,44 @@ def postures_for(
             )
         )
     return solutions
+
+
+def nearest_approach(robot: SphereRobot, goal: PoseGoal, root: Array, near: Array, *, seed: int = 0) -> str:
+    """Return how near a link comes to a pose that it does not reach, and what would help.
+
+    Args:
+        robot: the robot.
+        goal: the pose in the world frame.
+        root: (4, 4) pose of the robot's root link in the world frame (m).
+        near: (n,) posture that the first descent starts from (rad or m).
+        seed: seed of the random starts.
+    """
+    from roboyard.kinematics import forward_kinematics, solve_ik
+
+    chain = tip_chain(robot, goal.link)
+    target = inverse_pose(root) @ pose_matrix(goal.position)
+    found = solve_ik(chain, target[:3, 3], near, restarts=20, seed=seed)
+    gap = float(np.linalg.norm(target[:3, 3] - forward_kinematics(chain, found.q, goal.link)[:3, 3]))
+    if gap > 2 * TOLERANCE_POSITION:
+        return f"it comes within {gap:.2f} m; move the goal or the base, or plan for more joints"
+    if goal.quaternion is not None:
+        return "it reaches the position in another orientation; leave the orientation free or turn the goal"
+    return "move it or the base"
+
+
+def turned_goals(goal: PoseGoal, axis: ArrayLike, count: int = 12) -> list[PoseGoal]:
+    """Return a pose turned about an axis (3,) of its own in `count` even steps: a set of poses for `plan`.
+
+    Raises:
+        ConfigError: the orientation of the goal is free.
+    """
+    if goal.quaternion is None:
+        raise ConfigError(f'goal of link "{goal.link}": its orientation is free already; give a quaternion')
+    angles = np.arange(count) * 2 * np.pi / count
+    return [
+        replace(goal, quaternion=multiply(goal.quaternion, quaternion_from_axis_angle(axis, angle)))
+        for angle in angles
+    ]
 
 
 def tip_chain(robot: SphereRobot, link: str) -> ChainArrays:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,19 @@ class SearchSpace:
         return SearchSpace(
             robot=robot, world=world, work=work_for(robot, world), sweep=_motion().sweep_for(robot)
         )
+
+    def within(self, lower: Array, upper: Array) -> SearchSpace:
+        """Return the space with samples drawn between (n,) limits only (rad or m)."""
+        low, high = np.maximum(self.robot.lower, lower), np.minimum(self.robot.upper, upper)
+        return replace(self, robot=self.robot._replace(lower=low, upper=np.maximum(low, high)))
+
+
+def shorter_box(start: Array, goals: Array, length: float) -> tuple[Array, Array]:
+    """Return (n,) lower and upper ends of a box that contains every path from start (n,) to one of goals
+    (g, n) that is shorter than `length` (rad or m).
+    """
+    lower = ((start + goals - length) / 2).min(axis=0)
+    return lower, ((start + goals + length) / 2).max(axis=0)
 
 
 def find_path(

@@ -16,12 +16,14 @@ from roboyard._lazy import lazy_module
 from roboyard.description.model import Mesh
 from roboyard.errors import ConfigError
 from roboyard.planning.checking import CollisionChecker
+from roboyard.planning.constrained_search import ConstrainedSearch
+from roboyard.planning.constraints import BoundConstraint, PathConstraint, why_outside
 from roboyard.planning.distance_fields import DistanceField
-from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, postures_for
+from roboyard.planning.goals import Goal, PoseGoal, PostureSolution, nearest_approach, postures_for
 from roboyard.planning.hull_judge import Clash, HullJudge, is_judged, judge_of
 from roboyard.planning.hull_search import hull_path
 from roboyard.planning.obstacles import Obstacle, Obstacles
-from roboyard.planning.path_search import SearchSpace, find_path, shorten, time_path
+from roboyard.planning.path_search import SearchSpace, find_path, shorten, shorter_box, time_path
 from roboyard.planning.relaxation import ROOM, raise_padding, relax
 from roboyard.planning.sphere_model import SphereModel, SphereRobot, sphere_robot
 from roboyard.planning.trajectory import Outcome, Plan, Trajectory, path_length
@@ -38,6 +40,8 @@ JUDGED_STEP = 0.01
 """Distance between configurations that the judge checks (rad)."""
 REPAIRS = 6
 """Times that a path refused by the judge is planned again."""
+HINT_SECONDS = 0.15
+"""Time to find out whether moving one obstacle would help (s)."""
 MOST_GOALS = 16
 """Postures of a pose that are tried at once."""
 
@@ -167,6 +171,7 @@ class Planner:
         time_limit: float = 5.0,
         improve: float = 0.0,
         seed: int = 0,
+        keep: PathConstraint | None = None,
     ) -> Plan:
         """Return a motion from `start` to the goal, or to one of several goals.
 
@@ -176,6 +181,7 @@ class Planner:
             time_limit: longest search (s).
             improve: time spent on shorter paths after the first (s); the path gets no longer with it.
             seed: seed of the random samples; the same gives the same path unless time is over.
+            keep: poses that a link keeps to on the whole way, such as `keep_upright(link)`.
 
         Raises:
             ConfigError: a vector has the wrong length or is not finite, or a goal's link does not exist.
@@ -194,7 +200,14 @@ class Planner:
         if not len(goals):
             return self._failed(outcome, reason, begin)
         deadline = begin + time_limit
-        return self._planned(q, goals, index, begin, deadline, improve, seed)
+        region = None
+        if keep is not None:
+            region = BoundConstraint(keep, self.robot, self.obstacles.root, q)
+            outcome, reason, inside = why_outside(region, q, goals)
+            if outcome != "solved":
+                return self._failed(outcome, reason, begin)
+            goals, index = goals[inside], [one for one, good in zip(index, inside, strict=True) if good]
+        return self._planned(q, goals, index, begin, deadline, improve, seed, region)
 
     def ik(self, goal: PoseGoal, near: ArrayLike, *, seeds: int = 64, seed: int = 0) -> list[PostureSolution]:
         """Return all distinct postures found for a pose: free ones first, then by distance to `near` (n,).
@@ -218,6 +231,7 @@ class Planner:
         deadline: float,
         improve: float,
         seed: int,
+        region: BoundConstraint | None,
     ) -> Plan:
         postures = np.concatenate([start[None], goals])
         arrays, relaxed = relax(self.robot.arrays, self.obstacles.arrays, postures)
@@ -227,7 +241,11 @@ class Planner:
         for attempt in range(REPAIRS + 1):
             space = SearchSpace.of(arrays, self.obstacles.arrays)
             exact = attempt == REPAIRS  # spheres are too coarse here, or padding closed the way
-            if exact:
+            if region is not None:
+                if exact:
+                    break
+                path = self._kept_path(space, region, start, goals, deadline, improve, seed + 1000 * attempt)
+            elif exact:
                 lower, upper = arrays.lower, arrays.upper
                 path = hull_path(self.judge, lower, upper, start, goals, deadline=deadline, seed=seed)
             else:
@@ -240,6 +258,8 @@ class Planner:
             middle = time.perf_counter()
             corners = 0.0 if exact or attempt > 2 else 1.0
             trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=corners)
+            if region is not None and not region.inside(trajectory.dense(JUDGED_STEP), 1.0 + 1e-6).all():
+                trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=0.0)
             refused = self._first_clash(trajectory) if judged else None
             timing += time.perf_counter() - middle
             if refused is None:
@@ -257,15 +277,53 @@ class Planner:
             touching = f'; link "{refused[1][0].link}" and "{refused[1][0].other}" kept touching'
             arrays = raise_padding(arrays, self.robot, refused[1], self.obstacles.arrays, start, goals)
         spent = time.perf_counter() - begin
-        reason = f"no path in {spent:.2f} s{touching}; give more time, move obstacles, or choose another goal"
+        hint = self._blocking(start, goals) if region is None else f'; widen what "{region.link}" keeps to'
+        reason = f"no path in {spent:.2f} s{touching}{hint}; give more time, or choose another goal"
         return self._failed("time over", reason, begin)
+
+    def _blocking(self, start: Array, goals: Array) -> str:
+        """Return which obstacle closes the way, where moving one alone opens it; else advice to move some."""
+        touched = self.checker.blocking(start, goals)
+        for name in touched:
+            others = [one for one in self.obstacles.items if one.name != name]
+            space = SearchSpace.of(self.robot.arrays, Obstacles(others, self.obstacles.root).arrays)
+            found = find_path(space, start, goals, deadline=time.perf_counter() + HINT_SECONDS, seed=0)
+            if found is not None:
+                return f'; without obstacle "{name}" there is one: move it'
+        return "; move obstacles"
+
+    def _kept_path(
+        self,
+        space: SearchSpace,
+        region: BoundConstraint,
+        start: Array,
+        goals: Array,
+        deadline: float,
+        improve: float,
+        seed: int,
+    ) -> Array | None:
+        search = ConstrainedSearch(space, region, seed)
+        best, until = None, deadline
+        while best is None or time.perf_counter() < until:
+            found = search.path(start, goals, until)
+            if found is None:
+                break
+            found = search.shorten(found, deadline)
+            if best is None:
+                until = time.perf_counter() + improve
+            if best is None or path_length(found) < path_length(best):
+                best = found
+        return best
 
     def _best_path(
         self, space: SearchSpace, start: Array, goals: Array, deadline: float, improve: float, seed: int
     ) -> Array | None:
         best: Array | None = None
         least, until, k = np.inf, 0.0, 0
+        whole = space
         while best is None or time.perf_counter() < until:
+            if best is not None:  # no shorter path leaves this box
+                space = whole.within(*shorter_box(start, goals, least))
             found: list[Array] = []
             for _ in range(TRIES):
                 one = find_path(space, start, goals, deadline=deadline, seed=seed + k)
@@ -300,9 +358,10 @@ class Planner:
                 found = postures_for(self.robot, one, self.obstacles.root, start, seed=seed)
                 if not found:
                     place = ", ".join(f"{x:.4g}" for x in np.asarray(one.position, dtype=float))
+                    near = nearest_approach(self.robot, one, self.obstacles.root, start, seed=seed)
                     reason = (
                         f'no posture within the limits brings link "{one.link}" to ({place})'
-                        f"{'' if one.quaternion is None else ' in that orientation'}; move it or the base"
+                        f"{'' if one.quaternion is None else ' in that orientation'}; {near}"
                     )
                     continue
                 candidates = [solution.q for solution in found]

@@ -14,8 +14,10 @@ Outcome = Literal[
     "solved",
     "start in collision",
     "start outside limits",
+    "start outside constraint",
     "goal in collision",
     "goal outside limits",
+    "goal outside constraint",
     "goal unreachable",
     "time over",
 ]

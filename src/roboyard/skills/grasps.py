@@ -16,7 +16,7 @@ ROOM = 0.010
 """Gap that open fingers leave beside an object (m)."""
 ELEVATIONS = (0.0, -0.4, -0.8, -1.2, -np.pi / 2)
 """Angles of approach, from horizontal to straight down (rad)."""
-HEIGHTS = (0.4, 0.6, 0.75, 0.9)
+HEIGHTS = (0.4, 0.5, 0.6, 0.75, 0.9)
 """Heights at which an object is held, as shares of its own."""
 TURNS = 24
 """Directions around the vertical."""
@@ -51,7 +51,9 @@ def object_grasps(points: Array, gripper: GripperFrame) -> list[Grasp]:
                 grasp = _grasp(points, gripper, at, along, across, middle)
                 if grasp is not None:
                     steep = abs(elevation + 0.4)  # a little from above is easiest to reach
-                    found.append(Grasp(pose=grasp[0], cost=grasp[1] + 0.02 * steep + 0.02 * abs(share - 0.7)))
+                    edge = min(share, 1 - share) * (high[2] - low[2])  # held objects creep: keep off edges
+                    extra = 0.03 * steep + 1.0 * max(0.035 - edge, 0.0) + 0.02 * abs(share - 0.6)
+                    found.append(Grasp(pose=grasp[0], cost=grasp[1] + extra))
     return sorted(found, key=lambda grasp: grasp.cost)
 
 

@@ -142,7 +142,7 @@ def _draw_grasps(worker: Worker, grasps: list[Grasp], draws: Array) -> Drawn:
         for height in LIFTS:
             row.append(chosen.pose.copy())
             row[-1][2, 3] += height
-        grips[s], cost[s] = row, 2.0 * chosen.cost
+        grips[s], cost[s] = row, 6.0 * chosen.cost
         facing[s] = heading(chosen.pose)
     bases = bases_around(worker, grips[:, len(APPROACH) - 1, :3, 3], facing, draws)
     return Drawn(grips=grips, bases=np.repeat(bases[:, None], k, axis=1), cost=cost)
@@ -199,7 +199,7 @@ def lift(worker: Worker, arm: str, height: float) -> None:
     worker.wait(0.3)
     risen = float(body.position[2]) - start
     if risen < 0.5 * height or not is_between_fingers(worker, arm, body):
-        del worker.held[arm]
+        worker.release(arm)
         raise SkillError(f"it slipped out of the gripper: it rose by {100 * risen:.0f} cm")
 
 
@@ -283,10 +283,10 @@ def place(worker: Worker, arm: str, support: Body, random: np.random.Generator, 
     track = _approach(worker, tracks)
     _run(worker, track, 0, 2, robot)
     if not is_between_fingers(worker, arm, body):
-        del worker.held[arm]
+        worker.release(arm)
         raise SkillError("it slipped out of the gripper on the way", is_final=True)
     worker.grip(arm, close=False)
-    del worker.held[arm]
+    worker.release(arm)
     try:
         _run(worker, track, 2, 4, robot)
     except SkillError as error:

@@ -27,7 +27,9 @@ LOST = 0.30
 """Distance behind its path at which a base counts as blocked (m)."""
 NEAR_JOINT, NEAR_BASE = 0.05, 0.03
 """Errors at which a motion has arrived (rad, m)."""
-SETTLE = 2.0
+NEAR_GRIP, LOST_GRIP = 0.003, 0.05
+"""Errors of a corrected gripper at which it has arrived, and at which it was stopped (m)."""
+SETTLE = 1.5
 """Time to arrive after the end of a motion (s)."""
 
 
@@ -119,12 +121,25 @@ def follow(
                 raise SkillError(f"the base was blocked{_by(worker)}; clear the way")
     end = motion.at(motion.duration)[0]
     while worker.world.time < begin + motion.duration + SETTLE:
-        if _error(worker, motion, end, arm) < 1.0:
+        if (
+            _error(worker, motion, end, arm) < 1.0
+            and _grip_error(worker, motion, end, arm, chain) < NEAR_GRIP
+        ):
             break
         _command(worker, motion, end, np.zeros_like(end), arm, chain)
     _hold(worker)
-    if _error(worker, motion, end, arm) > 3.0:
+    if _error(worker, motion, end, arm) > 3.0 or _grip_error(worker, motion, end, arm, chain) > LOST_GRIP:
         raise SkillError(f"the motion stopped before its end{_by(worker)}; clear the way")
+
+
+def _grip_error(
+    worker: Worker, motion: Motion, end: Array, arm: str | None, chain: ChainArrays | None
+) -> float:
+    """Return the distance of a corrected gripper from the end of a motion (m)."""
+    if arm is None or chain is None:
+        return 0.0
+    wanted = _tool(worker, dict(zip(motion.names, end.tolist(), strict=True)), arm, chain)
+    return float(np.linalg.norm(wanted[:3, 3] - worker.robot.arms[arm].pose[0]))
 
 
 def _hold(worker: Worker) -> None:
@@ -175,15 +190,20 @@ def _corrected(worker: Worker, goals: dict[str, float], arm: str, chain: ChainAr
     """Return arm goals that keep the gripper where the motion has it, from where base and trunk are now."""
     own = worker.arm_chain(arm)
     state = worker.state()
-    wanted = worker.root @ forward_kinematics(
-        chain, [goals.get(name, state[name]) for name in chain.joint_names], worker.gripper(arm).tool
-    )
+    wanted = _tool(worker, goals, arm, chain)
     mount = pose_matrix(*worker.robot.link(worker.mount(arm)).pose)
     near = [goals.get(name, state[name]) for name in own.joint_names]
     found = solve_ik(own, inverse_pose(mount) @ wanted, near, iterations=12, restarts=0)
     if np.abs(found.q - near).max() > 0.5:
         return {}
     return dict(zip(own.joint_names, found.q.tolist(), strict=True))
+
+
+def _tool(worker: Worker, goals: dict[str, float], arm: str, chain: ChainArrays) -> Array:
+    """Return the (4, 4) pose of the end effector in the world frame (m) at joint goals by name."""
+    state = worker.state()
+    q = [goals.get(name, state[name]) for name in chain.joint_names]
+    return worker.root @ forward_kinematics(chain, q, worker.gripper(arm).tool)
 
 
 def go(

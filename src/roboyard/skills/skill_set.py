@@ -275,6 +275,7 @@ class Skills:
     def _try(self, skill: str, target: str, act: Callable[[], str], attempts: int = ATTEMPTS) -> SkillResult:
         """Run a skill until it succeeds, at most `attempts` times, and note the result."""
         begin = self.worker.world.time
+        self._forget_lost()
         text, done = "", 0
         succeeded = False
         while not succeeded and done < attempts:
@@ -286,6 +287,9 @@ class Skills:
                 self.worker.wait(0.2)
                 if error.is_final:
                     break
+        lost = self._forget_lost()
+        if lost and succeeded:
+            succeeded, text = False, f"{text}, but {' and '.join(lost)} slipped out of the gripper on the way"
         result = SkillResult(
             skill=skill,
             target=target,
@@ -296,6 +300,17 @@ class Skills:
         )
         self.log.append(result)
         return result
+
+    def _forget_lost(self) -> list[str]:
+        """Note that bodies which no finger touches any more are not held; return their names."""
+        worker = self.worker
+        lost = [
+            arm for arm, one in worker.held.items() if not handling.is_between_fingers(worker, arm, one.body)
+        ]
+        names = [worker.held[arm].body.name for arm in lost]
+        for arm in lost:
+            worker.release(arm)
+        return names
 
 
 def _by(worker: Worker) -> str:

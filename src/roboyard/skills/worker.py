@@ -28,6 +28,8 @@ POSITION = {
 """Keys of the controllers of arms and trunk."""
 NEAR = 0.015
 """Distance of spheres at which a held body counts as touching a link that it is held near (m)."""
+NO_SLIP = 5
+"""Iterations that remove slip while something is held; without them a mug turned by 0.7 rad a minute."""
 GRIP_SECONDS = 0.8
 """Time that a gripper gets to open or close (s)."""
 
@@ -50,6 +52,7 @@ class Worker:
         robot.reload_controllers(keys, action_normalize=False)
         self._index = {name: k for k, name in enumerate(robot.joint_names)}
         self._goals: dict[str, Array] = {}
+        self._slip_before = int(robot.world.model.opt.noslip_iterations)
 
     # ------------------------------------------------------------------------------------------- joints
 
@@ -166,6 +169,18 @@ class Worker:
         one = attached_body(self.robot, body, gripper.tool, sorted(near))
         near |= self._overlapped(one)  # spheres are larger than the shapes, and nothing touches here
         self.held[arm] = replace(one, touching=frozenset((*near, gripper.tool)))
+        self._stop_creeping(True)
+
+    def release(self, arm: str) -> None:
+        """Note that an arm holds nothing any more."""
+        self.held.pop(arm, None)
+        self._stop_creeping(bool(self.held))
+
+    def _stop_creeping(self, is_holding: bool) -> None:
+        """While something is held, correct the slow slip that MuJoCo's soft friction leaves."""
+        world: Any = self.world
+        for option in (world.spec.option, world.model.opt):
+            option.noslip_iterations = NO_SLIP if is_holding else self._slip_before
 
     def _overlapped(self, one: Attached) -> set[str]:
         """Return the links whose spheres overlap those of a held body as it is held now."""
