@@ -77,7 +77,7 @@ def test_a_link_follows_a_line(arm: SphereModel, start: np.ndarray) -> None:
     link = planner.robot.chain.links[-1]
     pose = poses(planner, start)
     a = pose[:3, 3]
-    b = a + (0.05, -0.2, 0.08)
+    b = a + np.array([0.05, -0.2, 0.08])
     goal = PoseGoal(link=link, position=b, quaternion=quaternion_from_matrix(pose[:3, :3]))
     plan = planner.plan(start, goal, keep=on_line(link, a, b, 0.006))
     assert plan.solved, plan.reason

@@ -90,7 +90,7 @@ class CollisionChecker:
         return Nearest(distance=float(out[0]), link=link, other=name, gradient=slopes[0])
 
     def blocking(self, start: ArrayLike, goals: ArrayLike, most: int = 4) -> list[str]:
-        """Return the obstacles that the straight ways from start (n,) to goals (g, n) touch, most often first."""
+        """Return the obstacles on the straight ways from start (n,) to goals (g, n), most touched first."""
         counts: dict[str, int] = {}
         for goal in np.atleast_2d(goals)[:4]:
             line = np.asarray(start) + np.linspace(0, 1, 60)[:, None] * (goal - np.asarray(start))

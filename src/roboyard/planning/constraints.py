@@ -127,7 +127,7 @@ class BoundConstraint:
             out = np.concatenate([out, angle[..., None] / self.tilt], axis=-1)
         return out
 
-    def inside(self, q: Array, share: float = 1.0) -> Array:
+    def inside(self, q: Array, share: float = 1.0) -> NDArray[np.bool_]:
         """Return (...) booleans: whether configurations (..., n) are inside that share of the tolerances."""
         return np.abs(self.errors(q)).max(axis=-1) <= share
 
