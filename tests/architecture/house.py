@@ -14,7 +14,7 @@ PACKAGE = "roboyard"
 LAYERS = (
     ("errors", "_lazy", "_mujoco", "_version", "untrusted"),
     ("transforms", "paths", "config", "assets", "pybullet_data"),
-    ("shapes", "native"),
+    ("shapes", "native", "whole_moves"),
     ("description", "rendering"),
     ("kinematics", "audit"),
     ("repair", "morphology"),

@@ -250,3 +250,59 @@ def test_a_mark_that_is_empty_or_cut_counts_as_none(tmp_path: Path, content: str
     assert (place.object / "new").exists()
     assert place.model.is_dir()
     assert not left.exists()
+
+
+def test_a_reader_finishes_a_move_cut_short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kill between the two exchanges leaves halves of two imports; no reader of the folder sees them."""
+    from roboyard import whole_moves
+    from roboyard.importer import package
+    from roboyard.robots.registry import Registry
+
+    place = PackageFolders(data=tmp_path, dataset="set", name="pair")
+
+    def fill(build: Path, text: str) -> None:
+        for part in ("object", "model"):
+            (build / part / "pair.yaml").write_text(text)
+
+    with building(place, overwrite=False) as build:
+        fill(build, "old")
+
+    def killed(a: Path, b: Path) -> bool:
+        whole_moves.exchange(a, b)
+        os._exit(9)
+
+    monkeypatch.setattr(package, "_exchange", killed)
+    child = os.fork()
+    if child == 0:
+        with building(place, overwrite=True) as build:
+            fill(build, "new")
+        os._exit(0)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
+    texts = [(folder / "pair.yaml").read_text() for folder in (place.object, place.model)]
+    assert texts == ["new", "old"]
+    with whole_moves.locked(place.root, "pair") as is_ours:
+        assert is_ours
+        assert "pair" in Registry(tmp_path)  # another process is at it: nothing is done
+        assert (place.model / "pair.yaml").read_text() == "old"
+    assert "pair" in Registry(tmp_path)
+    assert (place.model / "pair.yaml").read_text() == "new"
+
+
+def test_a_mark_is_made_after_its_parts_are_on_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from roboyard import whole_moves
+
+    (tmp_path / "object" / "deep").mkdir(parents=True)
+    (tmp_path / "model").mkdir()
+    (tmp_path / "object" / "deep" / "file").write_text("x")
+    synced: list[str] = []
+
+    def fsync(handle: int) -> None:
+        assert not (tmp_path / whole_moves.READY).exists() or synced[-1] == "ready.draft"
+        synced.append(Path(f"/proc/self/fd/{handle}").readlink().name)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    whole_moves.mark_ready(tmp_path)
+    assert synced.index("file") < synced.index("ready.draft") == len(synced) - 2
+    assert synced[-1] == tmp_path.name

@@ -19,6 +19,7 @@ from roboyard.errors import ConfigError, RoboyardError, unknown_name
 from roboyard.paths import data_folder
 from roboyard.robots.definition.load import load_definition
 from roboyard.robots.definition.schema import RobotDefinition
+from roboyard.whole_moves import finish_moves
 
 PICTURES = ("preview.png", "thumbnail.png", "picture.png")
 
@@ -133,6 +134,7 @@ class Registry(Mapping[str, RegisteredRobot]):
             for file in sorted(root.glob("*/*.yaml")):
                 if file.stem == file.parent.name:
                     found[file.stem] = RegisteredRobot(name=file.stem, file=file, dataset=root, bundled=True)
+        finish_moves(self.data)
         own: dict[str, RegisteredRobot] = {}
         for file in sorted(self.data.glob("*/models/*/*.yaml")):
             name = file.stem
