@@ -104,3 +104,14 @@ def test_accessors_count_their_numbers(tmp_path: Path) -> None:
     (tmp_path / "m.gltf").write_text(json.dumps(scene))
     with pytest.raises(MeshError, match="declares 160000012 numbers"):
         load_mesh(tmp_path / "m.gltf")
+
+
+def test_triangles_that_share_no_corners_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parts, "MAX_VERTICES", 600)
+    corners = np.random.default_rng(0).random((300, 9)).astype("<f4")
+    record = np.zeros(300, np.dtype([("n", "<f4", 3), ("c", "<f4", 9), ("a", "<u2")]))
+    record["c"] = corners
+    file = tmp_path / "soup.stl"
+    file.write_bytes(b"x".ljust(80) + struct.pack("<I", 300) + record.tobytes())
+    with pytest.raises(MeshError, match="900 vertices are too many"):
+        load_mesh(file)

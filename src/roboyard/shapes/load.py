@@ -20,7 +20,13 @@ from numpy.typing import ArrayLike
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.readers.external_files import clear_images
-from roboyard.shapes.readers.parts import Part, TooManyTrianglesError, check_triangles, combine
+from roboyard.shapes.readers.parts import (
+    Part,
+    TooManyTrianglesError,
+    check_triangles,
+    check_vertices,
+    combine,
+)
 from roboyard.untrusted.files import read_file
 
 MAX_FILE_BYTES = 512 * 1024 * 1024
@@ -51,7 +57,8 @@ def load_mesh(path: Path | str) -> TriangleMesh:
 
     Raises:
         MeshError: the file is missing, unreadable, of an unknown format, has no triangle, a vertex that is
-            not finite or an index out of range, or exceeds 512 MiB or 2 million triangles.
+            not finite or an index out of range, or exceeds 512 MiB, 2 million triangles or 1.5 million
+            vertices.
     """
     file = Path(path)
     try:
@@ -134,6 +141,7 @@ def _read(file: Path, size: int) -> TriangleMesh:
     try:
         parts = reader(data, file)
         check_triangles(sum(len(part.faces) for part in parts))
+        check_vertices(sum(len(part.vertices) for part in parts))
         return _checked(combine(parts), file)
     except TooManyTrianglesError as error:
         raise MeshError(str(error), file=file) from None

@@ -21,9 +21,12 @@ Indices = NDArray[np.int64]
 MAX_TRIANGLES = 2_000_000
 """Most triangles of a mesh, instances counted: what a gibibyte of memory holds while it is read."""
 
+MAX_VERTICES = 1_500_000
+"""Most vertices of a mesh; a closed one has half as many as triangles."""
+
 
 class TooManyTrianglesError(Exception):
-    """A mesh has more triangles than are read."""
+    """A mesh has more triangles or vertices than are read."""
 
 
 def check_triangles(count: int) -> None:
@@ -35,6 +38,19 @@ def check_triangles(count: int) -> None:
     if count > MAX_TRIANGLES:
         raise TooManyTrianglesError(
             f"{count} triangles are too many (at most {MAX_TRIANGLES}); simplify the mesh"
+        )
+
+
+def check_vertices(count: int) -> None:
+    """Check a number of distinct vertices.
+
+    Raises:
+        TooManyTrianglesError: it is above `MAX_VERTICES`.
+    """
+    if count > MAX_VERTICES:
+        raise TooManyTrianglesError(
+            f"{count} vertices are too many (at most {MAX_VERTICES}); merge the corners that "
+            "triangles share, or simplify the mesh"
         )
 
 
