@@ -304,3 +304,22 @@ def test_substeps_are_bounded() -> None:
         p.setPhysicsEngineParameter(numSubSteps=10**9, physicsClientId=number)
     p.setPhysicsEngineParameter(numSubSteps=20, physicsClientId=number)
     p.disconnect(number)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
+def test_settings_are_finite(value: float) -> None:
+    number = p.connect(p.DIRECT)
+    for call in (
+        lambda: p.setGravity(0, 0, value, physicsClientId=number),
+        lambda: p.setTimeStep(value, physicsClientId=number),
+        lambda: p.addUserDebugPoints([value], [1, 1, 1], physicsClientId=number),
+    ):
+        with pytest.raises(p.error):
+            call()
+    if value > 0:
+        with pytest.raises(p.error):
+            p.setPhysicsEngineParameter(fixedTimeStep=value, physicsClientId=number)
+    p.stepSimulation(physicsClientId=number)
+    with pytest.raises(p.error):
+        p.loadURDF("n" * 5000, physicsClientId=number)
+    p.disconnect(number)

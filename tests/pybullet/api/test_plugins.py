@@ -70,3 +70,30 @@ def test_slots_and_failures_are_pybullets(client: int, packed: Path) -> None:
     assert p.executePluginCommand(plugin, intArgs=[p.RemoveFileIOAction, 99]) == 99
     p.unloadPlugin(plugin)
     assert _mount(plugin, p.ZipFileIO, packed) == -1
+
+
+def test_a_zip_file_opens_nothing_else_and_is_bounded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from roboyard.pybullet.state import file_mounts
+
+    (tmp_path / "secret").write_text("x")
+    with ZipFile(tmp_path / "a.zip", "w") as file:
+        file.writestr("../../secret", "inside")
+        file.writestr("part", "inside")
+    mounts = file_mounts.FileMounts()
+    mounts.add(p.ZipFileIO, str(tmp_path / "a.zip"))
+    found = mounts.find("part")
+    assert found is not None
+    up = "/".join([".."] * len(found.parts))
+    for name in ("../../secret", f"{up}{tmp_path}/secret"):
+        assert mounts.find(name) is None
+    mounts.close()
+    monkeypatch.setattr(file_mounts, "_MAX_BYTES", 1000)
+    with ZipFile(tmp_path / "bomb.zip", "w", 8) as file:
+        file.writestr("part", bytes(5000))
+    mounts = file_mounts.FileMounts()
+    mounts.add(p.ZipFileIO, str(tmp_path / "bomb.zip"))
+    assert mounts.find("part") is None
+    assert "not unpacked" in capsys.readouterr().err
+    mounts.close()

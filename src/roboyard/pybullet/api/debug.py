@@ -107,8 +107,11 @@ def addUserDebugPoints(
     Raises:
         error: there are too many points, or the numbers of points and colours differ.
     """
-    positions = np.array(pointPositions, dtype=float).reshape(-1, 3)
-    colors = np.array(pointColorsRGB, dtype=float).reshape(-1, 3)
+    try:
+        positions = np.array(pointPositions, dtype=float).reshape(-1, 3)
+        colors = np.array(pointColorsRGB, dtype=float).reshape(-1, 3)
+    except ValueError as problem:
+        raise failure("addUserDebugPoints failed.", f"expected rows of three numbers: {problem}") from None
     if len(positions) > MAX_POINTS:
         raise failure(
             "Number of vertices exceeds the maximum.", f"{len(positions)} points, at most {MAX_POINTS}"

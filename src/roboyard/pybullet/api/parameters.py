@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from roboyard.pybullet.face.arguments import number, whole
@@ -18,15 +19,26 @@ MAX_SUB_STEPS = 10_000
 
 @command()
 def setGravity(client: Client, gravX: float, gravY: float, gravZ: float) -> None:
-    """Set gravity in the world frame (m/s²); it is 0 at the start."""
-    client.parameters.gravity = (number(gravX), number(gravY), number(gravZ))
+    """Set gravity in the world frame (m/s²); it is 0 at the start.
+
+    Raises:
+        error: it is not finite.
+    """
+    gravity = (number(gravX), number(gravY), number(gravZ))
+    if not all(map(isfinite, gravity)):
+        raise failure("setGravity failed.", f"gravity must be finite, got {gravity}")
+    client.parameters.gravity = gravity
     client.parameters.revision += 1
 
 
 @command()
 def setTimeStep(client: Client, timeStep: float) -> None:
-    """Set the time that one stepSimulation advances (s)."""
-    client.parameters.time_step = number(timeStep)
+    """Set the time that one stepSimulation advances (s).
+
+    Raises:
+        error: it is not finite.
+    """
+    client.parameters.time_step = _time_step(timeStep, "setTimeStep")
     client.parameters.revision += 1
 
 
@@ -90,7 +102,7 @@ def setPhysicsEngineParameter(
     The settings of Bullet's own solver (error reduction, warm starting, islands, ...) are stored only.
 
     Raises:
-        error: there are more than MAX_SUB_STEPS substeps.
+        error: there are more than MAX_SUB_STEPS substeps, or the time step is not finite.
     """
     settings = dict(locals())
     parameters: EngineParameters = settings.pop("client").parameters
@@ -103,6 +115,8 @@ def setPhysicsEngineParameter(
                 "setPhysicsEngineParameter failed.",
                 f"numSubSteps is at most {MAX_SUB_STEPS}, got {value}; reduce it",
             )
+        if name == "fixedTimeStep":
+            value = _time_step(value, "setPhysicsEngineParameter")
         if attribute is None:
             parameters.others[name] = value
         elif isinstance(getattr(parameters, attribute), int):
@@ -110,6 +124,14 @@ def setPhysicsEngineParameter(
         else:
             setattr(parameters, attribute, number(value))
     parameters.revision += 1
+
+
+def _time_step(value: float, command_name: str) -> float:
+    """Return a time step that is finite; PyBullet takes any other, and so does this face until a step."""
+    seconds = number(value)
+    if not isfinite(seconds):
+        raise failure(f"{command_name} failed.", f"the time step must be finite, got {seconds}")
+    return seconds
 
 
 _ATTRIBUTES = {

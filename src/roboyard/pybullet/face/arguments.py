@@ -101,7 +101,7 @@ def indices(values: Iterable[int], message: str = "expected a sequence of joint 
 def _truncated(value: Any) -> int:
     try:
         return -1 if isinstance(value, str | bytes) else int(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return -1
 
 

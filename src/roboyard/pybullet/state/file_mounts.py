@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import sys
+import zlib
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
 from roboyard.pybullet.face import constants as c
+from roboyard.untrusted.files import check_file, is_inside
+from roboyard.untrusted.text import one_line
+
+_MAX_BYTES = 1 << 30
+"""Largest archive, packed and unpacked (bytes)."""
+_MAX_FILES = 10_000
+"""Most files of an archive."""
 
 
 class FileMounts:
@@ -46,7 +55,7 @@ class FileMounts:
                 continue
             if kind == c.ZipFileIO:
                 folder = self._unpack(place, name)
-                found = folder / name if folder else None
+                found = folder / name if folder and is_inside(folder / name, (folder,)) else None
             else:
                 found = next(
                     (path for path in (Path(place + name), Path(place) / name) if path.is_file()), None
@@ -68,8 +77,17 @@ class FileMounts:
         if place in self._unpacked:
             return self._unpacked[place]
         try:
+            check_file(place, _MAX_BYTES)
             with ZipFile(place) as packed:
-                if Path(name).as_posix() not in packed.namelist():
+                members = packed.infolist()
+                if Path(name).as_posix() not in (member.filename for member in members):
+                    return None
+                if len(members) > _MAX_FILES or sum(member.file_size for member in members) > _MAX_BYTES:
+                    print(
+                        f"roboyard: {one_line(place)} holds more than {_MAX_FILES} files or "
+                        f"{_MAX_BYTES >> 20} MiB; it is not unpacked",
+                        file=sys.stderr,
+                    )
                     return None
                 from tempfile import TemporaryDirectory
 
@@ -78,7 +96,7 @@ class FileMounts:
                 self._count += 1
                 target = Path(self._folder.name) / str(self._count)
                 packed.extractall(target)
-        except (OSError, BadZipFile):
-            return None
+        except (OSError, BadZipFile, NotImplementedError, RuntimeError, ValueError, zlib.error):
+            return None  # damaged, encrypted or of an unknown method
         self._unpacked[place] = target
         return target

@@ -24,16 +24,24 @@ def find_file(search_path: Path | None, name: str, mounts: FileMounts | None = N
     """
     given = Path(name)
     if given.is_absolute():
-        if given.is_file():
+        if is_file(given):
             return _original(given)
         given = given.relative_to(given.anchor)
     folders = [Path(), *([search_path] if search_path else []), *map(Path, _DATA_FOLDERS)]
     for folder in folders:
-        if (folder / given).is_file():
+        if is_file(folder / given):
             return _original((folder / given).absolute())
     if mounts is None:
         return None
     return mounts.find(name) or (mounts.find(str(search_path / name)) if search_path else None)
+
+
+def is_file(path: Path) -> bool:
+    """Return whether there is a regular file; False for names that no file can have."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def _original(file: Path) -> Path:
