@@ -16,7 +16,7 @@ import typer
 
 from roboyard.cli.help_text import EXAMPLES, GROUPS, GroupedHelp
 from roboyard.errors import RoboyardError
-from roboyard.untrusted.text import one_line
+from roboyard.untrusted.text import say
 
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 """Commands in the order of the help text; each is the function of its name in the module of its name."""
@@ -117,6 +117,6 @@ def _options(
 def _print_errors(lines: Sequence[str]) -> None:
     shown = lines if len(lines) <= MOST_LINES + 1 else lines[:MOST_LINES]
     for line in shown:
-        print(f"roboyard: error: {one_line(line)}", file=sys.stderr)
+        say(f"roboyard: error: {line}", to_errors=True)
     if len(shown) < len(lines):
-        print(f"roboyard: error: ... and {len(lines) - len(shown)} more", file=sys.stderr)
+        say(f"roboyard: error: ... and {len(lines) - len(shown)} more", to_errors=True)

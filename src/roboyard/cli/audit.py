@@ -10,7 +10,7 @@ import typer
 
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
-from roboyard.untrusted.text import one_line
+from roboyard.untrusted.text import json_text, one_line, say
 
 if TYPE_CHECKING:
     from roboyard.audit import Audit, Severity
@@ -72,7 +72,7 @@ def audit(
     else:
         from roboyard.audit.report import report_lines
 
-        print("\n".join(one_line(line) for line in report_lines(result, everything=everything)))
+        say(*report_lines(result, everything=everything))
     raise typer.Exit(0 if result.is_usable else 1)
 
 
@@ -130,12 +130,10 @@ def _audit_configuration(file: Path, packages: dict[str, Path], *, as_json: bool
         _print_json({"file": str(file), "usable": True, "problems": [], "notes": list(notes)})
         return 0
     for note in notes:
-        print(note)
-    print(f"{file.name}: usable")
+        say(note)
+    say(f"{file.name}: usable")
     return 0
 
 
 def _print_json(data: dict[str, Any]) -> None:
-    import json
-
-    print(json.dumps(data, indent=2, ensure_ascii=False))
+    print(json_text(data))

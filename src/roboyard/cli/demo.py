@@ -12,6 +12,7 @@ import typer
 from roboyard.cli.completion import viewed_names
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
+from roboyard.untrusted.text import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -82,9 +83,7 @@ def demo(
             progress=progress,
         )
     if as_json:
-        import json
-
-        print(json.dumps(result.summary, indent=2, ensure_ascii=False))
+        print(json_text(result.summary))
         return
     from roboyard.demo.summary import print_tables
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from roboyard.cli.completion import robot_names, scene_names
+from roboyard.untrusted.text import say
 
 if TYPE_CHECKING:
     from roboyard.viewer.driving import DrivingPage
@@ -64,7 +65,7 @@ def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browse
             recorder.log().save(log)
         for file in (video.path if video is not None else None, log):
             if file is not None and file.is_file():
-                print(f"wrote {file}")
+                say(f"wrote {file}")
 
 
 def drive(
@@ -169,7 +170,7 @@ def _run_in_terminal(
         control_mode = Mode(choose("Control mode?", [m.value for m in Mode], Mode.TELEOP.value))
     scene_setup = set_up({"scene": scene, "robot": robot, "controllers": controllers})
     count = run(scene_setup, control_mode.value, short=short, record=record, log=log, seed=seed)
-    print(f"{robot} in {scene_setup.scene.name}: {count} actions")
+    say(f"{robot} in {scene_setup.scene.name}: {count} actions")
     for file in (record, log):
         if file is not None and file.is_file():
-            print(f"wrote {file}")
+            say(f"wrote {file}")

@@ -11,6 +11,7 @@ import typer
 from roboyard.cli.missing_meshes import MissingMeshesOption
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
+from roboyard.untrusted.text import json_text, say
 
 if TYPE_CHECKING:
     from roboyard.importer.pipeline import ImportResult
@@ -154,22 +155,20 @@ def _print_result(result: ImportResult, *, as_json: bool, report: bool) -> None:
     from roboyard.importer.import_log import unique_warnings
 
     if as_json:
-        import json
-
-        print(json.dumps(result.to_json(), indent=2, ensure_ascii=False))
+        print(json_text(result.to_json()))
         return
     for line in _finding_lines(result.facts.get("source", {}).get("findings", [])):
-        print(line)
+        say(line)
     for message, elements in unique_warnings(result.warnings):
         named = [element for element in elements if element]
         who = ", ".join(named[:3]) + (f" and {len(named) - 3} more" if len(named) > 3 else "")
-        print(f"warning: {f'{who}: ' if who else ''}{message}")
+        say(f"warning: {f'{who}: ' if who else ''}{message}")
     if result.validation is not None:
-        print("\n".join(_validation_lines(result.validation)))
-    print(f"{result.name}: {len(result.robot.description.links)} links, imported into {result.folder}")
-    print(f"definition: {result.definition}")
+        say(*_validation_lines(result.validation))
+    say(f"{result.name}: {len(result.robot.description.links)} links, imported into {result.folder}")
+    say(f"definition: {result.definition}")
     if report:
-        print(f"report: {result.report}")
+        say(f"report: {result.report}")
 
 
 def _validation_lines(report: ValidationReport) -> list[str]:

@@ -11,6 +11,7 @@ import typer
 from roboyard.cli.missing_meshes import MissingMeshesOption
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
+from roboyard.untrusted.text import json_text, say
 
 EXAMPLES = """
 Examples:
@@ -53,15 +54,13 @@ def infer(
         relative_to=None if out is None else out.absolute().parent,
     )
     if as_json:
-        import json
-
         from roboyard.description.understanding import conclusions, understanding
 
         data = {"understanding": understanding(found.semantic), "conclusions": conclusions(found.semantic)}
-        print(json.dumps(data, indent=2, ensure_ascii=False))
+        print(json_text(data))
         return
     if out is None:
         sys.stdout.write(found.text)
         return
     out.write_text(found.text, encoding="utf-8")
-    print(f"{out}: {len(found.semantic.conclusions)} conclusions")
+    say(f"{out}: {len(found.semantic.conclusions)} conclusions")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roboyard.cli.completion import scene_names, viewed_names
+from roboyard.untrusted.text import one_line, say
 
 if TYPE_CHECKING:
     from roboyard.planning import Plan, RobotPlanner
@@ -201,11 +202,11 @@ def _plan_file(problems: Path, out: Path, seed: int) -> None:
             outcomes[made.outcome] += 1
             times.append(1e3 * (made.planning_seconds + made.timing_seconds))
             if not made.solved:
-                print(f"{problem.name}: {made.outcome}: {made.reason}")
+                say(f"{problem.name}: {made.outcome}: {made.reason}")
     counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common()) or "no problems"
     median = f"; median {np.median(times):.1f} ms" if times else ""
-    print(f"{counts}{median}\nwrote {out}")
+    say(f"{counts}{median}", f"wrote {out}")
 
 
 def _say_fitting(link: str) -> None:
-    print(f"fitting spheres to {link}", flush=True)
+    print(f"fitting spheres to {one_line(link)}", flush=True)

@@ -9,6 +9,7 @@ import typer
 
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
+from roboyard.untrusted.text import json_text, say
 
 EXAMPLES = """
 Examples:
@@ -56,16 +57,14 @@ def repair(
         xacro_args=read_xacro_args(xacro_arg or []),
     )
     if as_json:
-        import json
-
-        print(json.dumps(result.to_json(), indent=2, ensure_ascii=False))
+        print(json_text(result.to_json()))
     else:
         for fix in result.fixes:
             where = f"{file.name}:{fix.line}" if fix.line else file.name
             element = f"{fix.element}: " if fix.element else ""
-            print(f"{where}: {element}{fix.before} -> {fix.after} [{fix.code}]")
+            say(f"{where}: {element}{fix.before} -> {fix.after} [{fix.code}]")
         from roboyard.audit.report import report_lines
 
-        print(f"{len(result.fixes)} fixes, {len(result.staged)} files copied; wrote {result.urdf}")
-        print("\n".join(report_lines(result.after)))
+        say(f"{len(result.fixes)} fixes, {len(result.staged)} files copied; wrote {result.urdf}")
+        say(*report_lines(result.after))
     raise typer.Exit(0 if result.after.is_usable else 1)

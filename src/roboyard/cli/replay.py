@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from roboyard.untrusted.text import one_line, say
+
 EXAMPLES = """
 Examples:
 
@@ -35,6 +37,7 @@ def replay(
     """
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from roboyard.recording import load_log
 
@@ -42,16 +45,17 @@ def replay(
     console = Console()
     seconds = float(found.time[-1] - found.time[0]) if len(found) else 0.0
     setup = ", ".join(f"{name} {value}" for name, value in found.setup.items() if isinstance(value, str))
-    console.print(f"{log.name}: {len(found)} states in {seconds:.2f} s; {setup or 'no scene setup'}")
+    say(f"{log.name}: {len(found)} states in {seconds:.2f} s; {setup or 'no scene setup'}")
     table = Table("coordinate", "min", "max", "unit", box=None)
     for k, name in enumerate(found.position_names):
         low, high = (float(v) for v in (found.positions[:, k].min(), found.positions[:, k].max()))
         if high - low > 1e-3:
-            table.add_row(name, f"{low:.3f}", f"{high:.3f}", found.position_units[k])
+            cells = (name, f"{low:.3f}", f"{high:.3f}", found.position_units[k])
+            table.add_row(*(Text(one_line(cell)) for cell in cells))
     console.print(table)
     if record is None:
         return
     from roboyard.recording.replay import replay_video
 
     count = replay_video(found, record, fps=fps, width=width, height=height)
-    console.print(f"{record}: {count} pictures", highlight=False, soft_wrap=True)
+    say(f"{record}: {count} pictures")

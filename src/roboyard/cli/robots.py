@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from roboyard.untrusted.text import json_text, say
+
 EXAMPLES = """
 Examples:
 
@@ -32,20 +34,18 @@ def robots(
 
     rows = [_row(robot, pictures) for robot in REGISTERED_ROBOTS.values()]
     if as_json:
-        import json
-
-        print(json.dumps({"data": str(REGISTERED_ROBOTS.data), "robots": rows}, indent=2, ensure_ascii=False))
+        print(json_text({"data": str(REGISTERED_ROBOTS.data), "robots": rows}))
         return
     for row in rows:
         if row["problem"]:
-            print(f"{row['name']}: invalid: {row['problem'].splitlines()[0]}")
+            say(f"{row['name']}: invalid: {row['problem'].splitlines()[0]}")
             continue
         where = "bundled" if row["bundled"] else row["file"]
         capabilities = ", ".join(row["capabilities"]) or "no capabilities"
-        print(f"{row['name']}: {row['joints']} joints; {capabilities} ({where})")
+        say(f"{row['name']}: {row['joints']} joints; {capabilities} ({where})")
         if row["picture"]:
-            print(f"    picture: {row['picture']}")
-    print(f"{len(rows)} robots; data folder: {REGISTERED_ROBOTS.data}")
+            say(f"    picture: {row['picture']}")
+    say(f"{len(rows)} robots; data folder: {REGISTERED_ROBOTS.data}")
 
 
 def _row(robot: RegisteredRobot, render: bool) -> dict[str, Any]:

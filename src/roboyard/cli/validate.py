@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from roboyard.cli.completion import robot_names
+from roboyard.untrusted.text import json_text, say
 
 EXAMPLES = """
 Examples:
@@ -60,17 +61,15 @@ def validate(
 
         write_page(report, html)
     if as_json:
-        import json
-
-        print(json.dumps(report.to_json(), indent=2, ensure_ascii=False))
+        print(json_text(report.to_json()))
     else:
-        print(f"{report.robot}: {'passed' if report.passed else 'failed'} in {report.seconds:.1f} s")
+        say(f"{report.robot}: {'passed' if report.passed else 'failed'} in {report.seconds:.1f} s")
         for gate in report.gates:
-            print(gate.line())
+            say(gate.line())
             if not gate.passed:
                 for finding in list(gate.findings)[:8]:
-                    print(f"        {finding}")
-                print(f"        check: {gate.advice}")
+                    say(f"        {finding}")
+                say(f"        check: {gate.advice}")
         if html is not None:
-            print(f"wrote {html}")
+            say(f"wrote {html}")
     raise typer.Exit(0 if report.passed else 1)

@@ -11,6 +11,7 @@ from roboyard.demo.demo_world import DemoWorld
 from roboyard.demo.load import LoadedRobot
 from roboyard.demo.motion_sequence import MotionSequence
 from roboyard.demo.output import MARK
+from roboyard.untrusted.text import one_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -124,6 +125,7 @@ def print_tables(summary: Mapping[str, Any], folder: str, console: Console) -> N
         console: where to print.
     """
     from rich.table import Table
+    from rich.text import Text
 
     _print_list(console, "Findings", finding_lines(summary["findings"]))
     _print_list(console, "Fixed in a copy", repair_lines(summary["repairs"]))
@@ -134,17 +136,19 @@ def print_tables(summary: Mapping[str, Any], folder: str, console: Console) -> N
     rows = list(summary["places"].items())
     shown = [*rows[: MOST_PLACES - 1], rows[-1]] if len(rows) > MOST_PLACES else rows
     for name, place in shown:
-        positions.add_row(name, *(f"{x:.3f}" for x in place))
+        positions.add_row(Text(one_line(name)), *(f"{x:.3f}" for x in place))
     console.print(positions)
     if len(shown) < len(rows):
         console.print(f"... and {len(rows) - len(shown)} more links, in summary.json", style="dim")
     console.print()
     results = Table(title="Results", title_justify="left", box=None, padding=(0, 2, 0, 0), show_header=False)
     for name, value in _results(summary):
-        results.add_row(name, value)
+        results.add_row(name, Text(one_line(value)))
     console.print(results)
     console.print()
-    console.print(f"Written to {folder}: {', '.join(summary['files'])}", soft_wrap=True, highlight=False)
+    console.print(
+        Text(one_line(f"Written to {folder}: {', '.join(summary['files'])}")), soft_wrap=True, highlight=False
+    )
 
 
 def finding_lines(findings: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -241,7 +245,7 @@ def _print_list(console: Console, title: str, lines: Sequence[str]) -> None:
         return
     console.print(f"{title}:")
     for line in lines[:MOST_FINDINGS]:
-        console.print(f"  {line}", soft_wrap=True, markup=False, highlight=False)
+        console.print(f"  {one_line(line)}", soft_wrap=True, markup=False, highlight=False)
     if len(lines) > MOST_FINDINGS:
         console.print(f"  ... and {len(lines) - MOST_FINDINGS} more, in summary.json", style="dim")
     console.print()
