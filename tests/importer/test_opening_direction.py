@@ -116,6 +116,7 @@ def test_the_definition_has_grasp_points_between_the_jaws_and_a_workspace_range(
     assert {start[0], end[0]} == {"left", "right"}
     assert block["arm_workspace_range"]["0"][0] < block["arm_workspace_range"]["0"][1]
     robot = add_robot(World(), package.folder / "urdf" / "jaws.urdf", definition=package.definition)
+    assert robot.manipulation is not None
     assert robot.manipulation.workspace_range() == pytest.approx(
         np.deg2rad(block["arm_workspace_range"]["0"])
     )

@@ -113,3 +113,17 @@ def test_r1_has_its_three_cameras(world: World) -> None:
     seen, info = robot.observe()
     assert "wall/base" in info["r1:eyes:Camera:0"]["seg"].values()
     assert np.isfinite(seen["r1:eyes:Camera:0"]["depth"]).any()
+
+
+def test_only_the_chosen_modalities_are_observed(registry: Registry, world: World) -> None:
+    robot = add_robot(world, registry["mast"], obs_modalities=["depth_linear", "scan"])
+    seen, info = robot.observe()
+    assert {name: set(arrays) for name, arrays in seen.items()} == {
+        "mast:eye:Camera:0": {"depth"},
+        "mast:head:Lidar:0": {"scan"},
+    }
+    assert info == {}
+    own = add_robot(world, registry["mast"], (3, 0, 0), obs_modalities=("proprio",), name="own")
+    assert own.sensors.names == () and list(own.observe()[0]) == ["proprio"]
+    with pytest.raises(ConfigError, match=r"obs_modalities.*'rbg'.*rgb"):
+        add_robot(world, registry["mast"], (6, 0, 0), obs_modalities=["rbg"], name="wrong")

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from roboyard.description.model import RobotDescription
 from roboyard.errors import ConfigError, RoboyardError, StaleHandleError, unknown_name
 from roboyard.robots.body_setup import configure_body
+from roboyard.robots.capabilities.assisted_grasp import MODES, GraspingMode
 from roboyard.robots.control.action_space import ActionSpace
 from roboyard.robots.control.control_loop import ControlLoop
 from roboyard.robots.control.setup import ControllerConfig, Group, Setup, make_groups
@@ -19,7 +20,7 @@ from roboyard.robots.definition.groups import plan_groups
 from roboyard.robots.definition.postures import ResetMode, reset_posture
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.robot_body import RobotBody
-from roboyard.robots.sensor_set import SensorOptions, SensorSet
+from roboyard.robots.sensor_set import ObsModalities, SensorOptions, SensorSet
 from roboyard.robots.stability.support_polygon import support_polygon_of
 from roboyard.sim.body import Body
 from roboyard.transforms import Array
@@ -47,6 +48,8 @@ class Robot(RobotBody, SensorSet):
         model: str = "",
         sensor_file: Path | None = None,
         sensor_options: SensorOptions | None = None,
+        grasping_mode: GraspingMode = "physical",
+        obs_modalities: ObsModalities = "all",
     ) -> None:
         """Create a robot from a body; `roboyard.robots.add_robot` also creates the body.
 
@@ -71,7 +74,11 @@ class Robot(RobotBody, SensorSet):
         """Applies the controllers before each time step."""
         self.world.before_step.append(self._before_step)
         self.joint_positions = self.with_present_base(self._reset_posture)
-        self.mount_sensors(sensor_file, sensor_options or {})
+        self.mount_sensors(sensor_file, sensor_options or {}, obs_modalities)
+        if grasping_mode not in MODES:
+            raise ConfigError(f"grasping_mode: {unknown_name('mode', str(grasping_mode), MODES)}")
+        if self.manipulation is not None:
+            self.manipulation.set_grasping_mode(grasping_mode)
 
     def __repr__(self) -> str:
         return (
@@ -86,6 +93,8 @@ class Robot(RobotBody, SensorSet):
 
     def _on_jump(self) -> None:
         self.loop.invalidate()
+        if self.manipulation is not None and self.manipulation.assisted_grasp is not None:
+            self.manipulation.assisted_grasp.release()
 
     # ------------------------------------------------------------------------------------------ controllers
 
@@ -203,6 +212,8 @@ class Robot(RobotBody, SensorSet):
             group = self.groups[name]
             group.controller.update_goal(command, self.loop.state_of(group))
         self.loop.make_due()
+        if self.manipulation is not None:
+            self.manipulation.update_grasps()
 
     def _split(self, action: Any) -> dict[str, Array]:
         values = np.asarray(action, dtype=float)
@@ -288,7 +299,8 @@ class Robot(RobotBody, SensorSet):
     def observe(self, *, fresh: bool = False) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Return the observations of all sensors and the robot's own state.
 
-        Each sensor is updated at its own rate; between updates its last observation is repeated.
+        Each sensor is updated at its own rate; between updates its last observation is repeated. Only the
+        robot's `obs_modalities` are in it.
 
         Args:
             fresh: update all sensors now.
@@ -300,11 +312,16 @@ class Robot(RobotBody, SensorSet):
         from roboyard.sensors import link_names
 
         latest = self.sensors.observe(fresh=fresh)
-        observations: dict[str, Any] = {name: dict(arrays) for name, arrays in latest.items()}
-        observations["proprio"] = self.proprioception()[0]
+        wanted = self.obs_modalities
+        observations: dict[str, Any] = {
+            name: {key: array for key, array in arrays.items() if wanted == "all" or key in wanted}
+            for name, arrays in latest.items()
+        }
         info = {
             name: {"seg": link_names(self.world, arrays["seg"])}
-            for name, arrays in latest.items()
+            for name, arrays in observations.items()
             if "seg" in arrays
         }
+        if wanted == "all" or "proprio" in wanted:
+            observations["proprio"] = self.proprioception()[0]
         return observations, info

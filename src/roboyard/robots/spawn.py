@@ -13,6 +13,7 @@ from roboyard.description.loader import FORMATS
 from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import RobotModel
 from roboyard.errors import ConfigError
+from roboyard.robots.capabilities.assisted_grasp import GraspingMode
 from roboyard.robots.control.setup import ControllerConfig
 from roboyard.robots.definition.description_edits import edit_description
 from roboyard.robots.definition.end_effectors import description_with, with_end_effector
@@ -23,7 +24,7 @@ from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.placement import stand_on_floor
 from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
 from roboyard.robots.robot import Robot
-from roboyard.robots.sensor_set import SensorOptions
+from roboyard.robots.sensor_set import ObsModalities, SensorOptions
 from roboyard.robots.stability.casters import with_casters
 from roboyard.robots.stability.wheels import driven_wheels
 from roboyard.sim.body import Body
@@ -69,6 +70,8 @@ def add_robot(
     default_reset_mode: ResetMode = "untuck",
     sensor_options: SensorOptions | None = None,
     on_floor: bool | None = None,
+    grasping_mode: GraspingMode = "physical",
+    obs_modalities: ObsModalities = "all",
 ) -> Robot:
     """Add a robot with its controllers to a world.
 
@@ -98,6 +101,10 @@ def add_robot(
         on_floor: put the robot's lowest point, visual shapes included, on the surface below `position`. True:
             from any height; False: never, the root frame goes to `position`; None: where `position` is on
             that surface (the spawn pose of a scene is), and where the robot would start inside it.
+        grasping_mode: "physical": friction holds objects; "assisted": a closing gripper also takes what is
+            between its fingers; "sticky": what any finger touches.
+        obs_modalities: modalities that `Robot.observe` returns ("rgb", "depth", "scan", "proprio", ...);
+            cameras and lidars that observe none of them are omitted. "all" by default.
 
     Raises:
         ConfigError: the definition or an option is wrong, or the robot unknown.
@@ -130,6 +137,8 @@ def add_robot(
             model=source.model,
             sensor_file=source.sensor_file,
             sensor_options=sensor_options,
+            grasping_mode=grasping_mode,
+            obs_modalities=obs_modalities,
         )
         stand_on_floor(added, on_floor)
     except Exception:

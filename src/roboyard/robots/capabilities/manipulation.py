@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from roboyard.errors import RoboyardError, unknown_name
+from roboyard.robots.capabilities.assisted_grasp import AssistedGrasp, GraspingMode
 from roboyard.robots.capabilities.robot_parts import RobotParts
 from roboyard.robots.control import MultiFingerGripperController
 from roboyard.robots.definition.schema import Manipulation as Block
@@ -81,6 +82,8 @@ class Manipulation:
             arm: robot.body.link(block.eef_link_names[arm]) for arm in self.arm_names
         }
         """Arm to the link of its end effector."""
+        self.assisted_grasp: AssistedGrasp | None = None
+        """Takes objects by constraints; None where friction alone holds them."""
         self.arms = Arms({arm: Arm(self, arm) for arm in self.arm_names})
         """Name to arm."""
 
@@ -141,10 +144,28 @@ class Manipulation:
 
     def is_grasping(self, arm: str = "default") -> bool | None:
         """Return whether the gripper holds an object; None where its controller cannot detect that."""
+        if self.assisted_grasp is not None:
+            return self.assisted_grasp.held(self.arm(arm)) is not None
         group = self._robot.groups.get(f"gripper_{self.arm(arm)}")
         if group is None or not isinstance(group.controller, MultiFingerGripperController):
             return None
         return group.controller.is_grasping()
+
+    def set_grasping_mode(self, mode: GraspingMode) -> None:
+        """Set how objects are held: by friction, or also by constraints (see `assisted_grasp`)."""
+        if self.assisted_grasp is not None:
+            self.assisted_grasp.release()
+        self.assisted_grasp = None if mode == "physical" else AssistedGrasp(self, self._robot.body, mode)
+
+    def update_grasps(self) -> None:
+        """Take and release objects as the grippers' goals say, where a grasping mode does so."""
+        if self.assisted_grasp is None:
+            return
+        for arm in self.arm_names:
+            group = self._robot.groups.get(f"gripper_{arm}")
+            if group is not None and isinstance(group.controller, MultiFingerGripperController):
+                q = self._robot.joint_arrays.q[group.indices]
+                self.assisted_grasp.update(arm, group.controller, q)
 
     def workspace_range(self, arm: str = "default") -> tuple[float, float]:
         """Return the yaw range that an arm reaches, about the base's z axis from its x axis (rad).

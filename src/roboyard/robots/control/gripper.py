@@ -172,6 +172,15 @@ class MultiFingerGripperController(Controller):
         self._last = (state.q.copy(), value)
         return Control(kind=self.settings.motor_type, value=value)
 
+    def is_closing(self, q: Array) -> bool:
+        """Return whether the goal closes the gripper from positions q (n,) (rad or m), or keeps it closed."""
+        if self.goal is None:
+            return False
+        if self.settings.motor_type != "position":
+            return float((self._way * self.goal).sum()) < 0
+        closes = float((self._way * (self.goal - q)).sum())
+        return closes < -REACHED or (closes < REACHED and bool(np.allclose(self.goal, self._closed)))
+
     def is_grasping(self) -> bool | None:
         """Return whether the fingers hold an object: at rest before their target, and not at a limit.
 
