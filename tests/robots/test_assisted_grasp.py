@@ -27,7 +27,8 @@ def _joint(name: str, kind: str, parent: str, child: str, xyz: str, axis: str, l
     lower, upper = limits.split()
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{xyz}"/><axis xyz="{axis}"/><limit lower="{lower}" upper="{upper}" effort="40" velocity="1"/></joint>'
+        f'<origin xyz="{xyz}"/><axis xyz="{axis}"/>'
+        f'<limit lower="{lower}" upper="{upper}" effort="40" velocity="1"/></joint>'
     )
 
 
