@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Literal, cast
 import numpy as np
 
 from roboyard.robots.control import MultiFingerGripperController
+from roboyard.robots.definition.schema import Manipulation as Block
 from roboyard.sim.body import Body
 from roboyard.sim.link import Link
 from roboyard.sim.world import World
 from roboyard.transforms import Array, conjugate, multiply, rotate
 
 if TYPE_CHECKING:
-    from roboyard.robots.capabilities.manipulation import Manipulation
     from roboyard.sim.stepping.constraints import Constraint
 
 GraspingMode = Literal["physical", "assisted", "sticky"]
@@ -53,10 +53,10 @@ class Held:
 class AssistedGrasp:
     """Takes and releases objects for the arms of one robot."""
 
-    def __init__(self, manipulation: Manipulation, body: Body, mode: GraspingMode) -> None:
-        """Create the grasps of a robot's arms in one of `MODES`."""
-        self._manipulation = manipulation
+    def __init__(self, body: Body, block: Block, mode: GraspingMode) -> None:
+        """Create the grasps of the arms of a definition's `manipulation` block."""
         self._body = body
+        self._block = block
         self.mode: GraspingMode = mode
         self._held: dict[str, Held] = {}
         self._closing_since: dict[str, float] = {}
@@ -100,16 +100,19 @@ class AssistedGrasp:
             if item is not None and not _body_of(item.link).is_removed:
                 self.world.constraints.remove(item.constraint)
 
+    def _eef(self, arm: str) -> Link:
+        return self._body.link(self._block.eef_link_names[arm])
+
     def _is_lost(self, arm: str, item: Held) -> bool:
         spots = []
-        for link, point in ((self._manipulation.eef_links[arm], item.place), (item.link, item.point)):
+        for link, point in ((self._eef(arm), item.place), (item.link, item.point)):
             position, quaternion = link.pose
             spots.append(position + rotate(quaternion, point))
         return float(np.linalg.norm(spots[0] - spots[1])) > PULLED_AWAY
 
     def _candidate(self, arm: str) -> tuple[Link, Array] | None:
         """Return the link that a gripper may take, and where in the world frame it is touched (m)."""
-        fingers = {link.index for link in self._manipulation.finger_links(arm)}
+        fingers = {self._body.link(name).index for name in self._block.finger_link_names.get(arm, ())}
         touched: dict[tuple[int, int], set[int]] = {}
         found: dict[tuple[int, int], tuple[Link, Array]] = {}
         for contact in self.world.contacts(self._body):
@@ -130,7 +133,7 @@ class AssistedGrasp:
 
     def _between(self, arm: str) -> set[tuple[int, int]]:
         """Return body id and link index of what rays between the grasp points of an arm hit."""
-        block = self._manipulation.block
+        block = self._block
         ends = []
         for points in (block.assisted_grasp_start_points, block.assisted_grasp_end_points):
             spots = []
@@ -149,7 +152,7 @@ class AssistedGrasp:
 
     def _take(self, arm: str, link: Link, point: Array) -> None:
         """Weld an object to the end effector; a link behind joints turns about the touched point."""
-        eef = self._manipulation.eef_links[arm]
+        eef = self._eef(arm)
         position, quaternion = eef.pose
         other_position, other_quaternion = link.pose
         back = conjugate(quaternion)

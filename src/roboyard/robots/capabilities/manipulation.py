@@ -155,7 +155,9 @@ class Manipulation:
         """Set how objects are held: by friction, or also by constraints (see `assisted_grasp`)."""
         if self.assisted_grasp is not None:
             self.assisted_grasp.release()
-        self.assisted_grasp = None if mode == "physical" else AssistedGrasp(self, self._robot.body, mode)
+        self.assisted_grasp = (
+            None if mode == "physical" else AssistedGrasp(self._robot.body, self.block, mode)
+        )
 
     def update_grasps(self) -> None:
         """Take and release objects as the grippers' goals say, where a grasping mode does so."""
