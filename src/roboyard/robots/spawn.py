@@ -102,7 +102,7 @@ def add_robot(
             from any height; False: never, the root frame goes to `position`; None: where `position` is on
             that surface (the spawn pose of a scene is), and where the robot would start inside it.
         grasping_mode: "physical": friction holds objects; "assisted": a closing gripper also takes what is
-            between its fingers; "sticky": what any finger touches.
+            between its fingers; "sticky": also objects that any finger touches.
         obs_modalities: modalities that `Robot.observe` returns ("rgb", "depth", "scan", "proprio", ...);
             cameras and lidars that observe none of them are omitted. "all" by default.
 

@@ -33,7 +33,7 @@ HEAVIEST = 10.0
 WINDOW = 3.0
 """Time after a gripper began to close in which it takes an object (s)."""
 MARGIN = 0.1
-"""Share of the way between two grasp points that a ray leaves out at each end."""
+"""Share of the way between two grasp points that a ray omits at each end."""
 PULLED_AWAY = 0.1
 """Distance from its place in the gripper at which an object is lost (m)."""
 
