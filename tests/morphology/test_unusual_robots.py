@@ -121,3 +121,22 @@ def test_a_pan_tilt_unit_is_no_arm() -> None:
     semantic = infer_semantics(unusual_robots.pan_tilt_unit())
     assert semantic.kind == "other"
     nothing_else(semantic)
+
+
+def test_a_car_with_front_wheel_drive_is_no_swerve_base() -> None:
+    semantic = infer_semantics(unusual_robots.front_wheel_drive())
+    assert (semantic.kind, semantic.base) == ("vehicle", "ackermann")
+    assert [wheel.joint for wheel in semantic.driven_wheels] == ["j0", "j1"]
+
+
+def test_gears_on_a_ring_are_no_wheels() -> None:
+    semantic = infer_semantics(unusual_robots.gears())
+    assert semantic.base not in ("holonomic", "differential")
+    nothing_else(semantic)
+
+
+def test_three_fixed_wheels_around_a_base_may_be_omni_wheels() -> None:
+    semantic = infer_semantics(unusual_robots.arm_on_three_fixed_wheels())
+    assert (semantic.kind, semantic.base) == ("mobile_manipulator", "holonomic")
+    sure = semantic.confidence("base")
+    assert sure is not None and sure < 0.5

@@ -180,3 +180,37 @@ def pan_tilt_unit() -> RobotDescription:
         joint("unit_pan_joint", "b", "p", xyz="0 0 0.1"),
         joint("unit_tilt_joint", "p", "t", xyz="0 0 0.1", axis="0 1 0"),
     )
+
+
+def front_wheel_drive() -> RobotDescription:
+    """A car whose motors, as transmissions state, turn the steered front wheels only."""
+    drives = "".join(
+        f'<transmission name="t{k}"><joint name="{name}"/></transmission>'
+        for k, name in enumerate(("j0", "j1", "js0", "js1"))
+    )
+    return robot(
+        base(),
+        swivel("s0", "b", "0.25 0.25 0.1", limits=(-0.6, 0.6)),
+        wheel("0", "s0", "0 0 0"),
+        swivel("s1", "b", "0.25 -0.25 0.1", limits=(-0.6, 0.6)),
+        wheel("1", "s1", "0 0 0"),
+        wheel("2", "b", "-0.25 0.25 0.1"),
+        wheel("3", "b", "-0.25 -0.25 0.1"),
+        drives,
+    )
+
+
+def gears() -> RobotDescription:
+    """Four gears on a ring that turns in the world."""
+    parts = [link("world"), link("ring", "box 0.3 0.3 0.05", 1)]
+    parts.append(joint("turn", "world", "ring", kind="continuous", axis="0 1 0"))
+    for k, (x, y, yaw) in enumerate(((0.1, 0, 1.57), (-0.1, 0, 1.57), (0, 0.1, 0), (0, -0.1, 0))):
+        parts.append(wheel(f"{k}", "ring", f"{x} {y} 0", radius=0.05, yaw=yaw))
+    return robot(*parts)
+
+
+def arm_on_three_fixed_wheels() -> RobotDescription:
+    """An arm on a base whose three wheels, on fixed joints, stand around it."""
+    spots = (("front_left", "0.2 0.2 0.1"), ("front_right", "0.2 -0.2 0.1"), ("back", "-0.2 0 0.1"))
+    wheels = [fixed_wheel(name, "b", xyz) for name, xyz in spots]
+    return robot(base(), *wheels, *chain("a", "b", "0 0 0.2", ARM, "0.1 0 0.1"))

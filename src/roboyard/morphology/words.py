@@ -29,7 +29,7 @@ _WORDS: dict[str, str] = {
     "trunk": "torso trunk waist chest spine lift lumbar thorax thoracic abdomen column telescopic pelvis "
     "elevator taille hueft back",
     "camera": "camera cam realsense zed kinect xtion oak stereo rgb rgbd depth optical imager astra",
-    "lidar": "lidar laser scan scanner hokuyo velodyne rplidar sick radar ouster livox",
+    "lidar": "lidar laser range scan scanner hokuyo velodyne rplidar sick radar ouster livox",
     "finger": "finger fingers gripper jaw thumb index pinky claw fingertip tip greifer "
     "pince pinza distal proximal phalanx mcp dip pip",
     "left": "left l lf lh lr lb fl hl rl ml bl links gauche izquierda izquierdo sinistra lft lm "

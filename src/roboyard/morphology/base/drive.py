@@ -70,7 +70,8 @@ def find_wheeled_base(
         driven = [wheel for wheel in wheels if wheel.is_driven]
     steering = [skeleton.joint[wheel.steer_joint] for wheel in driven if wheel.steer_joint is not None]
     endless = all(is_endless(joint) for joint in steering)
-    kind, drive, confidence, reasons = _kind(driven, omni, endless_steering=endless)
+    straight = any(not wheel.is_caster and wheel.steer_joint is None for wheel in wheels)
+    kind, drive, confidence, reasons = _kind(driven, omni, endless_steering=endless, some_straight=straight)
     if drive == "ackermann":
         wheels = [replace(w, is_driven=w.is_driven and (w.steer_joint is None or w.joint in actuated))
                   for w in wheels]  # fmt: skip
@@ -195,7 +196,7 @@ def _with_drives(wheels: list[Wheel], actuated: Collection[str]) -> list[Wheel]:
 
 
 def _kind(
-    driven: Sequence[Wheel], omni: str, *, endless_steering: bool = False
+    driven: Sequence[Wheel], omni: str, *, endless_steering: bool = False, some_straight: bool = False
 ) -> tuple[BaseKind, DriveKind | None, float, tuple[str, ...]]:
     """Return kind and drive of the base that driven wheels make, with confidence and evidence."""
     steered = [wheel for wheel in driven if wheel.steer_joint is not None]
@@ -208,9 +209,10 @@ def _kind(
         and len({wheel.steer_joint for wheel in steered}) >= 2
         and len(steered) == count
         and count >= 2
+        and not some_straight
     ):
         return "holonomic", "swerve", 0.9, (f"all {count} driven wheels are steered about upright axes",)
-    if steered and len(steered) == count >= 2 and endless_steering:
+    if steered and len(steered) == count >= 2 and endless_steering and not some_straight:
         return "holonomic", "swerve", 0.8, (
             f"all {count} driven wheels are on one carriage that steers without limits",
         )  # fmt: skip

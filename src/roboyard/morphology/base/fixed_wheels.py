@@ -12,6 +12,7 @@ from roboyard.description.semantic import BaseKind, DriveKind
 from roboyard.morphology.sensors.names import is_mount
 from roboyard.morphology.skeleton import BASE, Skeleton
 from roboyard.morphology.words import meanings
+from roboyard.transforms import Array
 
 FLOOR = 0.1
 """Largest height of a wheel's lowest point above the robot's, as a share of the robot's height."""
@@ -57,6 +58,9 @@ def find_fixed_wheels(skeleton: Skeleton, evidence: FileEvidence | None = None) 
         return FixedWheels(
             kind="holonomic", drive="swerve", confidence=0.6, evidence=reasons, is_stated=False
         )
+    if _stand_around(spots):
+        reasons = (text, "they stand at thirds of a circle")
+        return FixedWheels(kind="holonomic", drive="omni", confidence=0.45, evidence=reasons, is_stated=False)
     two = len(links) == 2
     return FixedWheels(
         kind="differential" if two else "wheeled",
@@ -76,6 +80,16 @@ def _is_wheel(skeleton: Skeleton, link: str) -> bool:
         return "wheel" in meanings(joint.name)
     floor = float(heights[:, 2].min())
     return float(points[:, 2].min()) - floor <= FLOOR * float(np.ptp(heights[:, 2]))
+
+
+def _stand_around(spots: Array) -> bool:
+    """Return whether three wheels (3, 3) stand at about 120 degrees from one another, seen from above."""
+    if len(spots) != 3:
+        return False
+    away = spots[:, :2] - spots[:, :2].mean(axis=0)
+    angles = np.sort(np.arctan2(away[:, 1], away[:, 0]))
+    between = np.diff([*angles, angles[0] + 2 * np.pi])
+    return bool(np.abs(between - 2 * np.pi / 3).max() < np.deg2rad(25))
 
 
 def _are_steered(skeleton: Skeleton, links: Sequence[str], evidence: FileEvidence | None) -> bool:

@@ -84,7 +84,7 @@ def find_rolling_parts(skeleton: Skeleton) -> tuple[RollingPart, ...]:
     if not any(_is_named(skeleton, part.joint) for part in found):
         found = _without_hip_motors(skeleton, found)
     order = list(skeleton.joint)
-    return tuple(sorted(_below_a_carriage(found), key=lambda part: order.index(part.joint)))
+    return tuple(sorted(_below_a_carriage(skeleton, found), key=lambda part: order.index(part.joint)))
 
 
 def _without_hip_motors(skeleton: Skeleton, parts: list[RollingPart]) -> list[RollingPart]:
@@ -98,12 +98,14 @@ def _without_hip_motors(skeleton: Skeleton, parts: list[RollingPart]) -> list[Ro
     return [p for p in parts if above[p.joint] != BASE and len(skeleton.children[above[p.joint]]) == 1]
 
 
-def _below_a_carriage(parts: Sequence[RollingPart]) -> list[RollingPart]:
+def _below_a_carriage(skeleton: Skeleton, parts: Sequence[RollingPart]) -> list[RollingPart]:
     """Return wheels without the joints above all of them, which move the robot on its wheels."""
     above = [{*part.swivels, *part.others} for part in parts]
     shared = set.intersection(*above) if len(parts) >= 2 else set()
     if not any(shared & set(part.others) for part in parts):
         return list(parts)
+    if skeleton.mass(BASE) == 0 and not len(skeleton.points(BASE)):
+        return []  # they turn below a joint of the world: gears, a mill
     return [
         replace(
             part,
