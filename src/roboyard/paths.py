@@ -9,6 +9,7 @@ The layout is that of an OmniGibson data folder, so that each tool finds the oth
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 DATA_VARIABLE = "ROBOYARD_DATA"
@@ -28,6 +29,32 @@ def data_folder(given: Path | str | None = None) -> Path:
     from platformdirs import user_data_path
 
     return user_data_path("roboyard", appauthor=False)
+
+
+def writable_data_folder(given: Path | str | None = None) -> Path:
+    """Return the data folder for writing.
+
+    As `data_folder`; where nothing is named and the user's data folder cannot be made, as in containers,
+    it is `roboyard-data` in the working folder, and a line says so.
+    """
+    folder = data_folder(given)
+    if given is not None or os.environ.get(DATA_VARIABLE, ""):
+        return folder
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+        reason = "it is read-only"
+    except OSError as error:
+        reason = error.strerror or str(error)
+    here = Path("roboyard-data").absolute()
+    if sys.stderr is not None:
+        print(
+            f"roboyard: the data folder {folder} cannot be written ({reason}), so {here} is used; "
+            f"set {DATA_VARIABLE}={here} to find it again",
+            file=sys.stderr,
+        )
+    return here
 
 
 def objects_folder(data: Path, dataset: str, name: str) -> Path:

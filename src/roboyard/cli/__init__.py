@@ -6,6 +6,7 @@ or trimesh when it runs, so that `roboyard --help` is fast.
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -38,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: the arguments after `roboyard`; those of the process by default.
     """
+    _open_closed_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = os.environ.get(_DEBUG_VARIABLE, "") not in ("", "0")
     try:
@@ -95,6 +97,16 @@ def _run(arguments: list[str]) -> int:
     except SystemExit as leave:
         return leave.code if isinstance(leave.code, int) else int(leave.code is not None)
     return 0
+
+
+def _open_closed_streams() -> None:
+    """Replace streams that the program was started without, and show what their encoding lacks as codes."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123
+        elif isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _show_version(asked: bool) -> None:

@@ -62,5 +62,5 @@ def infer(
     if out is None:
         sys.stdout.write(found.text)
         return
-    out.write_text(found.text, encoding="utf-8")
+    out.write_text(found.text, encoding="utf-8", errors="backslashreplace")
     say(f"{out}: {len(found.semantic.conclusions)} conclusions")

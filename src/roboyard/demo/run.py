@@ -134,7 +134,7 @@ def _run(
             files=["robot.gif", *(f"{name}.png" for name in stills), "joints.png", "summary.json"],
         )
         text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
-        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+        (folder / "summary.json").write_text(text + "\n", encoding="utf-8", errors="backslashreplace")
     notify("writing", 1.0)
     return summary
 

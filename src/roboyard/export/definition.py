@@ -51,7 +51,7 @@ def write(robot: RobotModel, path: Path | str) -> ExportResult:
         _manipulation(robot, blocks),
         _postures(robot),
     ]
-    target.write_text("\n".join(part for part in parts if part), encoding="utf-8")
+    target.write_text("\n".join(part for part in parts if part), encoding="utf-8", errors="backslashreplace")
     return ExportResult(files=(target,))
 
 

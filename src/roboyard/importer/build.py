@@ -30,7 +30,7 @@ from roboyard.importer.steps.semantics import add_semantics
 from roboyard.importer.steps.sensors import add_sensors
 from roboyard.importer.steps.sphere_wheels import mark_wheels
 from roboyard.importer.verify.quality import measure_quality
-from roboyard.paths import data_folder
+from roboyard.paths import writable_data_folder
 
 Step = Callable[[RobotModel, ImportContext], RobotModel]
 Finish = Callable[[RobotModel, ImportContext], None]
@@ -152,7 +152,9 @@ def build_package(
             packages or {},
         )
         folders = PackageFolders(
-            data=data_folder(out).absolute(), dataset=loaded.config.dataset_name, name=loaded.config.name
+            data=writable_data_folder(out).absolute(),
+            dataset=loaded.config.dataset_name,
+            name=loaded.config.name,
         )
         log = ImportLog(progress=progress)
         if loaded.file is not None:

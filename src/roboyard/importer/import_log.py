@@ -92,7 +92,7 @@ class ImportLog:
     def write(self, path: Path) -> None:
         """Write `import_log.json`."""
         text = json.dumps(self.to_json(), indent=2, ensure_ascii=False, allow_nan=False)
-        path.write_text(text + "\n", encoding="utf-8")
+        path.write_text(text + "\n", encoding="utf-8", errors="backslashreplace")
 
 
 def unique_warnings(decisions: Iterable[Decision]) -> list[tuple[str, list[str]]]:

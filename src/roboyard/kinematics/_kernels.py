@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from roboyard._numba import njit
 
 # Fast math without "ninf" and "nnan": limits may be infinite, and non-finite values must be detected.
 kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "arcp", "nsz"})

@@ -17,8 +17,10 @@ import numpy as np
 
 from roboyard.native.signatures import Signature
 
-_LAYOUT = 1
+_LAYOUT = 2
 """Increased whenever the way in which arguments are passed changes."""
+_DIGEST = 32
+"""Bytes of the hash before the machine code: LLVM ends the process at damaged code."""
 _DATA, _SHAPE, _STRIDES = 2, 4, 5
 """Places of the addresses in NumPy's array objects, in words."""
 _engines: list[Any] = []  # they own the machine code
@@ -26,12 +28,11 @@ _engines: list[Any] = []  # they own the machine code
 
 def address_of(function: FunctionType, signature: Signature) -> int:
     """Return the address of a loop's machine code, stored or compiled now; 0 where it cannot be used."""
-    if not arrays_have_the_known_layout():
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not arrays_have_the_known_layout():
         return 0
     path, name = _stored_at(function, signature)
-    try:
-        content = path.read_bytes()
-    except OSError:
+    content = _stored(path)
+    if content is None:
         from roboyard.native.building import machine_code
 
         content = machine_code(function, signature, name)
@@ -90,12 +91,22 @@ def _folder(source: Path) -> Path:
     return user_cache_path("roboyard", appauthor=False) / "native"
 
 
+def _stored(path: Path) -> bytes | None:
+    """Return the content of a file; None where there is none, or a crash has cut it."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    digest, content = data[:_DIGEST], data[_DIGEST:]
+    return content if hashlib.sha256(content).digest() == digest else None
+
+
 def _store(path: Path, content: bytes) -> None:
     """Write a file that other processes may read at the same time; without a place for it, do nothing."""
     new = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        new.write_bytes(content)
+        new.write_bytes(hashlib.sha256(content).digest() + content)
         new.replace(path)
     except OSError:
         with suppress(OSError):

@@ -20,7 +20,7 @@ def announce(*kernels: Any) -> None:
 
 def is_cold(kernel: Any) -> bool:
     """Whether a numba function has neither been compiled nor been stored on disk."""
-    if kernel.signatures:
+    if getattr(kernel, "signatures", True):  # without, as with NUMBA_DISABLE_JIT, it is plain Python
         return False
     path = kernel.stats.cache_path
     if path is None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from roboyard._numba import njit
 from roboyard.rendering.compile_notice import announce
 
 CREASE_COSINE = 0.76

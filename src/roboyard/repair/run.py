@@ -137,7 +137,7 @@ def repair_urdf(
         fixes = _fix_all(context, codes)
         _copy_rest(context)
         text = _text(context.urdf.root)
-        (work / name).write_text(text, encoding="utf-8")
+        (work / name).write_text(text, encoding="utf-8", errors="backslashreplace")
         written = parse_urdf(work / name)
         result = Repair(
             urdf=folder / name,
@@ -155,9 +155,9 @@ def repair_urdf(
 
 
 def _write_logs(result: Repair, folder: Path) -> None:
-    (folder / RENAMES_NAME).write_text(_json(result.renames), encoding="utf-8")
-    (folder / LOG_NAME).write_text(_json(result.to_json()), encoding="utf-8")
-    (folder / DIFF_NAME).write_text(result.diff, encoding="utf-8")
+    (folder / RENAMES_NAME).write_text(_json(result.renames), encoding="utf-8", errors="backslashreplace")
+    (folder / LOG_NAME).write_text(_json(result.to_json()), encoding="utf-8", errors="backslashreplace")
+    (folder / DIFF_NAME).write_text(result.diff, encoding="utf-8", errors="backslashreplace")
 
 
 def _chosen(only: Collection[str], keep: Collection[str]) -> frozenset[str]:

@@ -45,7 +45,7 @@ def write_audit_page(
     """
     draft = parse_urdf(file, packages=packages, search_paths=search_paths, xacro_args=xacro_args)
     audit = audit_urdf(draft)
-    Path(page).write_text(audit_page(audit, draft), encoding="utf-8")
+    Path(page).write_text(audit_page(audit, draft), encoding="utf-8", errors="backslashreplace")
     return audit
 
 

@@ -30,7 +30,7 @@ def write_page(report: ValidationReport, file: Path | str) -> Path:
     """Write the page of a report and return its path."""
     path = Path(file)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page_html(report), encoding="utf-8")
+    path.write_text(page_html(report), encoding="utf-8", errors="backslashreplace")
     return path
 
 

@@ -12,7 +12,16 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    field_validator,
+)
 
 from roboyard.description.semantic import BaseKind, Opening, RobotKind
 from roboyard.paths import DEFAULT_DATASET
@@ -187,10 +196,17 @@ class Understanding(_Section):
     imu_links: OptionalNames = None
 
 
+def _any_file_name(value: Any, check: ValidatorFunctionWrapHandler) -> Any:
+    """Accept file names that are not UTF-8, which Python has with surrogates."""
+    if isinstance(value, str) and any("\ud800" <= character <= "\udfff" for character in value):
+        return value
+    return check(value)
+
+
 class ImportConfig(_Section):
     """A whole source configuration."""
 
-    urdf_path: Annotated[str, Field(min_length=1)]
+    urdf_path: Annotated[str, Field(min_length=1), WrapValidator(_any_file_name)]
     """Path of the URDF, relative to the configuration's folder or absolute."""
     name: str
     xacro_args: dict[str, str] = {}

@@ -75,7 +75,7 @@ def write_import_page(
         validation,
         source=context.source,
     )
-    (context.build / "import_report.html").write_text(text, encoding="utf-8")
+    (context.build / "import_report.html").write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def import_page(

@@ -38,10 +38,12 @@ def write_metadata(robot: RobotModel, path: Path) -> None:
         "bbox_size": list(robot.metadata.bbox_size),
         "orientations": [],
     }
-    path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8", errors="backslashreplace")
 
 
 def write_understanding(robot: RobotModel, path: Path) -> None:
     """Write `understanding.json`: kind, base, limbs, grippers and sensors, and each conclusion's reasons."""
     data = {"understanding": understanding(robot.semantic), "conclusions": conclusions(robot.semantic)}
-    path.write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    path.write_text(
+        json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8", errors="backslashreplace"
+    )

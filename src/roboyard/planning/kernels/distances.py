@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
+from roboyard._numba import njit
 from roboyard.planning.kernels.arrays import CAPSULE, CYLINDER, HALF_SPACE
 
 # Limits and the spheres around half spaces may be infinite; no kernel computes with NaN. Kernels allocate

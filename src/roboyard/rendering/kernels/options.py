@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
+from roboyard._numba import njit
 
 FAST = {"contract", "arcp", "nsz", "reassoc", "afn"}
 """Fast-math flags: rounding may differ by a last bit; infinities and NaN keep their meaning."""

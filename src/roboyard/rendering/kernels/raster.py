@@ -10,7 +10,8 @@ triangles that share an edge neither overlap nor leave a gap (top-left rule).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from roboyard._numba import njit
 
 BEHIND = np.int64(-(2**62) - 12345)
 """Cell of a vertex in front of the near plane."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from roboyard._numba import njit
 from roboyard.rendering.kernels.options import FAST, compiled
 
 TILE_BITS = 3

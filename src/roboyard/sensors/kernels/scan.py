@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from roboyard._numba import njit
 from roboyard.sensors.kernels.solids import PLANE, meet
 
 TURN = 2.0 * np.pi

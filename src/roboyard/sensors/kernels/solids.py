@@ -7,7 +7,8 @@ that starts inside hits the surface from inside, and a plane is hit from above o
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from roboyard._numba import njit
 
 PLANE, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = 0, 2, 3, 4, 5, 6
 """As in mujoco.mjtGeom."""

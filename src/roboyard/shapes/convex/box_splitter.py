@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from roboyard._numba import njit
 from roboyard.shapes.convex.hulls import Hull, convex_hull, farthest_along, hull_volume
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.sampling import fibonacci_sphere

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from roboyard._numba import njit
 from roboyard.errors import MeshError
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.voxels.grid import VoxelGrid

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from roboyard._numba import njit
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.voxels.grid import triangles
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from roboyard._numba import njit
 from roboyard.shapes.voxels.kernels import sample_field
 
 

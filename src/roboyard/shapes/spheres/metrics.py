@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
+from roboyard._numba import njit
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.shapes.sampling import fibonacci_sphere, surface_points
 from roboyard.shapes.voxels.grid import triangles

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from roboyard._numba import njit
 
 FAR = np.int32(2**30)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from roboyard._numba import njit
 
 FACING = 0.7
 """Cosine between a contact's normal and its triangle's from which the contact is on the face."""
