@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -163,3 +165,59 @@ def test_a_restored_state_has_its_friction_and_its_pending_forces_again() -> Non
     world.add_box((1, 1, 1), (5, 5, 5), mass=1)  # compiles again
     world.step()
     assert world.model.geom_friction[box.links[0].geom_ids[0], 0] == 0.3
+
+
+LEGS = 4
+
+
+def test_newton_solves_touching_limbs_on_dense_matrices(tmp_path: Path) -> None:
+    """MuJoCo 4.0's sparse Newton stops at forces far above the solution where limbs of a robot touch."""
+    file = tmp_path / "legs.urdf"
+    file.write_text(_legged())
+    world = World()
+    world.add_plane()
+    for i in range(12):  # MuJoCo would choose sparse matrices
+        world.add_sphere(0.05, position=(3 + 0.2 * i, 0, 0.05), mass=1)
+    world.step(1)
+    assert world.live_model.nv > 60
+    assert world.live_model.opt.jacobian == mujoco.mjtJacobian.mjJAC_AUTO
+    body = world.add_urdf(file, (0, 0, 0.4), self_collision=True)
+    world.step(1)
+    model, data = world.live_model, world.live_data
+    assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_DENSE
+    rng, balance, touched = np.random.default_rng(0), np.zeros(model.nv), False
+    for step in range(240):
+        if step % 60 == 0:
+            for joint in body.joints:
+                if joint.type == "revolute":
+                    joint.drive_position(float(rng.uniform(-1.5, 1.5)))
+        world.step(1)
+        touched |= bool(world.contacts(body, body))
+        mujoco.mj_mulM(model, data, balance, data.qacc - data.qacc_smooth)
+        assert np.abs(balance - data.qfrc_constraint).max() < 0.2  # N m: M a = J' f, the solver's solution
+    assert touched
+
+
+def _legged() -> str:
+    """Return a body with two-part legs that reach each other."""
+    inertial = (
+        '<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/>'
+        "</inertial>"
+    )
+    box = '<collision><origin xyz="0 0 {z}"/><geometry><box size="{size}"/></geometry></collision>'
+    joint = (
+        '<joint name="{name}" type="revolute"><parent link="{up}"/><child link="{name}_link"/>'
+        '<origin xyz="{xyz}"/><axis xyz="0 1 0"/>'
+        '<limit lower="-1.5" upper="1.5" effort="30" velocity="20"/></joint>'
+    )
+    base = inertial.format(m=4, i=0.05) + box.format(z=0, size="0.3 0.1 0.08")
+    parts = [f'<link name="base">{base}</link>']
+    for leg in range(LEGS):
+        up, xyz = "base", f"{0.1 if leg < 2 else -0.1} {0.05 if leg % 2 else -0.05} -0.04"
+        for part in "ab":
+            name = f"{part}{leg}"
+            own = inertial.format(m=0.4, i=0.001) + box.format(z=-0.1, size="0.03 0.03 0.18")
+            parts.append(f'<link name="{name}_link">{own}</link>')
+            parts.append(joint.format(name=name, up=up, xyz=xyz))
+            up, xyz = f"{name}_link", "0 0 -0.2"
+    return f'<robot name="legs">{"".join(parts)}</robot>'

@@ -13,6 +13,9 @@ from roboyard.sim.joint import Joint
 
 LIMITLESS = 1e5
 """Position limits (rad or m) and velocity limits (rad/s or m/s) above this count as none."""
+LIMITLESS_SPEED = 100.0
+"""Velocity limits of joints with position limits above this (rad/s or m/s) count as none: files that know
+none say 1000, and a reference that moves as fast would throw the joint through its end stops."""
 LIMITLESS_EFFORT = 1e10
 """Effort limits above this (N m or N) count as none."""
 DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED, DEFAULT_EFFORT = 15.0, 1.0, 100.0
@@ -45,7 +48,8 @@ def _limits_of(joint: Joint) -> tuple[float, float, float, float]:
     limit, slides = joint.limit, joint.type == "prismatic"
     virtual = joint.name in VIRTUAL_JOINTS
     speed = limit.velocity if limit is not None else None
-    if not speed or speed > LIMITLESS:
+    bounded = math.isfinite(lower) and math.isfinite(upper) and joint.type != "continuous"
+    if not speed or speed > (LIMITLESS_SPEED if bounded else LIMITLESS):
         slide, turn = (
             (BASE_SLIDE_SPEED, BASE_TURN_SPEED) if virtual else (DEFAULT_SLIDE_SPEED, DEFAULT_TURN_SPEED)
         )

@@ -73,6 +73,7 @@ class Engine(Generic[BodyT]):
         self._memory_least = MEMORY_LEAST
         """Bytes of the arena that this world has needed."""
         self._dofs = 0
+        self._has_joints = False
         """Degrees of freedom of all active bodies in MuJoCo's arrays."""
 
     # ------------------------------------------------------------------------------ defined by subclasses
@@ -174,6 +175,7 @@ class Engine(Generic[BodyT]):
         if not self._stale:
             return
         self._dofs = sum(body.built.dofs for body in self.body_by_id.values())
+        self._has_joints = any(_has_joints(body) for body in self.body_by_id.values())
         spec = self.raw_spec
         self._apply_options(spec.option)
         shapes = sum(len(r.geoms) for body in self.body_by_id.values() for r in body.built.links)
@@ -240,8 +242,11 @@ class Engine(Generic[BodyT]):
     def adopt(self, body: EngineBody) -> None:
         """Make rows of the compiled model a new body's."""
         body.refresh(self._model)
-        was_pile = self._is_pile
+        was_pile, had_joints = self._is_pile, self._has_joints
         self._dofs += body.built.dofs
+        self._has_joints |= _has_joints(body)
+        if self._has_joints != had_joints:
+            self._apply_options(self._model.opt)
         if self._is_pile == was_pile:
             self._set_contact_law([body])
         else:
@@ -280,6 +285,7 @@ class Engine(Generic[BodyT]):
             timestep=self._timestep,
             gravity=self._gravity,
             dofs=self._dofs,
+            has_joints=self._has_joints,
             solver=self._solver,
             profile=self.profile,
         )
@@ -425,3 +431,8 @@ def _vector3(value: Sequence[float]) -> tuple[float, float, float]:
     if len(numbers) != 3 or not np.isfinite(numbers).all():
         raise RoboyardError(f"gravity must be three finite numbers, got {tuple(value)}")
     return numbers[0], numbers[1], numbers[2]
+
+
+def _has_joints(body: EngineBody) -> bool:
+    """Return whether links of a body move relative to each other."""
+    return any(record.joint_elements for record in body.built.links)
