@@ -156,3 +156,17 @@ def test_a_sweep_of_many_rays_is_a_lidar_whatever_its_name():
     links = {"base_range_sensor": ("base", NEAR), "left_cliff_sensor": ("base", 'xyz="0 0.1 0"')}
     extra = block.format("base_range_sensor", 721) + block.format("left_cliff_sensor", 3)
     assert list(_find(_robot(links, extra))) == ["base_range_sensor"]
+
+
+def test_cameras_at_the_bottom_and_elsewhere_of_one_head_are_two():
+    found = _find(
+        _robot(
+            {
+                "CameraDepth_frame": ("base", 'xyz="0.05 0.04 0.12"'),
+                "CameraDepth_optical_frame": ("CameraDepth_frame", OPTICAL),
+                "CameraBottom_frame": ("base", 'xyz="0.09 0 0.06"'),
+                "CameraBottom_optical_frame": ("CameraBottom_frame", OPTICAL),
+            }
+        )
+    )
+    assert list(found) == ["CameraDepth_frame", "CameraBottom_frame"]

@@ -169,11 +169,16 @@ def _is_beside(first: str, second: str, frames: Mapping[str, Array], kind: Mount
         return False
     a, b = set(stem(first)), set(stem(second))
     if a == b:
-        return True
+        return ("bottom" in _place_words(first)) == ("bottom" in _place_words(second))
     apart = a ^ b
     if kind == "camera" and apart <= {"left", "right", "l", "r"} and a & b:
         return "imager" in (*words(first), *words(second)) or is_optical(first) or is_optical(second)
     return kind == "imu" and {word for word in apart if not word.startswith(("imu", "gyro", "acc"))} == set()
+
+
+def _place_words(name: str) -> tuple[str, ...]:
+    """Return the words of a name; none where it is a screw's, whose place is within the sensor."""
+    return () if "screw" in words(name) else words(name)
 
 
 def _is_range(sensor: StatedSensor) -> bool:

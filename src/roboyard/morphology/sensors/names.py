@@ -30,7 +30,7 @@ _JOINED = ("realsense", "rplidar", "webcam", "laserscanner", "laserscan")
 """Words that vendors also write as two."""
 _PART = re.compile(
     r"depth|colou?r|rgb|infra\d*|ir\d*|nir|mono|lens|module|optical|frame|link|sensor|body|axis|parent|accel\w*"
-    r"|accelerometer|gyro\w*|housing|center|centre|screw|bottom|plate|imager|joint|data|raw|origin|base|mount|fixed"
+    r"|accelerometer|gyro\w*|housing|center|centre|screw|bottom|plate|imager|joint|data|raw|origin|base|mount|fixed|device"
 )
 """Words that differ between the frames of one sensor."""
 _MOUNT = re.compile(
