@@ -11,7 +11,7 @@ from roboyard.description.geometry import geometry_mesh, transformed_mesh
 from roboyard.description.model import Collision, Link, Mesh, RobotDescription, Sphere, Visual
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError
-from roboyard.planning.self_pairs import ignored_pairs
+from roboyard.planning.self_pairs import ignored_pairs, rough_pairs
 from roboyard.planning.sphere_model import SphereModel
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.mesh import TriangleMesh
@@ -73,7 +73,8 @@ def fitted_model(
         retract=dict(rest or {}),
         tools=tuple(tools or leaves),
     )
-    return replace(model, ignore=ignored_pairs(model))
+    model = replace(model, ignore=ignored_pairs(model))
+    return replace(model, rough=rough_pairs(model))
 
 
 def _link_spheres(link: Link, shapes: Sequence[Collision | Visual], progress: Progress | None) -> Array:

@@ -23,6 +23,8 @@ CHUNK = 400
 STEP = 1.0
 """Longest motion of one extension (rad)."""
 WAY_POINTS = 400
+INSTANT = 1e-12
+"""Time between two knots that count as one (s)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,5 +125,7 @@ def time_path(
     done = timing.time_path(space.robot, space.world, path, segments, 0.0, space.work, space.sweep)
     out = np.zeros((4, 8 * count + 2, n))
     number = timing.integrate(path, segments, done, out)
-    q, v, a, jerk = (out[k, :number].copy() for k in range(4))
-    return Trajectory(joint_names=names, t=segments.knots[:number].copy(), q=q, v=v, a=a, jerk=jerk)
+    t = segments.knots[:number]
+    kept = np.append(np.diff(t) > INSTANT, True)  # two changes at once may be an instant apart
+    q, v, a, jerk = (out[k, :number][kept] for k in range(4))
+    return Trajectory(joint_names=names, t=t[kept], q=q, v=v, a=a, jerk=jerk)

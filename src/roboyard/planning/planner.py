@@ -40,6 +40,8 @@ JUDGED_STEP = 0.01
 """Distance between configurations that the judge checks (rad)."""
 REPAIRS = 6
 """Times that a path refused by the judge is planned again."""
+SPHERES_FIRST, EXACT_NEXT = 0.06, 0.5
+"""Shares of the time until which paths are sought among spheres, and then among exact shapes."""
 HINT_SECONDS = 0.15
 """Time to find out whether moving one obstacle would help (s)."""
 MOST_GOALS = 16
@@ -140,7 +142,7 @@ class Planner:
     @property
     def _covers(self) -> bool:
         """Whether spheres contain the exact shapes, so that what is free of spheres needs no judge."""
-        return bool(self.robot.model.gaps)
+        return bool(self.robot.model.gaps) and not self.robot.model.rough
 
     def warm_up(self) -> None:
         """Load the kernels, or compile them on their first use on this machine, and build the judge."""
@@ -238,29 +240,32 @@ class Planner:
         judged = relaxed or not self._covers
         timing = 0.0
         touching = ""
-        for attempt in range(REPAIRS + 1):
+        exact, until = False, begin + SPHERES_FIRST * (deadline - begin)
+        for attempt in range(REPAIRS + 2):
             space = SearchSpace.of(arrays, self.obstacles.arrays)
-            exact = attempt == REPAIRS  # spheres are too coarse here, or padding closed the way
+            exact = exact or (attempt >= REPAIRS and region is None)  # padding closed the way
             if region is not None:
-                if exact:
-                    break
                 path = self._kept_path(space, region, start, goals, deadline, improve, seed + 1000 * attempt)
             elif exact:
                 lower, upper = arrays.lower, arrays.upper
-                path = hull_path(self.judge, lower, upper, start, goals, deadline=deadline, seed=seed)
+                end = begin + EXACT_NEXT * (deadline - begin) if until < deadline else deadline
+                path = hull_path(self.judge, lower, upper, start, goals, deadline=end, seed=seed)
             else:
-                until = deadline if not judged else begin + 0.6 * (deadline - begin)
                 path = self._best_path(space, start, goals, until, improve, seed + 1000 * attempt)
-            if path is None and (exact or not judged):
-                break
             if path is None:
+                if region is not None or time.perf_counter() > deadline:
+                    break
+                if exact:  # the rest of the time for spheres
+                    exact, until = False, deadline
+                else:  # spheres may be too coarse here
+                    exact = True
                 continue
             middle = time.perf_counter()
             corners = 0.0 if exact or attempt > 2 else 1.0
             trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=corners)
             if region is not None and not region.inside(trajectory.dense(JUDGED_STEP), 1.0 + 1e-6).all():
                 trajectory = time_path(space, path, self.limits, self.robot.joint_names, corners=0.0)
-            refused = self._first_clash(trajectory) if judged else None
+            refused = self._first_clash(trajectory) if judged or exact else None
             timing += time.perf_counter() - middle
             if refused is None:
                 reached = int(np.argmin(np.linalg.norm(goals - path[-1], axis=1)))

@@ -20,6 +20,10 @@ ALWAYS = 0.95
 """Share of postures with a collision from which a pair counts as always colliding."""
 NEVER = 0.02
 """Smallest distance in every posture for a pair to count as never colliding (m)."""
+ROUGH = 0.2
+"""Share of postures in which spheres of a pair overlap from which its hulls are looked at."""
+JUDGED = 5_000
+"""Postures in which hulls must not touch for spheres to count as too rough."""
 VERSION = 1
 
 
@@ -63,6 +67,53 @@ def _sampled(model: SphereModel, adjacent: set[Pair], seed: int) -> set[Pair]:
     chosen = at_rest | (touching >= ALWAYS * SAMPLES) | (near == 0)
     named = [(robot.links[a], robot.links[b]) for a, b in arrays.pairs]
     return {(min(pair), max(pair)) for pair, use in zip(named, chosen, strict=True) if use}
+
+
+def rough_pairs(model: SphereModel, seed: int = 0) -> frozenset[Pair]:
+    """Return pairs of links, names sorted, whose spheres often overlap where their hulls never do; cached.
+
+    Their spheres would close postures that are free, so that only exact shapes judge them.
+    """
+    names = [link.name for link in model.description.links if model.spheres.get(link.name)]
+    joints = [
+        (j.name, j.type, j.parent, j.child, j.origin.position, j.origin.quaternion, j.axis, j.limit, j.mimic)
+        for j in model.description.depth_first_joints
+    ]
+    spheres = [(name, model.spheres[name]) for name in names]
+    key = content_key("rough", VERSION, ROUGH, joints, spheres, sorted(model.ignore), seed)
+    stored = load_arrays("rough", key)
+    if stored is None:
+        found = sorted(_rough(model, seed))
+        stored = {"pairs": np.array(found, dtype=str).reshape(-1, 2)}
+        store_arrays("rough", key, stored)
+    return frozenset((str(a), str(b)) for a, b in stored["pairs"].reshape(-1, 2))
+
+
+def _rough(model: SphereModel, seed: int) -> set[Pair]:
+    if not model.coordinate_names:
+        return set()
+    from roboyard.planning.hull_judge import judge_of
+
+    robot = sphere_robot(model, model.coordinate_names)
+    arrays = robot.arrays
+    if not len(arrays.pairs):
+        return set()
+    random = np.random.default_rng(seed)
+    postures = random.uniform(arrays.lower, arrays.upper, (SAMPLES, len(arrays.lower)))
+    work = work_for(arrays, Obstacles().arrays)
+    touching, near = np.zeros((2, len(arrays.pairs)), dtype=np.int64)
+    _checker().count_pairs(arrays, postures, NEVER, work, touching, near)
+    named = [(robot.links[a], robot.links[b]) for a, b in arrays.pairs]
+    often = {(min(pair), max(pair)) for pair, n in zip(named, touching, strict=True) if n >= ROUGH * SAMPLES}
+    if not often:
+        return set()
+    judge = judge_of(robot, ())
+    for q in postures[:JUDGED]:
+        for clash in judge.clashes(q):
+            often.discard((min(clash.link, clash.other), max(clash.link, clash.other)))
+        if not often:
+            break
+    return often
 
 
 def adjacent_pairs(description: RobotDescription, names: Sequence[str]) -> set[Pair]:

@@ -37,6 +37,8 @@ class SphereModel:
     """Link name to the padding against other links (m)."""
     gaps: Mapping[str, float] = field(default_factory=dict)
     """Link name to the largest distance of its collision shapes' surface outside its spheres (m)."""
+    rough: frozenset[Pair] = frozenset()
+    """Pairs of links, names sorted, that only exact shapes judge: their spheres are too rough."""
     retract: Mapping[str, float] = field(default_factory=dict)
     """Joint name to the rest position (rad or m)."""
     locked: Mapping[str, float] = field(default_factory=dict)
@@ -201,7 +203,7 @@ def _pairs(model: SphereModel, node: Indices, names: Sequence[str]) -> Indices:
         (i, j)
         for i, a in enumerate(names)
         for j, b in enumerate(names[i + 1 :], start=i + 1)
-        if node[i] != node[j] and (min(a, b), max(a, b)) not in model.ignore
+        if node[i] != node[j] and (min(a, b), max(a, b)) not in model.ignore | model.rough
     ]
     return np.array(found, dtype=np.int64).reshape(-1, 2)
 

@@ -1,0 +1,76 @@
+"""Pairs of links whose spheres overlap where their hulls never touch are left to exact shapes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from roboyard.description.model import Box, Collision, Joint, Limit, Link, Pose, RobotDescription
+from roboyard.description.robot_model import CollisionSphere
+from roboyard.planning import Planner, SphereModel
+from roboyard.planning.self_pairs import adjacent_pairs, rough_pairs
+
+
+def tower(gap: float) -> SphereModel:
+    """Three plates above each other that turn about one axis, each one large sphere; a flap folds onto them."""
+    plate = Collision(geometry=Box(size=(0.2, 0.2, 0.02)))
+    links, joints = [Link(name="plate0", collisions=(plate,))], []
+    limit = Limit(lower=-3.0, upper=3.0, effort=10.0, velocity=2.0)
+    for k in (1, 2):
+        links.append(Link(name=f"plate{k}", collisions=(plate,)))
+        origin = Pose(position=(0.0, 0.0, gap / 2))
+        joints.append(
+            Joint(
+                name=f"turn{k}",
+                type="revolute",
+                parent=f"plate{k - 1}",
+                child=f"plate{k}",
+                origin=origin,
+                axis=(0, 0, 1),
+                limit=limit,
+            )
+        )
+    arm = Collision(geometry=Box(size=(0.02, 0.02, 0.3)), origin=Pose(position=(0.0, 0.0, 0.15)))
+    links.append(Link(name="flap", collisions=(arm,)))
+    origin = Pose(position=(0.15, 0.0, 0.0))
+    fold = Joint(
+        name="fold",
+        type="revolute",
+        parent="plate2",
+        child="flap",
+        origin=origin,
+        axis=(0, 1, 0),
+        limit=limit,
+    )
+    joints.append(fold)
+    description = RobotDescription(name="tower", links=tuple(links), joints=tuple(joints))
+    large = (CollisionSphere(center=(0.0, 0.0, 0.0), radius=0.15),)
+    rod = tuple(CollisionSphere(center=(0.0, 0.0, 0.03 * k), radius=0.03) for k in range(11))
+    spheres = {"plate0": large, "plate1": large, "plate2": large, "flap": rod}
+    return SphereModel(
+        description=description,
+        spheres=spheres,
+        ignore=frozenset(adjacent_pairs(description, list(spheres)) | {("flap", "plate1")}),
+        gaps=dict.fromkeys(spheres, 0.0),
+    )
+
+
+def test_plates_that_never_touch_are_rough_and_a_flap_that_does_is_not() -> None:
+    assert rough_pairs(tower(0.1)) == {("plate0", "plate2")}
+
+
+@pytest.mark.parametrize("fold", [-2.6, 2.6])
+def test_plans_are_found_between_rough_pairs_and_judged_by_hulls(fold: float) -> None:
+    model = tower(0.1)
+    start, goal = np.array([0.0, 0.0, 0.3]), np.array([0.5, 0.5, 0.3])
+    assert Planner(model).plan(start, goal).solved, "where start and goal touch, hulls decide"
+    model = replace(model, rough=rough_pairs(model))
+    planner = Planner(model)
+    assert planner.plan(start, goal).solved
+    folded = planner.plan(start, np.array([0.5, 0.5, fold]))
+    judged = planner.judge.clashes(np.array([0.5, 0.5, fold]))
+    assert folded.solved == (not judged)
+    if judged:
+        assert "flap" in folded.reason
