@@ -65,7 +65,16 @@ def tuck_posture(
             tucked |= found
             changed = True
         before.append((arm.joints, found is not None))
-    return {name: round(value, DIGITS) for name, value in tucked.items()} if changed else {}
+    return (
+        {name: _rounded(robot.description, name, value) for name, value in tucked.items()} if changed else {}
+    )
+
+
+def _rounded(description: RobotDescription, name: str, value: float) -> float:
+    """Return a position with few digits, still within the joint's limits (rad or m)."""
+    limits = description.joint_by_name[name].position_limits()
+    short = round(value, DIGITS)
+    return short if limits is None else min(max(short, limits[0]), limits[1])
 
 
 class _Trials:

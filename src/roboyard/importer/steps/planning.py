@@ -19,6 +19,7 @@ from roboyard.importer.context import ImportContext
 from roboyard.importer.planning.ik_rest_posture import ik_rest_posture
 from roboyard.importer.planning.link_spheres import fit_links
 from roboyard.importer.planning.rest_posture import lock_joints, rest_posture
+from roboyard.importer.planning.standing_posture import standing_posture
 from roboyard.importer.planning.tuck_posture import tuck_posture
 from roboyard.shapes.surface_points import share_near_spheres, surface_points
 
@@ -64,6 +65,14 @@ def add_planning_data(robot: RobotModel, context: ImportContext) -> RobotModel:
 
 def _rest(robot: RobotModel, context: ImportContext) -> dict[str, float]:
     straight = rest_posture(robot, context.config)
+    if context.config.curobo.default_qpos is None:
+        stood = standing_posture(robot.description, robot.semantic.legs, straight)
+        if stood:
+            turns = ", ".join(f"{name} {value:.2f}" for name, value in stood.items())
+            context.log.note(
+                f"rest: {turns}, because the robot would not stand on its legs as they are drawn"
+            )
+        straight |= stood
     rest = ik_rest_posture(robot, context.config, straight)
     turned = [f"{name} {rest[name]:.2f}" for name in rest if rest[name] != straight[name]]
     if turned:
