@@ -174,7 +174,9 @@ def _add_base(
         _add_two_wheel(blocks, pair.radius, pair.length)
         joints = [pair.left, pair.right]
     elif semantic.legs:
-        joints = [name for leg in semantic.legs for name in leg.joints]
+        joints = [
+            name for leg in semantic.legs for name in (*leg.joints, leg.wheel_joint) if name is not None
+        ]
         floor = [leg.foot for leg in semantic.legs]
     else:
         joints = [*semantic.base_joints, *semantic.steer_joints]

@@ -117,13 +117,16 @@ def _defaults(group: str, name: str, setup: Setup) -> dict[str, Any]:
 
 
 def _is_legged(setup: Setup) -> bool:
-    """Return whether all joints of the base have position limits, as legs do and wheels do not."""
+    """Return whether most joints of the base have position limits, as legs do, also those that end in wheels;
+    wheels and the joints that steer them do not.
+    """
     block = setup.definition.locomotion
     if block is None or setup.definition.holonomic_base is not None:
         return False
     index = {name: i for i, name in enumerate(setup.joint_names)}
     indices = [index[name] for name in block.base_joint_names if name in index]
-    return bool(np.isfinite(setup.limits.lower[indices]).all() and indices)
+    limited = np.isfinite(setup.limits.lower[indices])
+    return bool(indices and limited.mean() > 0.5)
 
 
 def _subsumed(plans: Mapping[str, GroupPlan], keys: Mapping[str, Mapping[str, Any]]) -> set[str]:
