@@ -14,7 +14,7 @@ from roboyard.planning.self_pairs import adjacent_pairs, rough_pairs
 
 
 def tower(gap: float) -> SphereModel:
-    """Three plates above each other that turn about one axis, each a large sphere; a flap folds onto them."""
+    """Three plates above each other that turn about an axis, each a large sphere, and a flap on the last."""
     plate = Collision(geometry=Box(size=(0.2, 0.2, 0.02)))
     links, joints = [Link(name="plate0", collisions=(plate,))], []
     limit = Limit(lower=-3.0, upper=3.0, effort=10.0, velocity=2.0)

@@ -15,6 +15,7 @@ _HOMES = {
     "attached_body": "roboyard.planning.attached",
     "CollisionChecker": "roboyard.planning.checking",
     "DistanceField": "roboyard.planning.distance_fields",
+    "Follower": "roboyard.planning.reactive",
     "Obstacle": "roboyard.planning.obstacles",
     "Obstacles": "roboyard.planning.obstacles",
     "PathConstraint": "roboyard.planning.constraints",
@@ -40,6 +41,7 @@ __all__ = [
     "Attached",
     "CollisionChecker",
     "DistanceField",
+    "Follower",
     "Obstacle",
     "Obstacles",
     "PathConstraint",
@@ -73,6 +75,7 @@ if TYPE_CHECKING:
     from roboyard.planning.planner import Planner
     from roboyard.planning.planner_files import load_planner_file
     from roboyard.planning.problem_files import load_problems, solve_problems
+    from roboyard.planning.reactive import Follower
     from roboyard.planning.robot_planner import RobotPlanner, planner_for
     from roboyard.planning.sphere_model import SphereModel, sphere_robot
     from roboyard.planning.trajectory import Plan, Trajectory

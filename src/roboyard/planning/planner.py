@@ -190,7 +190,7 @@ class Planner:
         """
         announce_compilation()
         begin = time.perf_counter()
-        q = self._vector("start", start)
+        q = self.vector(start, "start")
         failure, q = self._bounded("start", q)
         if failure:
             return self._failed("start outside limits", failure, begin)
@@ -219,7 +219,7 @@ class Planner:
         Raises:
             ConfigError: the link does not exist or no joint of the group moves it.
         """
-        from_here = self._vector("near", near)
+        from_here = self.vector(near, "near")
         found = postures_for(self.robot, goal, self.obstacles.root, from_here, seeds=seeds, seed=seed)
         marked = [replace(s, q=self._named(s.q), is_free=not self._clash(s.q)) for s in found]
         return sorted(marked, key=lambda solution: not solution.is_free)
@@ -374,7 +374,7 @@ class Planner:
                 if roomy.any():  # postures that need no smaller paddings
                     candidates = [q for q, good in zip(candidates, roomy, strict=True) if good]
             else:
-                failure, q = self._bounded("goal", self._vector("goal", cast(ArrayLike, one)))
+                failure, q = self._bounded("goal", self.vector(cast(ArrayLike, one), "goal"))
                 if failure:
                     outcome, reason = "goal outside limits", failure
                     continue
@@ -449,7 +449,12 @@ class Planner:
 
     # ----------------------------------------------------------------------------------- vectors
 
-    def _vector(self, name: str, values: ArrayLike) -> Array:
+    def vector(self, values: ArrayLike, name: str = "q") -> Array:
+        """Return (n,) values given in the order of `joint_names` in depth-first order.
+
+        Raises:
+            ConfigError: the length is wrong or a value is not finite; `name` is used in the message.
+        """
         q = np.asarray(values, dtype=float)
         if q.shape != (len(self.joint_names),) or not np.isfinite(q).all():
             raise ConfigError(
