@@ -86,6 +86,8 @@ def test_a_sound_robot_fails_none() -> None:
         "joint_drift",
         "response",
         "isolation",
+        "overshoot",
+        "error",
     }
     assert report.gate("isolation").figure < 0.01
 

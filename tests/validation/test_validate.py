@@ -97,6 +97,8 @@ def test_r1_passes_every_gate() -> None:
         "response",
         "drive",
         "ik_reach",
+        "overshoot",
+        "error",
         "tuck",
         "sensors",
         "free_joints",
@@ -109,6 +111,8 @@ def test_r1_passes_every_gate() -> None:
 
 NOT_OF_THE_ROVER = {
     "complete",
+    "overshoot",
+    "error",
     "arms_free",
     "ik_reach",
     "tuck",
@@ -246,6 +250,7 @@ def test_a_nan_figure_fails() -> None:
         "settle",
         "drift",
         "response",
+        "tracking",
         "drive",
         "ik_reach",
         "tuck",

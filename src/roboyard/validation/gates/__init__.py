@@ -15,6 +15,7 @@ from roboyard.validation.gates.rest_contact import rest_contact_gates
 from roboyard.validation.gates.sensors import sensors_gates
 from roboyard.validation.gates.spheres import sphere_gates
 from roboyard.validation.gates.stand import stand_gates
+from roboyard.validation.gates.tracking import tracking_gates
 from roboyard.validation.gates.tuck import tuck_gates
 from roboyard.validation.report import Gate
 from roboyard.validation.test_world import TestWorld
@@ -28,6 +29,7 @@ GATES: dict[str, Callable[[TestWorld], tuple[Gate, ...]]] = {
     "settle": settle_gates,
     "drift": drift_gates,
     "response": response_gates,
+    "tracking": tracking_gates,
     "drive": drive_gates,
     "ik_reach": ik_reach_gates,
     "tuck": tuck_gates,
