@@ -140,3 +140,11 @@ def test_three_fixed_wheels_around_a_base_may_be_omni_wheels() -> None:
     assert (semantic.kind, semantic.base) == ("mobile_manipulator", "holonomic")
     sure = semantic.confidence("base")
     assert sure is not None and sure < 0.5
+
+
+def test_legs_that_end_in_grippers_are_legs_where_names_say_so() -> None:
+    semantic = infer_semantics(unusual_robots.climber())
+    assert (semantic.kind, semantic.base) == ("humanoid", "legged")
+    assert [len(leg.joints) for leg in semantic.legs] == [6, 6]
+    assert {arm.joints[0] for arm in semantic.arms} == {"jleft_arm0", "jright_arm0"}
+    assert len(semantic.grippers) == 2

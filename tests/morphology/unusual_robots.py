@@ -214,3 +214,19 @@ def arm_on_three_fixed_wheels() -> RobotDescription:
     spots = (("front_left", "0.2 0.2 0.1"), ("front_right", "0.2 -0.2 0.1"), ("back", "-0.2 0 0.1"))
     wheels = [fixed_wheel(name, "b", xyz) for name, xyz in spots]
     return robot(base(), *wheels, *chain("a", "b", "0 0 0.2", ARM, "0.1 0 0.1"))
+
+
+def climber() -> RobotDescription:
+    """A torso with two arms above and two legs below, each leg with two jaws at its end; names say which."""
+    parts = [link("torso", "box 0.2 0.3 0.4", 10, origin="0 0 1")]
+    for side, y in (("left", 0.2), ("right", -0.2)):
+        parts += chain(f"{side}_arm", "torso", f"0 {y} 1.15", (*ARM, "1 0 0"), "0.12 0 0")
+        parts += chain(f"{side}_leg", "torso", f"0 {y / 2} 0.8", ("0 0 1", *ARM), "0 0 -0.12")
+        for jaw, x, axis in (("in", 0.01, "1 0 0"), ("out", -0.01, "-1 0 0")):
+            name = f"{side}_leg_gripper_{jaw}"
+            parts.append(link(name, "box 0.01 0.02 0.06", 0.05, origin="0 0 -0.03"))
+            parts.append(
+                joint(f"j{name}", f"{side}_leg5", name, kind="prismatic", xyz=f"{x} 0 -0.12", axis=axis,
+                      limits=(0, 0.03))
+            )  # fmt: skip
+    return robot(*parts)

@@ -16,6 +16,8 @@ from roboyard.transforms import Array
 
 WORLD_NAMES = ("world", "map", "odom")
 """Root links of these names are the world itself."""
+LEG_NAMES = 3.0
+"""Evidence of names from which chains with grippers at their ends are legs: robots that climb."""
 CLUSTER = 0.7
 """Two chains are one leg where their beginnings are nearer than this share of the distance to others."""
 
@@ -169,7 +171,10 @@ def _leg_score(
 ) -> tuple[float, tuple[str, ...]]:
     """Return the sum of the evidence that two limbs are legs, with its texts."""
     joints = (*pair.first.joints, *pair.second.joints)
-    if pair.first.palm or pair.second.palm or len(pair.first.joints) < 2:
+    names = _names(skeleton, joints)
+    by_name = 4.0 * (share("leg", names) - share("arm", names))
+    has_palm = pair.first.palm or pair.second.palm
+    if len(pair.first.joints) < 2 or (has_palm and by_name < LEG_NAMES):
         return -9.0, ()
     root = skeleton.description.root
     if root.name.lower() in WORLD_NAMES and root.inertial is None:
@@ -190,8 +195,6 @@ def _leg_score(
     base = skeleton.points(BASE) @ up
     if len(base) and float(base.min()) - floor < 0.1 * tall:
         score -= 2.0
-    names = _names(skeleton, joints)
-    by_name = 4.0 * (share("leg", names) - share("arm", names))
     score += by_name
     if by_name > 1:
         evidence.append("their names say leg")
