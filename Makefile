@@ -3,7 +3,8 @@
 # make test-all  every test, with all extras (and Chromium, where it is installed)
 # make lint    ruff, format check, pyright and the docstring counts
 # make docs    the documentation as a site, in site/; any warning fails
-# make attack  hostile files, errors within MuJoCo and odd clients, through every reader
+# make attack  hostile files, errors within MuJoCo and odd clients, through every reader; then random ones for
+#              FUZZ seconds (30 by default)
 # make format  rewrite the code the way lint wants it
 # make type    pyright alone
 # make check   lint and test
@@ -14,6 +15,7 @@
 
 VENV ?= .venv
 OUT ?= demo
+FUZZ ?= 30
 ARGS ?=
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
@@ -39,7 +41,10 @@ test-all: $(VENV)/.installed-all
 attack: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -q tests/test_attack.py tests/untrusted tests/sim/test_mjcf_hostile.py \
 	  tests/sim/test_survival.py tests/shapes/test_bounds.py tests/description/test_workspaces.py \
-	  tests/audit/test_hostile.py tests/audit/test_fuzz.py tests/pybullet/test_server_strangers.py $(ARGS)
+	  tests/audit/test_hostile.py tests/audit/test_fuzz.py tests/pybullet/test_server_strangers.py \
+	  tests/pybullet/test_server_guards.py tests/test_installations.py tests/cli/test_control_characters.py \
+	  tests/fuzz $(ARGS)
+	$(BIN)/python tools/fuzz_readers.py $(FUZZ)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.description.files.usd_layers import check_layers
 from roboyard.description.model import (
     RGBA,
     Box,
@@ -50,13 +51,15 @@ def read_usd(path: Path) -> tuple[list[RobotDescription], tuple[str, ...]]:
 
     Raises:
         MissingExtraError: OpenUSD is not installed.
-        DescriptionError: the stage cannot be opened, refers to missing files, or has no geometry.
+        DescriptionError: the stage cannot be opened, refers to missing files or files outside its
+            folders, or has no geometry.
     """
     try:
         Tf, Usd, UsdGeom = (import_module(f"pxr.{name}") for name in ("Tf", "Usd", "UsdGeom"))
         UsdPhysics = import_module("pxr.UsdPhysics")
     except ImportError:
         raise MissingExtraError("OpenUSD", "usd", "reading USD scenes") from None
+    check_layers(path)
     try:
         stage = Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:

@@ -12,6 +12,7 @@ Arrays are extension 1: [dtype, shape, bytes]. Decoding creates plain data only;
 from __future__ import annotations
 
 import hmac
+import re
 from collections.abc import Iterable, Mapping
 from math import prod
 from reprlib import Repr
@@ -35,6 +36,7 @@ MAX_TOKEN = 200
 PREFIX = Struct(">I")
 _ARRAY = 1
 _PLAIN_KINDS = "biuf"
+_DTYPE = re.compile(r"[<>|=]?[biuf][0-9]{1,2}")
 
 
 class WireError(RoboyardError):
@@ -160,6 +162,8 @@ def _from_wire(code: int, data: memoryview) -> object:
     if not is_array_head(data):
         raise ValueError("an array is [dtype, shape, bytes]")
     name, shape, raw = _ARRAY_DECODER.decode(data)
+    if not _DTYPE.fullmatch(name):  # NumPy reads longer ones as Python
+        raise ValueError(f"unknown kind of array {name!r}")
     dtype = np.dtype(name)
     if (
         dtype.kind not in _PLAIN_KINDS
