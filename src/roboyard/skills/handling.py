@@ -17,6 +17,7 @@ from roboyard.skills.driving import drive
 from roboyard.skills.grasps import Grasp, handle_grasps, object_grasps
 from roboyard.skills.gripper_frame import heading, pointing, shifted
 from roboyard.skills.joint_tracks import AFTER, BEFORE, draw_joint_tracks, way_of
+from roboyard.skills.lines import dense_line, distance_from_line
 from roboyard.skills.motion import follow, go, track_motion
 from roboyard.skills.outcome import SkillError
 from roboyard.skills.places import DROP, surface_spots
@@ -38,6 +39,8 @@ APPROACH = (-0.12, -0.08, -0.04, 0.0)
 """Distances from an object at which the gripper stops before it holds it (m)."""
 LIFTS = (0.05, 0.12)
 """Heights by which an object must be liftable (m)."""
+MOST_LEAN = 0.7
+"""Largest lean of a gripper on a line, as the tangent of an angle."""
 MOST_TRACKS = 4
 """Tracks of which one must be within reach of the base's path."""
 
@@ -383,8 +386,6 @@ def follow_line(
     Raises:
         SkillError: the line is not within reach, or the gripper left it.
     """
-    from roboyard.skills.lines import dense_line
-
     line = dense_line(points)
     tracks: list[Track] = []
     robot: Any = None
@@ -409,7 +410,7 @@ def follow_line(
         watch()
         if begun:
             at = worker.grip_pose(track.arm)[:3, 3]
-            worst = max(worst, float(np.linalg.norm(line - at, axis=1).min()))
+            worst = max(worst, distance_from_line(at, line))
 
     worker.watch = measure
     try:
@@ -425,11 +426,14 @@ def follow_line(
 
 def _draw_lines(worker: Worker, line: Array, along: Array, draws: Array) -> Drawn:
     count, k = len(draws), len(line) + 2
-    grips = np.empty((count, k, 4, 4))
-    for s, turn in enumerate(2 * np.pi * draws[:, 4]):
-        side = np.cross(along, (np.cos(turn), np.sin(turn), 0.3))
-        row = [pointing(along, side, at) for at in line]
+    grips, cost = np.empty((count, k, 4, 4)), np.empty(count)
+    for s, (turn, tilt, about) in enumerate(draws[:, 4:7]):
+        side = np.cross(along, (np.cos(2 * np.pi * turn), np.sin(2 * np.pi * turn), 0.3))
+        lean = np.cross(along, (np.cos(2 * np.pi * about), np.sin(2 * np.pi * about), 0.3))
+        way = along / np.linalg.norm(along) + MOST_LEAN * tilt * lean / np.linalg.norm(lean)
+        row = [pointing(way, side, at) for at in line]
         grips[s] = [shifted(row[0], -0.08), *row, shifted(row[-1], -0.08)]
+        cost[s] = 0.3 * tilt
     middle = np.repeat(line.mean(axis=0)[None], count, axis=0)
     bases = bases_around(worker, middle, np.full(count, np.nan), draws)
-    return Drawn(grips=grips, bases=np.repeat(bases[:, None], k, axis=1), cost=np.zeros(count))
+    return Drawn(grips=grips, bases=np.repeat(bases[:, None], k, axis=1), cost=cost)

@@ -109,8 +109,10 @@ class Worker:
     # ---------------------------------------------------------------------------------- arms and grippers
 
     def gripper(self, arm: str) -> GripperFrame:
-        """Return the frame of an arm's gripper, worked out once."""
+        """Return the frame of an arm's gripper, worked out once, for which it opens."""
         if arm not in self._frames:
+            if arm not in self.held and f"gripper_{arm}" in self.robot.groups:
+                self.grip(arm, close=False)
             self._frames[arm] = gripper_frame(self.robot, arm)
         return self._frames[arm]
 
