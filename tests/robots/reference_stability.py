@@ -87,7 +87,8 @@ def follow(
     stop = reference - q + speed * np.abs(speed) / (2.0 * rise)
     gap = np.where(allows(balance, stop, np.sign(gap)), gap, 0.0)
     goal = np.where(gap == 0.0, reference, goal)
-    braking = np.sqrt(2.0 * rise * np.abs(gap))
+    half = 0.5 * rise * dt
+    braking = np.sqrt(half * half + 2.0 * rise * np.abs(gap)) - half
     wanted = np.sign(gap) * np.minimum(np.minimum(fastest, braking), np.abs(gap) / dt)
     change = rise * dt
     speed = np.minimum(np.maximum(wanted, speed - change), speed + change)

@@ -74,6 +74,25 @@ def test_a_step_towards_a_goal(seed: int) -> None:
     assert speed == pytest.approx(expected[1], abs=1e-12)
 
 
+@pytest.mark.parametrize("way", [0.1, -0.1, 0.033, 0.7])
+def test_a_reference_stops_at_its_goal_with_its_acceleration(way: float) -> None:
+    """The way to a stop counts whole steps: v dt / 2 more than v² / 2a."""
+    speeds = [0.0, *_speeds(way, 30.0, 6.0), 0.0]
+    assert np.abs(np.diff(speeds)).max() < 30.0 / 30 * 1.2  # the last two steps share what is left
+
+
+def _speeds(way: float, rise: float, fastest: float) -> list[float]:
+    """Return the speeds of a reference on its way to a goal, as differences of its positions."""
+    reference, speed, goal = np.zeros(1), np.zeros(1), np.array([way])
+    positions = [0.0]
+    while positions[-1] != way:
+        allowed = np.ones(1, dtype=bool)
+        limits = np.array([rise]), np.array([fastest])
+        kernels.advance(reference, speed, goal, goal - reference, allowed, *limits, 1 / 30)
+        positions.append(float(reference[0]))
+    return (np.diff(positions) * 30).tolist()
+
+
 def test_lowest_points() -> None:
     """A ball touches below its middle, a tilted box with its lower edge."""
     tilted = np.array([[np.cos(0.5), 0, np.sin(0.5)], [0, 1, 0], [-np.sin(0.5), 0, np.cos(0.5)]])

@@ -264,12 +264,14 @@ def advance(reference, speed, goal, way, allowed, rise, fastest, dt):
     """
     for k in range(len(reference)):
         gap = way[k] if allowed[k] else 0.0
-        braking = math.sqrt(2.0 * rise[k] * abs(gap))
+        # speeds fall by `rise * dt` each step: v² / 2 rise + v dt / 2 is the way to a stop
+        half = 0.5 * rise[k] * dt
+        braking = math.sqrt(half * half + 2.0 * rise[k] * abs(gap)) - half
         wanted = np.sign(gap) * min(min(fastest[k], braking), abs(gap) / dt)
         change = rise[k] * dt
         speed[k] = min(max(wanted, speed[k] - change), speed[k] + change)
         move = speed[k] * dt
-        if np.sign(move) == np.sign(gap) and abs(move) >= abs(gap):
+        if np.sign(move) == np.sign(gap) and abs(move) >= (1.0 - 1e-9) * abs(gap):
             reference[k] = goal[k] if gap != 0.0 else reference[k]
             speed[k] = 0.0
         else:
