@@ -154,6 +154,7 @@ def _draw_grasps(worker: Worker, grasps: list[Grasp], draws: Array) -> Drawn:
 def is_between_fingers(worker: Worker, arm: str, body: Body) -> bool:
     """Return whether at least two fingers touch a body."""
     fingers = set(worker.gripper(arm).fingers)
+    worker.world.detect_contacts()  # those of the last step are gone where a body was added since
     touching = {c.link_a.name for c in worker.world.contacts(worker.robot.body, body)}
     return len(fingers & touching) >= 2
 
