@@ -208,6 +208,7 @@ class Simulation(Engine[Body]):
         self._names.add(name)
         self.filters.assign_masks(body)
         self.render_shapes.add(body)
+        self.stepping.sliding.invalidate()
         return body
 
     def reserve_name(self, name: str) -> str:
@@ -238,6 +239,7 @@ class Simulation(Engine[Body]):
         self._surfaces.forget(body.id)
         self.motors.forget(body.id)
         self.stepping.forget(body.id)
+        self.stepping.sliding.invalidate()
         self.render_shapes.forget(body.id)
         del self.body_by_id[body.id]
         self._names.discard(body.name)
@@ -290,7 +292,7 @@ class Simulation(Engine[Body]):
         done = 0
         if n == 1 and self.revision == self._stepped and self.stepping.is_plain:
             try:
-                mujoco.mj_step(self._model, self._data)
+                self.stepping.plain_step(self._model, self._data)
                 done = 1
             except mujoco.FatalError as error:
                 self.recover(error, self.simulation_state())
@@ -341,17 +343,12 @@ class Simulation(Engine[Body]):
         if self.windows.is_outdated:  # compiled again, with more memory
             self.windows.update()
         model, data, stepping = self._model, self._data, self.stepping
-        start = data.time if n > 1 else 0.0
+        step = stepping.plain_step if stepping.is_plain else stepping.step
         done = 0
         try:
-            if stepping.is_plain:
-                mujoco.mj_step(model, data, n)
-            else:
-                for done in range(n):  # noqa: B007 - counts also where a step fails
-                    stepping.step(model, data)
+            for done in range(n):  # noqa: B007 - counts also where a step fails
+                step(model, data)
         except mujoco.FatalError as error:  # raised before positions change
-            if stepping.is_plain:
-                done = round((data.time - start) / model.opt.timestep) if n > 1 else 0
             self.recover(error, self.simulation_state())
             return done
         return n

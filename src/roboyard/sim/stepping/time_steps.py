@@ -14,6 +14,7 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
@@ -65,8 +66,10 @@ class Stepping:
         self._windows = windows
         self.surfaces, self.motors = surfaces, motors
         self.constraints, self.wrenches = constraints, wrenches
+        self.sliding = SlidingContacts(world)
+        """Contacts that slide, where contacts are soft."""
         self.is_plain = True
-        """Whether MuJoCo's own step has all the rules of this world."""
+        """Whether MuJoCo's own step has all the rules of this world, but for sliding."""
         self._has_surfaces = self._has_motors = self._is_bounded = False
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
@@ -84,6 +87,7 @@ class Stepping:
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
         self._compiled = None
+        self.sliding.invalidate()
 
     def forget(self, body_id: int) -> None:
         """Remove the velocity limits of a body that is removed."""
@@ -93,6 +97,14 @@ class Stepping:
         """Bound a joint's velocity (rad/s or m/s) instead of the world's profile."""
         self._velocity_limits[(body_id, joint_index)] = largest
         self._compiled = None
+
+    def plain_step(self, model: Any, data: Any) -> None:
+        """Execute one step of a world whose only rule is that sliding does not lift."""
+        mujoco.mj_step1(model, data)
+        if self.sliding.slides(data):
+            self._solve(model, data, model.opt.timestep, None, slides=True)
+        else:
+            mujoco.mj_step2(model, data)
 
     def step(self, model: Any, data: Any) -> None:
         """Execute one step with all rules."""
@@ -112,28 +124,37 @@ class Stepping:
             self.surfaces.apply(model, data, timestep)
         if self._has_motors:
             self.motors.apply(data, timestep)
-        if world.hard_contacts or self._is_bounded or world.profile.largest_velocity is not None:
-            self._solve(model, data, timestep, compiled)
+        slides = not world.hard_contacts and self.sliding.slides(data)
+        if slides or world.hard_contacts or self._is_bounded or world.profile.largest_velocity is not None:
+            self._solve(model, data, timestep, compiled[-1], slides=slides)
         else:
             mujoco.mj_step2(model, data)
         if self._has_surfaces or self.wrenches.pending:
             self.wrenches.clear()
 
-    def _solve(self, model: Any, data: Any, timestep: float, compiled: tuple[Any, ...]) -> None:
+    def _solve(
+        self, model: Any, data: Any, timestep: float, limits: np.ndarray | None, *, slides: bool
+    ) -> None:
         """Execute the second half in parts, with the solver repeated where the rules require it."""
         world = self._world
         if self._is_bounded:
             self.constraints.free_axes(model, data)
+        if slides:
+            self.sliding.prepare(data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         mujoco.mj_fwdConstraint(model, data)
-        if world.hard_contacts:
+        if slides:
+            self.sliding.correct(model, data, timestep)
+        elif world.hard_contacts:
             self.surfaces.correct_sliding(model, data, timestep)
         if self._is_bounded:
             self.constraints.bound_forces(model, data)
-        _, velocity, acceleration, limits = compiled
         if limits is not None:
-            kernels().bound_velocity(velocity, acceleration, timestep, limits)
+            kernels().bound_velocity(data.qvel, data.qacc, timestep, limits)
+        if slides:  # as in mj_step2
+            mujoco.mj_sensorAcc(model, data)
+            mujoco.mj_checkAcc(model, data)
         if world.profile.integrator == "euler":
             mujoco.mj_Euler(model, data)
         else:

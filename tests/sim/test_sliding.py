@@ -1,0 +1,122 @@
+"""Sliding, rolling and wedging in a plain world with its default time step, against closed forms."""
+
+import numpy as np
+import pytest
+
+from roboyard.sim import World
+from roboyard.transforms import quaternion_from_rpy
+
+G = 9.81
+
+
+def sliding_box(speed: float, mu: float, direction: float = 0.0, **options) -> tuple[World, list[np.ndarray]]:
+    world = World(**options)
+    world.add_plane(friction=mu)
+    box = world.add_box((0.2, 0.2, 0.1), (0, 0, 0.05), friction=mu)
+    world.step(240)
+    start = box.position.copy()
+    box.set_velocity((speed * np.cos(direction), speed * np.sin(direction), 0))
+    path = []
+    for _ in range(int((speed / (mu * G) + 0.2) / world.timestep)):
+        world.step()
+        path.append(box.position - start)
+    return world, path
+
+
+@pytest.mark.parametrize("solver", ["newton", "cg"])
+@pytest.mark.parametrize("mu", [0.3, 0.5, 1.0])
+@pytest.mark.parametrize("speed", [1.0, 2.0, 4.0])
+def test_a_sliding_box_stays_on_the_floor_and_stops_where_friction_stops_it(speed, mu, solver):
+    world, path = sliding_box(speed, mu, 0.6, solver=solver)
+    heights = np.array(path)[:, 2]
+    assert heights.max() < 1e-3 and heights.min() > -1e-3
+    distance = np.linalg.norm(path[-1][:2])
+    # the semi-implicit step is short of half a step's way
+    assert distance == pytest.approx(speed**2 / (2 * mu * G) - speed * world.timestep / 2, rel=0.02)
+
+
+def test_a_box_that_lands_sliding_is_not_thrown_up():
+    world = World()
+    world.add_plane(friction=0.5)
+    box = world.add_box((0.2, 0.2, 0.1), (0, 0, 0.10), friction=0.5)
+    box.set_velocity((4, 0, 0))
+    world.step(int(0.12 / world.timestep))  # falls 5 cm in 0.1 s
+    heights = []
+    for _ in range(60):
+        world.step()
+        heights.append(box.position[2])
+    assert max(heights) < 0.052
+
+
+def test_many_steps_at_once_are_the_same_steps():
+    single, several = (World(), World())
+    for world in (single, several):
+        world.add_plane()
+        world.add_box((0.2, 0.2, 0.1), (0, 0, 0.05))
+        world.bodies[1].set_velocity((2, 1, 0))
+    several.step(120)
+    for _ in range(120):
+        single.step()
+    np.testing.assert_array_equal(several.data.qpos, single.data.qpos)
+
+
+def test_a_sliding_sphere_rolls_at_five_sevenths_of_its_speed():
+    world = World()
+    world.add_plane(friction=0.5)
+    ball = world.add_sphere(0.1, (0, 0, 0.1), friction=0.5)
+    world.step(60)
+    ball.set_velocity((4, 0, 0))
+    heights = []
+    for _ in range(int(0.6 / world.timestep)):  # 2/7 v / (mu g) = 0.23 s
+        world.step()
+        heights.append(ball.position[2])
+    linear, angular = ball.velocity
+    assert linear[0] == pytest.approx(4 * 5 / 7, rel=0.01)
+    assert angular[1] == pytest.approx(linear[0] / 0.1, rel=0.01)
+    assert max(heights) < 0.101
+
+
+@pytest.mark.parametrize("slope", [0.3, 0.6])
+def test_a_box_on_a_slope_slides_by_the_excess_over_friction_or_stays(slope):
+    mu = 0.5
+    world = World()
+    turn = quaternion_from_rpy((0, slope, 0))
+    down = np.array([np.cos(slope), 0, -np.sin(slope)])
+    normal = np.array([np.sin(slope), 0, np.cos(slope)])
+    world.add_box((20, 4, 1), tuple(-0.5 * normal), turn, mass=0, friction=mu)
+    box = world.add_box((0.2, 0.2, 0.1), tuple(0.05 * normal - 5 * down), turn, friction=mu)
+    world.step(24)
+    start = box.position.copy()
+    speed = float(box.velocity[0] @ down)
+    world.step(240)
+    way = float((box.position - start) @ down)
+    pull = G * (np.sin(slope) - mu * np.cos(slope))
+    assert way == pytest.approx(speed + max(pull, 0) / 2, abs=0.02)
+    assert float((box.position - start) @ normal) == pytest.approx(0, abs=1e-3)
+
+
+def test_a_pushed_stack_keeps_its_height():
+    world = World()
+    world.add_plane(friction=0.4)
+    boxes = [world.add_box((0.4, 0.4, 0.2), (0, 0, 0.1 + 0.2 * k), friction=0.4) for k in range(3)]
+    world.step(240)
+    for box in boxes:
+        box.set_velocity((2, 0, 0))
+    for _ in range(120):
+        world.step()
+        assert boxes[2].position[2] == pytest.approx(0.5, abs=1.5e-3)
+
+
+def test_a_sphere_in_a_wedge_is_carried_by_both_walls():
+    world = World()
+    tilt, radius = 0.7, 0.2
+    for side in (1, -1):
+        normal = np.array([-side * np.sin(tilt), 0, np.cos(tilt)])
+        world.add_box(
+            (4, 4, 1), tuple(-0.5 * normal), quaternion_from_rpy((0, -side * tilt, 0)), mass=0, friction=0.2
+        )
+    ball = world.add_sphere(radius, (0.0, 0, radius / np.cos(tilt) + 0.02), mass=2.0, friction=0.2)
+    world.step(480)
+    assert ball.position == pytest.approx([0, 0, radius / np.cos(tilt)], abs=1e-3)
+    force = sum((c.normal_force for c in world.contacts(ball)), 0.0)
+    assert force * np.cos(tilt) == pytest.approx(2.0 * G, rel=0.15)
