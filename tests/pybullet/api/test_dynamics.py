@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import roboyard.pybullet as p
@@ -198,3 +199,32 @@ def test_changes_of_unknown_bodies_are_ignored(box: int) -> None:
     p.changeDynamics(77, -1, mass=3)
     p.changeDynamics(box, 12, mass=3)
     assert p.getDynamicsInfo(box, -1)[0] == 1.0
+
+
+@pytest.mark.parametrize(("force", "point"), [((0, 0, 3.5), (0, 0, 0)), ((1, -2.5, 0.5), (0.3, 0.1, -0.2))])
+def test_pushes_in_the_bodys_frame_equal_those_turned_into_the_world(
+    client: int, force: tuple[float, ...], point: tuple[float, ...]
+) -> None:
+    box = p.createMultiBody(1, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3]))
+    place, turn = (0.5, -1.0, 2.0), p.getQuaternionFromEuler([0.4, -0.7, 1.1])
+    matrix = np.reshape(p.getMatrixFromQuaternion(turn), (3, 3))
+    speeds = []
+    for push in range(2):
+        p.resetBasePositionAndOrientation(box, place, turn)
+        if push == 0:
+            p.applyExternalForce(box, -1, list(force), list(point), p.LINK_FRAME)
+            p.applyExternalTorque(box, -1, list(force), p.LINK_FRAME)
+        else:
+            p.applyExternalForce(box, -1, matrix @ force, place + matrix @ point, p.WORLD_FRAME)
+            p.applyExternalTorque(box, -1, matrix @ force, p.WORLD_FRAME)
+        p.stepSimulation()
+        speeds.append(np.concatenate(p.getBaseVelocity(box)))
+    assert np.abs(speeds[0]).max() > 0.01
+    np.testing.assert_allclose(speeds[0], speeds[1], atol=1e-9)
+
+
+def test_pushes_still_reject_floats_for_integers(client: int) -> None:
+    box = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1))
+    for body, link, flags in ((float(box), -1, p.LINK_FRAME), (box, -1.0, p.LINK_FRAME), (box, -1, 1.0)):
+        with pytest.raises(TypeError):
+            p.applyExternalForce(body, link, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], flags)

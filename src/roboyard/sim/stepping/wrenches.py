@@ -67,25 +67,43 @@ class Wrenches:
         data.xfrc_applied[row, 3:] += t
         self.pending = True
 
-    def push(self, row: int, wrench: tuple[float, ...]) -> None:
-        """Add force (N) and torque (N m) about the centre of mass, six numbers in the world frame, on a body.
+    def push(self, row: int, fx: float, fy: float, fz: float, tx: float, ty: float, tz: float) -> None:
+        """Add force (N) and torque (N m) about the centre of mass, in the world frame, on a body.
 
         Args:
             row: MuJoCo's number of the body; the world is compiled.
-            wrench: force x, y, z, then torque x, y, z.
+            fx: force along x; fy, fz likewise.
+            fy: force along y.
+            fz: force along z.
+            tx: torque about x; ty, tz likewise.
+            ty: torque about y.
+            tz: torque about z.
 
         Raises:
             RoboyardError: a number is not finite.
         """
-        total = sum(wrench)
+        total = fx + fy + fz + tx + ty + tz
         if total - total != 0.0:  # inf and nan alike
-            raise RoboyardError(f"force and torque must be finite, got {wrench}")
+            raise RoboyardError(f"force and torque must be finite, got {(fx, fy, fz, tx, ty, tz)}")
+        self.add_numbers(6 * row, fx, fy, fz)
+        self.add_numbers(6 * row + 3, tx, ty, tz)
+
+    def add_numbers(self, start: int, x: float, y: float, z: float) -> None:
+        """Add three finite numbers to MuJoCo's forces and torques of all bodies.
+
+        Args:
+            start: place of the first: six times MuJoCo's number of the body, 3 more for the torque.
+            x: force (N) along x, or torque (N m) about it, in the world frame; y, z likewise.
+            y: the same of y.
+            z: the same of z.
+        """
         data = self._world.live_data
         if self._viewed is not data:
             self._viewed, self._view = data, data.xfrc_applied.reshape(-1).data
-        view, start = self._view, 6 * row
-        for k, value in enumerate(wrench, start):
-            view[k] += value
+        view = self._view
+        view[start] += x
+        view[start + 1] += y
+        view[start + 2] += z
         if not self._pending:
             self.pending = True
 
