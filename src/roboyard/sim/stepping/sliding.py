@@ -40,19 +40,23 @@ class SlidingContacts:
         """Note that MuJoCo's arrays are new, or bodies were added or removed."""
         self._exempt = None
 
-    def slides(self, data: Any) -> bool:
-        """Return whether contacts slide, between mj_step1 and the solver."""
+    def has_objects(self) -> bool:
+        """Return whether the world has objects that are watched."""
         exempt = self._exempt
         if exempt is None:
             exempt = self._exempt = self._find_exempt()
-        if not len(exempt) or not data.ncon:
+        return exempt.size > 0
+
+    def slides(self, data: Any) -> bool:
+        """Return whether contacts slide, between mj_step1 and the solver."""
+        if not self.has_objects() or not data.ncon:
             return False
         velocity = data.efc_vel
         if velocity.dot(velocity) < SLOW * SLOW:  # of all rows: sooner than looking for those of contacts
             return False
         contact = data.contact
         rows = contact.geom, contact.dim, contact.efc_address
-        return kernels().largest_slip(exempt, *rows, velocity) > SLOW
+        return kernels().largest_slip(self._exempt, *rows, velocity) > SLOW
 
     def _find_exempt(self) -> np.ndarray:
         """Return for each geom whether it is of no free object: (ngeom,) of 0 and 1; empty where all are."""

@@ -100,6 +100,9 @@ class Stepping:
 
     def plain_step(self, model: Any, data: Any) -> None:
         """Execute one step of a world whose only rule is that sliding does not lift."""
+        if not self.sliding.has_objects():
+            mujoco.mj_step(model, data)
+            return
         mujoco.mj_step1(model, data)
         if self.sliding.slides(data):
             self._solve(model, data, model.opt.timestep, None, slides=True)
