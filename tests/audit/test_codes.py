@@ -9,7 +9,7 @@ from audit_cases import CASES, arm, write_case
 from roboyard.audit import CHECKS, ERROR, audit_urdf
 from roboyard.description import load_description
 
-TESTED_ELSEWHERE = {"file-unreadable", "not-loadable"}  # no robot at all; any robot
+TESTED_ELSEWHERE = {"file-unreadable", "not-loadable", "format-omitted"}  # no robot; any robot; test_mjcf.py
 
 
 def test_a_robot_without_faults_has_no_findings(tmp_path: Path) -> None:

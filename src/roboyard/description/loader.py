@@ -1,4 +1,5 @@
-"""Load a robot description file of any format that Roboyard reads; today that is URDF, also written as xacro.
+"""Load a robot description file of any format that Roboyard reads; today these are URDF, also written as
+xacro, and MJCF.
 
 A format is one entry of `FORMATS`: its root element and file suffixes, and the function that reads it, or the
 remedy to name where Roboyard does not read it. The content decides, not the suffix: a URDF called `robot.xml`
@@ -81,7 +82,7 @@ FORMATS: tuple[Format, ...] = (
         name="MJCF",
         root="mujoco",
         suffixes=(".xml", ".mjcf"),
-        remedy="add it to a world with World.add_mjcf, or export the robot as URDF",
+        remedy="save it in a file",
     ),
     Format(
         name="USD",

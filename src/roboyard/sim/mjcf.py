@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.mass_properties import MassProperties
+from roboyard.description.mjcf.checked import checked_mjcf
+from roboyard.description.mjcf.parse import parse_mjcf
 from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.build.records import Built, BuiltLink
-from roboyard.sim.mjcf_file import MjcfSource, checked_mjcf
 from roboyard.sim.simulation import Simulation
 from roboyard.transforms import from_wxyz
 
@@ -33,13 +33,13 @@ def add_mjcf(
         world: the world.
         source: path of the file, or the XML itself.
         position: (3,) offset of everything in it (m).
-        search_paths: folders whose files it may name, besides its own (see `sim.mjcf_file`).
+        search_paths: folders whose files it may name, besides its own (see `description.mjcf.checked`).
 
     Returns:
         One body for the file's fixed shapes (if it has any), then one for each top-level body.
 
     Raises:
-        DescriptionError: the file is refused (see `sim.mjcf_file`), or MuJoCo rejects it.
+        DescriptionError: the file is refused (see `description.mjcf.checked`), or MuJoCo rejects it.
     """
     offset = np.asarray(position, dtype=float)
     if offset.shape != (3,) or not np.isfinite(offset).all():
@@ -48,8 +48,8 @@ def add_mjcf(
     path = checked.file
     try:
         # compiled from the text again: a copy of a spec loses actuators whose joint does not exist
-        child = _parse(checked)
-        compiled = _parse(checked).compile()
+        child = parse_mjcf(checked)
+        compiled = parse_mjcf(checked).compile()
     except Exception as error:  # MuJoCo raises several types
         message = " ".join(str(error).split())[:500]
         raise DescriptionError(f"MuJoCo cannot read it: {message}", file=path) from error
@@ -80,18 +80,6 @@ def add_mjcf(
     return tuple(bodies)
 
 
-def _parse(source: MjcfSource) -> Any:
-    """Parse an MJCF file or text; every body and joint gets a name."""
-    if source.text is None:
-        spec = mujoco.MjSpec.from_file(str(source.file))
-    else:
-        spec = mujoco.MjSpec.from_string(source.text)
-        if source.file is not None:
-            spec.modelfiledir = f"{source.file.absolute().parent}/"
-    _name_everything(spec)
-    return spec
-
-
 def _take_over_options(child: Any, world: Simulation) -> None:
     """Overwrite the file's options with the world's before it is attached."""
     for name in dir(child.option):
@@ -102,20 +90,6 @@ def _take_over_options(child: Any, world: Simulation) -> None:
             getattr(child.option, name)[:] = value
         else:
             setattr(child.option, name, value)
-
-
-def _name_everything(spec: Any) -> None:
-    """Name all unnamed bodies and joints, so that handles have names: `body0`, `joint3`, ..., each once."""
-    for prefix, elements, known in (
-        ("body", spec.worldbody.bodies, spec.bodies),
-        ("body", spec.bodies, spec.bodies),
-        ("joint", spec.joints, spec.joints),
-    ):
-        taken = {element.name for element in known}
-        for k, element in enumerate(elements):
-            if not element.name:
-                element.name = next(new for i in itertools.count(k) if (new := f"{prefix}{i}") not in taken)
-                taken.add(element.name)
 
 
 def _collect(top: Any, prefix: str, compiled: Any) -> Built:

@@ -6,6 +6,7 @@ from roboyard.audit.findings import ERROR, INFO
 from roboyard.audit.registry import Fault, Faults, check
 from roboyard.description.urdf.numbers import Location
 from roboyard.description.urdf.parse import UrdfElements
+from roboyard.description.urdf.xml import OmittedNote
 
 MAX_LINKS = 10_000
 
@@ -65,7 +66,22 @@ def xml_syntax(urdf: UrdfElements) -> Faults:
 def xml_tolerated(urdf: UrdfElements) -> Faults:
     """The file is not well-formed XML, but can be read only one way (blank lines before the declaration)."""
     for note in urdf.xml_notes:
+        if isinstance(note, OmittedNote):
+            continue
         yield Fault(message=note if note.startswith("<") else f"not well-formed XML: {note}")
+
+
+@check(
+    "format-omitted",
+    INFO,
+    remedy="nothing to do where the robot does not depend on it",
+    example="(an MJCF file with a tendon)",
+)
+def format_omitted(urdf: UrdfElements) -> Faults:
+    """A file of another format holds something that a robot description does not."""
+    for note in urdf.xml_notes:
+        if isinstance(note, OmittedNote):
+            yield Fault(message=str(note))
 
 
 @check(

@@ -21,6 +21,12 @@ MAX_DEPTH = 100
 MAX_ELEMENTS = 500_000
 
 
+class OmittedNote(str):
+    """A note on what a file of another format holds and a robot description does not."""
+
+    __slots__ = ()
+
+
 class LocatedElement(ET.Element):
     """An element that remembers the line of its start tag."""
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from roboyard.description.files.resolver import Resolver
+from roboyard.description.urdf.write import to_element
 from roboyard.description.urdf.xml import LocatedElement, read_xml
 from roboyard.errors import DescriptionError
 
@@ -46,19 +47,21 @@ def is_xacro(file: Path | None, root: ET.Element | None = None) -> bool:
 def read_robot_xml(
     file: Path, resolver: Resolver, arguments: Mapping[str, str] | None = None, *, expand: bool = True
 ) -> tuple[ET.Element, tuple[str, ...]]:
-    """Return the root element of a robot file, xacro expanded, and notes on each correction.
+    """Return the root element of a robot file as URDF, xacro expanded, and notes on each correction.
 
     Args:
-        file: a URDF or xacro file, or another XML file.
+        file: a URDF, xacro or MJCF file, or another XML file.
         resolver: finds the files that the robot may read.
         arguments: values of `<xacro:arg>` by name.
-        expand: whether xacro elements in files with another suffix than `.xacro` are expanded too.
+        expand: whether MJCF, and xacro elements in files with another suffix than `.xacro`, are expanded too.
 
     Raises:
         DescriptionError: the file cannot be read or expanded, or there are arguments and it is no xacro.
     """
     if not is_xacro(file):
         root, notes = read_xml(file)
+        if root.tag == "mujoco" and expand:
+            return _from_mjcf(file)
         if not (expand and is_xacro(None, root)):
             if arguments:
                 raise DescriptionError(
@@ -67,6 +70,14 @@ def read_robot_xml(
                 )
             return root, notes
     return expand_xacro(file, resolver, arguments)
+
+
+def _from_mjcf(file: Path) -> tuple[ET.Element, tuple[str, ...]]:
+    """Return an MJCF file as URDF elements, and notes on what they do not hold."""
+    from roboyard.description.mjcf.build import read_mjcf  # loads MuJoCo
+
+    description = read_mjcf(file)
+    return to_element(description), description.notes
 
 
 def expand_xacro(
