@@ -31,6 +31,7 @@ PACKAGES = (
     "roboyard.robots.control",
     "roboyard.scenes",
     "roboyard.planning",
+    "roboyard.skills",
     "roboyard.recording",
     "roboyard.teleop",
     "roboyard.validation",
