@@ -143,6 +143,10 @@ def words_of(path: Path) -> list[Word]:
     ]
 
 
+# From Python 3.12 on an f-string is several tokens: its text, and the names between braces as any other name.
+_F_STRING_TEXT = getattr(tokenize, "FSTRING_MIDDLE", -1)
+
+
 def _in_python(name: str, text: str) -> Iterator[Word]:
     lines = text.splitlines()
     seen: set[tuple[int, str]] = set()
@@ -155,6 +159,8 @@ def _in_python(name: str, text: str) -> Iterator[Word]:
             yield from _in_prose(name, token.string, line)
         elif token.type == tokenize.STRING and (" " in token.string or token.string.startswith('"""')):
             yield from _in_prose(name, _plain(token.string), line)
+        elif token.type == _F_STRING_TEXT and " " in token.string:
+            yield from _in_prose(name, token.string, line)
 
 
 def _plain(literal: str) -> str:

@@ -1,4 +1,4 @@
-"""The reader is chosen by content; a format that is not read yet is an error that names the remedy."""
+"""The reader is chosen by content; what is not read is an error that names the remedy."""
 
 import pytest
 
@@ -16,7 +16,7 @@ def test_content_decides_not_the_suffix(tmp_path):
     ("name", "text", "message"),
     [
         ("arm.sdf", '<sdf version="1.7"/>', "SDF is not read yet; export the robot as URDF"),
-        ("arm.xml", "<mujoco/>", "MJCF is not read yet; add it to a world with World.add_mjcf"),
+        ("arm.xml", "<mujoco/>", "the model has no <body>; give one that has a robot"),
         ("arm.usda", "#usda 1.0", "USD is not read yet; export the robot as URDF"),
         ("arm.html", "<html/>", "the root element is <html>, not <robot>; give a URDF"),
         (
@@ -26,7 +26,7 @@ def test_content_decides_not_the_suffix(tmp_path):
         ),
     ],
 )
-def test_format_not_read_names_the_remedy(tmp_path, name, text, message):
+def test_what_is_not_read_names_the_remedy(tmp_path, name, text, message):
     file = tmp_path / name
     file.write_text(text)
     with pytest.raises(DescriptionError) as caught:

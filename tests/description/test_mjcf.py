@@ -156,7 +156,7 @@ def test_shapes_and_notes(file: Path) -> None:
     assert ellipsoid.origin.matrix()[:3, 2] == pytest.approx([0, 1, 0])
     text = "\n".join(description.notes)
     assert "tendons" in text
-    assert "besides body 'trunk'" in text
+    assert "bodies other than 'trunk'" in text
 
 
 def test_every_command_takes_mjcf(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

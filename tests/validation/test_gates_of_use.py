@@ -94,7 +94,7 @@ def test_a_robot_falls_whose_weight_is_beyond_its_feet() -> None:
     gate = gates(stand_gates, legged(com="0.5 0 0"), LEGS)["stand"]
     assert not gate.passed
     assert "falls after" in gate.findings[0]
-    assert "cm outside of what it stands on (left, right)" in gate.findings[0]
+    assert "cm outside its support polygon (left, right)" in gate.findings[0]
     margin = float(gate.findings[0].split("centre of mass is ")[1].split(" cm")[0])
     assert margin == pytest.approx(25.0, abs=2.0)
 

@@ -84,7 +84,7 @@ class _Builder:
         robot = int(np.bincount(model.body_rootid[1:]).argmax())
         own = [body for body in range(1, model.nbody) if model.body_rootid[body] == robot]
         if len(own) < model.nbody - 1 or model.body_geomnum[0]:
-            self.notes.append(f"what is in the world besides body {names[robot]!r} is omitted")
+            self.notes.append(f"bodies other than {names[robot]!r} at the top of the world are omitted")
         for body in own:
             self._add_body(body, names, is_root=body == robot)
             visuals, collisions = shapes.of(body, self.shifts[body])

@@ -158,10 +158,10 @@ def _cause(robot: Robot, contacts: Mapping[str, Array], size: float) -> str:
     reach = (points @ directions.T).max(axis=0)
     width = float((reach + np.roll(reach, ANGLES // 2)).min())
     if width * width < FLAT * size * size:
-        return f"what it stands on ({names}) is a line or a point, which no fixed posture balances"
+        return f"its support polygon ({names}) is a line or a point, which no fixed posture balances"
     margin = float((reach - directions @ centre).min())
     if margin < 0.0:
-        return f"its centre of mass is {-margin * 100:.1f} cm outside of what it stands on ({names})"
+        return f"its centre of mass is {-margin * 100:.1f} cm outside its support polygon ({names})"
     return ""
 
 
