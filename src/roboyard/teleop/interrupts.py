@@ -1,4 +1,4 @@
-"""Ctrl-C that is never lost: compiled extensions may clear the exception that Python raises in their calls."""
+"""Ctrl-C that is never lost: compiled extensions may clear the exception raised in their calls."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 class Interrupts:
     """Remembers Ctrl-C while it is entered; a context manager.
 
-    The first Ctrl-C raises `KeyboardInterrupt` at once, as usual. Where that is lost, `check` raises it again.
+    The first Ctrl-C raises `KeyboardInterrupt` at once, as usual; where that is lost, `check` raises it again.
     Outside of the main thread, which alone receives signals, nothing changes.
     """
 
