@@ -5,11 +5,18 @@ from __future__ import annotations
 import re
 import shutil
 import textwrap
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from roboyard.assets import asset_path
+from roboyard.audit.registry import CHECKS
+from roboyard.pybullet.face.command_names import HOMES
+from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.robots.control import REGISTERED_CONTROLLERS
+from roboyard.robots.definition.schema import ADDED_CONTROLLERS
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -23,6 +30,19 @@ def blocks(page: Path) -> list[tuple[int, str]]:
     return [(text.count("\n", 0, found.start(1)), found[1]) for found in BLOCK.finditer(text)]
 
 
+@pytest.fixture
+def registries() -> Iterator[None]:
+    """Forget the entries of a page after it."""
+    found: list[dict[str, Any]] = [CHECKS, REGISTERED_CONTROLLERS, HOMES, COMMANDS.entered]  # type: ignore[list-item]
+    before, names = [dict(registry) for registry in found], list(ADDED_CONTROLLERS)
+    yield
+    for registry, content in zip(found, before, strict=True):
+        for name in set(registry) - set(content):
+            del registry[name]
+    ADDED_CONTROLLERS[:] = names
+
+
+@pytest.mark.usefixtures("registries")
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.name)
 def test_the_blocks_of_a_page_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -12,12 +12,17 @@ from roboyard.assets import asset_path
 from roboyard.description import load_description
 from roboyard.errors import ConfigError, RoboyardError
 from roboyard.kinematics import forward_kinematics, from_description, jacobian
+from roboyard.robots import add_robot
 from roboyard.robots.control import (
     REGISTERED_CONTROLLERS,
     GroupLimits,
     GroupState,
+    NullJointController,
+    register_controller,
 )
 from roboyard.robots.control.rotations import matrix_of_vector, vector_of_matrix
+from roboyard.robots.definition.schema import ADDED_CONTROLLERS
+from roboyard.sim import World
 
 DT = 1 / 30
 
@@ -498,3 +503,18 @@ def test_rotation_vectors_match_scipy() -> None:
         assert matrix == pytest.approx(Rotation.from_rotvec(vector).as_matrix(), abs=1e-12)
         again = vector_of_matrix(matrix)
         assert Rotation.from_rotvec(again).as_matrix() == pytest.approx(matrix, abs=1e-7)
+
+
+def test_a_registered_controller_drives_any_group_and_keeps_others_names() -> None:
+    class Hold(NullJointController):
+        """Stays."""
+
+    with pytest.raises(ConfigError, match="JointController is one of Roboyard's controllers"):
+        register_controller(type("JointController", (NullJointController,), {}))
+    try:
+        assert register_controller(Hold) is Hold
+        robot = add_robot(World(), "r1", controllers={"gripper_left": "Hold"})
+        assert type(robot.controllers["gripper_left"]) is Hold
+    finally:
+        REGISTERED_CONTROLLERS.pop("Hold", None)
+        ADDED_CONTROLLERS.clear()

@@ -11,7 +11,8 @@ from typing import Any
 class Interrupts:
     """Remembers Ctrl-C while it is entered; a context manager.
 
-    The first Ctrl-C raises `KeyboardInterrupt` at once, as usual; where that is lost, `check` raises it again.
+    The first Ctrl-C raises `KeyboardInterrupt` at once, as usual; where that is lost, `check`
+    raises it again.
     Outside of the main thread, which alone receives signals, nothing changes.
     """
 

@@ -28,6 +28,8 @@ ControllerName = Literal[
 ARM = ("InverseKinematicsController", "OperationalSpaceController", "JointController", "NullJointController")
 GRIPPER = ("MultiFingerGripperController", "JointController", "NullJointController")
 BASE = ("JointController", "NullJointController")
+ADDED_CONTROLLERS: list[str] = []
+"""Names of controllers that were registered at run time; every group may have them."""
 TWO_WHEEL_BASE = ("DifferentialDriveController", *BASE)
 HOLONOMIC_BASE = ("HolonomicBaseJointController", "NullJointController")
 TRUNK = (
@@ -258,7 +260,7 @@ class RobotDefinition(Section):
         for arm in self.arm_names:
             found[f"arm_{arm}"] = ARM
             found[f"gripper_{arm}"] = GRIPPER
-        return found
+        return {group: (*names, *ADDED_CONTROLLERS) for group, names in found.items()}
 
     def controller_names(self) -> dict[str, str]:
         """Return the controller of each group in action order: the file's, else the capability's default."""
