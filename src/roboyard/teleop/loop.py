@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from roboyard.recording import Recorder, SceneSetup, VideoWriter
-from roboyard.teleop.interrupts import Interrupts
 from roboyard.teleop.key_bindings import HELP, KeyBindings
 from roboyard.teleop.raw_keys import KeySource, RawKeys
 from roboyard.teleop.terminal_image import as_text
@@ -73,24 +72,22 @@ def drive(
     source = _Random(robot, seed) if mode == "random" else _Keys(scene_setup, keys or list)
     next_picture, began, count = world.time, time.monotonic() - world.time, 0
     try:
-        with Interrupts() as interrupts:
-            while not short or count < SHORT:
-                interrupts.check()
-                action = source.action()
-                if action is None:
-                    break
-                robot.apply_action(action)
-                world.step(robot.steps_per_control)
-                count += 1
-                if recorder is not None:
-                    recorder.record()
-                if video is not None and world.time >= next_picture - 1e-9:
-                    video.add(world.render(camera))
-                    next_picture += 1.0 / VIDEO_FPS
-                if not short:
-                    began = _keep_pace(world.time, began)
-                if world.time < next_picture - 2.0 / VIDEO_FPS:  # a reset set the time back
-                    next_picture = world.time
+        while not short or count < SHORT:
+            action = source.action()
+            if action is None:
+                break
+            robot.apply_action(action)
+            world.step(robot.steps_per_control)
+            count += 1
+            if recorder is not None:
+                recorder.record()
+            if video is not None and world.time >= next_picture - 1e-9:
+                video.add(world.render(camera))
+                next_picture += 1.0 / VIDEO_FPS
+            if not short:
+                began = _keep_pace(world.time, began)
+            if world.time < next_picture - 2.0 / VIDEO_FPS:  # a reset set the time back
+                next_picture = world.time
     finally:
         if video is not None:
             video.close()
