@@ -1,0 +1,97 @@
+"""The examples do what they say, are short, and are listed."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from PIL import Image
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
+LONG = {"pybullet_tutorial", "r1_at_home"}
+
+
+@pytest.fixture
+def example(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    yield importlib.import_module(request.param)
+    sys.modules.pop(request.param)
+
+
+def of(name: str) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("example", [name], indirect=True, ids=[name])
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
+def test_examples_are_short_and_listed(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert path.stem in LONG or text.count("\n") < 80
+    assert f"examples/{path.name}" in (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    assert path.name in text, "the docstring says how to run it"
+
+
+@of("messy_urdf")
+def test_the_messy_file_is_repaired(example: ModuleType, tmp_path: Path) -> None:
+    counts = example.main(tmp_path)
+    assert {"inertia-not-positive", "mass-zero", "limit-reversed", "axis-not-unit"} <= set(counts)
+    assert (tmp_path / "crane.png").stat().st_size > 1000
+    assert (tmp_path / "crane.urdf").read_text() == example.EXPORT, "the original is not changed"
+
+
+@of("import_and_drive")
+def test_the_imported_rover_drives(
+    example: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path / "data"))
+    assert 1.0 < example.main(tmp_path / "film.gif") < 5.0
+    with Image.open(tmp_path / "film.gif") as film:
+        assert film.n_frames == 75
+
+
+@of("pick_and_place")
+def test_the_can_is_placed_on_its_spot(example: ModuleType) -> None:
+    assert example.main() < 0.03
+
+
+@of("plan_around_shelf")
+def test_the_arm_goes_around_the_board(example: ModuleType, tmp_path: Path) -> None:
+    assert example.main(tmp_path / "film.gif", tmp_path / "plot.png") < 0.02
+    assert (tmp_path / "plot.png").stat().st_size > 10_000
+
+
+@of("camera_dataset")
+def test_boxes_and_poses_of_the_dataset_agree_with_its_pictures(example: ModuleType, tmp_path: Path) -> None:
+    assert example.main(tmp_path, count=2) >= 4
+    sample = json.loads((tmp_path / "00001.json").read_text())
+    with Image.open(tmp_path / "00001_objects.png") as file:
+        objects = np.array(file)
+    with Image.open(tmp_path / "00001_depth.png") as file:
+        depth = np.array(file)
+    assert depth.dtype == np.uint16 and depth.shape == objects.shape
+    forward = np.subtract(sample["target"], sample["eye"])
+    forward /= np.linalg.norm(forward)
+    for one in sample["objects"]:
+        rows, columns = np.nonzero(objects == one["pixel_value"])
+        assert one["box"] == [columns.min(), rows.min(), columns.max(), rows.max()]
+        away = 1000 * forward @ np.subtract(one["position"], sample["eye"])
+        assert abs(np.median(depth[rows, columns]) - away) < 60, "mm along the axis"
+
+
+def test_a_program_written_for_pybullet_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import roboyard.pybullet
+    import roboyard.pybullet_data
+
+    monkeypatch.setitem(sys.modules, "pybullet", roboyard.pybullet)
+    monkeypatch.setitem(sys.modules, "pybullet_data", roboyard.pybullet_data)
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    monkeypatch.delitem(sys.modules, "pybullet_project", raising=False)
+    example = importlib.import_module("pybullet_project")
+    assert example.main(str(tmp_path / "picture.png")) < 0.012
+    assert (tmp_path / "picture.png").stat().st_size > 1000
