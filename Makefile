@@ -3,6 +3,7 @@
 # make test-all  every test, with all extras (and Chromium, where it is installed)
 # make lint    ruff, format check, pyright and the docstring counts
 # make docs    the documentation as a site, in site/; any warning fails
+# make bench   side-by-side benchmarks, written to docs/benchmarks.md (quiet machine; ARGS=--quick for a short run)
 # make attack  hostile files, errors within MuJoCo and odd clients, through every reader; then random ones for
 #              FUZZ seconds (30 by default)
 # make format  rewrite the code the way lint wants it
@@ -23,7 +24,7 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check 
 # The checker must not look for its own updates.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: demo test test-all docs attack lint format type check clean help
+.PHONY: demo test test-all docs bench attack lint format type check clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -55,6 +56,9 @@ lint: $(VENV)/.installed-dev
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "open site/index.html"
+
+bench: $(VENV)/.installed-test
+	$(BIN)/python tools/bench_page.py $(ARGS)
 
 type: $(VENV)/.installed-dev
 	$(BIN)/pyright --pythonpath $(BIN)/python
