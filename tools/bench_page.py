@@ -3,7 +3,7 @@
     python tools/bench_page.py [--only step,calls] [--out docs/benchmarks.md] [--quick]
 
 Peers take part where they are installed beside Roboyard (`pip install pybullet mink mplib`); the page names
-those that did not. Each table is what the benchmark printed: nothing is left out, also where Roboyard loses.
+those that did not. Each table is what the benchmark printed: nothing is omitted, also where Roboyard loses.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ BENCHMARKS = (
     Benchmark(
         name="step",
         title="Physics steps",
-        reading="`times PyBullet` above 1: Roboyard makes more steps in the same time. `over mj_step`: the cost "
-        "above MuJoCo alone.",
+        reading="`times PyBullet` above 1: Roboyard makes more steps in the same time. "
+        "`over mj_step`: the cost above MuJoCo alone.",
         quick=("--rounds", "5"),
     ),
     Benchmark(
@@ -64,7 +64,7 @@ BENCHMARKS = (
     Benchmark(
         name="planning_sets",
         title="Motion planning",
-        reading="Seeded problems; path, shortening and timing together, on one core. MuJoCo replays each motion.",
+        reading="Seeded problems; path, shortening and timing on one core. MuJoCo replays each motion.",
         quick=("--count", "30", "--only", "arm7"),
     ),
     Benchmark(name="pool", title="Adding bodies one by one", reading="With the body pool and without."),

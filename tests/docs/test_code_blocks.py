@@ -33,12 +33,13 @@ def blocks(page: Path) -> list[tuple[int, str]]:
 @pytest.fixture
 def registries() -> Iterator[None]:
     """Forget the entries of a page after it."""
-    found: list[dict[str, Any]] = [CHECKS, REGISTERED_CONTROLLERS, HOMES, COMMANDS.entered]  # type: ignore[list-item]
+    found: list[dict[str, Any]] = [CHECKS, REGISTERED_CONTROLLERS, HOMES]  # type: ignore[list-item]
     before, names = [dict(registry) for registry in found], list(ADDED_CONTROLLERS)
     yield
     for registry, content in zip(found, before, strict=True):
         for name in set(registry) - set(content):
             del registry[name]
+            COMMANDS.entered.pop(name, None)
     ADDED_CONTROLLERS[:] = names
 
 
