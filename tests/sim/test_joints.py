@@ -1,5 +1,8 @@
 """Joints, drives, mimic, limits, wrenches, against closed forms."""
 
+from dataclasses import replace
+
+import mujoco
 import numpy as np
 import pytest
 from sim_robots import arm, pendulum, rod
@@ -202,3 +205,60 @@ def test_a_ball_joint_motor_turns_to_its_target():
     world.motors.set(joint, position=target, kp=0.1, kd=1.0, max_force=1e6)
     world.step(200)
     np.testing.assert_allclose(joint.position, target, atol=1e-4)
+
+
+@pytest.mark.parametrize("speed", [3.0, 12.0, 40.0])
+@pytest.mark.parametrize("extra", ["", "box", "drag"])
+def test_a_fast_joint_stops_at_its_limit(speed: float, extra: str) -> None:
+    """Without the stop in sight it would be speed times time step further on: 0.17 rad at 40 rad/s."""
+    world = World(gravity=(0, 0, 0))
+    body = world.add_urdf(arm(), (0, 0, 3), fixed_base=True)
+    if extra == "box":
+        world.add_box((0.1, 0.1, 0.1), (3, 0, 1))
+    if extra == "drag":
+        body.link("lower").set_damping(linear=0.1)
+    shoulder = body.joint("shoulder")
+    shoulder.velocity = speed
+    furthest = 0.0
+    for _ in range(240):
+        world.step()
+        furthest = max(furthest, shoulder.position)
+    assert 1.99 < furthest < 2.01
+
+
+def test_a_limb_thrown_against_the_floor_keeps_its_limits() -> None:
+    """A blow speeds a joint up within one step, so that its speed before says nothing."""
+    world = World()
+    world.add_plane()
+    links = (rod("base", 2.0, 0.2), *arm().links[1:])
+    body = world.add_urdf(replace(arm(), links=links), (0, 0, 2.5), (0.5, 0.5, 0.5, 0.5))
+    rng = np.random.default_rng(0)
+    names = ("shoulder", "elbow")
+    limits = np.array([body.joint_limits[body.joint_names.index(name)] for name in names])
+    beyond = 0.0
+    for k in range(1200):
+        if k % 200 == 0:
+            body.set_pose((0, 0, 2.5), rng.normal(size=4))
+            body.set_velocity((0, 0, -12), rng.normal(size=3) * 8)
+        world.step()
+        q = np.array([body.joint(name).position for name in names])
+        beyond = max(beyond, float((q - limits[:, 1]).max()), float((limits[:, 0] - q).max()))
+    assert beyond < 0.01
+
+
+def test_stops_do_not_change_steps_that_pass_none() -> None:
+    """A pendulum within its limits moves as MuJoCo moves it, to the last bit."""
+    world = World()
+    body = world.add_urdf(arm(), (0, 0, 3), fixed_base=True)
+    body.joint("shoulder").position = 0.4
+    world.step(1)
+    other = mujoco.MjData(world.model)
+    other.qpos[:], other.qvel[:], other.qacc_warmstart[:] = (
+        world.data.qpos,
+        world.data.qvel,
+        world.data.qacc_warmstart,
+    )
+    world.step(50)
+    for _ in range(50):
+        mujoco.mj_step(world.model, other)
+    np.testing.assert_array_equal(world.data.qpos, other.qpos)

@@ -223,3 +223,24 @@ def test_equal_wheel_speeds_have_to_drive_straight(axis: str, straight: bool) ->
     assert gate.title == "Equal wheel speeds drive straight"
     assert gate.passed is straight
     assert bool(gate.findings) is not straight
+
+
+@pytest.mark.parametrize(("understood", "measured"), [({"base": "legged"}, False), ({}, True)])
+def test_continuous_joints_of_legs_are_not_wheels(understood: dict[str, Any], measured: bool) -> None:
+    """Hips without limits are driven by speeds, as wheels are; a robot that walks has none to roll on."""
+    text = '<robot name="walker">' + link("body", "0.6 0.3 0.1", mass=8.0)
+    names = [f"{end}_{side}" for end in ("front", "rear") for side in ("left", "right")]
+    for name in names:
+        x, y = (0.25 if "front" in name else -0.25), (0.15 if "left" in name else -0.15)
+        text += link(name, "0.04 0.04 0.3", at="0 0 -0.15", com="0 0 -0.1", mass=1.0)
+        text += hinge(f"{name}_hip", "body", name, f"{x} {y} 0", kind="continuous")
+    given = definition(
+        raw_controller_order=["base"],
+        default_controllers={"base": "JointController"},
+        locomotion={
+            "base_joint_names": [f"{name}_hip" for name in names],
+            "floor_touching_base_link_names": names,
+        },
+    )
+    gate = gates(drive_gates, load_description(text + "</robot>"), given, understood=understood)["drive"]
+    assert bool(gate.skipped) is not measured

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -14,6 +15,7 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
+from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
@@ -68,6 +70,8 @@ class Stepping:
         self.constraints, self.wrenches = constraints, wrenches
         self.sliding = SlidingContacts(world)
         """Contacts that slide, where contacts are soft."""
+        self.stops = JointStops(world)
+        """Joints that pass their stops within a step, where limits are soft."""
         self.is_plain = True
         """Whether MuJoCo's own step has all the rules of this world, but for sliding."""
         self._has_surfaces = self._has_motors = self._is_bounded = False
@@ -88,6 +92,7 @@ class Stepping:
         """Note that MuJoCo's arrays are new."""
         self._compiled = None
         self.sliding.invalidate()
+        self.stops.invalidate()
 
     def forget(self, body_id: int) -> None:
         """Remove the velocity limits of a body that is removed."""
@@ -99,11 +104,31 @@ class Stepping:
         self._compiled = None
 
     def plain_step(self, model: Any, data: Any) -> None:
-        """Execute one step of a world whose only rule is that sliding does not lift."""
-        if not self.sliding.has_objects():
+        """Execute one step of a world whose only rules are that sliding does not lift and stops hold."""
+        if not self.stops.is_watching(model, data):
+            self._plain_attempt(model, data)
+            return
+        self.stops.keep(data, forces=False)
+        self._plain_attempt(model, data)
+        if self.stops.passed():
+            self._repeat(model, data, self._plain_attempt)
+
+    def _repeat(self, model: Any, data: Any, attempt: Callable[..., None]) -> None:
+        """Execute a step again with the stops in sight through which it carried joints."""
+        for _ in range(ATTEMPTS):
+            self.stops.go_back(model, data)
+            attempt(model, data, stops=True)
+            if not self.stops.passed():
+                break
+        self.stops.release(model)
+
+    def _plain_attempt(self, model: Any, data: Any, *, stops: bool = False) -> None:
+        if not stops and not self.sliding.has_objects():
             mujoco.mj_step(model, data)
             return
         mujoco.mj_step1(model, data)
+        if stops:
+            self.stops.approach(data, model.opt.timestep)
         if self.sliding.slides(data):
             self._solve(model, data, model.opt.timestep, None, slides=True)
         else:
@@ -111,6 +136,17 @@ class Stepping:
 
     def step(self, model: Any, data: Any) -> None:
         """Execute one step with all rules."""
+        if self.stops.is_watching(model, data):
+            self.stops.keep(data, forces=self._has_surfaces)
+            self._attempt(model, data)
+            if self.stops.passed():
+                self._repeat(model, data, self._attempt)
+        else:
+            self._attempt(model, data)
+        if self._has_surfaces or self.wrenches.pending:
+            self.wrenches.clear()
+
+    def _attempt(self, model: Any, data: Any, *, stops: bool = False) -> None:
         world = self._world
         compiled = self._compiled
         if compiled is None:
@@ -123,6 +159,8 @@ class Stepping:
         mujoco.mj_step1(model, data)
         if self._windows.is_active and world.hard_contacts:
             self._windows.correct_contacts(data)
+        if stops:
+            self.stops.approach(data, timestep)
         if self._has_surfaces:
             self.surfaces.apply(model, data, timestep)
         if self._has_motors:
@@ -132,8 +170,6 @@ class Stepping:
             self._solve(model, data, timestep, compiled[-1], slides=slides)
         else:
             mujoco.mj_step2(model, data)
-        if self._has_surfaces or self.wrenches.pending:
-            self.wrenches.clear()
 
     def _solve(
         self, model: Any, data: Any, timestep: float, limits: np.ndarray | None, *, slides: bool

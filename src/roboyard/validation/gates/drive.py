@@ -45,13 +45,18 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     two_wheeled = isinstance(controller, DifferentialDriveController)
     holonomic = isinstance(controller, HolonomicBaseJointController)
     wheels = _rolling_joints(robot)
-    if wheels and not two_wheeled and not holonomic:
+    walks = test_world.understood.get("base") == "legged" and not test_world.understood.get("drive_wheels")
+    if wheels and not two_wheeled and not holonomic and not walks:
         return (_straight(robot, wheels),)
     if controller is None or not (
         two_wheeled or (holonomic and controller.settings.motor_type == "velocity")
     ):
         skipped = (
-            "the base has no velocity controller" if controller is not None else "the robot has no base group"
+            "the robot walks on legs and has no driven wheel"
+            if walks
+            else "the base has no velocity controller"
+            if controller is not None
+            else "the robot has no base group"
         )
         return (
             Gate(
