@@ -48,6 +48,19 @@ def test_the_frames_of_a_depth_camera_are_one_camera_with_its_colour_optical_fra
     assert camera.confidence > 0.85 and any("optical" in reason for reason in camera.evidence)
 
 
+def test_the_camera_of_an_arm_is_a_camera_and_the_arm_of_a_camera_is_none():
+    assert list(
+        _find(_robot({"arm_camera_mount": ("base", NEAR), "arm_camera": ("arm_camera_mount", NEAR)}))
+    ) == ["arm_camera"]
+    assert not _find(_robot({"camera_arm": ("base", NEAR)}))
+
+
+def test_short_names_of_depth_and_optical_cameras_count_beside_a_place_only():
+    links = {"f_dc_link": ("base", NEAR), "r_oc_link": ("base", 'xyz="-0.3 0 0"')}
+    assert list(_find(_robot(links))) == ["f_dc_link", "r_oc_link"]
+    assert not _find(_robot({"dc_motor_link": ("base", NEAR), "front_motor": ("base", NEAR)}))
+
+
 def test_cameras_in_different_places_are_different_cameras():
     found = _find(
         _robot(

@@ -90,6 +90,21 @@ def test_a_jaw_against_the_last_link_of_an_arm() -> None:
     assert (gripper.kind, gripper.joints, gripper.opening) == ("single_jaw", ("jaw_joint",), "increasing")
 
 
+def test_a_jaw_that_names_say_twice_needs_no_long_fixed_one() -> None:
+    semantic = infer_semantics(unusual_robots.jaw_beside_a_short_one())
+    (arm,) = semantic.arms
+    gripper = arm.end_effector.gripper
+    assert len(arm.joints) == 5 and gripper is not None
+    assert (gripper.kind, gripper.joints) == ("single_jaw", ("gripper",))
+    assert arm.end_effector.link == "fixed_jaw"  # the tip of one jaw is no grasp frame
+
+
+def test_the_motor_of_two_fingers_opens_them_whatever_springs_are_in_them() -> None:
+    (gripper,) = infer_semantics(unusual_robots.gripper_of_springs()).grippers
+    assert gripper.joints[0] == "motor" and gripper.opening == "increasing"
+    assert set(gripper.opening_of) == {"motor"}
+
+
 def test_fingers_that_follow_their_first_joint_are_a_hand_of_three_motors() -> None:
     semantic = infer_semantics(unusual_robots.underactuated_hand())
     (gripper,) = semantic.grippers
@@ -137,6 +152,13 @@ def test_gears_on_a_ring_are_no_wheels() -> None:
 
 def test_three_fixed_wheels_around_a_base_may_be_omni_wheels() -> None:
     semantic = infer_semantics(unusual_robots.arm_on_three_fixed_wheels())
+    assert (semantic.kind, semantic.base) == ("mobile_manipulator", "holonomic")
+    sure = semantic.confidence("base")
+    assert sure is not None and sure < 0.5
+
+
+def test_a_round_motor_in_a_wheel_is_a_wheel() -> None:
+    semantic = infer_semantics(unusual_robots.arm_on_hub_motors())
     assert (semantic.kind, semantic.base) == ("mobile_manipulator", "holonomic")
     sure = semantic.confidence("base")
     assert sure is not None and sure < 0.5

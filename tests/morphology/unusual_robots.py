@@ -118,6 +118,34 @@ def single_jaw_arm() -> RobotDescription:
     )
 
 
+def jaw_beside_a_short_one() -> RobotDescription:
+    """The same with a fixed jaw half as long, limits as far either way, and names that say jaw twice."""
+    return robot(
+        link("b", "box 0.2 0.2 0.1", 5),
+        *chain("a", "b", "0 0 0.1", ARM, "0 0 0.2"),
+        link("fixed_jaw", "box 0.02 0.02 0.07", 0.1, origin="0.02 0 0.035"),
+        joint("fix", "a4", "fixed_jaw", kind="fixed", xyz="0 0 0.2"),
+        link("fixed_jaw_tip"),
+        joint("tip", "fixed_jaw", "fixed_jaw_tip", kind="fixed", xyz="0.02 0 0.07"),
+        link("moving_jaw", "box 0.02 0.02 0.12", 0.05, origin="-0.02 0 0.06"),
+        joint("gripper", "fixed_jaw", "moving_jaw", xyz="0 0 0.02", axis="0 -1 0", limits=(-1.1, 1.1)),
+    )
+
+
+def gripper_of_springs() -> RobotDescription:
+    """Two fingers without shapes that one motor turns, a spring in each of them beside the motor's joint."""
+    parts = [link("b", "box 0.2 0.2 0.1", 5), *chain("a", "b", "0 0 0.1", ARM, "0 0 0.2")]
+    parts += [link("dummy"), joint("motor", "a4", "dummy", xyz="0 0 0.2", axis="1 0 0", limits=(-0.5, 1.0))]
+    for side, y, axis in (("left", 0.03, "-1 0 0"), ("right", -0.03, "1 0 0")):
+        follow = '<mimic joint="motor" multiplier="1"/>'
+        first, spring, tip = (f"{side}_{part}_finger" for part in ("proximal", "spring", "distal"))
+        start = f"0 {y} 0.2"
+        parts += [link(first), joint(f"j{first}", "a4", first, xyz=start, axis=axis, mimic=follow)]
+        parts += [link(spring), joint(f"j{spring}", first, spring, axis=axis, limits=(0, 0.7))]
+        parts += [link(tip), joint(f"j{tip}", spring, tip, kind="fixed", xyz="0 0 0.08")]
+    return robot(*parts)
+
+
 def underactuated_hand() -> RobotDescription:
     """A palm with three fingers of three joints, of which the outer two follow the first."""
     parts = [link("p", "box 0.09 0.03 0.08", 0.3)]
@@ -214,6 +242,16 @@ def arm_on_three_fixed_wheels() -> RobotDescription:
     spots = (("front_left", "0.2 0.2 0.1"), ("front_right", "0.2 -0.2 0.1"), ("back", "-0.2 0 0.1"))
     wheels = [fixed_wheel(name, "b", xyz) for name, xyz in spots]
     return robot(base(), *wheels, *chain("a", "b", "0 0 0.2", ARM, "0.1 0 0.1"))
+
+
+def arm_on_hub_motors() -> RobotDescription:
+    """An arm on a base whose three wheels are motors by name, fixed below parts that steer."""
+    parts = [base(), *chain("a", "b", "0 0 0.2", ARM, "0.1 0 0.1")]
+    for k, xyz in enumerate(("0.2 0 0.2", "-0.2 0.2 0.2", "-0.2 -0.2 0.2")):
+        parts += [link(f"steer_motor{k}"), joint(f"s{k}", "b", f"steer_motor{k}", kind="fixed", xyz=xyz)]
+        hub = wheel(f"wheel_motor_{k}", f"steer_motor{k}", "0 0 -0.1")
+        parts.append(hub.replace('type="continuous"', 'type="fixed"'))
+    return robot(*parts)
 
 
 def climber() -> RobotDescription:

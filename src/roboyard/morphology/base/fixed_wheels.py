@@ -16,6 +16,8 @@ from roboyard.transforms import Array
 
 FLOOR = 0.1
 """Largest height of a wheel's lowest point above the robot's, as a share of the robot's height."""
+MIN_POINTS = 12
+"""Fewest extreme points of a shape that can show a circle."""
 _PLUGINS: dict[str, tuple[BaseKind, DriveKind | None]] = {
     "differential": ("differential", "plain"),
     "skid": ("differential", "skid"),
@@ -73,13 +75,28 @@ def find_fixed_wheels(skeleton: Skeleton, evidence: FileEvidence | None = None) 
 
 def _is_wheel(skeleton: Skeleton, link: str) -> bool:
     joint = skeleton.description.parent_joint.get(link)
-    if link == skeleton.base_link or joint is None or "wheel" not in meanings(link) or is_mount(link):
+    if link == skeleton.base_link or joint is None or "wheel" not in meanings(link):
         return False
     heights, points = skeleton.spots, skeleton.link_points(link)
+    if is_mount(link) and not _is_disc(points):  # what carries a wheel; a wheel with its motor is round
+        return False
     if not len(points):
         return "wheel" in meanings(joint.name)
     floor = float(heights[:, 2].min())
     return float(points[:, 2].min()) - floor <= FLOOR * float(np.ptp(heights[:, 2]))
+
+
+def _is_disc(points: Array) -> bool:
+    """Return whether (k, 3) points are as high as they are wide one way, and round about a level axle."""
+    if len(points) < MIN_POINTS:
+        return False
+    width, depth, height = np.ptp(points, axis=0)
+    largest = max(float(width), float(depth))
+    if min(largest, float(height)) < 0.9 * max(largest, float(height)):
+        return False
+    middle = (points.max(axis=0) + points.min(axis=0)) / 2
+    across = points[:, [0 if width >= depth else 1, 2]] - middle[[0 if width >= depth else 1, 2]]
+    return float(np.linalg.norm(across, axis=1).max()) < 1.15 * float(height) / 2
 
 
 def _stand_around(spots: Array) -> bool:

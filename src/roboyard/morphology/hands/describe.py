@@ -81,7 +81,7 @@ def describe_gripper(
         mimic_joints=tuple(name for name in hand.joint if name in follow),
         links=tuple(dict.fromkeys(name for finger in hand.fingers for name in finger.links)),
         fingertips=tuple(dict.fromkeys(tips)),
-        opening=_common(_moving(hand, driven), ways),
+        opening=_common(_moving(hand, driven, spread=kind != "hand"), ways),
         opening_of=ways,
         width=_width(hand, grasp, ways, kind),
         start_points=start,
@@ -160,27 +160,26 @@ def _ways(
                 against = "the fixed jaw" if kind == "single_jaw" else "the other tip"
                 moves = f"the tip moves {1e3 * change:.0f} mm away from {against}"
                 reasons.append(f"{moves} with {way} {name!r}")
-    return ways
+    return ways or _ways_of_frames(hand, driven, reasons)
 
 
 def _ways_of_frames(hand: HandGeometry, driven: Sequence[str], reasons: list[str]) -> dict[str, Opening]:
     """Return the direction that opens jaws without shapes: that in which their outermost frames part."""
-    if len(hand.fingers) not in JAWS:
-        return {}
     home = hand.poses({})
-    tips = [_outermost(hand, finger, home) for finger in hand.fingers]
     leaders = {follower.leader for follower in hand.leaders.values()}
     ways: dict[str, Opening] = {}
     for name in driven:
         limits = hand.joint[name].position_limits()
-        if limits is None or not (name in leaders or len(driven) > 1):
+        fingers = hand.fingers if len(hand.fingers) in JAWS else _led(hand, name)
+        if limits is None or not (name in leaders or len(driven) > 1) or len(fingers) not in JAWS:
             continue
+        tips = [_outermost(hand, finger, home) for finger in fingers]
         poses = hand.poses({name: np.array(limits)})
         spots = np.array([np.broadcast_to(poses[tip][..., :3, 3], (2, 3)) for tip in tips])
         gaps = np.linalg.norm(spots[:, None] - spots[None], axis=-1).sum(axis=(0, 1))
         if abs(gaps[1] - gaps[0]) > 2e-3:
             ways[name] = "increasing" if gaps[1] > gaps[0] else "decreasing"
-            reasons.append(f"no shape is known; the fingers' frames part with {ways[name]} {name!r}")
+            reasons.append(f"no shape shows it; the fingers' frames part with {ways[name]} {name!r}")
     return ways
 
 
@@ -190,10 +189,20 @@ def _outermost(hand: HandGeometry, finger: Finger, poses: Mapping[str, Array]) -
     return max(finger.links, key=lambda link: float(np.linalg.norm(poses[link][:3, 3] - start)))
 
 
-def _moving(hand: HandGeometry, driven: Sequence[str]) -> list[str]:
+def _led(hand: HandGeometry, name: str) -> tuple[Finger, ...]:
+    """Return the fingers in which joints follow a joint."""
+    follow = {other for other, leader in hand.leaders.items() if leader.leader == name}
+    return tuple(finger for finger in hand.fingers if follow & set(finger.joints))
+
+
+def _moving(hand: HandGeometry, driven: Sequence[str], *, spread: bool) -> list[str]:
     """Return the driven joints that move a shape, themselves or by their followers; the others (a motor, a
-    screw, a measuring frame) are for show.
+    screw, a measuring frame) are for show. With `spread`, only those that move two fingers or more where
+    there are some: the others are springs.
     """
+    both = [name for name in driven if len(_led(hand, name)) > 1]
+    if spread and both:
+        return both
     found = []
     for name in driven:
         moved = {name, *(other for other, leader in hand.leaders.items() if leader.leader == name)}

@@ -16,6 +16,8 @@ from roboyard.transforms import Array
 _GRASP = ("grasp", "grasping", "tcp", "pinch")
 _TOOL = ("tool", "tool0", "ee", "eef", "effector", "endeffector", "tip", "tooltip")
 _NONE = ("ft", "force", "torque", "sensor", "camera", "mount", "adapter", "flange", "target", "collision")
+_ONE_FINGER = ("finger", "jaw", "thumb")
+"""Parts of names with which a tip is that of one finger."""
 _LEFT, _RIGHT = ("left", "l", "lf"), ("right", "r", "rf")
 
 
@@ -30,7 +32,7 @@ def vendor_frame(links: Sequence[str]) -> str | None:
         if any(word in _GRASP for word in parts):
             rank = 3
         elif any(word in _TOOL for word in parts) or "endeffector" in joined or "toolframe" in joined:
-            rank = 2 if "finger" not in joined else 0
+            rank = 0 if any(word in joined for word in _ONE_FINGER) else 2
         else:
             rank = 0
         if rank and (best is None or (rank, index) > best[:2]):

@@ -21,6 +21,8 @@ MOST_JOINTS = 9
 """Of a finger, with those that follow."""
 BESIDE = 0.6
 """How far the fixed jaw reaches along the moving one, as a share of its length."""
+BESIDE_NAMED = 0.3
+"""The same where both the joint and its link have names of a jaw."""
 
 
 def find_palms(skeleton: Skeleton, used: Collection[str] = ()) -> dict[str, tuple[str, ...]]:
@@ -102,10 +104,12 @@ def _is_jaw(skeleton: Skeleton, body: str, kid: str) -> bool:
     along = far / length
     axis = skeleton.axis(kid)
     across = abs(float(axis @ along)) < 0.6
-    beside = float(((fixed - here) @ along).max()) > BESIDE * length
+    overlap = float(((fixed - here) @ along).max()) / length
+    beside = overlap > BESIDE
     one_sided = min(abs(limits[0]), abs(limits[1])) < 0.25 * max(abs(limits[0]), abs(limits[1]))
     if "finger" in words:
-        return across and (beside or one_sided)
+        twice = "finger" in meanings(kid) and "finger" in meanings(joint.child)
+        return across and (beside or one_sided or (twice and overlap > BESIDE_NAMED))
     return across and beside and one_sided
 
 

@@ -38,6 +38,10 @@ _MOUNT = re.compile(
     r"|bridge|adapter|adaptor|riser|guard|roll_?cage|screw|cable|shell|frame_?holder|neck|wall|hinge|stand_?off\w*|spacer\w*|post|pillar|strut"
 )
 """Words of what carries a sensor."""
+_PLACES = frozenset(("f", "r", "l", "b", "front", "rear", "left", "right", "back"))
+"""Words of places before which `dc` and `oc` are short for depth camera and optical camera."""
+_CARRIED = frozenset(("arm", "neck"))
+"""Words of `_MOUNT` that say where a sensor is when they stand before its word."""
 _GENERIC = frozenset(
     ("camera", "cam", "stereo", "rgbd", "lidar", "laser", "scan", "scanner", "imu", "mounted")
 )
@@ -65,6 +69,8 @@ def named_kinds(name: str) -> frozenset[MountedKind]:
     parts = words(name)
     if any(_NO_SENSOR.fullmatch(word) for word in parts):
         return frozenset()
+    if len(parts) > 1 and parts[0] in _PLACES and parts[1] in ("dc", "oc"):
+        return frozenset(("camera",))
     pairs = ["".join(pair) for pair in pairwise(parts)]
     joined = (*parts, *(pair for pair in pairs if pair[-1].isdigit() or pair in _JOINED))
     return frozenset(
@@ -78,8 +84,13 @@ def is_optical(name: str) -> bool:
 
 
 def is_mount(name: str) -> bool:
-    """Return whether a name is of what carries a sensor."""
-    return any(_MOUNT.fullmatch(word) for word in words(name)) and not is_optical(name)
+    """Return whether a name is of what carries a sensor: a camera's arm is, the camera of an arm is not."""
+    parts = words(name)
+    sensors = [k for k, word in enumerate(parts) if any(one.fullmatch(word) for one in _STRONG.values())]
+    places = _CARRIED if sensors else frozenset[str]()
+    first = max(sensors, default=-1)
+    carriers = (w for k, w in enumerate(parts) if _MOUNT.fullmatch(w) and not (k < first and w in places))
+    return not is_optical(name) and any(carriers)
 
 
 def is_range_finder(name: str) -> bool:
