@@ -21,6 +21,7 @@ from roboyard.robots.definition.postures import ResetMode, reset_posture
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.robot_body import RobotBody
 from roboyard.robots.sensor_set import ObsModalities, SensorOptions, SensorSet
+from roboyard.robots.stability.stance import stance_of
 from roboyard.robots.stability.support_polygon import support_polygon_of
 from roboyard.sim.body import Body
 from roboyard.transforms import Array
@@ -124,6 +125,7 @@ class Robot(RobotBody, SensorSet):
             rest=self._reset_posture,
             steps_per_control=max(1, round(steps)),
             support_polygon=support_polygon_of(self),
+            stance=stance_of(self, self._reset_posture),
         )
 
     def _before_step(self) -> None:

@@ -17,6 +17,7 @@ from roboyard.robots.control.controller import EYE4, GroupLimits, GroupState
 from roboyard.robots.control.setup import Group
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS
 from roboyard.robots.joint_arrays import JointArrays
+from roboyard.robots.stability.stance import Stance
 from roboyard.robots.stability.support_polygon import SupportPolygon
 from roboyard.sim.actuation.gains import (
     CONTROLLER,
@@ -49,6 +50,7 @@ class ControlLoop:
         rest: Array,
         steps_per_control: int,
         support_polygon: SupportPolygon | None = None,
+        stance: Stance | None = None,
     ) -> None:
         """Create a loop without goals.
 
@@ -59,12 +61,14 @@ class ControlLoop:
             rest: (n,) positions of joints without a group (rad or m).
             steps_per_control: time steps in each control step.
             support_polygon: of a robot that may tip over.
+            stance: of a robot that stands on legs.
         """
         self.joints = joints
         self.limits = limits
         self.groups = dict(groups)
         self.steps_per_control = steps_per_control
         self._support_polygon = support_polygon
+        self._stance = stance
         count = len(joints.names)
         self._countdown = 0
         self._stale = True
@@ -227,11 +231,16 @@ class ControlLoop:
     def _write_gains(self) -> None:
         inertia = self.joints.inertia
         kp = position_stiffness(CONTROLLER, inertia, self._effort_per_error, self._slides)
+        at_least = np.zeros(len(kp))
+        if self._stance is not None:
+            weak = kp < self._stance.stiffness
+            kp = np.where(weak, self._stance.stiffness, kp)
+            at_least = np.where(weak, self._stance.damping, 0.0)
         kp = np.where(np.isnan(self._given_kp), kp, self._given_kp)
         is_position = self._kinds == POSITION
         kd = np.where(
             is_position,
-            position_damping(inertia, kp, self._damping_frequency),
+            np.maximum(position_damping(inertia, kp, self._damping_frequency), at_least),
             velocity_damping(
                 CONTROLLER,
                 inertia,
