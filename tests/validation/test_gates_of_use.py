@@ -99,8 +99,29 @@ def test_a_robot_falls_whose_weight_is_beyond_its_feet() -> None:
     assert margin == pytest.approx(25.0, abs=2.0)
 
 
-def test_feet_of_no_area_are_named_as_the_cause() -> None:
+def test_two_legs_with_feet_of_no_area_need_a_controller() -> None:
+    """It falls, as any such robot does: a property of the robot that is named, not a fault of its import."""
     gate = gates(stand_gates, legged(com="0.02 0 0", foot="0.004 0.2 0.02"), LEGS)["stand"]
+    assert "no fixed posture balances" in gate.skipped
+    assert gate.warnings == [gate.skipped]
+
+
+def test_feet_of_no_area_are_named_as_the_cause() -> None:
+    """With a third leg a posture could balance it; this one stands on a line."""
+    text = '<robot name="walker">' + link("body", "0.2 0.5 0.2", com="0.02 0 0", mass=8.0)
+    for side, y in (("left", 0.2), ("middle", 0.0), ("right", -0.2)):
+        text += link(side, "0.004 0.1 0.02", at="0 0 -0.4", com="0 0 -0.2", mass=1.0)
+        text += hinge(f"{side}_hip", "body", side, f"0 {y} -0.1")
+    names = ["left", "middle", "right"]
+    given = definition(
+        raw_controller_order=["base"],
+        default_controllers={"base": "JointController"},
+        locomotion={
+            "base_joint_names": [f"{name}_hip" for name in names],
+            "floor_touching_base_link_names": names,
+        },
+    )
+    gate = gates(stand_gates, load_description(text + "</robot>"), given)["stand"]
     assert not gate.passed
     assert "no fixed posture balances" in gate.findings[0]
 

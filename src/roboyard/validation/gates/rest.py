@@ -18,8 +18,9 @@ SETTLE_SECONDS, MEASURED_SECONDS = 2.0, 0.25
 """Duration of the test, and its last part in which speeds are measured (s)."""
 LONGEST_SETTLE_SECONDS = 10.0
 """Duration of the test for the longest travel of fingers (s)."""
-FINGER_SPEED = 4.0
-"""Speed at which fingers are taken to travel where the file allows more (rad/s or m/s)."""
+FINGER_TURN, FINGER_SLIDE = 0.2, 0.03
+"""Speeds at which fingers are taken to travel where the file allows more (rad/s, m/s): drives are damped so
+that fingers with much inertia close no faster than this at their effort limit."""
 MAX_SPEED = 0.02
 """Largest speed at rest (rad/s or m/s)."""
 DRIFT_SECONDS = 10.0
@@ -160,8 +161,10 @@ def _settle_seconds(robot: Robot) -> float:
     for name, controller in robot.controllers.items():
         if name.startswith("gripper_"):
             limits = controller.limits
+            slides = [robot.joint(joint).type == "prismatic" for joint in robot.groups[name].joints]
+            speed = np.where(slides, FINGER_SLIDE, FINGER_TURN)
             with np.errstate(divide="ignore", invalid="ignore"):
-                times = (limits.upper - limits.lower) / np.minimum(limits.velocity, FINGER_SPEED)
+                times = (limits.upper - limits.lower) / np.minimum(limits.velocity, speed)
             travel = max(travel, float(np.where(np.isfinite(times), times, 0.0).max(initial=0.0)))
     return min(max(SETTLE_SECONDS, math.ceil(travel) + MEASURED_SECONDS), LONGEST_SETTLE_SECONDS)
 

@@ -21,8 +21,9 @@ MAX_TILT = 0.26
 """Largest tilt of the base (rad), 15 degrees."""
 MAX_DROP = 0.15
 """Largest change of the base's height, as a share of the robot's height."""
-FLAT = 1e-4
-"""Smallest area of a support polygon, as a share of the squared size of the robot."""
+NARROW = 0.015
+"""Smallest width of a support polygon, as a share of the robot's height."""
+BALANCES = "which no fixed posture balances"
 ANGLES = 72
 PRESS = 2e-3
 """Depth to which the robot is lowered to find all points on which it stands (m)."""
@@ -91,6 +92,7 @@ def _stand(robot: Robot) -> tuple[Gate, Mapping[str, Array]]:
     up = matrix_from_quaternion(quaternion)[2]
     support = _support(robot)
     cause = _cause(robot, support, size)
+    unstable = _walks_on_points(robot, support, cause)
     steps = round(seconds * robot.control_freq)
     times, tilts, heights = (np.zeros(steps) for _ in range(3))
     fell = None
@@ -109,8 +111,12 @@ def _stand(robot: Robot) -> tuple[Gate, Mapping[str, Array]]:
     drop = float(np.abs(np.nan_to_num(heights, nan=size)).max())
     if fell is not None:
         figure = max(figure, MAX_TILT * 1.01)
-    findings = []
-    if fell is not None:
+    findings, skipped = [], ""
+    if fell is not None and unstable:
+        skipped = (
+            f"it falls after {fell:.1f} s without a controller that balances it: it has two legs, and {cause}"
+        )
+    elif fell is not None:
         findings.append(
             f"it falls after {fell:.1f} s: tilted by {np.degrees(tilts.max()):.0f} degrees, height changed "
             f"by {drop:.2f} m of {size:.2f} m" + (f"; {cause}" if cause else "")
@@ -124,6 +130,8 @@ def _stand(robot: Robot) -> tuple[Gate, Mapping[str, Array]]:
         detail=f"largest tilt in {seconds:g} s of holding the rest posture; height changes by "
         f"{drop * 1e3:.0f} mm",
         findings=findings,
+        skipped=skipped,
+        warnings=[skipped] if skipped else [],
         advice="the rest posture (default_joint_pos), collision shapes of wheels and feet, effort limits of "
         "the legs, masses; or fixed_base=True",
         curve=Curve(
@@ -152,17 +160,42 @@ def _cause(robot: Robot, contacts: Mapping[str, Array], size: float) -> str:
     centre = _centre_of_mass(robot)
     points = np.concatenate([points[:, :2] for points in contacts.values()]) if contacts else np.zeros((0, 2))
     if len(points) < 3:
-        return f"it stands on {len(points)} points ({names}), which no fixed posture balances"
+        return f"it stands on {len(points)} points ({names}), {BALANCES}"
     angles = 2.0 * np.pi * np.arange(ANGLES) / ANGLES
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     reach = (points @ directions.T).max(axis=0)
     width = float((reach + np.roll(reach, ANGLES // 2)).min())
-    if width * width < FLAT * size * size:
-        return f"its support polygon ({names}) is a line or a point, which no fixed posture balances"
+    if width < NARROW * size:
+        return f"its support polygon ({names}) is a line or a point, {BALANCES}"
     margin = float((reach - directions @ centre).min())
     if margin < 0.0:
         return f"its centre of mass is {-margin * 100:.1f} cm outside its support polygon ({names})"
     return ""
+
+
+def _walks_on_points(robot: Robot, contacts: Mapping[str, Array], cause: str) -> bool:
+    """Return whether a robot on two legs touches the floor with both, but in a line or two points only."""
+    block, description = robot.locomotion, robot.description
+    if block is None or BALANCES not in cause or len(contacts) != 2:
+        return False
+    names = set(block.joint_names)
+    feet = []
+    for link in contacts:
+        joint = description.parent_joint.get(link)
+        while joint is not None and joint.name not in names:
+            joint = description.parent_joint.get(joint.parent)
+        first = joint
+        while joint is not None:
+            first = joint if joint.name in names else first
+            joint = description.parent_joint.get(joint.parent)
+        feet.append(first.name if first is not None else "")
+    legs = {
+        name
+        for name in names
+        if (above := description.parent_joint.get(description.joint_by_name[name].parent)) is None
+        or above.name not in names
+    }
+    return len(legs) == 2 and set(feet) == legs
 
 
 def _centre_of_mass(robot: Robot) -> Array:
