@@ -9,9 +9,11 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 import unusual_robots
+from museum import chain
 from small_robots import joint, link, robot
 from test_museum import nothing_else
 
+from roboyard.description import load_description
 from roboyard.morphology.analyze import infer_semantics
 
 
@@ -162,6 +164,41 @@ def test_a_round_motor_in_a_wheel_is_a_wheel() -> None:
     assert (semantic.kind, semantic.base) == ("mobile_manipulator", "holonomic")
     sure = semantic.confidence("base")
     assert sure is not None and sure < 0.5
+
+
+def test_two_slides_and_a_turn_without_shapes_stand_for_a_base_however_short_they_are() -> None:
+    arm = chain("a", "b", "0 0 0.2", unusual_robots.ARM, "0.1 0 0.1")
+    semantic = infer_semantics(unusual_robots.on_planar_joints(*arm))
+    assert (semantic.kind, semantic.base, semantic.base_link) == ("mobile_manipulator", "holonomic", "b")
+    assert [len(one.joints) for one in semantic.arms] == [5]
+    assert infer_semantics(unusual_robots.on_planar_joints(*arm, shape="box 0.1 0.1 0.1")).base == "fixed"
+
+
+def test_what_slides_in_a_plane_is_a_base_where_it_carries_a_sensor() -> None:
+    lidar = link("lidar"), joint("l", "b", "lidar", kind="fixed", xyz="0.1 0 0.1")
+    semantic = infer_semantics(unusual_robots.on_planar_joints(*lidar))
+    assert (semantic.kind, semantic.base) == ("mobile_base", "holonomic")
+    assert (
+        infer_semantics(unusual_robots.on_planar_joints(link("lid"), joint("l", "b", "lid"))).kind
+        != "mobile_base"
+    )
+
+
+def test_three_joints_on_a_base_on_the_floor_are_an_arm_where_the_first_axis_is_upright() -> None:
+    semantic = infer_semantics(unusual_robots.small_arm())
+    assert (semantic.kind, semantic.base) == ("fixed_arm", "fixed")
+    assert [arm.joints for arm in semantic.arms] == [("jq0", "jq1", "jq2")]
+    assert infer_semantics(unusual_robots.small_arm("1 0 0")).kind == "other"
+
+
+def test_a_body_named_for_suction_is_a_gripper_of_its_own() -> None:
+    text = '<robot name="suction_gripper"><link name="base"/></robot>'
+    assert infer_semantics(load_description(text)).kind == "gripper"
+    pump = link("pump_head"), joint("p", "q2", "pump_head", kind="fixed", xyz="0 0 0.15")
+    body = link("b", "box 0.2 0.2 0.1", 5)
+    arm = robot(body, *chain("q", "b", "0 0 0.1", ("0 0 1", "0 1 0", "0 1 0"), "0 0 0.15"), *pump)
+    (found,) = infer_semantics(arm).grippers
+    assert found.kind == "suction" and not found.joints
 
 
 def test_legs_that_end_in_grippers_are_legs_where_names_say_so() -> None:

@@ -254,6 +254,27 @@ def arm_on_hub_motors() -> RobotDescription:
     return robot(*parts)
 
 
+def on_planar_joints(*parts: str, shape: str = "") -> RobotDescription:
+    """A body that two short slides and a turn carry, whose links have masses; or, with a shape, a gantry."""
+    return robot(
+        link("w"),
+        link("x", shape, 0.1),
+        joint("jx", "w", "x", kind="prismatic", axis="1 0 0", limits=(-2, 2)),
+        link("y", shape, 0.1),
+        joint("jy", "x", "y", kind="prismatic", axis="0 1 0", limits=(-2, 2)),
+        link("b", BODY, 20, origin="0 0 0.15"),
+        joint("jz", "y", "b", limits=(-3, 3)),
+        *parts,
+    )
+
+
+def small_arm(axis: str = "0 0 1") -> RobotDescription:
+    """Three joints that turn, on a base on the floor; names say nothing."""
+    return robot(
+        link("b", "box 0.2 0.2 0.1", 5), *chain("q", "b", "0 0 0.1", (axis, "0 1 0", "0 1 0"), "0 0 0.15")
+    )
+
+
 def climber() -> RobotDescription:
     """A torso with two arms above and two legs below, each leg with two jaws at its end; names say which."""
     parts = [link("torso", "box 0.2 0.3 0.4", 10, origin="0 0 1")]

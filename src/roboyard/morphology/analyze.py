@@ -70,7 +70,7 @@ def infer_semantics(
         base = None
     hands: dict[str, FoundGripper] = {}
     links = skeleton.links[BASE]
-    if not skeleton.joint and holds_by_suction(links, evidence):
+    if not skeleton.joint and holds_by_suction((*links, description.name), evidence):
         hands[links[0]] = describe_gripper(description, links, (), evidence)
     kind = find_kind(skeleton, base, rotors, roles, is_hand=is_hand, holds=bool(hands))
     arms = tuple(_arm(skeleton, part, evidence, hands) for part in roles.arms)

@@ -9,6 +9,7 @@ from roboyard.morphology.base.drive import WheeledBase
 from roboyard.morphology.base.rotors import Rotors
 from roboyard.morphology.base.virtual import find_virtual_base
 from roboyard.morphology.limbs.roles import WORLD_NAMES, Roles
+from roboyard.morphology.sensors.names import named_kinds
 from roboyard.morphology.skeleton import BASE, Skeleton
 
 MOST_FINGERS_OF_A_GRIPPER = 2
@@ -95,12 +96,24 @@ def _legged(roles: Roles, base: WheeledBase | None) -> Kind:
     )
 
 
+def _said_to_be_a_robot(skeleton: Skeleton) -> str:
+    """Return the sensor or the name that tells a robot from a thing that is pushed about; empty without."""
+    for link in skeleton.links[BASE]:
+        if named_kinds(link):
+            return f'it carries the sensor "{link}"'
+    name = skeleton.description.name
+    is_robot = "robot" in name.lower() or name.lower().endswith("bot")
+    return f'the robot\'s name "{name}"' if is_robot else ""
+
+
 def _still(skeleton: Skeleton, roles: Roles) -> Kind:
     """Return the kind of what has neither wheels nor legs nor rotors."""
     arms = len(roles.arms)
-    virtual = find_virtual_base(skeleton.description, skeleton.base_link) if arms else None
-    if virtual is not None:
+    virtual = find_virtual_base(skeleton.description, skeleton.base_link)
+    if virtual is not None and arms:
         return _kind("mobile_manipulator", virtual.kind, 0.8, virtual.evidence)
+    if virtual is not None and (said := _said_to_be_a_robot(skeleton)):
+        return _kind("mobile_base", virtual.kind, 0.5, (*virtual.evidence, said))
     if arms == 1 and _may_be_a_pendulum(roles):
         text = "two joints in a row without a hand: an arm, or a pendulum"
         return _kind("fixed_arm", "fixed", 0.45, (text,))

@@ -16,7 +16,7 @@ from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import Joint, Link, RobotDescription
 from roboyard.errors import MeshError
 from roboyard.kinematics.description_poses import forward_kinematics
-from roboyard.morphology.base.virtual import is_free_slide
+from roboyard.morphology.base.virtual import has_shape, is_free_slide, is_planar_motion
 from roboyard.morphology.joint_ranges import home_position
 from roboyard.morphology.point_model import extreme_points
 from roboyard.transforms import Array
@@ -186,6 +186,9 @@ def first_body(description: RobotDescription) -> str:
     the motion of the base (a floating or planar joint, or several whose links have neither shape nor mass, or
     a turn and a slide without end).
     """
+    carried = _carried_in_a_plane(description)
+    if carried is not None:
+        return carried
     link = description.root.name
     seen: list[Joint] = []
     while True:
@@ -207,6 +210,17 @@ def first_body(description: RobotDescription) -> str:
         has_more = bool(description.child_joints[last] or below.collisions or below.visuals)
         return last if has_more else description.root.name
     return description.root.name
+
+
+def _carried_in_a_plane(description: RobotDescription) -> str | None:
+    """Return the link that two level slides and a turn carry, none of which moves a shape; else None."""
+    link, moving = description.root.name, list[Joint]()
+    while not has_shape(description, link) and len(description.child_joints[link]) == 1 and len(moving) < 3:
+        (joint,) = description.child_joints[link]
+        moving += [joint] if joint.is_moving else []
+        link = joint.child
+    drawn = any(one.visuals or one.collisions for one in description.links)
+    return link if drawn and is_planar_motion(moving) else None
 
 
 def _shape_points(link: Link, *, visual: bool) -> Array:

@@ -4,6 +4,7 @@ end.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from roboyard.description.model import Joint, RobotDescription
@@ -35,6 +36,9 @@ def find_virtual_base(description: RobotDescription, base_link: str) -> VirtualB
         return None
     if any(joint.type == "planar" for joint in moving):
         return VirtualBase(kind="holonomic", joints=names, evidence=(f'"{names[0]}" is a planar joint',))
+    if is_planar_motion(moving) and not any(has_shape(description, joint.parent) for joint in above):
+        text = f"{', '.join(names)} slide two level ways and turn, and move no mechanical part"
+        return VirtualBase(kind="holonomic", joints=names, evidence=(text,))
     slides = [joint for joint in moving if joint.type == "prismatic"]
     level = [joint for joint in slides if abs(joint.axis[2]) < 0.5]
     if len(moving) > len(level) + 1 or not all(is_free_slide(joint) for joint in slides) or not level:
@@ -48,3 +52,20 @@ def is_free_slide(joint: Joint) -> bool:
     """Return whether a slide has no limits, or such that represent driving."""
     limits = joint.position_limits()
     return joint.type == "prismatic" and (limits is None or limits[1] - limits[0] >= FREE_SLIDE)
+
+
+def is_planar_motion(moving: Sequence[Joint]) -> bool:
+    """Return whether joints are two level slides across each other and a turn about the upright axis."""
+    slides = [joint for joint in moving if joint.type == "prismatic"]
+    turns = [joint for joint in moving if joint.type in ("revolute", "continuous")]
+    if (len(slides), len(turns), len(moving)) != (2, 1, 3):
+        return False
+    (ax, ay, az), (bx, by, bz) = (joint.axis for joint in slides)
+    across = abs(ax * bx + ay * by + az * bz) < 0.1
+    return across and max(abs(az), abs(bz)) < 0.1 and abs(turns[0].axis[2]) > 0.95
+
+
+def has_shape(description: RobotDescription, link: str) -> bool:
+    """Return whether a link has a visual or collision shape."""
+    found = description.link_by_name[link]
+    return bool(found.visuals or found.collisions)

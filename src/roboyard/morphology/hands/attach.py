@@ -73,7 +73,11 @@ def with_known_gripper(end: EndEffector, found: Sequence[EndEffector]) -> EndEff
 
 def has_suction(links: Sequence[str], evidence: FileEvidence | None = None) -> bool:
     """Return whether links without fingers hold by suction, as their names or a simulator's plugin state."""
-    if any(word in link.lower() for link in links for word in ("suction", "vacuum", "saugnapf", "ventosa")):
+    if any(
+        word in link.lower()
+        for link in links
+        for word in ("suction", "vacuum", "saugnapf", "ventosa", "pump_")
+    ):
         return True
     plugins = () if evidence is None else evidence.plugins
     named = {t for p in plugins if p.kind == "suction" for texts in p.words.values() for t in texts}

@@ -85,6 +85,9 @@ def find_roles(
             arms.append((limb, min(0.97, 0.4 + 0.12 * score), evidence))
         else:
             other.append(limb)
+    if not arms and not legs and not heads and len(other) == 1 and not (wheeled or flying):
+        arms = _standing_arm(skeleton, other[0], up)
+        other = [] if arms else other
     trunk, arms, why = _trunk(skeleton, anatomy, arms, other, wheeled=wheeled, wheels=wheels)
     return Roles(
         legs=_named_legs(skeleton, legs, left, up, leg_confidence, leg_evidence),
@@ -273,6 +276,25 @@ def _arm_score(skeleton: Skeleton, limb: Limb, pairs: Sequence[Pair]) -> tuple[f
     if reach < 0.12 * skeleton.size:
         score -= 2.0
     return score, tuple(evidence)
+
+
+def _standing_arm(skeleton: Skeleton, limb: Limb, up: Array) -> list[tuple[Limb, float, tuple[str, ...]]]:
+    """Return the only limb of a robot as an arm where its base stands under an upright first axis."""
+    joints = [name for name in limb.joints if skeleton.is_driven(name)]
+    base = skeleton.points(BASE) @ up
+    turns = all(skeleton.joint[name].type == "revolute" for name in joints)
+    on_root = skeleton.base_link == skeleton.description.root.name
+    if (
+        len(joints) < 3
+        or not (turns and on_root and len(base))
+        or abs(float(skeleton.axis(joints[0]) @ up)) < 0.95
+    ):
+        return []
+    heights = skeleton.spots @ up
+    if float(base.min()) > float(heights.min()) + 0.02 * float(np.ptp(heights)):
+        return []
+    text = f"a chain of {len(joints)} joints on a base on the floor, the first about an upright axis"
+    return [(limb, 0.6, (text,))]
 
 
 def _named_arms(
