@@ -97,7 +97,7 @@ def _legged(roles: Roles, base: WheeledBase | None) -> Kind:
 
 
 def _said_to_be_a_robot(skeleton: Skeleton) -> str:
-    """Return the sensor or the name that tells a robot from a thing that is pushed about; empty without."""
+    """Return the sensor or the name by which a body that slides is a robot; empty without."""
     for link in skeleton.links[BASE]:
         if named_kinds(link):
             return f'it carries the sensor "{link}"'
