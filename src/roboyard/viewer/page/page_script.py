@@ -17,7 +17,7 @@ _WRAPPED = """
   delete listeners[name];
   const listen = listener => { listeners[name] = listener; };
   let count = Date.now();
-  const say = value => window.__viserMutable?.sendMessage?.(
+  const say = value => (window.__roboyardSend ?? window.__viserMutable?.sendMessage)?.(
     {type: "GuiUpdateMessage", uuid: uuid, updates: {value: JSON.stringify([count++, value])}});
   live[name] = ((say, listen) => {%(body)s})(say, listen) ?? (() => {});
 })();
