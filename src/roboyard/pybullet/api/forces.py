@@ -112,9 +112,20 @@ def _push_base(scene: PhysicsScene, body: int, force: Any, point: Any, torque: A
 def _push(
     client: Client, body: int, link: int, force: Vector3, torque: Vector3, point: Vector3 | None, flags: int
 ) -> None:
+    """Push a link; its axes and point are those that getLinkState shows, a step old after a step.
+
+    Args:
+        client: the client.
+        body: a body's id.
+        link: -1 for the base.
+        force: force (N).
+        torque: torque (N m).
+        point: where the force acts (m); None for the centre of mass.
+        flags: WORLD_FRAME or LINK_FRAME, for all three.
+    """
     if whole(flags) not in (c.WORLD_FRAME, c.LINK_FRAME):
         raise failure("flag has to be either WORLD_FRAME or LINK_FRAME", f"got flags={flags}")
-    scene = client.scene
+    scene, offset = client.scene, (0.0, 0.0, 0.0)
     if whole(body) not in scene.bodies:
         return
     record = scene.ready(body, "")
@@ -126,8 +137,12 @@ def _push(
         x, y, z, w, i, j, k = record.free.tolist()
         origin, turn = (x, y, z), (i, j, k, w)
     else:
-        data = world.kinematics()
+        data = scene.frames(fresh=True) if scene.frames_are_old else world.kinematics()
         origin, (w, i, j, k) = data.xpos[row].tolist(), data.xquat[row].tolist()
+        now, _ = inertial_pose(origin, (i, j, k, w), frame)
+        offset = tuple(p - q for p, q in zip(now, data.xipos[row].tolist(), strict=True))
+        positions, turns = world.kept_frames or (data.xpos, data.xquat)
+        origin, (w, i, j, k) = positions[row].tolist(), turns[row].tolist()
         turn = (i, j, k, w)
     centre, turn = inertial_pose(origin, turn, frame)
     if flags == c.LINK_FRAME:
@@ -137,5 +152,8 @@ def _push(
         lever = None if point is None else tuple(p - q for p, q in zip(point, centre, strict=True))
     if lever is not None:
         x, y, z = cross(lever, force)
+        torque = (torque[0] + x, torque[1] + y, torque[2] + z)
+    if any(offset):  # MuJoCo has the centre of mass of a massless link in the origin of its frame
+        x, y, z = cross(offset, force)
         torque = (torque[0] + x, torque[1] + y, torque[2] + z)
     world.wrenches.push(row, *force, *torque)
