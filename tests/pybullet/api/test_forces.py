@@ -17,7 +17,8 @@ ROTOR = """<link name="rotor{0}"><inertial><origin xyz="{1}"/><mass value="0"/>
   <inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>
   <joint name="rotor{0}" type="fixed"><parent link="base"/><child link="rotor{0}"/>
   <origin xyz="0 0 0.1"/></joint>"""
-ARM = """<robot name="arm"><link name="base"/><link name="rod"><inertial><origin xyz="0.3 0 0"/><mass value="1"/>
+ARM = """<robot name="arm"><link name="base"/><link name="rod"><inertial>
+  <origin xyz="0.3 0 0"/><mass value="1"/>
   <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial></link>
   <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/>
   <axis xyz="0 0 1"/></joint></robot>"""

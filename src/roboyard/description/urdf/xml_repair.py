@@ -115,20 +115,28 @@ def trailing_junk(text: str) -> tuple[str, str]:
 
 def _root_end(text: str) -> int | None:
     """Index behind the root element, or None where it is not well-formed."""
-    data, found, depth = text.encode("utf-8", "replace"), [], 0
+    data, found, depth, content = text.encode("utf-8", "replace"), [], 0, 0
     parser = expat.ParserCreate("utf-8")
 
     def start(*_: object) -> None:
-        nonlocal depth
+        nonlocal depth, content
         depth += 1
+        content += depth > 1
+
+    def characters(_: str) -> None:
+        nonlocal content
+        content += 1
 
     def end(_: str) -> None:
         nonlocal depth
         depth -= 1
         if depth == 0 and not found:
-            found.append(data.index(b">", parser.CurrentByteIndex) + 1)
+            at = parser.CurrentByteIndex  # of an empty element's tag the end, of a closing tag the start
+            closed = not content and data[at - 2 : at] == b"/>"
+            found.append(at if closed else data.index(b">", at) + 1)
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = characters
     with suppress(expat.ExpatError):  # behind the root
         parser.Parse(data, True)
     return len(data[: found[0]].decode()) if found else None
