@@ -97,5 +97,7 @@ def test_invalid_messages_are_ignored(viewer, browser, wait, rubbish: str) -> No
 
 def test_pages_get_the_script_with_the_grabbed_keys(viewer, browser) -> None:
     Keys(viewer.server, grab={"w", "ArrowUp"})
-    message = browser(viewer).listen(lambda m: m["type"] == "RunJavascriptMessage")
+    message = browser(viewer).listen(
+        lambda m: m["type"] == "RunJavascriptMessage" and 'name = "keys"' in m["source"]
+    )
     assert 'grabbed = ["ArrowUp", "w"]' in message["source"]
