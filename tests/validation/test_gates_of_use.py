@@ -100,10 +100,11 @@ def test_a_robot_falls_whose_weight_is_beyond_its_feet() -> None:
 
 
 def test_two_legs_with_feet_of_no_area_need_a_controller() -> None:
-    """It falls, as any such robot does: a property of the robot that is named, not a fault of its import."""
+    """It falls, as any such robot does: no robot that falls passes, and the cause is named."""
     gate = gates(stand_gates, legged(com="0.02 0 0", foot="0.004 0.2 0.02"), LEGS)["stand"]
-    assert "no fixed posture balances" in gate.skipped
-    assert gate.warnings == [gate.skipped]
+    assert not gate.passed
+    assert "no fixed posture balances" in gate.findings[0]
+    assert "it needs a balancing controller" in gate.findings[0]
 
 
 def test_feet_of_no_area_are_named_as_the_cause() -> None:

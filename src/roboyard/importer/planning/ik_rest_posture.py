@@ -18,20 +18,15 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import RobotModel
 from roboyard.importer.config.schema import ImportConfig
-from roboyard.importer.planning.self_collision import contacts_at
+from roboyard.importer.planning.contact_checker import ContactChecker
 from roboyard.kinematics import ChainArrays, forward_kinematics, from_description, jacobian
 from roboyard.transforms import Array
-
-if TYPE_CHECKING:
-    from roboyard.sim import World
-    from roboyard.sim.body import Body
 
 ENOUGH = 0.06
 """σ from which a posture is kept."""
@@ -52,10 +47,18 @@ gripper is configured or detected.
 Posture = Mapping[str, float]
 
 
-def ik_rest_posture(robot: RobotModel, config: ImportConfig, rest: Posture) -> dict[str, float]:
+def ik_rest_posture(
+    robot: RobotModel, config: ImportConfig, rest: Posture, checker: ContactChecker | None = None
+) -> dict[str, float]:
     """Return the rest posture with stretched arms bent (rad or m).
 
     The configuration's `default_qpos` is kept, and so are torsos, locked joints and legs.
+
+    Args:
+        robot: with its semantics.
+        config: of its import.
+        rest: the posture before (rad or m).
+        checker: of the robot's contacts; a new one by default.
     """
     out = dict(rest)
     if config.curobo.default_qpos is not None:
@@ -63,7 +66,7 @@ def ik_rest_posture(robot: RobotModel, config: ImportConfig, rest: Posture) -> d
     description = robot.description
     semantic = robot.semantic
     others = {*semantic.trunk_joints, *semantic.virtual_joints, *config.curobo.lock_joints}
-    touches = NewContacts(description, rest)
+    touches = NewContacts(checker or ContactChecker(description), rest)
     for effector in semantic.end_effectors:
         arm = arm_of(description, semantic.base_link, effector.link, out, others)
         if arm is None:
@@ -89,28 +92,17 @@ def _driven_before(description: RobotDescription, tip: str) -> int:
 class NewContacts:
     """Reports whether a posture causes contacts that occur neither at rest nor at zero."""
 
-    def __init__(self, description: RobotDescription, rest: Posture) -> None:
-        """Store the robot; its world is built at the first call."""
-        self._description, self._rest = description, rest
+    def __init__(self, checker: ContactChecker, rest: Posture) -> None:
+        """Store the robot's contacts and its rest posture."""
+        self._checker, self._rest = checker, rest
 
     def __call__(self, posture: Posture) -> bool:
-        return bool(self._pairs(posture) - self._usual)
-
-    @cached_property
-    def _stage(self) -> tuple[World, Body]:
-        from roboyard.sim import World
-
-        world = World(visual_geoms=False)
-        add = world.add_description
-        return world, add(self._description, fixed_base=True, self_collision=True, drives=False)
+        return bool(self._checker.overlaps(posture).keys() - self._usual)
 
     @cached_property
     def _usual(self) -> set[tuple[str, str]]:
-        return self._pairs(dict.fromkeys(self._rest, 0.0)) | self._pairs(self._rest)
-
-    def _pairs(self, posture: Posture) -> set[tuple[str, str]]:
-        world, body = self._stage
-        return {(a, b) for a, b, _ in contacts_at(body, world, posture)}
+        zero = self._checker.overlaps(dict.fromkeys(self._rest, 0.0))
+        return {*zero, *self._checker.overlaps(self._rest)}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)

@@ -6,7 +6,7 @@ takes its posture where that is free.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ def tuck_posture(
     rest: Mapping[str, float],
     spheres: Mapping[str, Sequence[CollisionSphere]],
     ignore: Mapping[str, Sequence[str]],
+    touches: Callable[[Mapping[str, float]], bool] = lambda posture: False,
 ) -> dict[str, float]:
     """Return the tucked position of every joint (rad or m); empty for a robot whose base does not move, one
     without arms, and where no free posture is found.
@@ -41,6 +42,7 @@ def tuck_posture(
         rest: the rest posture.
         spheres: link name to its spheres.
         ignore: link name to links that it may touch.
+        touches: whether collision shapes overlap in a posture where they do not at rest; never by default.
     """
     semantic = robot.semantic
     arms = [arm for arm in semantic.arms if arm.joints]
@@ -58,7 +60,7 @@ def tuck_posture(
         own = [index for index, name in enumerate(names) if name in moved]
         if not own:
             continue
-        trial = _Trials(sampler, sets, names, own, allowed, is_one_of_two=len(arms) > 1)
+        trial = _Trials(sampler, sets, names, own, allowed, touches, is_one_of_two=len(arms) > 1)
         first = [_mirrored(robot.description, joints, arm.joints, tucked) for joints, ok in before if ok]
         found = trial.nearest(tucked, arm.joints, robot.description, [guess for guess in first if guess])
         if found is not None:
@@ -87,6 +89,7 @@ class _Trials:
         names: Sequence[str],
         own: Sequence[int],
         allowed: NDArray[np.bool_],
+        touches: Callable[[Mapping[str, float]], bool],
         *,
         is_one_of_two: bool,
     ) -> None:
@@ -96,6 +99,7 @@ class _Trials:
         self.own = list(own)
         self.others = [index for index in range(len(names)) if index not in self.own]
         self.allowed = allowed
+        self.touches = touches
         self.is_one_of_two = is_one_of_two
 
     def nearest(
@@ -112,23 +116,24 @@ class _Trials:
         ranges = np.array([sample_range(description.joint_by_name[name]) for name in joints])
         drawn = ranges[:, 0] + rng.uniform(size=(TRIES, len(joints))) * (ranges[:, 1] - ranges[:, 0])
         tries = [dict(zip(joints, (float(v) for v in row), strict=True)) for row in np.round(drawn, DIGITS)]
-        postures = [self.sampler.posture({**start, **one}) for one in ({}, *guesses, *tries)]
+        options: list[dict[str, float]] = [{}, *guesses, *tries]
+        postures = [self.sampler.posture({**start, **one}) for one in options]
         positions, rotations = self.sampler.frames(postures, self.names)
         spread = [self._spread(positions[k], rotations[k]) for k in range(len(postures))]
+
+        def is_free(k: int) -> bool:
+            return self._free(positions[k], rotations[k]) and not self.touches({**start, **options[k]})
+
         for index, guess in enumerate(guesses, start=1):
-            if spread[index] < spread[0] and self._free(positions[index], rotations[index]):
+            if spread[index] < spread[0] and is_free(index):
                 return guess
         ranked = sorted(range(1 + len(guesses), len(postures)), key=lambda k: spread[k])
         for index in ranked:
             if spread[index] >= spread[0]:
                 break
-            if self._free(positions[index], rotations[index]):
-                return tries[index - 1 - len(guesses)]
-        return (
-            {name: start.get(name, 0.0) for name in joints}
-            if self._free(positions[0], rotations[0])
-            else None
-        )
+            if is_free(index):
+                return options[index]
+        return {name: start.get(name, 0.0) for name in joints} if is_free(0) else None
 
     def _spread(self, positions: Array, rotations: Array) -> float:
         """Return how far the arm's links reach from the middle of the others, level, plus a tenth of their

@@ -16,7 +16,9 @@ from roboyard.description.robot_model import CollisionSphere, PlanningData, Robo
 from roboyard.description.semantic import REST, TUCK
 from roboyard.errors import MeshError
 from roboyard.importer.context import ImportContext
-from roboyard.importer.planning.ik_rest_posture import ik_rest_posture
+from roboyard.importer.planning.contact_checker import ContactChecker
+from roboyard.importer.planning.contact_free_posture import contact_free_posture
+from roboyard.importer.planning.ik_rest_posture import NewContacts, ik_rest_posture
 from roboyard.importer.planning.link_spheres import fit_links
 from roboyard.importer.planning.rest_posture import lock_joints, rest_posture
 from roboyard.importer.planning.standing_posture import standing_posture
@@ -34,10 +36,11 @@ SMALL = 0.03
 def add_planning_data(robot: RobotModel, context: ImportContext) -> RobotModel:
     """Return the robot with its planning data, rest posture and disabled collision pairs."""
     curobo = context.config.curobo
-    rest = _rest(robot, context)
+    checker = ContactChecker(robot.description)
+    rest = _rest(robot, context, checker)
     locked = lock_joints(robot, context.config, rest)
     spheres = _spheres(robot, context)
-    touching = _touching(robot, rest, context)
+    touching = _touching(checker, rest, context)
     if curobo.self_collision_ignore:
         ignore: Mapping[str, tuple[str, ...]] = {
             link: tuple(others) for link, others in curobo.self_collision_ignore.items()
@@ -52,7 +55,8 @@ def add_planning_data(robot: RobotModel, context: ImportContext) -> RobotModel:
         lock_joints=locked,
         flip_joint_limits=tuple(curobo.flip_joint_limits),
     )
-    tuck = tuck_posture(robot, {**rest, **locked}, spheres, ignore)
+    start = {**rest, **locked}
+    tuck = tuck_posture(robot, start, spheres, ignore, NewContacts(checker, start))
     if tuck:
         context.log.note("tucked: the arms are near the body, without contact")
     semantic = replace(
@@ -63,21 +67,30 @@ def add_planning_data(robot: RobotModel, context: ImportContext) -> RobotModel:
     return replace(robot, semantic=semantic, planning=data)
 
 
-def _rest(robot: RobotModel, context: ImportContext) -> dict[str, float]:
+def _rest(robot: RobotModel, context: ImportContext, checker: ContactChecker) -> dict[str, float]:
+    """Return the rest posture: stated, else standing, with arms bent and no contact."""
     straight = rest_posture(robot, context.config)
-    if context.config.curobo.default_qpos is None:
-        stood = standing_posture(robot.description, robot.semantic.legs, straight)
-        if stood:
-            turns = ", ".join(f"{name} {value:.2f}" for name, value in stood.items())
-            context.log.note(
-                f"rest: {turns}, because the robot would not stand on its legs as they are drawn"
-            )
-        straight |= stood
-    rest = ik_rest_posture(robot, context.config, straight)
-    turned = [f"{name} {rest[name]:.2f}" for name in rest if rest[name] != straight[name]]
-    if turned:
-        context.log.note(f"rest: {', '.join(turned)}, because the stretched arm is near a singularity")
-    return rest
+    if context.config.curobo.default_qpos is not None:
+        return straight
+    stood = standing_posture(robot.description, robot.semantic.legs, straight)
+    straight |= stood
+    _note_rest(context, stood, "because the robot would not stand on its legs as they are drawn")
+    rest = ik_rest_posture(robot, context.config, straight, checker)
+    bent = {name: rest[name] for name in rest if rest[name] != straight[name]}
+    _note_rest(context, bent, "because the stretched arm is near a singularity")
+    semantic = robot.semantic
+    still = {*semantic.base_joints, *semantic.virtual_joints, *semantic.caster_joints, *semantic.steer_joints}
+    still |= {wheel.joint for wheel in semantic.wheels}
+    still |= {name for leg in semantic.legs for name in leg.joints}
+    freed = contact_free_posture(checker, rest, still)
+    _note_rest(context, freed, "because links overlapped that the robot can hold apart")
+    return {**rest, **freed}
+
+
+def _note_rest(context: ImportContext, changed: Mapping[str, float], why: str) -> None:
+    if changed:
+        text = ", ".join(f"{name} {value:.2f}" for name, value in changed.items())
+        context.log.note(f"rest: {text}, {why}")
 
 
 def _spheres(robot: RobotModel, context: ImportContext) -> dict[str, tuple[CollisionSphere, ...]]:
@@ -127,18 +140,13 @@ def bare_links(
 
 
 def _touching(
-    robot: RobotModel, rest: Mapping[str, float], context: ImportContext
+    checker: ContactChecker, rest: Mapping[str, float], context: ImportContext
 ) -> list[tuple[str, str, float]]:
     """Return links whose collision shapes overlap at zero or at rest, with depth (m), in link order."""
-    from roboyard.importer.planning.self_collision import contacts_at
-    from roboyard.sim import World
-
-    world = World(visual_geoms=False)
-    body = world.add_description(robot.description, fixed_base=True, self_collision=True, drives=False)
     deepest: dict[tuple[str, str], float] = {}
     for posture in (dict.fromkeys(rest, 0.0), rest):
-        for a, b, depth in contacts_at(body, world, posture):
-            deepest[a, b] = max(depth, deepest.get((a, b), 0.0))
+        for pair, depth in checker.overlaps(posture).items():
+            deepest[pair] = max(depth, deepest.get(pair, 0.0))
     context.log.facts["overlaps_at_rest"] = [
         {"links": [a, b], "depth_mm": round(depth * 1000, 3)} for (a, b), depth in deepest.items()
     ]

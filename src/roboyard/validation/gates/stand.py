@@ -111,10 +111,10 @@ def _stand(robot: Robot) -> tuple[Gate, Mapping[str, Array]]:
     drop = float(np.abs(np.nan_to_num(heights, nan=size)).max())
     if fell is not None:
         figure = max(figure, MAX_TILT * 1.01)
-    findings, skipped = [], ""
+    findings = []
     if fell is not None and unstable:
-        skipped = (
-            f"it falls after {fell:.1f} s without a controller that balances it: it has two legs, and {cause}"
+        findings.append(
+            f"it falls after {fell:.1f} s: it has two legs, and {cause}; it needs a balancing controller"
         )
     elif fell is not None:
         findings.append(
@@ -130,8 +130,6 @@ def _stand(robot: Robot) -> tuple[Gate, Mapping[str, Array]]:
         detail=f"largest tilt in {seconds:g} s of holding the rest posture; height changes by "
         f"{drop * 1e3:.0f} mm",
         findings=findings,
-        skipped=skipped,
-        warnings=[skipped] if skipped else [],
         advice="the rest posture (default_joint_pos), collision shapes of wheels and feet, effort limits of "
         "the legs, masses; or fixed_base=True",
         curve=Curve(
