@@ -228,7 +228,16 @@ class ControlLoop:
         """
         return self.joints.damping + self.joints.friction / (SATURATED_SPEED * self.limits.velocity)
 
-    def _write_gains(self) -> None:
+    def gains(self, is_position: np.ndarray) -> tuple[Array, Array]:
+        """Return stiffness and damping of the drives at the present inertia of the joints.
+
+        Args:
+            is_position: (n,) whether joints follow positions; others follow velocities.
+
+        Returns:
+            (n,) kp (N m/rad or N/m; also that of joints that follow velocities, where it has no use), (n,) kd
+            (N m s/rad or N s/m).
+        """
         inertia = self.joints.inertia
         kp = position_stiffness(CONTROLLER, inertia, self._effort_per_error, self._slides)
         at_least = np.zeros(len(kp))
@@ -237,7 +246,6 @@ class ControlLoop:
             kp = np.where(weak, self._stance.stiffness, kp)
             at_least = np.where(weak, self._stance.damping, 0.0)
         kp = np.where(np.isnan(self._given_kp), kp, self._given_kp)
-        is_position = self._kinds == POSITION
         kd = np.where(
             is_position,
             np.maximum(position_damping(inertia, kp, self._damping_frequency), at_least),
@@ -249,7 +257,11 @@ class ControlLoop:
                 largest_velocity=self.limits.velocity,
             ),
         )
-        kd = np.where(np.isnan(self._given_kd), kd, self._given_kd)
+        return kp, np.where(np.isnan(self._given_kd), kd, self._given_kd)
+
+    def _write_gains(self) -> None:
+        is_position = self._kinds == POSITION
+        kp, kd = self.gains(is_position)
         kd[self._kinds >= EFFORT] = 0.0
         driven = self.joints.driven
         self.joints.drives.write_gains(np.where(is_position, kp, 0.0)[driven], kd[driven])

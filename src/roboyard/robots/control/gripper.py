@@ -117,6 +117,11 @@ class MultiFingerGripperController(Controller):
         return np.array(given)
 
     @property
+    def postures(self) -> tuple[Array, Array]:
+        """(n,) positions of the open and (n,) of the closed fingers (rad or m)."""
+        return self._open, self._closed
+
+    @property
     def command_dim(self) -> int:
         """Numbers in a command, by mode."""
         return self.limits.size if self.settings.mode == "independent" else 1

@@ -1,0 +1,134 @@
+"""Many environments: the same as one, at any number of threads; starts and ends of episodes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+import roboyard.envs as envs
+from roboyard.errors import ModelError, RoboyardError
+
+
+def test_each_row_is_a_single_environment_bit_for_bit() -> None:
+    many = envs.make_vec("roboyard/Reach-v0", 3, limit=12, threads=2)
+    observed, _ = many.reset(seed=5)
+    single = [envs.TaskEnv(envs.make_task("roboyard/Reach-v0", limit=12)) for _ in range(3)]
+    for row, env in enumerate(single):
+        assert np.array_equal(env.reset(seed=5 + row)[0], observed[row])
+    random = np.random.default_rng(0)
+    for _ in range(30):
+        actions = random.uniform(-1, 1, (3, 7))
+        observed, reward, terminated, truncated, info = many.step(actions)
+        for row, env in enumerate(single):
+            alone = env.step(actions[row])
+            ended = terminated[row] or truncated[row]
+            seen = info["final_obs"][row] if ended else observed[row]
+            assert np.array_equal(alone[0], seen)
+            assert alone[1:4] == (reward[row], terminated[row], truncated[row])
+            if ended:
+                assert np.array_equal(env.reset()[0], observed[row])
+
+
+def test_the_number_of_threads_changes_nothing() -> None:
+    def play(threads: int) -> np.ndarray:
+        env = envs.make_vec("roboyard/Reach-v0", 8, threads=threads, control="tip")
+        seen = [env.reset(seed=1)[0]]
+        random = np.random.default_rng(0)
+        seen += [env.step(random.uniform(-1, 1, (8, 3)))[0] for _ in range(10)]
+        return np.stack(seen)
+
+    assert np.array_equal(play(1), play(3))
+
+
+def test_the_physics_is_that_of_mujocos_own_step(make_arm_task: Any) -> None:
+    env = envs.BatchEnv(make_arm_task(), 2, threads=1)
+    env.reset(seed=0)
+    physics = env.runner.physics
+    model = physics.batch.model
+    data = mujoco.MjData(model)
+    kind = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+    random = np.random.default_rng(1)
+    for _ in range(5):
+        state = physics.batch.state[1].copy()
+        env.step(random.uniform(-1, 1, (2, 7)))
+        mujoco.mj_setState(model, data, state, kind)
+        data.ctrl[:] = physics.field("ctrl")[1]
+        for _ in range(env.runner.task.substeps):
+            mujoco.mj_step(model, data)
+        assert np.array_equal(data.qpos, physics.field("qpos")[1])
+        assert np.array_equal(data.qvel, physics.field("qvel")[1])
+
+
+def test_modes_of_autoreset(make_arm_task: Any) -> None:
+    still = np.zeros((2, 7))
+    same = envs.BatchEnv(make_arm_task(limit=2), 2)
+    assert same.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    first, _ = same.reset(seed=0)
+    same.step(still + 1)
+    observed, _, _, truncated, info = same.step(still + 1)
+    assert truncated.all() and info["_final_obs"].all()
+    np.testing.assert_array_equal(observed, first)  # nothing is random in this task
+    assert np.abs(info["final_obs"] - first).max() > 1e-3
+    assert info["final_info"]["episode_length"].tolist() == [2, 2]
+
+    later = envs.BatchEnv(make_arm_task(limit=2), 2, autoreset="next_step")
+    later.reset(seed=0)
+    later.step(still + 1)
+    observed, _, _, truncated, _ = later.step(still + 1)
+    assert truncated.all() and np.abs(observed - first).max() > 1e-3
+    observed, reward, _, truncated, _ = later.step(still + 1)
+    np.testing.assert_array_equal(observed, first)
+    assert not reward.any() and not truncated.any()
+
+    never = envs.BatchEnv(make_arm_task(limit=2), 2, autoreset="disabled")
+    never.reset(seed=0)
+    never.step(still)
+    never.step(still)
+    with pytest.raises(RoboyardError, match="reset_mask"):
+        never.step(still)
+    never.reset(options={"reset_mask": np.array([True, True])})
+    never.step(still)
+
+
+def test_a_mask_starts_episodes_of_some_environments(make_arm_task: Any) -> None:
+    env = envs.BatchEnv(make_arm_task(), 3)
+    first, _ = env.reset(seed=0)
+    moved = first
+    for _ in range(3):
+        moved = env.step(np.ones((3, 7)))[0]
+    observed, _ = env.reset(options={"reset_mask": np.array([False, True, False])})
+    np.testing.assert_array_equal(observed[1], first[1])
+    np.testing.assert_array_equal(observed[[0, 2]], moved[[0, 2]])
+
+
+def test_worlds_with_rules_that_copies_cannot_follow_are_refused(make_arm_task: Any) -> None:
+    plain = make_arm_task().build
+
+    def bouncing(world: Any) -> Any:
+        bodies = plain(world)
+        bodies["box"].links[0].restitution = 0.5
+        return bodies
+
+    with pytest.raises(ModelError, match="restitution"):
+        envs.BatchEnv(make_arm_task(build=bouncing), 2)
+
+
+def test_a_simulation_that_diverges_ends_its_episode_alone(make_arm_task: Any, tmp_path: Any) -> None:
+    from roboyard.envs.divergence import replay
+
+    env = envs.BatchEnv(make_arm_task(), 3, state_folder=tmp_path)
+    env.reset(seed=0)
+    env.step(np.zeros((3, 7)))
+    env.runner.physics.field("qvel")[1, 0] = 1e12
+    observed, reward, terminated, truncated, info = env.step(np.zeros((3, 7)))
+    assert info["diverged"].tolist() == terminated.tolist() == [False, True, False]
+    assert np.isfinite(observed).all() and np.isfinite(reward).all() and np.isfinite(info["final_obs"]).all()
+    assert not truncated.any()
+    velocity = replay(env.runner.world, info["diverged_file"][1])
+    assert not np.abs(velocity).max() < 1e6
+    for _ in range(3):
+        assert np.isfinite(env.step(np.ones((3, 7)))[0]).all()
