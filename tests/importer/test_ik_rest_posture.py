@@ -124,3 +124,15 @@ def test_an_imported_arm_answers_every_command(
     assert (np.abs(posture) > 0.1).any() != given
     gates = {gate.name: gate for gate in validate(robot, gates=("response",)).gates}
     assert gates["response"].passed != given
+
+
+def test_an_arm_of_five_joints_is_bent_for_the_position_of_its_tip() -> None:
+    """No posture turns its tip about every axis; straight up, it cannot move the tip along itself either."""
+    robot = stretched()
+    rest = {joint.name: 0.0 for joint in robot.joints}
+    arm = arm_of(robot, "base", "arm0_link5", rest, ())
+    assert arm is not None and len(arm.own) == 5
+    assert dexterity(arm, arm.rest) < 1e-9
+    turned = ik_posture(arm, rest, lambda posture: False)
+    q = np.array([turned.get(name, 0.0) for name in arm.chain.joint_names])
+    assert turned and dexterity(arm, q) > ENOUGH

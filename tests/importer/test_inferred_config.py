@@ -46,4 +46,7 @@ def test_a_base_that_wheels_or_virtual_joints_move_keeps_its_wheels(r1: Semantic
     driven = replace(r1, base="differential")
     assert inferred_base_motion(driven) == BaseMotion(wheel_links=list(r1.wheel_links))
     moved = inferred_base_motion(replace(r1, virtual_joints=("x", "y")))
+    drawn = inferred_base_motion(replace(r1, wheels=()))
+    assert drawn.use_holonomic_joints and not drawn.use_sphere_wheels
+    assert not inferred_base_motion(replace(r1, wheels=()), is_moved=True).use_holonomic_joints
     assert not moved.use_holonomic_joints and moved.wheel_joints == []

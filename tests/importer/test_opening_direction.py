@@ -126,3 +126,12 @@ def test_the_definition_has_grasp_points_between_the_jaws_and_a_workspace_range(
         spots.append(pose + rotate(quaternion, np.array(point)))
     # the jaws are 0.01 m thick
     assert np.linalg.norm(spots[0] - spots[1]) == pytest.approx(_gap(robot) - 0.01, abs=0.002)
+
+
+def test_jaws_rest_and_are_locked_open(tmp_path: Path) -> None:
+    """Both jaws open towards their lower limits of -0.04 m, which their upper ones close."""
+    file = tmp_path / "jaws.urdf"
+    file.write_text(_arm(BOTH_DOWN))
+    planning = build_package(file, name="jaws", out=tmp_path / "data").robot.planning
+    assert planning is not None
+    assert planning.lock_joints == {"fl": -0.04, "fr": -0.04}

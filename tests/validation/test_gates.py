@@ -164,6 +164,18 @@ def test_a_weak_joint_that_swings_with_another_fails_the_gate_of_isolation() -> 
     assert finding.endswith(f"{report.gate('isolation').figure:.0%} of its own motion")
 
 
+def test_a_joint_is_not_isolated_from_a_part_that_runs_into_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two bars side by side meet when one turns; what the push moves is no leak of the command."""
+    text = "<robot name='pair'>" + link("base")
+    text += "".join(link(name) for name in "ab").replace("0.1 0.1 0.1", "0.4 0.02 0.1")
+    text += hinge("left", "base", "a", "0 0.0125 1")
+    text += hinge("right", "base", "b", "0 -0.0125 1").replace("effort='40'", "effort='0.2'")
+    description = load_description(text + "</robot>")
+    assert "isolation" not in failed(validate(description, definition=DEFINITION, gates=["response"]))
+    monkeypatch.setattr("roboyard.validation.gates.response._free_steps", lambda *_: 1000)
+    assert "isolation" in failed(validate(description, definition=DEFINITION, gates=["response"]))
+
+
 def test_mimic_joints_of_a_group_may_move_with_it() -> None:
     text = "<robot name='copy'>" + link("base") + "".join(link(name) for name in "abc")
     belt = "<mimic joint='left' multiplier='0.5'/>"
@@ -266,7 +278,8 @@ def test_an_arm_too_weak_for_its_weight_has_no_pose_to_reach() -> None:
     """The shoulder carries 6 kg at 0.6 m on average: 35 N m, more than 0.8 of its effort limit."""
     gate = reached(planar_arm(8.0), reach_definition())
     assert not gate.passed and gate.figure == 0.0
-    assert "no posture free" in gate.detail
+    assert "no path to a posture is free" in gate.detail
+    assert "gravity needs more than 80% of the effort limit 8 of joint 'j1'" in gate.findings[0]
 
 
 def test_arms_without_inverse_kinematics_skip_the_gate_of_reach() -> None:

@@ -20,12 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.description.geometry import shape_meshes
 from roboyard.description.model import RobotDescription
 from roboyard.description.semantic import Arm, SemanticDescription, Wheel
-from roboyard.errors import MeshError
+from roboyard.export.floor_links import fixed_casters, lowest_links
 from roboyard.export.workspace import workspace_range
-from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.kinematics.joint_order import single_dof_joints
 
 MIN_IK_JOINTS = 5
@@ -33,8 +31,6 @@ MIN_IK_JOINTS = 5
 
 GRASP_POINTS = {"assisted_grasp_start_points": "start_points", "assisted_grasp_end_points": "end_points"}
 """Key of a definition to the field of a gripper."""
-CASTER_NEAR, CASTER_SIZE = 0.01, 3.0
-"""Height above the wheels' bottoms (m) and size, in radii of the wheels, of a fixed link that is a caster."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -159,7 +155,8 @@ def _add_base(
     floor = [*semantic.wheel_links, *semantic.caster_links]
     if semantic.virtual_joints:
         blocks.base["holonomic_base"] = {"force_sphere_wheel_approximation": sphere_wheels}
-        blocks.base["locomotion"] = _locomotion(semantic.base_joints, semantic.wheel_links)
+        sliding = semantic.wheel_links or lowest_links(description, semantic)
+        blocks.base["locomotion"] = _locomotion(semantic.base_joints, sliding)
         blocks.controllers["base"] = "HolonomicBaseJointController"
         return {*semantic.base_joints, *semantic.virtual_joints}
     sides, pair = wheel_sides(semantic), semantic.wheel_pair
@@ -190,36 +187,6 @@ def _add_base(
         "DifferentialDriveController" if "two_wheel" in blocks.base else "JointController"
     )
     return set(joints)
-
-
-def fixed_casters(description: RobotDescription, semantic: SemanticDescription, radius: float) -> list[str]:
-    """Return the small links fixed to the root that reach the floor: casters drawn without joints.
-
-    Args:
-        description: of the robot.
-        semantic: of the robot.
-        radius: of its driven wheels (m).
-    """
-    poses = forward_kinematics(description)
-    wheels = [poses[w.link][2, 3] - radius for w in semantic.driven_wheels if w.link in poses]
-    names = [description.root.name]
-    for name in names:
-        names += [joint.child for joint in description.child_joints[name] if joint.type == "fixed"]
-    found = []
-    for name in names[1:]:
-        try:
-            meshes = shape_meshes(description.link_by_name[name].collisions)
-        except MeshError:
-            continue
-        if not meshes or not wheels:
-            continue
-        points = np.concatenate([mesh.vertices for mesh in meshes]) @ poses[name][:3, :3].T
-        points = points + poses[name][:3, 3]
-        if points[:, 2].min() < min(wheels) + CASTER_NEAR and np.ptp(points[:, :2], axis=0).max() < (
-            CASTER_SIZE * radius
-        ):
-            found.append(name)
-    return found
 
 
 def _add_two_wheel(blocks: DefinitionBlocks, radius: float, length: float) -> None:

@@ -194,7 +194,7 @@ def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
     log = context.log
     with log.step("stage_and_clean"):
         robot = repair_and_copy_files(context)
-    context = with_inferred_settings(context, robot.semantic)
+    context = with_inferred_settings(context, robot)
     for step in STEPS:
         with log.step(step.__module__.rpartition(".")[2]):
             robot = step(robot, context)

@@ -72,7 +72,7 @@ def infer_config(
         )
         context.build.mkdir()
         robot = repair_and_copy_files(context)
-        config = with_inferred_settings(context, robot.semantic).config
+        config = with_inferred_settings(context, robot).config
     path = loaded.urdf.absolute()
     if relative_to is not None and path.is_relative_to(relative_to.absolute()):
         path = path.relative_to(relative_to.absolute())

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from roboyard.description.model import Pose
+from roboyard.description.robot_model import RobotModel
 from roboyard.description.semantic import MountedSensor, SemanticDescription
 from roboyard.importer.config.schema import (
     BaseMotion,
@@ -20,15 +21,23 @@ from roboyard.importer.config.schema import (
 from roboyard.importer.context import ImportContext
 
 
-def with_inferred_settings(context: ImportContext, semantic: SemanticDescription) -> ImportContext:
+def with_inferred_settings(context: ImportContext, robot: RobotModel) -> ImportContext:
     """Return the context with the inferred settings, unless the user gave a configuration."""
     if context.has_config:
         return context
-    return replace(context, config=inferred_config(context.config, semantic))
+    return replace(
+        context, config=inferred_config(context.config, robot.semantic, robot.description.root.name)
+    )
 
 
-def inferred_config(config: ImportConfig, semantic: SemanticDescription) -> ImportConfig:
-    """Return a configuration in which everything that is understood about the robot is stated."""
+def inferred_config(config: ImportConfig, semantic: SemanticDescription, root: str) -> ImportConfig:
+    """Return a configuration in which everything that is understood about the robot is stated.
+
+    Args:
+        config: before.
+        semantic: of the robot.
+        root: its root link; joints between it and the base move a base.
+    """
     curobo = config.curobo.model_copy(
         update={
             "eef_to_gripper_info": {
@@ -40,7 +49,7 @@ def inferred_config(config: ImportConfig, semantic: SemanticDescription) -> Impo
     )
     return config.model_copy(
         update={
-            "base_motion": inferred_base_motion(semantic),
+            "base_motion": inferred_base_motion(semantic, is_moved=semantic.base_link != root),
             "camera_links": [_camera(sensor) for sensor in _one_a_link(semantic.mounted("camera"))],
             "lidar_links": [_lidar(sensor) for sensor in _one_a_link(semantic.mounted("lidar"))],
             "understanding": inferred_understanding(semantic),
@@ -49,15 +58,21 @@ def inferred_config(config: ImportConfig, semantic: SemanticDescription) -> Impo
     )
 
 
-def inferred_base_motion(semantic: SemanticDescription) -> BaseMotion:
-    """Return the base's settings: a holonomic base moves by virtual joints, its wheels fixed and spheres."""
+def inferred_base_motion(semantic: SemanticDescription, *, is_moved: bool = False) -> BaseMotion:
+    """Return the base's settings: a holonomic base moves by virtual joints, its wheels fixed and spheres.
+
+    Wheels that the file draws on fixed joints stay as they are, and slide.
+    """
     wheels = [wheel.link for wheel in semantic.driven_wheels]
-    if semantic.base != "holonomic" or semantic.virtual_joints or not wheels:
+    if semantic.base != "holonomic" or semantic.virtual_joints or (is_moved and not wheels):
         return BaseMotion(wheel_links=wheels)
     rolling = [wheel.joint for wheel in semantic.wheels if not wheel.is_caster]
     fixed = dict.fromkeys((*semantic.steer_joints, *rolling, *semantic.caster_joints))
     return BaseMotion(
-        wheel_links=wheels, wheel_joints=list(fixed), use_sphere_wheels=True, use_holonomic_joints=True
+        wheel_links=wheels,
+        wheel_joints=list(fixed),
+        use_sphere_wheels=bool(wheels),
+        use_holonomic_joints=True,
     )
 
 

@@ -36,6 +36,8 @@ MARGIN = np.radians(10.0)
 MOST_JOINTS = 6
 """Most joints that are turned; joints nearer to the tip are kept."""
 FEWEST_JOINTS = 4
+SPACE = 6
+"""Number of coordinates of a pose."""
 TRIES = 100
 """Postures checked for contacts."""
 
@@ -67,11 +69,12 @@ def ik_rest_posture(
     semantic = robot.semantic
     others = {*semantic.trunk_joints, *semantic.virtual_joints, *config.curobo.lock_joints}
     touches = NewContacts(checker or ContactChecker(description), rest)
+    known = {arm.end_effector.link for arm in semantic.arms}
     for effector in semantic.end_effectors:
         arm = arm_of(description, semantic.base_link, effector.link, out, others)
         if arm is None:
             continue
-        named = config.curobo.eef_to_gripper_info or effector.gripper_joints
+        named = config.curobo.eef_to_gripper_info or effector.gripper_joints or effector.link in known
         if not named and len(arm.own) < MOST_OF_ALL * _driven_before(description, effector.link):
             continue
         out |= ik_posture(arm, out, touches)
@@ -141,9 +144,13 @@ def arm_of(
 
 
 def dexterity(arm: Arm, q: Array) -> float:
-    """Return the smallest singular value σ of the arm's own joints at (n,) positions `q` (dimensionless)."""
+    """Return the smallest singular value σ of the arm's own joints at (n,) positions `q` (dimensionless).
+
+    With fewer than six joints only the tip's position counts, since no posture turns it about every axis.
+    """
     own = jacobian(arm.chain, q)[:, list(arm.own)]
     own[:3] /= arm.reach
+    own = own if len(arm.own) >= SPACE else own[:3]
     return float(np.linalg.svd(own, compute_uv=False)[-1])
 
 
@@ -156,14 +163,15 @@ def ik_posture(arm: Arm, rest: Posture, touches: Callable[[Posture], bool]) -> d
         rest: the whole robot's rest posture.
         touches: whether a posture of the robot causes new contacts.
     """
-    if dexterity(arm, arm.rest) >= ENOUGH:
+    before = dexterity(arm, arm.rest)
+    if before >= ENOUGH:
         return {}
     candidates = _candidates(arm)
     if not len(candidates):
         return {}
     found = np.array([dexterity(arm, q) for q in candidates])
     best = float(found.max())
-    if best < 2.0 * ENOUGH:
+    if best < max(ENOUGH, 2.0 * before):
         return {}
     frames = forward_kinematics(arm.chain, candidates, list(arm.chain.links))[:, :, :3, 3]
     floor = min(0.0, float(forward_kinematics(arm.chain, arm.rest, list(arm.chain.links))[:, 2, 3].min()))

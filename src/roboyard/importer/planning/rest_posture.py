@@ -58,18 +58,23 @@ def nearest_to_zero(joint: Joint) -> float:
 def lock_joints(robot: RobotModel, config: ImportConfig, rest: Mapping[str, float]) -> dict[str, float]:
     """Return the joints that a planner does not move, with their positions (rad or m).
 
-    They are the configuration's, the virtual joints without a drive, and the gripper joints, opened.
+    They are the configuration's, the virtual joints without a drive, and the gripper joints, opened. Joints
+    of a hand that open nothing stay at rest.
     """
     locked: dict[str, float] = {}
     for name, value in config.curobo.lock_joints.items():
         locked[name] = rest.get(name, 0.0) if value is None else value
     undriven = [name for name in robot.semantic.virtual_joints if name not in robot.semantic.base_joints]
     locked |= {name: 0.0 for name in undriven if name not in locked}
+    ways = {name: way for hand in robot.semantic.grippers for name, way in hand.opening_of.items()}
+    known = {name for hand in robot.semantic.grippers if hand.opening_of for name in hand.joints}
     for gripper in config.curobo.eef_to_gripper_info.values():
         for name in gripper.joints:
             joint = robot.description.joint_by_name.get(name)
             if joint is None or name in locked or name not in rest:
                 continue
             limits = joint.position_limits()
-            locked[name] = rest[name] if limits is None else limits[1]
+            way = ways.get(name, None if name in known else "increasing")
+            ends = {"increasing": 1, "decreasing": 0}
+            locked[name] = rest[name] if limits is None or way is None else limits[ends[way]]
     return locked

@@ -8,6 +8,8 @@ at the last.
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from roboyard.robots import Robot
@@ -35,6 +37,8 @@ WINDOW = 1.5
 """Largest joint distance from the reset posture (rad or m)."""
 MAX_GRAVITY_EFFORT = 0.8
 """Largest effort against gravity, as a fraction of the effort limits."""
+MOST_CAUSES = 3
+"""Number of causes named where no path is free."""
 STEP = 0.25
 """Joint distance between the checked postures of a path (rad or m)."""
 
@@ -60,8 +64,9 @@ def ik_reach_gates(test_world: TestWorld, poses: int = POSES) -> tuple[Gate, ...
     absolute = {"mode": "absolute_pose", "command_output_limits": None, "command_input_limits": None}
     robot = test_world.robot(action_normalize=False, controllers=dict.fromkeys(arms, absolute))
     errors, labels, findings = [], [], []
+    causes: Counter[str] = Counter()
     for arm in arms:
-        for k, path in enumerate(sample_paths(robot, arm, poses, test_world.seed)):
+        for k, path in enumerate(sample_paths(robot, arm, poses, test_world.seed, causes)):
             robot.reset()
             for pose in path[:-1]:
                 reach(robot, arm, pose, SECONDS_PER_POSE, near=NEAR)
@@ -82,8 +87,9 @@ def ik_reach_gates(test_world: TestWorld, poses: int = POSES) -> tuple[Gate, ...
                 threshold=MIN_REACHED,
                 unit="of the poses",
                 sense="at least",
-                detail="no posture free of self-collision was found",
-                advice="self-collision: disabled_collision_pairs, self_collisions",
+                detail="no path to a posture is free of contacts and within the effort limits",
+                findings=[f"{cause}, on {count} paths" for cause, count in causes.most_common(MOST_CAUSES)],
+                advice="self-collision: disabled_collision_pairs, self_collisions; effort limits",
             ),
         )
     good = (found[:, 0] <= POSITION) & (found[:, 1] <= ROTATION)
@@ -111,7 +117,9 @@ def ik_reach_gates(test_world: TestWorld, poses: int = POSES) -> tuple[Gate, ...
     )
 
 
-def sample_paths(robot: Robot, group: str, count: int, seed: int) -> list[list[Array]]:
+def sample_paths(
+    robot: Robot, group: str, count: int, seed: int, causes: Counter[str] | None = None
+) -> list[list[Array]]:
     """Return up to `count` contact-free paths of a group's tip; the robot is reset afterwards.
 
     Args:
@@ -119,6 +127,7 @@ def sample_paths(robot: Robot, group: str, count: int, seed: int) -> list[list[A
         group: of an arm with a task-space controller.
         count: of paths.
         seed: of the random postures.
+        causes: counts why paths were not free.
 
     Returns:
         Paths of (4, 4) poses in the robot's base frame.
@@ -137,17 +146,21 @@ def sample_paths(robot: Robot, group: str, count: int, seed: int) -> list[list[A
     for _ in range(count * 20):
         if len(found) == count:
             break
-        path = _free_path(robot, group, resting, places, rng.uniform(lower, upper), usual)
+        path, cause = _free_path(robot, group, resting, places, rng.uniform(lower, upper), usual)
         if path:
             found.append(path)
+        elif causes is not None:
+            causes[cause] += 1
     robot.reset()
     return found
 
 
 def _free_path(
     robot: Robot, group: str, resting: Array, places: Indices, target: Array, usual: set[tuple[str, str]]
-) -> list[Array]:
-    """Return the poses of the tip on the straight joint path to a posture; empty where it is not free."""
+) -> tuple[list[Array], str]:
+    """Return the poses of the tip on the straight joint path to a posture; none, and why, where it is not
+    free.
+    """
     controller = robot.controllers[group]
     assert isinstance(controller, TaskController)
     poses = []
@@ -156,13 +169,19 @@ def _free_path(
         q = resting.copy()
         q[places] += fraction * (target - resting[places])
         robot.joint_arrays.q = q
-        if all_contacts(robot) - usual:
-            return []
+        if new := all_contacts(robot) - usual:
+            return [], "{} and {} touch".format(*min(new))
         robot.joint_arrays.refresh()
-        if (np.abs(robot.joint_arrays.bias[places]) > MAX_GRAVITY_EFFORT * robot.limits.effort[places]).any():
-            return []
+        loads = np.abs(robot.joint_arrays.bias[places]) / robot.limits.effort[places]
+        if loads.max() > MAX_GRAVITY_EFFORT:
+            worst = places[int(loads.argmax())]
+            limit = robot.limits.effort[worst]
+            return [], (
+                f"gravity needs more than {MAX_GRAVITY_EFFORT:.0%} of the effort limit {limit:.3g} of joint "
+                f"{robot.joint_names[worst]!r}"
+            )
         poses.append(controller.tip(robot.loop.state_of(robot.groups[group])))
-    return poses
+    return poses, ""
 
 
 def command(robot: Robot, group: str, pose: Array) -> None:

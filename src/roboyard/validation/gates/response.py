@@ -1,7 +1,8 @@
 """Test that every controller moves its own joints, and no others.
 
 Each number of each command is changed alone, up and then down, for half a second, and compared with the same
-robot under the no-op action. A joint's response is the largest difference between the two.
+robot under the no-op action. A joint's response is the largest difference between the two. Other joints are
+compared until links touch that did not.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ import numpy as np
 from roboyard.robots import Robot
 from roboyard.robots.joint_arrays import Indices
 from roboyard.transforms import Array
+from roboyard.validation.gates.weak_joints import because_weak
 from roboyard.validation.report import Curve, Gate
-from roboyard.validation.test_world import TestWorld
+from roboyard.validation.test_world import TestWorld, all_contacts
 
 SECONDS = 0.5
 """Duration of each change (s)."""
@@ -91,6 +93,7 @@ def response_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             detail="largest motion of a joint outside the group",
             findings=[
                 f"{response.label} also moves {response.other}, by {response.leak:.0%} of its own motion"
+                + because_weak(robot, response.other)
                 for response in responses
                 if response.leak > MAX_LEAK
             ],
@@ -122,7 +125,10 @@ def _measure_responses(robot: Robot) -> list[Response]:
                 difference = np.abs(_run(robot, start, action) - reference)
                 moved = float(difference[:, own].max())
                 if moved > best.moved:
-                    worst = difference[:, others].max(axis=0) if len(others) else np.zeros(1)
+                    worst = difference[:, others].max(axis=0, initial=0.0) if len(others) else np.zeros(1)
+                    if worst.max() > MAX_LEAK * moved > MAX_LEAK * MIN_RESPONSE:
+                        free = difference[: _free_steps(robot, start, action)]
+                        worst = free[:, others].max(axis=0, initial=0.0)
                     best = Response(
                         label=best.label,
                         moved=moved,
@@ -144,6 +150,23 @@ def _run(robot: Robot, start: object, action: Array) -> Array:
         robot.world.step(robot.steps_per_control)
         out[k] = robot.joint_positions
     return out
+
+
+def _free_steps(robot: Robot, start: object, action: Array) -> int:
+    """Return the control steps under a repeated action until links touch that did not: an arm that a trunk
+    leans on the body gives way there.
+    """
+    robot.world.restore_state(start)  # type: ignore[arg-type]
+    robot.loop.invalidate()
+    usual = all_contacts(robot)
+    steps = round(SECONDS * robot.control_freq)
+    for k in range(steps):
+        robot.apply_action(action)
+        for _ in range(robot.steps_per_control):
+            robot.world.step(1)
+            if all_contacts(robot) - usual:
+                return k
+    return steps
 
 
 def _changed(robot: Robot, group: str, idle: float, sign: float) -> float:

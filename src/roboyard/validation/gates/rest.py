@@ -9,6 +9,7 @@ import numpy as np
 from roboyard.robots import Robot
 from roboyard.robots.control.rotations import vector_of_matrix
 from roboyard.transforms import Array, matrix_from_quaternion
+from roboyard.validation.gates.weak_joints import because_weak
 from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, own_contacts, zero_action
 
@@ -78,7 +79,9 @@ def settle_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             unit="rad/s or m/s",
             detail=f"largest speed in the last {MEASURED_SECONDS:g} s of {seconds:g} s of zero "
             f"actions: {fastest}",
-            findings=[f"{fastest} still moves at {worst:.3g}"] if worst > MAX_SPEED else [],
+            findings=[f"{fastest} still moves at {worst:.3g}{because_weak(robot, fastest)}"]
+            if worst > MAX_SPEED
+            else [],
             advice="overlapping collision shapes, implausible masses and inertias, damping and effort "
             "limits, and"
             " isaac_kp and isaac_kd of the joint's controller",
@@ -140,7 +143,9 @@ def drift_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             threshold=JOINT_DRIFT,
             unit="rad or m",
             detail=f"largest motion of a joint in the same time: {fastest}",
-            findings=[f"{fastest} moved by {worst.max():.3g}"] if worst.max() > JOINT_DRIFT else [],
+            findings=[f"{fastest} moved by {worst.max():.3g}{because_weak(robot, fastest)}"]
+            if worst.max() > JOINT_DRIFT
+            else [],
             advice="the joint's effort limit, use_gravity_compensation, isaac_kp and isaac_kd",
             curve=Curve(
                 x=times,

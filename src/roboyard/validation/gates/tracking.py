@@ -17,6 +17,7 @@ import numpy as np
 from roboyard.robots import Robot
 from roboyard.robots.control.joint import JointController
 from roboyard.transforms import Array
+from roboyard.validation.gates.weak_joints import text_of
 from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, all_contacts
 
@@ -135,7 +136,7 @@ def _step(robot: Robot, group: str, number: int, target: float) -> Step | None:
     if arrived is None and robot.definition.holonomic_base is not None:
         return None
     mean = float(np.mean(last[-round(MEASURED * robot.control_freq) :]))
-    cause = f"gravity needs {load:.3g} of its effort limit of {limit:.3g}" if load > 0.95 * limit else ""
+    cause = text_of(load, limit)
     return Step(
         joint=robot.joint_names[index],
         overshoot=beyond,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.robots.definition.postures import ResetMode
+from roboyard.validation.gates.weak_joints import because_weak
 from roboyard.validation.report import Gate
 from roboyard.validation.test_world import TestWorld, own_contacts
 
@@ -37,14 +38,15 @@ def tuck_gates(test_world: TestWorld) -> tuple[Gate, ...]:
         robot.reset()
         robot.tuck() if mode == "tuck" else robot.untuck()
         posture = robot.joint_positions
+        weak = {name: because_weak(robot, name) for name in robot.joint_names}
         overlaps = [pair for pair in own_contacts(robot.world, robot.body) if pair[2] > OVERLAP]
         findings += [f"{mode}ed: {a} and {b} overlap by {depth * 1e3:.1f} mm" for a, b, depth in overlaps]
         robot.world.step(round(SECONDS / robot.world.timestep))
-        held = [i for g in robot.groups.values() if g.kind != "base" for i in g.indices]
+        held = [i for g in robot.groups.values() if g.kind not in ("base", "gripper") for i in g.indices]
         away = np.abs(robot.joint_positions - posture)[held]
         if len(away) and away.max() > MAX_MOTION:
             name = robot.joint_names[held[int(away.argmax())]]
-            findings.append(f"{mode}ed: {name} moved by {away.max():.3g}")
+            findings.append(f"{mode}ed: {name} moved by {away.max():.3g}{weak[name]}")
         worst = max(worst, float(away.max(initial=0.0)), MAX_MOTION * 2 if overlaps else 0.0)
     return (
         Gate(
