@@ -8,7 +8,7 @@ single joint frees a pair, random turns of all of them are tried.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -26,6 +26,8 @@ STEPS = 40
 """Positions tried of each joint."""
 SLIDE_COST = 3.0
 """Cost of a slide by one metre, in radians."""
+MOST_TURN = np.pi / 2
+"""Largest turn of a joint alone (rad)."""
 TRIES = 400
 """Random turns of several joints."""
 DIGITS = 2
@@ -34,7 +36,10 @@ MOST_PAIRS = 12
 
 
 def contact_free_posture(
-    checker: ContactChecker, rest: Posture, still: Collection[str] = ()
+    checker: ContactChecker,
+    rest: Posture,
+    still: Collection[str] = (),
+    allows: Callable[[Posture], bool] = lambda posture: True,
 ) -> dict[str, float]:
     """Return new positions of the joints to move (rad or m); empty where nothing overlaps at rest.
 
@@ -42,6 +47,7 @@ def contact_free_posture(
         checker: of the robot.
         rest: its rest posture: every joint of one degree of freedom (rad or m).
         still: joints that stay, such as those of wheels and legs.
+        allows: whether a posture may be taken; all may by default.
     """
     deep = _deep(checker.overlaps(rest))
     if not deep:
@@ -56,7 +62,7 @@ def contact_free_posture(
             continue
         joints = [joint for joint in joints_between(description, *pair) if joint.name not in still]
         joints = [joint for joint in joints if joint.mimic is None and joint.name in rest]
-        change = _freed(checker, posture, pair, joints)
+        change = _freed(checker, posture, pair, joints, allows)
         posture |= change
         moved |= change.keys()
     return {name: posture[name] for name in rest if name in moved and posture[name] != rest[name]}
@@ -100,14 +106,18 @@ def _usual(checker: ContactChecker, rest: Posture, pairs: Collection[Pair]) -> s
 
 
 def _freed(
-    checker: ContactChecker, posture: Posture, pair: Pair, joints: Sequence[Joint]
+    checker: ContactChecker,
+    posture: Posture,
+    pair: Pair,
+    joints: Sequence[Joint],
+    allows: Callable[[Posture], bool],
 ) -> dict[str, float]:
     """Return the smallest change of the joints that frees a pair; empty where none is found."""
     before = checker.overlaps(posture)
 
     def is_free(change: Mapping[str, float]) -> bool:
         now = checker.overlaps({**posture, **change})
-        if now.get(pair, 0.0) > 0.0:
+        if now.get(pair, 0.0) > 0.0 or not allows({**posture, **change}):
             return False
         return all(depth <= TOUCH or depth <= before.get(other, 0.0) + TOUCH for other, depth in now.items())
 
@@ -138,6 +148,8 @@ def _freed(
 def _positions(joint: Joint, now: float) -> list[float]:
     """Return positions within a joint's range, without the present one (rad or m)."""
     low, high = sample_range(joint)
+    if joint.type != "prismatic":
+        low, high = max(low, now - MOST_TURN), min(high, now + MOST_TURN)
     step = max((high - low) / STEPS, 10.0**-DIGITS)
     count = round((high - low) / step)
     values = {round(now + k * step, DIGITS) for k in range(-count, count + 1)}

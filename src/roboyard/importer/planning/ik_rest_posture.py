@@ -50,7 +50,11 @@ Posture = Mapping[str, float]
 
 
 def ik_rest_posture(
-    robot: RobotModel, config: ImportConfig, rest: Posture, checker: ContactChecker | None = None
+    robot: RobotModel,
+    config: ImportConfig,
+    rest: Posture,
+    checker: ContactChecker | None = None,
+    allows: Callable[[Posture], bool] = lambda posture: True,
 ) -> dict[str, float]:
     """Return the rest posture with stretched arms bent (rad or m).
 
@@ -61,6 +65,7 @@ def ik_rest_posture(
         config: of its import.
         rest: the posture before (rad or m).
         checker: of the robot's contacts; a new one by default.
+        allows: whether a posture may be taken; all may by default.
     """
     out = dict(rest)
     if config.curobo.default_qpos is not None:
@@ -77,7 +82,7 @@ def ik_rest_posture(
         named = config.curobo.eef_to_gripper_info or effector.gripper_joints or effector.link in known
         if not named and len(arm.own) < MOST_OF_ALL * _driven_before(description, effector.link):
             continue
-        out |= ik_posture(arm, out, touches)
+        out |= ik_posture(arm, out, lambda posture: not allows(posture) or touches(posture))
     return out
 
 

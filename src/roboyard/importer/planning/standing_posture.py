@@ -14,7 +14,7 @@ import numpy as np
 
 from roboyard.description.model import RobotDescription
 from roboyard.description.semantic import Leg
-from roboyard.morphology.joint_ranges import full_range
+from roboyard.morphology.joint_ranges import FULL_TURN, full_range
 from roboyard.morphology.point_model import PointModel
 from roboyard.morphology.support_mode import decide
 from roboyard.transforms import Array
@@ -86,7 +86,10 @@ def _ranges(figure: PointModel, leg: Leg) -> Array:
     """Return (n, 2) positions that a leg's joints may take, and their ends kept free."""
     rows = []
     for name in leg.joints:
-        lower, upper = full_range(figure.description.joint_by_name[name], figure.home[name])
+        joint = figure.description.joint_by_name[name]
+        lower, upper = full_range(joint, figure.home[name])
+        if joint.position_limits() is None:  # a turn either way, so that small ones both ways are near
+            lower, upper = figure.home[name] - FULL_TURN / 2, figure.home[name] + FULL_TURN / 2
         free = END_MARGIN * (upper - lower)
         rows.append((lower + free, upper - free))
     return np.array(rows)

@@ -16,12 +16,14 @@ from roboyard.description.robot_model import CollisionSphere, PlanningData, Robo
 from roboyard.description.semantic import REST, TUCK
 from roboyard.errors import MeshError
 from roboyard.importer.context import ImportContext
+from roboyard.importer.planning.centred_legs import centred_legs
 from roboyard.importer.planning.contact_checker import ContactChecker
 from roboyard.importer.planning.contact_free_posture import contact_free_posture
 from roboyard.importer.planning.ik_rest_posture import NewContacts, ik_rest_posture
 from roboyard.importer.planning.link_spheres import fit_links
 from roboyard.importer.planning.rest_posture import lock_joints, rest_posture
 from roboyard.importer.planning.standing_posture import standing_posture
+from roboyard.importer.planning.support_margin import keeps_standing
 from roboyard.importer.planning.tuck_posture import tuck_posture
 from roboyard.shapes.surface_points import share_near_spheres, surface_points
 
@@ -75,16 +77,20 @@ def _rest(robot: RobotModel, context: ImportContext, checker: ContactChecker) ->
     stood = standing_posture(robot.description, robot.semantic.legs, straight)
     straight |= stood
     _note_rest(context, stood, "because the robot would not stand on its legs as they are drawn")
-    rest = ik_rest_posture(robot, context.config, straight, checker)
+    stands = keeps_standing(robot.description, robot.semantic.legs, straight)
+    rest = ik_rest_posture(robot, context.config, straight, checker, stands)
     bent = {name: rest[name] for name in rest if rest[name] != straight[name]}
     _note_rest(context, bent, "because the stretched arm is near a singularity")
     semantic = robot.semantic
     still = {*semantic.base_joints, *semantic.virtual_joints, *semantic.caster_joints, *semantic.steer_joints}
     still |= {wheel.joint for wheel in semantic.wheels}
     still |= {name for leg in semantic.legs for name in leg.joints}
-    freed = contact_free_posture(checker, rest, still)
+    freed = contact_free_posture(checker, rest, still, stands)
     _note_rest(context, freed, "because links overlapped that the robot can hold apart")
-    return {**rest, **freed}
+    rest |= freed
+    leant = centred_legs(robot.description, semantic.legs, rest, semantic.forward)
+    _note_rest(context, leant, "because the centre of mass is then over the middle of the feet")
+    return rest | leant
 
 
 def _note_rest(context: ImportContext, changed: Mapping[str, float], why: str) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from roboyard.audit import ERROR, Finding
 from roboyard.description.evidence.read import read_evidence
 from roboyard.description.loader import load_description
-from roboyard.description.model import Geometry, Mesh, RobotDescription
+from roboyard.description.model import Geometry, Mesh, RobotDescription, Vector3
 from roboyard.description.robot_model import RobotModel
 from roboyard.description.semantic import SemanticDescription
 from roboyard.description.semantic_names import with_names
@@ -17,6 +17,7 @@ from roboyard.importer.context import ImportContext
 from roboyard.importer.missing_meshes import without_missing_meshes
 from roboyard.importer.stated_parts import with_stated_parts
 from roboyard.importer.steps.names import planned_names, renamed
+from roboyard.importer.steps.upright import turn_to_upright, turned
 from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.sensors.views import with_camera_views
 from roboyard.repair import Repair, repair_urdf
@@ -61,7 +62,14 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
             context.log.warn(
                 f"renamed from {old!r}, a name that other tools do not accept", f'{kind} "{new}"'
             )
-    semantic = infer_semantics(description, evidence=read_evidence(description, context.urdf))
+    evidence = read_evidence(description, context.urdf)
+    semantic = infer_semantics(description, evidence=evidence)
+    turn = turn_to_upright(semantic) if semantic.base_link == description.root.name else None
+    if turn is not None:
+        up = _axis(semantic.up)
+        context.log.note(f"the file has {up} up: the root link's frame is turned, z up and x forwards")
+        description = turned(description, turn)
+        semantic = infer_semantics(description, evidence=evidence)
     semantic = with_names(semantic, renames.links, renames.joints)
     description = renamed(description, renames)
     description = replace(_plain(description), name=context.config.name)
@@ -77,6 +85,12 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
         category=context.config.category,
         original_names={new: old for plan in (renames.links, renames.joints) for old, new in plan.items()},
     )
+
+
+def _axis(direction: Vector3) -> str:
+    """Return the name of the axis nearest to a direction, such as "-y"."""
+    values = [*direction, *(-value for value in direction)]
+    return ("x", "y", "z", "-x", "-y", "-z")[values.index(max(values))]
 
 
 def _record(context: ImportContext, made: Repair) -> None:
