@@ -13,11 +13,11 @@ from roboyard.importer.build import build_package
 from roboyard.importer.planning.centred_legs import centred_legs
 from roboyard.importer.planning.standing_posture import standing_posture
 from roboyard.importer.planning.support_margin import keeps_standing
-from roboyard.importer.steps.upright import turn_to_upright, turned
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.point_model import PointModel
 from roboyard.morphology.support_mode import decide
+from roboyard.morphology.upright import turn_to_upright, turned
 
 LINK = """<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>
 <inertia ixx="0.05" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial>

@@ -15,6 +15,7 @@ from test_museum import nothing_else
 
 from roboyard.description import load_description
 from roboyard.morphology.analyze import infer_semantics
+from roboyard.morphology.upright import turn_to_upright, turned
 
 
 def test_a_plugin_and_a_caster_show_a_base_whose_wheels_have_no_joints() -> None:
@@ -207,3 +208,33 @@ def test_legs_that_end_in_grippers_are_legs_where_names_say_so() -> None:
     assert [len(leg.joints) for leg in semantic.legs] == [6, 6]
     assert {arm.joints[0] for arm in semantic.arms} == {"jleft_arm0", "jright_arm0"}
     assert len(semantic.grippers) == 2
+
+
+def test_a_joint_that_turns_an_empty_frame_is_no_finger() -> None:
+    (arm,) = infer_semantics(unusual_robots.jaw_beside_an_empty_frame()).arms
+    gripper = arm.end_effector.gripper
+    assert gripper is not None and gripper.joints == ("gripper_joint",)
+
+
+def test_limbs_that_hang_below_an_unseen_base_are_not_legs() -> None:
+    semantic = infer_semantics(unusual_robots.arms_on_a_base_without_shape())
+    assert (semantic.kind, semantic.base) == ("dual_arm", "fixed")
+    nothing_else(semantic, "arms")
+
+
+def test_wheels_with_axles_upright_are_those_of_a_file_with_y_up() -> None:
+    drawn = load_description(unusual_robots.cart_with_y_up())
+    semantic = infer_semantics(drawn)
+    assert (semantic.kind, semantic.base, semantic.up) == ("mobile_base", "differential", (0.0, 1.0, 0.0))
+    assert {wheel.joint: wheel.centre for wheel in semantic.driven_wheels}["jfl"] == pytest.approx(
+        (0.2, 0, 0.2)
+    )
+    nothing_else(semantic, "wheels")
+    turn = turn_to_upright(semantic)
+    assert turn is not None
+    upright = infer_semantics(turned(drawn, turn))
+    assert upright.up == (0.0, 0.0, 1.0) and upright.base == "differential"
+    centres = {wheel.joint: wheel.centre for wheel in upright.driven_wheels}
+    for wheel in semantic.driven_wheels:
+        assert centres[wheel.joint] == pytest.approx(tuple(turn @ wheel.centre))
+    assert upright.forward == pytest.approx((1.0, 0.0, 0.0))

@@ -289,3 +289,34 @@ def climber() -> RobotDescription:
                       limits=(0, 0.03))
             )  # fmt: skip
     return robot(*parts)
+
+
+def jaw_beside_an_empty_frame() -> RobotDescription:
+    """An arm with a single jaw, and a joint beside it that turns a frame without a shape."""
+    return robot(
+        link("b", "box 0.2 0.2 0.1", 5),
+        *chain("a", "b", "0 0 0.1", ARM, "0 0 0.2"),
+        link("jaw", "box 0.02 0.02 0.12", 0.05, origin="-0.02 0 0.06"),
+        joint("gripper_joint", "a4", "jaw", xyz="0 0 0.1", axis="0 -1 0", limits=(-0.1, 1.5)),
+        link("gripper_frame"),
+        joint("gripper_frame_joint", "a4", "gripper_frame", xyz="0 0 0.3", axis="1 0 0"),
+    )
+
+
+def arms_on_a_base_without_shape() -> RobotDescription:
+    """Two mirrored arms on a base whose shape is missing; they hang lower than what else there is."""
+    axes = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "0 0 1")
+    return robot(
+        link("b", mass=5),
+        *chain("l", "b", "0 0.1 0.3", axes, "0.15 0 -0.02"),
+        *chain("r", "b", "0 -0.1 0.3", axes, "0.15 0 -0.02"),
+    )
+
+
+def cart_with_y_up() -> str:
+    """A cart on four wheels as drawn by a program with y up: axles along z, wheels at z = 0.2 and -0.2."""
+    parts = [link("b", "box 0.6 0.2 0.3", 20, origin="0 0.15 0")]
+    for name, x, z in (("fl", 0.2, 0.2), ("fr", 0.2, -0.2), ("rl", -0.2, 0.2), ("rr", -0.2, -0.2)):
+        parts.append(link(name, "cylinder 0.1 0.05", 1))
+        parts.append(joint(f"j{name}", "b", name, kind="continuous", xyz=f"{x} 0 {z}"))
+    return f'<robot name="cart">{"".join(parts)}</robot>'

@@ -35,7 +35,11 @@ from roboyard.morphology.limbs.hands import find_palms, hand_alone
 from roboyard.morphology.limbs.roles import Part, Roles, find_roles
 from roboyard.morphology.sensors.find import find_sensors
 from roboyard.morphology.skeleton import BASE, Skeleton
+from roboyard.morphology.upright import seen_from, sideways_wheels, turned
 from roboyard.transforms import Array
+
+SURE = 0.5
+"""Least confidence in the base of a robot that is drawn on its side."""
 
 
 def infer_semantics(
@@ -54,6 +58,19 @@ def infer_semantics(
     if evidence is None:
         evidence = read_evidence(description)
     skeleton = Skeleton(description, base_link)
+    found = _infer(skeleton, evidence)
+    if found.kind not in ("object", "other") or skeleton.base_link != description.root.name:
+        return found
+    for rotation in sideways_wheels(skeleton):
+        aside = _infer(Skeleton(turned(description, rotation), base_link), evidence)
+        if len(aside.driven_wheels) > 1 and (aside.confidence("base") or 0.0) >= SURE:
+            return seen_from(aside, rotation)
+    return found
+
+
+def _infer(skeleton: Skeleton, evidence: FileEvidence) -> SemanticDescription:
+    """Return the semantics of a robot with z up, or with limbs that show what is up."""
+    description = skeleton.description
     parts = find_rolling_parts(skeleton)
     base = find_wheeled_base(skeleton, parts, evidence)
     rotors = find_rotors(skeleton, base.joints if base is not None else ())

@@ -17,9 +17,9 @@ from roboyard.importer.context import ImportContext
 from roboyard.importer.missing_meshes import without_missing_meshes
 from roboyard.importer.stated_parts import with_stated_parts
 from roboyard.importer.steps.names import planned_names, renamed
-from roboyard.importer.steps.upright import turn_to_upright, turned
 from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.sensors.views import with_camera_views
+from roboyard.morphology.upright import turn_to_upright, turned
 from roboyard.repair import Repair, repair_urdf
 
 MAX_LINKS = 1000

@@ -39,14 +39,24 @@ def find_palms(skeleton: Skeleton, used: Collection[str] = ()) -> dict[str, tupl
     open_bodies = [name for name in reversed(skeleton.children[BASE]) if name not in used]
     while open_bodies:
         body = open_bodies.pop()
-        kids = [name for name in skeleton.children[body] if name not in used]
+        branches = [name for name in skeleton.children[body] if name not in used]
+        kids = _with_shape(skeleton, branches)
         if _is_palm(skeleton, body, kids):
             found[body] = tuple(joint for kid in kids for joint in skeleton.below(kid))
         elif len(kids) == 1 and _is_jaw(skeleton, body, kids[0]):
             found[body] = tuple(skeleton.below(kids[0]))
         else:
-            open_bodies += reversed(kids)
+            open_bodies += reversed(branches)
     return found
+
+
+def _with_shape(skeleton: Skeleton, kids: list[str]) -> list[str]:
+    """Return the branches that move a shape or lead other joints, all where none does: what turns an empty
+    frame is no finger.
+    """
+    drawn = [name for name in kids if len(skeleton.points_below(name))]
+    leaders = {joint.mimic.joint for joint in skeleton.joint.values() if joint.mimic is not None}
+    return [name for name in kids if name in drawn or name in leaders] if drawn else kids
 
 
 def _names(skeleton: Skeleton, joints: Collection[str]) -> list[str]:

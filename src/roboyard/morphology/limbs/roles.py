@@ -196,7 +196,7 @@ def _leg_score(
     else:
         score -= 1.5
     base = skeleton.points(BASE) @ up
-    if len(base) and float(base.min()) - floor < 0.1 * tall:
+    if (float(base.min()) if len(base) else 0.0) - floor < 0.1 * tall:  # a base without shape: its origin
         score -= 2.0
     score += by_name
     if by_name > 1:

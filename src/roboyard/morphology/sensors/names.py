@@ -12,7 +12,7 @@ _STRONG: dict[MountedKind, re.Pattern[str]] = {
     "camera": re.compile(
         r"(?:web|usb|eye|hand|wrist|head|nav|pi)?cam(?:era)?s?\d*(?:left|right|front|rear|back|head|link|frame)?"
         r"|realsense\d*|rs\d{3}|[dlr][24]\d\d[a-z]?|d5\d\d[a-z]?|t265|sr300|zed[\dmxi]*|kinect\w*|k4a|xtion\w*"
-        r"|astra\w*|orbbec|femto|gemini\d+\w*|oak\w?|rgbd|stereo\w*|primesense|carmine|imager|multisense|bumblebee\d?"
+        r"|rgb|astra\w*|orbbec|femto|gemini\d+\w*|oak\w?|rgbd|stereo\w*|primesense|carmine|imager|multisense|bumblebee\d?"
         r"|mynteye|basler|flir|gopro|fisheye|raspicam|picam|ensenso|photoneo|zivid|optical|\w*camera\w*|camara|kamera"
     ),
     "lidar": re.compile(
