@@ -45,7 +45,7 @@ def test_names_lead_to_files() -> None:
 
 @pytest.mark.parametrize("name", ["r2", "../errors.py", "/etc/passwd", ""])
 def test_unknown_names_say_what_there_is(name: str) -> None:
-    with pytest.raises(RoboyardError, match=r"available: arm7, cartpole, husky, r1, r2d2, rover"):
+    with pytest.raises(RoboyardError, match=r"available: arm7, cartpole, husky, r1, r2d2, rover, walker"):
         asset_path(name)
 
 

@@ -25,10 +25,11 @@ from assets import (
     standin_arms,
     standin_mobile,
     standin_props,
+    walker,
 )
 
 ASSETS = Path(__file__).resolve().parents[1] / "src" / "roboyard" / "assets"
-GROUPS = (ground, r2d2, husky, r1, rover, arm7, props, standin_arms, standin_mobile, standin_props)
+GROUPS = (ground, r2d2, husky, r1, rover, arm7, walker, props, standin_arms, standin_mobile, standin_props)
 
 
 def build() -> dict[str, bytes]:

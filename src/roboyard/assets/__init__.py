@@ -18,6 +18,7 @@ ROBOTS: dict[str, str] = {
     "r1": "r1/r1_description/urdf/r1_pro_source.urdf",
     "r2d2": "r2d2.urdf",
     "rover": "rover/rover.urdf",
+    "walker": "walker/walker.urdf",
 }
 """File of each bundled robot, relative to the assets folder."""
 

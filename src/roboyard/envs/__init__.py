@@ -29,12 +29,14 @@ _MODULES = {
     "JointTarget": "roboyard.envs.actions",
     "JointVelocity": "roboyard.envs.actions",
     "Mass": "roboyard.envs.randomization",
+    "Policy": "roboyard.envs.policy",
     "Pose": "roboyard.envs.randomization",
     "RandomRows": "roboyard.envs.random_rows",
     "Reward": "roboyard.envs.task",
     "Task": "roboyard.envs.task",
     "TaskEnv": "roboyard.envs.gym_env",
     "TipDelta": "roboyard.envs.actions",
+    "load_policy": "roboyard.envs.policy",
 }
 """Public name to its module."""
 
@@ -52,12 +54,14 @@ __all__ = [
     "JointTarget",
     "JointVelocity",
     "Mass",
+    "Policy",
     "Pose",
     "RandomRows",
     "Reward",
     "Task",
     "TaskEnv",
     "TipDelta",
+    "load_policy",
     "make_task",
     "make_vec",
     "register_task",
@@ -75,6 +79,7 @@ if TYPE_CHECKING:
     )
     from roboyard.envs.env_arrays import EnvArrays
     from roboyard.envs.gym_env import TaskEnv
+    from roboyard.envs.policy import Policy, load_policy
     from roboyard.envs.random_rows import RandomRows
     from roboyard.envs.randomization import Delay, Friction, Gains, Gravity, JointNoise, Mass, Pose
     from roboyard.envs.task import Reward, Task

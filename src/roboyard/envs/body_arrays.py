@@ -200,8 +200,8 @@ class RobotArrays(BodyArrays):
         """Create the arrays of a robot of the physics' world."""
         super().__init__(physics, robot.body)
         self.robot = robot
-        self.rest = robot.reset_joint_pos
-        """(j,) joint positions of the reset posture (rad or m)."""
+        self.rest = robot.joint_positions
+        """(j,) joint positions in which the world builder left the robot (rad or m)."""
         self.lower, self.upper = robot.limits.lower, robot.limits.upper
         """(j,) position limits (rad or m), infinite for none."""
         if tuple(robot.joint_names) != self.joint_names:

@@ -10,6 +10,12 @@ from roboyard.envs.task import Task
 from roboyard.errors import ConfigError, unknown_name
 
 TASKS: dict[str, str] = {
+    "roboyard/DriveTo-v0": "roboyard.envs.tasks.drive_to:drive_to",
+    "roboyard/HuskyTerrain-v0": "roboyard.envs.tasks.husky_terrain:husky_terrain",
+    "roboyard/Locomotion-v0": "roboyard.envs.tasks.locomotion:locomotion",
+    "roboyard/OpenDrawer-v0": "roboyard.envs.tasks.open_drawer:open_drawer",
+    "roboyard/PickAndPlace-v0": "roboyard.envs.tasks.pick_and_place:pick_and_place",
+    "roboyard/Push-v0": "roboyard.envs.tasks.push:push",
     "roboyard/Reach-v0": "roboyard.envs.tasks.reach:reach",
 }
 """Id to the function that returns the task, as module:function."""
@@ -91,13 +97,14 @@ def make_vec(
     Args:
         task: an id, or a task.
         num_envs: number of environments.
-        backend: "batch": threads of this process.
-        options: of `BatchEnv`; others are the task's.
+        backend: "batch": threads of this process; "ray": Ray actors on one machine or a cluster, each with a
+            batch (extra `cluster`).
+        options: of the back end (`BatchEnv`, `RayEnv`); others are the task's.
 
     Raises:
         ConfigError: there is no such task, back end or option.
     """
-    makers = {"batch": "vector_env:BatchEnv"}
+    makers = {"batch": "vector_env:BatchEnv", "ray": "ray_env:RayEnv"}
     if backend not in makers:
         raise ConfigError(unknown_name("back end", backend, makers))
     module, name = makers[backend].split(":")
@@ -110,6 +117,8 @@ def make_vec(
         if options:
             raise ConfigError(unknown_name("option", next(iter(options)), list(known)[3:]))
         return make(task, num_envs, **own)
+    if backend == "ray":
+        return make((task, options), num_envs, **own)
     return make(make_task(task, **options), num_envs, **own)
 
 

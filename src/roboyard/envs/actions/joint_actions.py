@@ -63,11 +63,11 @@ class JointDelta(JointAction):
 
 @dataclass(frozen=True)
 class JointTarget(JointAction):
-    """Joint positions around the reset posture, or within the joints' limits."""
+    """Joint positions around the start posture, or within the joints' limits."""
 
     scale: float | tuple[float, ...] = 0.5
     around: Literal["rest", "limits"] = "rest"
-    """"rest": the reset posture plus the number times `scale` (rad or m); "limits": -1 is the lower and 1
+    """"rest": the start posture plus the number times `scale` (rad or m); "limits": -1 is the lower and 1
     the upper position limit."""
     is_smooth: bool = False
     """Whether the reference moves to the goal with the joints' speeds and accelerations."""

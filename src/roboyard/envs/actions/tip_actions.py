@@ -21,18 +21,17 @@ from roboyard.transforms import Array, conjugate, multiply, rotate
 
 DAMPING = 0.05
 """λ (m or rad per rad)."""
-APPROACH_RATE = 15.0
+APPROACH_RATE = 25.0
 """Rate at which the error decreases (1/s)."""
 REST_RATE = 0.5
-"""Rate towards the reset posture in the null space (1/s)."""
-LEAD = 4.0
-"""Largest distance of the goal from the tip, in largest changes."""
+"""Rate towards the start posture in the null space (1/s)."""
 
 
 @dataclass(frozen=True)
 class TipDelta(Action):
-    """Changes of an end effector's pose in the robot's base frame: x, y, z (m), and with `turn` a rotation
-    vector (rad). A goal stays until the next change.
+    """Changes of an end effector's pose from the present one, in the robot's base frame.
+
+    x, y, z (m), and with `turn` a rotation vector (rad). Along an axis whose number is 0 the goal stays.
     """
 
     move: float = 0.05
@@ -100,12 +99,13 @@ class _Tip(BoundAction):
         place, action = self._place, self._action
         position = self._tip.position
         base = self._base.quaternion
-        self._goal += rotate(base, command[:, :3] * action.move)
-        lead = LEAD * action.move
-        self._goal = np.clip(self._goal, position - lead, position + lead)
+        here = rotate(conjugate(base), self._goal - position)
+        goal = np.where(command[:, :3] == 0.0, here, command[:, :3] * action.move)
+        self._goal = position + rotate(base, goal)
         if action.turn is not None:
             change = rotate(base, command[:, 3:] * action.turn)
-            self._turn = multiply(_quaternion(change), self._turn)
+            turned = multiply(_quaternion(change), self._tip.quaternion)
+            self._turn = np.where(command[:, 3:].any(axis=1, keepdims=True), turned, self._turn)
         jacp, jacr = place.physics.batch.jac(self._tip.row, position)
         error = self._goal - position
         jacobian = jacp[:, :, self._dofs]

@@ -27,6 +27,7 @@ def reach(
     control: str = "joints",
     limit: int = 60,
     near: float = NEAR,
+    spread: float = 0.3,
     randomize: tuple[Randomization, ...] = (JointNoise(position=0.05),),
 ) -> Task:
     """Return the task of reaching points in the workspace of an arm.
@@ -37,6 +38,7 @@ def reach(
         control: "joints" for changes of joint positions, "tip" for changes of the end effector's position.
         limit: control steps of an episode.
         near: distance within which the goal is reached (m).
+        spread: part of each joint's range, around the start posture, in which goals are reached.
         randomize: what differs from episode to episode.
     """
     goals = np.zeros((0, 3))
@@ -46,9 +48,9 @@ def reach(
         world.add_plane()
         added = place_robot(world, robot)
         name = arm_name(added, arm)
-        found = reachable(added, name, GOALS)
-        added.joint_positions = ready_posture(added, found, name)
-        goals = found.tips
+        ready = ready_posture(added, reachable(added, name, GOALS), name)
+        added.joint_positions = ready
+        goals = reachable(added, name, GOALS, share=spread, around=ready).tips
         return added
 
     def choose_goal(env: EnvArrays, rows: Rows, random: RandomRows) -> None:
@@ -63,7 +65,7 @@ def reach(
 
     return Task(
         build=build,
-        actions=lambda added: arm_actions(added, arm_name(added, arm), control),
+        actions=lambda added: arm_actions(added, arm_name(added, arm), control, holds=False),
         buffers={"goal": 3},
         observations={
             "proprio": {"q": lambda env: env.robot.q, "v": lambda env: 0.1 * env.robot.v},

@@ -31,7 +31,15 @@ class Reachable:
     """(k,) smallest singular value of the Jacobian of the tip's position (m/rad)."""
 
 
-def reachable(robot: Robot, arm: str, count: int = 256, *, seed: int = 0, share: float = 0.8) -> Reachable:
+def reachable(
+    robot: Robot,
+    arm: str,
+    count: int = 256,
+    *,
+    seed: int = 0,
+    share: float = 0.8,
+    around: Array | None = None,
+) -> Reachable:
     """Return postures drawn at random that touch nothing, with the points that they reach.
 
     Args:
@@ -39,7 +47,8 @@ def reachable(robot: Robot, arm: str, count: int = 256, *, seed: int = 0, share:
         arm: that moves; all other joints stay.
         count: most postures.
         seed: of the random numbers.
-        share: part of the range of each joint around its middle that is drawn from.
+        share: part of the range of each joint that is drawn from.
+        around: (n,) the posture in the middle of that part; by default the middle of the joints' limits.
 
     Raises:
         ConfigError: the arm finds no posture without contact.
@@ -50,7 +59,8 @@ def reachable(robot: Robot, arm: str, count: int = 256, *, seed: int = 0, share:
     places = manipulation.arm_control_idx[arm]
     low, high = robot.limits.lower[places], robot.limits.upper[places]
     low, high = np.maximum(low, -np.pi), np.minimum(high, np.pi)
-    middle, half = (low + high) / 2, share * (high - low) / 2
+    half = share * (high - low) / 2
+    middle = (low + high) / 2 if around is None else around[places]
     model, data = world.model, world.data
     joints = robot.joint_arrays
     joints.bind()
@@ -69,7 +79,7 @@ def reachable(robot: Robot, arm: str, count: int = 256, *, seed: int = 0, share:
     try:
         for _ in range(TRIES):
             q = start.copy()
-            q[places] = middle + half * random.uniform(-1.0, 1.0, len(places))
+            q[places] = np.clip(middle + half * random.uniform(-1.0, 1.0, len(places)), low, high)
             joints.q = q
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)

@@ -40,7 +40,9 @@ def arm_name(robot: Robot, arm: str = "default") -> str:
     return robot.manipulation.arm(arm)
 
 
-def arm_actions(robot: Robot, arm: str, control: str, *, gripper: bool = False) -> Mapping[str, Action]:
+def arm_actions(
+    robot: Robot, arm: str, control: str, *, gripper: bool = False, holds: bool = True
+) -> Mapping[str, Action]:
     """Return the actions of an arm: "joints" changes joint positions, "tip" the pose of the end effector.
 
     Args:
@@ -48,11 +50,12 @@ def arm_actions(robot: Robot, arm: str, control: str, *, gripper: bool = False) 
         arm: its name.
         control: "joints" or "tip".
         gripper: whether the gripper opens and closes, if there is one.
+        holds: whether the end effector keeps its orientation, with "tip".
 
     Raises:
         ConfigError: `control` is something else.
     """
-    kinds: dict[str, Action] = {"joints": JointDelta(0.1), "tip": TipDelta(0.05)}
+    kinds: dict[str, Action] = {"joints": JointDelta(0.1), "tip": TipDelta(0.05, keeps_orientation=holds)}
     if control not in kinds:
         raise ConfigError(f"control must be 'joints' or 'tip', got {control!r}")
     found: dict[str, Action] = {f"arm_{arm}": kinds[control]}

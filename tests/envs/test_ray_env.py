@@ -1,0 +1,58 @@
+"""Environments on Ray actors: as in one process, and actors that die take only their own episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+ray = pytest.importorskip("ray")
+
+import roboyard.envs as envs  # noqa: E402
+from roboyard.errors import ConfigError  # noqa: E402
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[None]:
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+    yield
+    ray.shutdown()
+
+
+def test_actors_agree_with_one_process_and_one_that_dies_is_replaced(cluster: None) -> None:
+    options: dict[str, Any] = {"limit": 20}
+    many = envs.make_vec("roboyard/Reach-v0", 6, backend="ray", workers=2, **options)
+    alone = envs.make_vec("roboyard/Reach-v0", 6, **options)
+    assert np.array_equal(many.reset(seed=3)[0], alone.reset(seed=3)[0])
+    random = np.random.default_rng(0)
+    for _ in range(25):
+        actions = random.uniform(-1, 1, (6, 7))
+        ours, theirs = many.step(actions), alone.step(actions)
+        for part in range(4):
+            assert np.array_equal(ours[part], theirs[part])
+        assert np.array_equal(ours[4]["success"], theirs[4]["success"])
+    dead = many._workers[0]
+    ray.kill(dead)
+    with pytest.raises(ray.exceptions.RayError):
+        while True:  # until Ray knows
+            ray.get(dead.spaces.remote(), timeout=30)
+    actions = random.uniform(-1, 1, (6, 7))
+    ours, theirs = many.step(actions), alone.step(actions)
+    assert ours[4]["restarted"].tolist() == [True] * 3 + [False] * 3
+    assert ours[3][:3].all() and not ours[3][3:].any()
+    assert np.array_equal(ours[0][3:], theirs[0][3:])
+    assert np.isfinite(ours[0]).all() and many.restarts == 1
+    ours, theirs = many.step(actions), alone.step(actions)
+    assert not ours[4]["restarted"].any() and np.array_equal(ours[0][3:], theirs[0][3:])
+    many.close()
+
+
+def test_more_workers_than_environments_are_an_error(cluster: None) -> None:
+    with pytest.raises(ConfigError, match="workers"):
+        envs.make_vec("roboyard/Reach-v0", 2, backend="ray", workers=3)
+    with pytest.raises(ConfigError, match="control"):
+        envs.make_vec("roboyard/Reach-v0", 2, backend="ray", controll="tip")
