@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import yaml
@@ -10,6 +11,7 @@ import yaml
 from roboyard.assets import asset_path
 from roboyard.description import load_description
 from roboyard.description.semantic import SemanticDescription
+from roboyard.importer.build import build_package
 from roboyard.importer.config.schema import BaseMotion
 from roboyard.importer.inferred_config import inferred_base_motion
 from roboyard.morphology.analyze import infer_semantics
@@ -50,3 +52,13 @@ def test_a_base_that_wheels_or_virtual_joints_move_keeps_its_wheels(r1: Semantic
     assert drawn.use_holonomic_joints and not drawn.use_sphere_wheels
     assert not inferred_base_motion(replace(r1, wheels=()), is_moved=True).use_holonomic_joints
     assert not moved.use_holonomic_joints and moved.wheel_joints == []
+
+
+def test_the_pairs_that_r1_ignores_include_those_of_its_configuration(tmp_path: Path) -> None:
+    """The document's list was made for the same robot; ours has pairs that never collide besides."""
+    stated = yaml.safe_load(CONFIG.read_text())["curobo"]["self_collision_ignore"]
+    planning = build_package(asset_path("r1"), name="r1", out=tmp_path).robot.planning
+    assert planning is not None
+    ours = {frozenset((a, b)) for a, others in planning.ignore.items() for b in others}
+    theirs = {frozenset((a, b)) for a, others in stated.items() for b in others}
+    assert theirs <= ours, f"missing: {sorted(sorted(pair) for pair in theirs - ours)}"

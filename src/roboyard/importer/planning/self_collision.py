@@ -7,6 +7,7 @@ computes; at rest also by their collision shapes.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -47,9 +48,9 @@ class SelfCollision:
     """Pairs of links by how they collide in the sampled postures, in link order."""
 
     adjacent: tuple[Pair, ...]
-    """Connected by a joint, or by links without spheres or without motion between them."""
+    """Connected by a joint, or by links without spheres or without motion between them; or of one gripper."""
     at_rest: tuple[Pair, ...]
-    """Colliding in the rest posture, and not adjacent."""
+    """Colliding in the rest posture, or as near as their mirror images collide, and not adjacent."""
     always: tuple[Pair, ...]
     never: tuple[Pair, ...]
     samples: int
@@ -69,6 +70,7 @@ def self_collision_matrix(
     rest: Mapping[str, float],
     touching: Sequence[tuple[str, str, float]] = (),
     *,
+    grippers: Sequence[Sequence[str]] = (),
     samples: int = SAMPLES,
     seed: int = 0,
 ) -> SelfCollision:
@@ -79,12 +81,15 @@ def self_collision_matrix(
         spheres: link name to its spheres; links without any are skipped.
         rest: joint name to position at rest (rad or m).
         touching: links whose collision shapes touch at rest, with depth (m); see `contacts_at`.
+        grippers: links of each gripper, which closes on itself.
         samples: random postures inside the limits.
         seed: seed of the random postures.
     """
     order = {link.name: index for index, link in enumerate(description.links)}
     names = sorted((name for name, own in spheres.items() if own), key=order.__getitem__)
     adjacent = adjacent_pairs(description, names)
+    for links in grippers:
+        adjacent |= {_key(a, b, order) for a, b in combinations(links, 2) if a in names and b in names}
     sets = SphereSets.of(names, spheres)
     sampler = PostureSampler(description)
     frames = sampler.frames([sampler.posture(rest)], names)
@@ -101,6 +106,10 @@ def self_collision_matrix(
                 at_rest.append((a, b))
             else:
                 open_pairs.append((i, j))
+    mirrored = {_key(_other_side(a), _other_side(b), order) for a, b in at_rest if _is_of(order, a, b)}
+    beside = [(i, j) for i, j in open_pairs if rest_gap[i, j] < NEAR and (names[i], names[j]) in mirrored]
+    at_rest += [(names[i], names[j]) for i, j in beside]
+    open_pairs = [pair for pair in open_pairs if pair not in beside]
     always, never = _over_postures(sampler, sets, names, open_pairs, samples, seed)
     return SelfCollision(
         adjacent=tuple(sorted(adjacent, key=lambda p: (order[p[0]], order[p[1]]))),
@@ -174,6 +183,24 @@ def contacts_at(body: Body, world: World, rest: Mapping[str, float]) -> list[tup
         if a >= 0 and a != b and distance < 0:
             deepest[a, b] = max(deepest.get((a, b), 0.0), -float(distance))
     return [(body.links[a].name, body.links[b].name, depth) for (a, b), depth in deepest.items()]
+
+
+def _other_side(name: str) -> str:
+    """Return a name with left and right, or the single letters l and r, exchanged."""
+    swap = {"left": "right", "right": "left", "l": "r", "r": "l"}
+
+    def other(found: re.Match[str]) -> str:
+        word = swap[found.group().lower()]
+        return (
+            word.upper() if found.group().isupper() else word.title() if found.group()[0].isupper() else word
+        )
+
+    return re.sub(r"left|right|(?<![a-z])[lr](?![a-z])", other, name, flags=re.IGNORECASE)
+
+
+def _is_of(order: Mapping[str, int], *names: str) -> bool:
+    """Return whether the robot has the links of the other side."""
+    return all(_other_side(name) in order for name in names)
 
 
 def _key(a: str, b: str, order: Mapping[str, int]) -> Pair:

@@ -175,7 +175,8 @@ def _ignore(
     from roboyard.importer.planning.self_collision import self_collision_matrix
 
     context.log.report_progress(0.9, "self-collision")
-    found = self_collision_matrix(robot.description, spheres, rest, touching)
+    grippers = [end.gripper_links for end in robot.semantic.end_effectors]
+    found = self_collision_matrix(robot.description, spheres, rest, touching, grippers=grippers)
     context.log.facts["self_collision"] = {
         "samples": found.samples,
         "adjacent": len(found.adjacent),

@@ -51,12 +51,13 @@ def find_palms(skeleton: Skeleton, used: Collection[str] = ()) -> dict[str, tupl
 
 
 def _with_shape(skeleton: Skeleton, kids: list[str]) -> list[str]:
-    """Return the branches that move a shape or lead other joints, all where none does: what turns an empty
+    """Return the branches that move a shape, lead or follow, all where none does: what turns an empty
     frame is no finger.
     """
     drawn = [name for name in kids if len(skeleton.points_below(name))]
     leaders = {joint.mimic.joint for joint in skeleton.joint.values() if joint.mimic is not None}
-    return [name for name in kids if name in drawn or name in leaders] if drawn else kids
+    kept = {*drawn, *leaders, *(name for name in kids if not skeleton.is_driven(name))}
+    return [name for name in kids if name in kept] if drawn else kids
 
 
 def _names(skeleton: Skeleton, joints: Collection[str]) -> list[str]:
