@@ -20,8 +20,8 @@ from roboyard.envs.task import Task
 from roboyard.errors import ConfigError, MissingExtraError, RoboyardError
 
 try:
-    import ray
-    from ray.exceptions import RayError, RayTaskError
+    import ray  # pyright: ignore[reportMissingImports]
+    from ray.exceptions import RayError, RayTaskError  # pyright: ignore[reportMissingImports]
 except ModuleNotFoundError as error:
     raise MissingExtraError("ray", "cluster", "environments on Ray") from error
 

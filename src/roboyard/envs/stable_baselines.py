@@ -12,7 +12,7 @@ from roboyard.envs.vector_env import BatchEnv
 from roboyard.errors import MissingExtraError
 
 try:
-    from stable_baselines3.common.vec_env import VecEnv
+    from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMissingImports]
 except ModuleNotFoundError as error:
     raise MissingExtraError("stable-baselines3", "learn", "training with Stable-Baselines3") from error
 
@@ -101,7 +101,7 @@ def policy_of(model: Any, task: str, options: Mapping[str, Any] | None = None) -
         task: id of the task it was trained for.
         options: of the task.
     """
-    import torch
+    import torch  # pyright: ignore[reportMissingImports]
 
     network = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
     linear = [part for part in network if isinstance(part, torch.nn.Linear)]
