@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from roboyard.description import Joint, Link, RobotDescription
+from roboyard.description.model import Pose
 from roboyard.description.robot_model import PlanningData, RobotModel
 from roboyard.description.semantic import REST, TUCK, EndEffector, Leg, SemanticDescription, Wheel
 from roboyard.export import definition
@@ -122,9 +123,18 @@ def test_a_short_chain_without_gripper_is_no_arm(robot: RobotModel, tmp_path: Pa
     assert "manipulation" not in data
 
 
+def bent(joint: Joint, number: int) -> Joint:
+    """A joint with an axis other than the one before, 0.2 m further on."""
+    axis = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))[number % 3]
+    return replace(joint, axis=axis, origin=Pose(position=(0.2, 0.05, 0.1)))
+
+
 def test_an_arm_that_reaches_poses_has_inverse_kinematics(tmp_path: Path) -> None:
-    for count, name in ((4, "JointController"), (5, "InverseKinematicsController")):
+    by_joint, by_pose = "JointController", "InverseKinematicsController"
+    for count, bends, name in ((4, True, by_joint), (5, True, by_pose), (5, False, by_joint)):
         links, joints = arm("left", count)
+        if bends:  # else it turns about one axis only, as a telescope slides along one
+            joints = [bent(joint, k) for k, joint in enumerate(joints)]
         effector = EndEffector(
             link="left_eef_link", gripper_links=("left_finger",), gripper_joints=("left_grip",)
         )

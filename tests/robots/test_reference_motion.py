@@ -36,6 +36,15 @@ def test_accelerations_are_limited_by_speed_and_by_effort(velocity, effort, iner
     assert acceleration(bounds, None if inertia is None else np.array([inertia])) == pytest.approx([expected])
 
 
+@pytest.mark.parametrize(
+    ("gravity", "expected"), [(0.0, 4.0), (-5.0, 4.0), (9.0, 0.8), (-9.0, 0.8), (12.0, 0.2)]
+)
+def test_a_load_leaves_less_effort_to_brake_it(gravity: float, expected: float) -> None:
+    """Of 10 N m, 0.4 without a load, 0.8 of the rest with one, and 0.02 where it exceeds them; at 1 kg m²."""
+    found = acceleration(limits(1, velocity=3.0, effort=10.0), np.ones(1), np.array([gravity]))
+    assert found == pytest.approx([expected])
+
+
 @pytest.mark.parametrize(("distance", "velocity"), [(1.8, 1.0), (0.1, 1.0), (-1.2, 0.4)])
 def test_a_motion_takes_as_long_as_the_trapezoidal_profile(distance: float, velocity: float) -> None:
     a, d = velocity / 0.2, abs(distance)

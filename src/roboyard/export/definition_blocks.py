@@ -24,10 +24,14 @@ from roboyard.description.model import RobotDescription
 from roboyard.description.semantic import Arm, SemanticDescription, Wheel
 from roboyard.export.floor_links import fixed_casters, lowest_links
 from roboyard.export.workspace import workspace_range
+from roboyard.kinematics import from_description, jacobian
 from roboyard.kinematics.joint_order import single_dof_joints
 
 MIN_IK_JOINTS = 5
-"""Smallest number of joints of an arm that follows poses; one with fewer is driven joint by joint."""
+"""Smallest number of joints of an arm that follows poses, and of ways in which they move its tip; an arm
+with fewer, such as a telescope, is driven joint by joint."""
+POSTURES, INDEPENDENT = 8, 1e-3
+"""Random postures tried, and the smallest share of a way to move the tip in the largest one."""
 
 GRASP_POINTS = {"assisted_grasp_start_points": "start_points", "assisted_grasp_end_points": "end_points"}
 """Key of a definition to the field of a gripper."""
@@ -193,6 +197,20 @@ def _add_two_wheel(blocks: DefinitionBlocks, radius: float, length: float) -> No
     blocks.base["two_wheel"] = {"wheel_radius": round(radius, 4), "wheel_axle_length": round(length, 4)}
 
 
+def _ways_to_move(description: RobotDescription, arm: Arm) -> int:
+    """Return the largest rank of the arm's Jacobian, in random postures and in units of its reach."""
+    chain = from_description(description, arm.end_effector.link)
+    own = [k for k, name in enumerate(chain.joint_names) if name in arm.joints]
+    rng = np.random.default_rng(0)
+    low, high = np.maximum(chain.lower, -np.pi), np.minimum(chain.upper, np.pi)
+    best = 0
+    for _ in range(POSTURES):
+        moves = jacobian(chain, rng.uniform(low, high))[:, own]
+        moves[:3] /= max(float(np.abs(moves[:3]).max(initial=0.0)), 1e-9)
+        best = max(best, int(np.linalg.matrix_rank(moves, tol=INDEPENDENT)))
+    return best
+
+
 def _locomotion(joints: Iterable[str], floor: Iterable[str]) -> dict[str, list[str]]:
     return {
         "base_joint_names": list(joints),
@@ -247,7 +265,7 @@ def _add_arms(
         known = {name: way for name, way in ways.items() if way is not None}
         blocks.manipulation["manipulation"]["opening_direction"] = known
     for arm in arms:
-        poses = len(arm.joints) >= MIN_IK_JOINTS
+        poses = len(arm.joints) >= MIN_IK_JOINTS and _ways_to_move(description, arm) >= MIN_IK_JOINTS
         blocks.controllers[f"arm_{arm.name}"] = arm_controller if poses else "JointController"
         if fingers[arm.name]:
             limits = [description.joint_by_name[name].position_limits() for name in fingers[arm.name]]

@@ -32,7 +32,8 @@ TRIES = 400
 """Random turns of several joints."""
 DIGITS = 2
 """Of the positions (rad or m)."""
-MOST_PAIRS = 12
+MOST_PAIRS = 40
+"""Pairs that are tried at most."""
 
 
 def contact_free_posture(

@@ -174,6 +174,8 @@ class ControlLoop:
                 state.mass_matrix = self.joints.mass_matrix(group.indices)
             if controller.settings.use_gravity_compensation is not False:
                 state.bias = self.joints.bias[group.indices]
+        elif controller.control_type == "position":
+            state.bias = self.joints.bias[group.indices]
         return state
 
     def _mount(self, group: Group, q: Array) -> Array:

@@ -83,14 +83,18 @@ RISE_TIME = 0.2
 """Shortest time to full speed (s)."""
 EFFORT_FRACTION = 0.4
 """Fraction of the effort limit for acceleration; the rest is for gravity and disturbances."""
+SPARE_FRACTION, LEAST_FRACTION = 0.8, 0.02
+"""Fraction of what gravity leaves of the effort limit, and of the limit where it leaves nothing."""
 
 
-def acceleration(limits: GroupLimits, inertia: Array | None) -> Array:
-    """Return the largest accelerations of a reference that drives can follow: min(v_max / 0.2 s, 0.4 E / M).
+def acceleration(limits: GroupLimits, inertia: Array | None, bias: Array | None = None) -> Array:
+    """Return the largest accelerations of a reference that drives can follow: min(v_max / 0.2 s, e / M) with
+    e = min(0.4 E, 0.8 (E - |gravity|)), so that a drive which holds a load near its limit can still brake it.
 
     Args:
         limits: v_max and E of the n joints.
         inertia: M, (n,) kg m² or kg; None: unknown.
+        bias: (n,) effort of gravity (N m or N); None: unknown.
 
     Returns:
         (n,) rad/s² or m/s².
@@ -98,7 +102,11 @@ def acceleration(limits: GroupLimits, inertia: Array | None) -> Array:
     usual = limits.velocity / RISE_TIME
     if inertia is None:
         return usual
-    return np.minimum(usual, EFFORT_FRACTION * limits.effort / np.maximum(inertia, 1e-9))
+    effort = EFFORT_FRACTION * limits.effort
+    if bias is not None:
+        spare = np.where(np.isfinite(limits.effort), limits.effort - np.abs(bias), np.inf)
+        effort = np.minimum(effort, np.maximum(SPARE_FRACTION * spare, LEAST_FRACTION * limits.effort))
+    return np.minimum(usual, effort / np.maximum(inertia, 1e-9))
 
 
 @dataclass(kw_only=True, slots=True)

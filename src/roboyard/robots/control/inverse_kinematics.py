@@ -137,7 +137,10 @@ class InverseKinematicsController(TaskController):
         target = self.target(state)
         before, dt = self._reference, state.dt
         reach = (
-            np.minimum(self.limits.velocity, self._speed + acceleration(self.limits, state.inertia) * dt) * dt
+            np.minimum(
+                self.limits.velocity, self._speed + acceleration(self.limits, state.inertia, state.bias) * dt
+            )
+            * dt
         )
         if self._detour is not None:
             self._follow_detour(reach)

@@ -48,7 +48,10 @@ class RateLimiter:
         way = goal - self.reference
         if not way.any() and not self._speed.any():
             return self.reference
-        rise, fastest = acceleration(self._limits, state.inertia).copy(), self._limits.velocity.copy()
+        rise, fastest = (
+            acceleration(self._limits, state.inertia, state.bias).copy(),
+            self._limits.velocity.copy(),
+        )
         allowed = np.ones(len(rise), dtype=bool)
         balance = state.balance() if state.balance is not None else None
         if balance is not None:
