@@ -44,7 +44,7 @@ def test_completion_offers_robots_and_scenes(tmp_path: Path, monkeypatch: pytest
     mine.parent.mkdir(parents=True)
     mine.write_text("")
     monkeypatch.setenv("ROBOYARD_DATA", str(tmp_path))
-    assert robot_names("") == ["mine", "r1", "rover"]
+    assert robot_names("") == ["mine", "r1", "rover", "walker"]
     assert robot_names("r") == ["r1", "rover"]
     assert "arm7" in viewed_names("a")
     assert scene_names("") == list(SCENES)

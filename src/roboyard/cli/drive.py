@@ -21,6 +21,7 @@ Examples:
   roboyard drive --quickstart                r1 in the scene home, by keyboard
   roboyard drive r1 --scene home --browser   in the browser
   roboyard drive r1 --scene home --control-mode random --short-exec --record a.gif
+  roboyard drive --policy walk.json --browser   a trained policy in its task
 """
 
 
@@ -108,6 +109,12 @@ def drive(
     browser: Annotated[
         bool, typer.Option("--browser", help="Control in the browser: keys, joysticks, handles on grippers.")
     ] = False,
+    policy: Annotated[
+        Path | None,
+        typer.Option(
+            "--policy", help="Run a trained policy in its task (see docs/learning.md).", show_default=False
+        ),
+    ] = None,
     host: Annotated[str, typer.Option(help="Address of the page.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="First port to try for the page.")] = 8080,
     open_browser: Annotated[
@@ -123,6 +130,23 @@ def drive(
 
     if log is not None and (log.suffix != ".npz" or not log.parent.is_dir()):
         raise ConfigError(f"--log {log}: must be a .npz file in an existing folder")
+    if policy is not None:
+        if robot is not None or scene is not None or control_mode is not None or log is not None:
+            raise ConfigError(
+                "--policy brings its own robot, scene and actions; remove ROBOT, --scene, --control-mode and "
+                f"--log, got {robot=}, {scene=}, {control_mode=}, {log=}"
+            )
+        _run_policy(
+            policy,
+            steps=SHORT if short_exec else None,
+            seed=seed or 0,
+            record=record,
+            browser=browser,
+            host=host,
+            port=port,
+            open_browser=open_browser,
+        )
+        return
     if browser:
         if control_mode is Mode.RANDOM or seed is not None:
             raise ConfigError(
@@ -135,6 +159,54 @@ def drive(
     if quickstart:
         robot, scene, control_mode = robot or "r1", scene or "home", control_mode or Mode.TELEOP
     _run_in_terminal(robot, scene, control_mode, short=short_exec, record=record, log=log, seed=seed)
+
+
+EPISODES = 5
+"""Episodes of a policy without a page."""
+
+
+def _run_policy(
+    file: Path,
+    *,
+    steps: int | None,
+    seed: int,
+    record: Path | None,
+    browser: bool,
+    host: str,
+    port: int,
+    open_browser: bool,
+) -> None:
+    """Run a policy and print the result of each episode."""
+    from roboyard.envs.play import play
+    from roboyard.envs.policy import load_policy
+
+    policy = load_policy(file)
+    say(f"{policy.task}" + "".join(f", {key} {value}" for key, value in policy.options.items()))
+    episodes = play(
+        policy,
+        steps=steps,
+        seed=seed,
+        record=record,
+        viewer=browser,
+        host=host,
+        port=port,
+        open_browser=open_browser,
+    )
+    try:
+        for episode in episodes:
+            goal = "" if episode.success is None else ", goal " + ("reached" if episode.success else "missed")
+            say(
+                f"episode {episode.number}: {episode.steps} steps, reward {episode.reward:.1f}, "
+                f"end: {episode.end}{goal}"
+            )
+            if not browser and episode.number == EPISODES:
+                break
+    except KeyboardInterrupt:
+        pass
+    finally:
+        episodes.close()
+    if record is not None and record.is_file():
+        say(f"wrote {record}")
 
 
 def _run_in_terminal(

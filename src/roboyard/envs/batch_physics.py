@@ -19,7 +19,9 @@ from roboyard.sim.world import World
 from roboyard.transforms import Array
 
 _VELOCITY_FIELDS = frozenset({"cvel", "subtree_linvel", "subtree_angmom"})
-_POSITION_FIELDS = frozenset({"xpos", "xquat", "xmat", "xipos", "subtree_com", "geom_xpos", "geom_xmat"})
+_POSITION_FIELDS = frozenset(
+    {"xpos", "xquat", "xmat", "xipos", "subtree_com", "geom_xpos", "geom_xmat", "cdof"}
+)
 LARGEST_SPEED = 1e6
 """Simulations with a velocity component above this have diverged (m/s or rad/s)."""
 

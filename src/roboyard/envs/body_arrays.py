@@ -51,6 +51,34 @@ class LinkArrays:
         lever = self.position - self._physics.field("subtree_com")[:, self._root]
         return cvel[:, 3:] + np.cross(cvel[:, :3], lever)
 
+    def moves_with(self) -> np.ndarray:
+        """(nv,) whether the link moves with each of MuJoCo's degrees of freedom."""
+        model = self._physics.world.model
+        found, row = np.zeros(model.nv, dtype=bool), self.row
+        while row > 0:
+            first, count = int(model.body_dofadr[row]), int(model.body_dofnum[row])
+            found[first : first + count] = count > 0
+            row = int(model.body_parentid[row])
+        return found
+
+    def jacobian(self, dofs: np.ndarray) -> tuple[Array, Array]:
+        """Return the Jacobians of the frame's origin and of its orientation, in world axes.
+
+        Args:
+            dofs: (k,) of MuJoCo's degrees of freedom, with each of which the link moves.
+
+        Returns:
+            (n, 3, k) of the position (m/rad or m/m), (n, 3, k) of the orientation (rad/rad or rad/m).
+        """
+        axes = self._physics.field("cdof")[:, dofs].transpose(2, 0, 1)
+        ax, ay, az = axes[0], axes[1], axes[2]
+        lever = (self.position - self._physics.field("subtree_com")[:, self._root])[:, :, None]
+        x, y, z = lever[:, 0], lever[:, 1], lever[:, 2]
+        linear = np.stack(
+            [axes[3] + ay * z - az * y, axes[4] + az * x - ax * z, axes[5] + ax * y - ay * x], axis=1
+        )
+        return linear, np.stack([ax, ay, az], axis=1)
+
     def to_local(self, vector: Array) -> Array:
         """Return (n, 3) vectors given in world axes in the link's own axes."""
         return rotate(conjugate(self.quaternion), vector)

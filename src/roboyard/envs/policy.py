@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from roboyard.errors import ConfigError
+from roboyard.robots.spawn import is_robot_file
 from roboyard.transforms import Array
 from roboyard.untrusted.files import FileRefusedError, read_file
 
@@ -103,12 +104,29 @@ def load_policy(file: Path | str) -> Policy:
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise ConfigError(f'{path.name}: not a policy: "format" must be "{FORMAT}"')
     try:
-        return _policy(content, path.name)
+        return _policy(content, path)
     except (TypeError, KeyError, ValueError) as error:
         raise ConfigError(f"{path.name}: not a policy: {error}") from None
 
 
-def _policy(content: Mapping[str, Any], name: str) -> Policy:
+def _robot_beside(policy: Path, robot: str) -> Path:
+    """Return the file of a policy's robot.
+
+    Raises:
+        ConfigError: it is not in the policy's folder.
+    """
+    folder = policy.resolve().parent
+    file = (folder / robot).resolve()
+    if not file.is_relative_to(folder):
+        raise ConfigError(
+            f"{policy.name}: options.robot: {robot!r} is not in the policy's folder; put it there, "
+            "or import the robot and give its name"
+        )
+    return file
+
+
+def _policy(content: Mapping[str, Any], path: Path) -> Policy:
+    name = path.name
     layers = [
         (np.array(layer["weight"], dtype=float), np.array(layer["bias"], dtype=float))
         for layer in content["layers"]
@@ -133,9 +151,14 @@ def _policy(content: Mapping[str, Any], name: str) -> Policy:
         scales.append(array)
     if not isinstance(content["task"], str) or not isinstance(content["options"], dict):
         raise ConfigError(f"{name}: task must be a text and options a mapping")
+    robot = content["options"].get("robot")
+    if isinstance(robot, str) and is_robot_file(robot):
+        options = {**content["options"], "robot": str(_robot_beside(path, robot))}
+    else:
+        options = content["options"]
     return Policy(
         task=content["task"],
-        options=content["options"],
+        options=options,
         activation=content.get("activation", "tanh"),
         mean=scales[0],
         deviation=scales[1],

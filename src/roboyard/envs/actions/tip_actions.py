@@ -81,7 +81,10 @@ class _Tip(BoundAction):
         self._tip = place.arrays.tip(arm)
         self._base = place.arrays.base
         self._columns = place.indices
-        self._dofs = place.robot.joint_arrays.dofs[place.indices]
+        dofs = place.robot.joint_arrays.dofs[place.indices]
+        self._moving = np.flatnonzero(self._tip.moves_with()[dofs])
+        self._dofs = dofs[self._moving]
+        place.physics.field("cdof")
         self._low, self._high = place.arrays.lower[self._columns], place.arrays.upper[self._columns]
         self._reach = place.velocity_limits * place.dt
         self._rest = place.arrays.rest[self._columns]
@@ -106,20 +109,21 @@ class _Tip(BoundAction):
             change = rotate(base, command[:, 3:] * action.turn)
             turned = multiply(_quaternion(change), self._tip.quaternion)
             self._turn = np.where(command[:, 3:].any(axis=1, keepdims=True), turned, self._turn)
-        jacp, jacr = place.physics.batch.jac(self._tip.row, position)
         error = self._goal - position
-        jacobian = jacp[:, :, self._dofs]
+        jacobian, turning = self._tip.jacobian(self._dofs)
         if self._holds:
             turned = _vector(multiply(self._turn, conjugate(self._tip.quaternion)))
             error = np.concatenate([error, turned], axis=1)
-            jacobian = np.concatenate([jacobian, jacr[:, :, self._dofs]], axis=1)
+            jacobian = np.concatenate([jacobian, turning], axis=1)
         q = place.arrays.q[:, self._columns]
-        pull = REST_RATE * place.dt * (self._rest - q)
-        square = jacobian @ jacobian.transpose(0, 2, 1)
+        step = REST_RATE * place.dt * (self._rest - q)
+        pull = step[:, self._moving, None]
+        across = jacobian.transpose(0, 2, 1)
+        square = jacobian @ across
         diagonal = np.arange(square.shape[1])
         square[:, diagonal, diagonal] += DAMPING**2
-        wanted = self._gain * error - np.einsum("nij,nj->ni", jacobian, pull)
-        step = np.einsum("nij,ni->nj", jacobian, np.linalg.solve(square, wanted[..., None])[..., 0]) + pull
+        wanted = self._gain * error[..., None] - jacobian @ pull
+        step[:, self._moving] += (across @ np.linalg.solve(square, wanted))[..., 0]
         # all joints slower by the same factor, so that the tip moves in the same direction
         step /= np.maximum((np.abs(step) / self._reach).max(axis=1, keepdims=True), 1.0)
         place.drives.position[:, self._columns] = np.clip(q + step, self._low, self._high)
