@@ -36,7 +36,7 @@ def joint(child: str, parent: str, xyz: str, axis: str = "0 1 0", kind: str = "r
     return JOINT.format(child=child, parent=parent, xyz=xyz, axis=axis, kind=kind, limit=limit)
 
 
-def biped(ankle: str = "0 1 0", offset: float = -0.05) -> RobotDescription:
+def biped(ankle: str = "0 1 0", offset: float = -0.05, pitch: float = 0.0) -> RobotDescription:
     """A body whose centre of mass is at x = `offset`, on two legs of 0.5 m with feet of 0.2 m by 0.1 m."""
     parts = [link("body", "0.2 0.3 0.3", com=f"{offset} 0 0", mass=20.0)]
     for side, y in (("l", 0.1), ("r", -0.1)):
@@ -44,7 +44,7 @@ def biped(ankle: str = "0 1 0", offset: float = -0.05) -> RobotDescription:
             link(f"{side}_leg", "0.06 0.06 0.4", "0 0 -0.25", "0 0 -0.25"),
             link(f"{side}_foot", "0.2 0.1 0.04", "0 0 -0.03", "0 0 -0.03", 0.5),
             joint(f"{side}_leg", "body", f"0 {y} -0.15"),
-            joint(f"{side}_foot", f"{side}_leg", "0 0 -0.5", ankle),
+            joint(f"{side}_foot", f"{side}_leg", f'0 0 -0.5" rpy="0 {pitch} 0', ankle),
         ]
     return load_description(f'<robot name="biped">{"".join(parts)}</robot>')
 
@@ -73,6 +73,17 @@ def test_a_lean_of_both_legs_centres_the_weight_and_keeps_feet_level(ankle: str)
         assert np.abs(poses[leg.foot][2, :2]).max() < 1e-9
     assert found["l_leg_joint"] == pytest.approx(found["r_leg_joint"])
     assert 0.03 < found["l_leg_joint"] < 0.12, "the feet go back, so that the body is forwards of them"
+
+
+def test_feet_that_a_file_draws_on_their_toes_are_levelled() -> None:
+    """The ankles of the file are pitched by 0.15 rad: the feet stand on their front edges."""
+    description = biped(offset=0.0, pitch=0.15)
+    assert margin(description, REST) < 0.01
+    found = centred_legs(description, LEGS, REST, FORWARD)
+    assert margin(description, {**REST, **found}) > 0.08
+    poses = forward_kinematics(description, found)
+    for leg in LEGS:
+        assert poses[leg.foot][2, 2] == pytest.approx(1.0, abs=2e-4)
 
 
 def test_weight_that_is_centred_stays_and_ankles_that_turn_otherwise_do_too() -> None:
