@@ -34,9 +34,9 @@ def normalized(quaternion: ArrayLike) -> Array:
     """
     q = np.asarray(quaternion, dtype=float)
     norm = np.sqrt((q * q).sum(axis=-1, keepdims=True))
-    if not (norm > 1e-12).all():
+    if not ((norm > 1e-12) & (norm < np.inf)).all():
         raise ValueError(
-            f"quaternion must have a length above 0, got {q.tolist()}; use (0, 0, 0, 1) for none"
+            f"quaternion must have a finite length above 0, got {q.tolist()}; use (0, 0, 0, 1) for none"
         )
     return q / norm
 

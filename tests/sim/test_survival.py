@@ -124,9 +124,15 @@ REFUSED: dict[str, Callable[[World], object]] = {
     "point": lambda w: w.bodies[1].links[0].apply_wrench((1, 0, 0), point=(0, 0, NAN)),
     "restitution": lambda w: setattr(w.bodies[1].links[0], "restitution", NAN),
     "friction": lambda w: setattr(w.bodies[1].links[0], "friction", INF),
+    "frictionless": lambda w: w.bodies[1].links[0].set_frictionless(INF),
+    "flattened": lambda w: w.bodies[1].links[0].flatten_spheres(NAN),
     "drag": lambda w: w.bodies[1].links[0].set_damping(linear=NAN),
     "position": lambda w: w.add_box((1, 1, 1), (0, 0, NAN)),
     "orientation": lambda w: w.add_box((1, 1, 1), orientation=(0, 0, 0, NAN)),
+    "infinite turn": lambda w: w.bodies[1].set_pose(orientation=(0, 0, 0, INF)),
+    "infinite turn of a box": lambda w: w.add_box((1, 1, 1), orientation=(0, INF, 0, 1)),
+    "radius beyond numbers": lambda w: w.add_sphere(1e308),
+    "length beyond numbers": lambda w: w.add_cylinder(0.1, 1e308),
     "scale": lambda w: w.add_urdf("none.urdf", scale=NAN),
 }
 

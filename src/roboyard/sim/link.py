@@ -153,7 +153,12 @@ class Link:
         """Let this link slide with a friction coefficient, on all surfaces, as omnidirectional wheels do.
 
         Without this the larger friction of two touching links acts.
+
+        Raises:
+            ValueError: the coefficient is negative or not finite.
         """
+        if not 0 <= friction < np.inf:
+            raise ValueError(f"link {self.name!r}: friction must be at least 0 and finite, got {friction}")
         world = self.body.world
         for geom in self._built.geoms:
             geom.condim, geom.priority = 3 if friction > 0 else 1, 1
@@ -168,8 +173,14 @@ class Link:
 
         A wheel of that shape touches the floor in one point below its axle, where a cylinder touches it with
         two edges that scrub in turns.
+
+        Raises:
+            ValueError: the half width is not above 0 and finite.
         """
         import mujoco
+
+        if not 0 < half_width < np.inf:
+            raise ValueError(f"link {self.name!r}: half_width must be above 0 and finite, got {half_width}")
 
         for geom in self._built.geoms:
             if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE:

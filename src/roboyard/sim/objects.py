@@ -31,6 +31,7 @@ from roboyard.description.model import (
     Sphere,
     Visual,
 )
+from roboyard.description.urdf.numbers import LARGEST
 from roboyard.errors import RoboyardError
 from roboyard.shapes import inertia
 from roboyard.shapes.mesh import TriangleMesh
@@ -188,6 +189,8 @@ def _of_one_link(
 
 def _positive(values: ArrayLike, count: int, what: str) -> tuple[float, ...]:
     numbers = np.atleast_1d(np.asarray(values, dtype=float))
-    if numbers.shape != (count,) or not (np.isfinite(numbers).all() and (numbers > 0).all()):
-        raise RoboyardError(f"{what} must be {count} positive number{'s' * (count > 1)}, got {values}")
+    if numbers.shape != (count,) or not ((numbers > 0) & (numbers <= LARGEST)).all():
+        raise RoboyardError(
+            f"{what} must be {count} positive number{'s' * (count > 1)} up to {LARGEST:g} m, got {values}"
+        )
     return tuple(float(v) for v in numbers)
