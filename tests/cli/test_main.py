@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import pytest
 
@@ -155,3 +156,14 @@ def test_an_interruption_during_imports_is_quiet(
     monkeypatch.setattr(cli, "main", interrupted)
     assert main() == 130
     assert capsys.readouterr().err == ""
+
+
+def test_an_interruption_within_exec_exits_130(tmp_path: Path) -> None:
+    """`python -m` would end by the signal, since an interruption passed through exec."""
+    (tmp_path / "interrupted.py").write_text(
+        "import sys; from roboyard import __main__, cli\n"
+        "def run(): exec('raise KeyboardInterrupt')\n"
+        "cli.main = run; sys.exit(__main__.main())"
+    )
+    ended = subprocess.run([sys.executable, "-m", "interrupted"], cwd=tmp_path, check=False)
+    assert ended.returncode == 130

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from roboyard.description.model import Box, Collision, Inertial, Joint, Link, Pose, RobotDescription
 from roboyard.sim import World
 from roboyard.transforms import quaternion_from_rpy
 
@@ -120,3 +121,33 @@ def test_a_sphere_in_a_wedge_is_carried_by_both_walls():
     assert ball.position == pytest.approx([0, 0, radius / np.cos(tilt)], abs=1e-3)
     force = sum((c.normal_force for c in world.contacts(ball)), 0.0)
     assert force * np.cos(tilt) == pytest.approx(2.0 * G, rel=0.15)
+
+
+def sled() -> RobotDescription:
+    """A box with a driven arm, which carries no shape."""
+    body = Inertial(mass=1.0, origin=Pose(), inertia=(0.01, 0, 0, 0.01, 0, 0.01))
+    base = Link(name="base", inertial=body, collisions=(Collision(geometry=Box(size=(0.2, 0.2, 0.1))),))
+    arm = Link(name="arm", inertial=Inertial(mass=0.2, origin=Pose(), inertia=(1e-3, 0, 0, 1e-3, 0, 1e-3)))
+    joint = Joint(name="j", type="continuous", parent="base", child="arm", axis=(0.0, 0.0, 1.0))
+    return RobotDescription(name="sled", links=(base, arm), joints=(joint,))
+
+
+@pytest.mark.parametrize("speed", [1.0, 4.0])
+def test_a_robot_that_slides_on_its_base_stays_on_the_floor(speed):
+    """Also after it was at rest, and after a body came and went."""
+    world = World()
+    world.add_plane(friction=0.5)
+    robot = world.add_urdf(sled(), (0, 0, 0.05))
+    robot.links[0].friction = 0.5
+    world.step(240)
+    start = robot.position.copy()
+    for _ in range(2):
+        robot.set_velocity((speed, 0, 0))
+        heights = []
+        for _ in range(int((speed / (0.5 * G) + 0.2) / world.timestep)):
+            world.step()
+            heights.append(robot.position[2] - start[2])
+        assert max(heights) < 1e-3 and min(heights) > -1e-3
+        world.remove(world.add_box((0.1, 0.1, 0.1), (0, 9, 0.05)))
+    expected = 2 * (speed**2 / (2 * 0.5 * G) - speed * world.timestep / 2)
+    assert robot.position[0] - start[0] == pytest.approx(expected, rel=0.02)

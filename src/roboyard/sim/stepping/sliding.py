@@ -18,6 +18,8 @@ TOLERANCE = 1e-3
 """Tolerance of the normal velocity of a sliding contact (m/s)."""
 SLOW = 0.05
 """Slip (m/s) from which contacts are corrected; below it the lift is under 0.2 mm."""
+_AT_REST = (0.2 * SLOW) ** 2
+"""Square of the speed (m/s and rad/s) of a robot's base below which its contacts do not slip much."""
 
 
 class SlidingContacts:
@@ -26,13 +28,16 @@ class SlidingContacts:
     MuJoCo's solver minimises over a convex friction cone, and its contacts separate at mu times their slip: a
     box that slides at 4 m/s hops by 0.2 m. Lowering the reference acceleration of the normal by what the
     tangents add (de Saxce's correction) removes that. It needs the solution, so the solver runs two or three
-    times while contacts slide, and once where nothing does. Only contacts of free objects without joints are
-    corrected; those of robots and MJCF files with the ground and with one another are left to MuJoCo.
+    times while contacts slide, and once where nothing does. Contacts of the base links of bodies that move
+    freely are corrected: objects, and robots that slide on their base. Those of links behind joints are left
+    to MuJoCo, since a limb that is thrown against the ground may wedge, where no solution without lift
+    exists, and so are those of MJCF files, which move as in MuJoCo alone.
     """
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
         self._exempt: np.ndarray | None = None
+        self._robot_speeds: list[np.ndarray] | None = None
         self._base = np.zeros(0)
         self._acceleration = np.zeros(0)
 
@@ -40,16 +45,18 @@ class SlidingContacts:
         """Note that MuJoCo's arrays are new, or bodies were added or removed."""
         self._exempt = None
 
-    def has_objects(self) -> bool:
-        """Return whether the world has objects that are watched."""
+    def may_slide(self) -> bool:
+        """Return whether the world has links that are watched, and not only those of robots at rest."""
         exempt = self._exempt
         if exempt is None:
             exempt = self._exempt = self._find_exempt()
-        return exempt.size > 0
+        if self._robot_speeds is None:
+            return exempt.size > 0
+        return any(speed.dot(speed) > _AT_REST for speed in self._robot_speeds)
 
     def slides(self, data: Any) -> bool:
         """Return whether contacts slide, between mj_step1 and the solver."""
-        if not self.has_objects() or not data.ncon:
+        if not data.ncon or not self.may_slide():
             return False
         velocity = data.efc_vel
         if velocity.dot(velocity) < SLOW * SLOW:  # of all rows: sooner than looking for those of contacts
@@ -59,16 +66,18 @@ class SlidingContacts:
         return kernels().largest_slip(self._exempt, *rows, velocity) > SLOW
 
     def _find_exempt(self) -> np.ndarray:
-        """Return for each geom whether it is of no free object: (ngeom,) of 0 and 1; empty where all are."""
-        model = self._world.live_model
-        objects = [
-            body.mujoco_ids
-            for body in self._world.body_by_id.values()
-            if body.description is not None and not body.is_fixed and not body.joints
-        ]
-        if not objects:
+        """Return for each geom whether it is of no free base: (ngeom,) of 0 and 1; empty where all are."""
+        world = self._world
+        model, data = world.live_model, world.live_data
+        moving = [b for b in world.body_by_id.values() if b.description is not None and not b.is_fixed]
+        links = [body.mujoco_ids[:1] for body in moving]
+        exempt = ~np.isin(model.geom_bodyid, np.concatenate(links)) if links else np.ones(0, dtype=bool)
+        self._robot_speeds = None
+        if exempt.all():
             return np.zeros(0, dtype=np.uint8)
-        return (~np.isin(model.geom_bodyid, np.concatenate(objects))).astype(np.uint8)
+        if all(body.joints for body in moving):
+            self._robot_speeds = [data.qvel[body.free_dof : body.free_dof + 6] for body in moving]
+        return exempt.astype(np.uint8)
 
     def prepare(self, data: Any) -> None:
         """Estimate the correction, before the solver."""

@@ -123,7 +123,7 @@ class Stepping:
         self.stops.release(model)
 
     def _plain_attempt(self, model: Any, data: Any, *, stops: bool = False) -> None:
-        if not stops and not self.sliding.has_objects():
+        if not stops and not self.sliding.may_slide():
             mujoco.mj_step(model, data)
             return
         mujoco.mj_step1(model, data)
