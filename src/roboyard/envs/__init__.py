@@ -18,6 +18,7 @@ from roboyard.envs.registration import make_task, make_vec, register_all, regist
 _MODULES = {
     "BaseTwist": "roboyard.envs.actions",
     "BatchEnv": "roboyard.envs.vector_env",
+    "ConfigEnv": "roboyard.envs.config_env",
     "Delay": "roboyard.envs.randomization",
     "EnvArrays": "roboyard.envs.env_arrays",
     "Friction": "roboyard.envs.randomization",
@@ -43,6 +44,7 @@ _MODULES = {
 __all__ = [
     "BaseTwist",
     "BatchEnv",
+    "ConfigEnv",
     "Delay",
     "EnvArrays",
     "Friction",
@@ -77,6 +79,7 @@ if TYPE_CHECKING:
         JointVelocity,
         TipDelta,
     )
+    from roboyard.envs.config_env import ConfigEnv
     from roboyard.envs.env_arrays import EnvArrays
     from roboyard.envs.gym_env import TaskEnv
     from roboyard.envs.policy import Policy, load_policy
