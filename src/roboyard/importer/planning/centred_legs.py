@@ -27,6 +27,8 @@ LEAST_GAIN = 0.1
 """Share by which the margin has to grow."""
 LEAN_COST = 0.02
 """Share of the robot's size by which the margin has to grow for a lean of one radian."""
+ENOUGH = 0.06
+"""Margin from which a robot does not lean, as a share of its size: ankles carry what is not above them."""
 MOST_TURN, TURNS = 0.4, 40
 """Largest turn of an ankle that levels its foot (rad), and the number of turns tried to each side."""
 FLAT = 1.5e-3
@@ -70,11 +72,13 @@ def centred_legs(
         stance = decide(figure)
     if stance.polygon is None:
         return soles
+    size = float(np.ptp(figure.points(poses), axis=0).max())
+    if stance.margin >= ENOUGH * size:
+        return soles
     leans = np.linspace(-MOST_LEAN, MOST_LEAN, 2 * STEPS + 1)
     leans = leans[[_within(description, rest, turns, float(lean)) for lean in leans]]
-    size = float(np.ptp(figure.points(poses), axis=0).max())
     margins = np.array([_margin(description, rest, turns, float(lean)) for lean in leans])
-    scores = margins - LEAN_COST * size * np.abs(leans)
+    scores = np.minimum(margins, ENOUGH * size) - LEAN_COST * size * np.abs(leans)
     best = int(scores.argmax()) if len(leans) else 0
     if not len(leans) or margins[best] <= (1.0 + LEAST_GAIN) * max(stance.margin, 0.0):
         return soles
