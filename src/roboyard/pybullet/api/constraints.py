@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import Quaternion, number, quaternion, vector3, whole
+from roboyard.pybullet.face.arguments import Quaternion, check_finite, number, quaternion, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.constraint_building import build, child_frame, remove
@@ -70,6 +70,12 @@ def createConstraint(
         child_position=vector3(childFramePosition, _FAILED),
         child_orientation=_unit(childFrameOrientation),
     )
+    check_finite(
+        _FAILED,
+        jointAxis=record.axis,
+        parentFramePosition=record.parent_position,
+        childFramePosition=record.child_position,
+    )
     try:
         build(scene, record)
     except RoboyardError as problem:
@@ -113,7 +119,9 @@ def changeConstraint(
         return
     constraints = scene.world.constraints
     if jointChildPivot is not None:
-        record.child_position = vector3(jointChildPivot, "changeConstraint failed.")
+        pivot = vector3(jointChildPivot, "changeConstraint failed.")
+        check_finite("changeConstraint failed.", jointChildPivot=pivot)
+        record.child_position = pivot
     if jointChildFrameOrientation is not None:
         record.child_orientation = _unit(jointChildFrameOrientation)
     if number(maxForce) >= 0.0:
@@ -229,4 +237,5 @@ def _unit(orientation: Vector | None) -> Quaternion:
     length = sqrt(x * x + y * y + z * z + w * w)
     if length == 0.0:
         return _IDENTITY
+    check_finite(_FAILED, orientation=(x, y, z, w), length=length)
     return x / length, y / length, z / length, w / length

@@ -13,7 +13,7 @@ from roboyard.pybullet.api.joints import OUT_OF_RANGE, joint_of
 from roboyard.pybullet.bullet_rules.motor_commands import DEFAULT_MAX_FORCE, MotorCommands
 from roboyard.pybullet.bullet_rules.spherical_motors import IDENTITY, set_spherical_target
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import floats, indices, number, whole
+from roboyard.pybullet.face.arguments import check_finite, floats, indices, number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.joint_tables import VELOCITY_COUNT
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float]
 KP, KD = 0.1, 1.0
+_FAILED = "setJointMotorControl failed."
 _MODES = (c.VELOCITY_CONTROL, c.TORQUE_CONTROL, c.POSITION_CONTROL, c.PD_CONTROL)
 _OLD_BODY = {"bodyIndex": "bodyUniqueId"}
 _MOTORED = (0, 1, 2)
@@ -226,10 +227,19 @@ def _drive(
     if record.joint_type(joint) not in (0, 1):
         return
     handle = record.body.joints[joint]
+    if force != force:
+        raise failure(_FAILED, f"force must be a number, got {force}")
     if mode == c.TORQUE_CONTROL:
         scene.world.wrenches.add_joint_effort(handle, force)
         return
     if mode == c.PD_CONTROL:
+        check_finite(
+            _FAILED,
+            targetPosition=position,
+            targetVelocity=velocity,
+            positionGain=kp,
+            velocityGain=kd,
+        )
         scene.spring_dampers[(record.number, joint)] = SpringDamper(
             scene, record, joint, position, velocity, kp, kd, force
         )
@@ -265,6 +275,8 @@ def _drive_many(
         return
     size = VELOCITY_COUNT[kind]
     forces = [DEFAULT_MAX_FORCE] * size if force is None else _spread(force, size)
+    if any(limit != limit for limit in forces):
+        raise failure(_FAILED, f"force must be numbers, got {forces}")
     speeds = [0.0] * size if velocity is None else [number(v) for v in velocity]
     if kind != 2:
         where = 0.0 if position is None else number(next(iter(position)))

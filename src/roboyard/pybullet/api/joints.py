@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
-from roboyard.pybullet.face.arguments import indices, number, whole
+from roboyard.pybullet.face.arguments import check_finite, indices, number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.joint_groups import NO_REACTION, joint_group
@@ -147,6 +147,9 @@ def resetJointState(
     place = record.position_addresses[jointIndex]
     if POSITION_COUNT[record.joint_type(jointIndex)] == 1:
         position, velocity = number(targetValue), number(targetVelocity)
+        total = position + velocity
+        if total - total != 0.0:  # inf and nan alike
+            check_finite("resetJointState failed.", targetValue=position, targetVelocity=velocity)
         record.qpos[place] = position
         record.qvel[record.velocity_addresses[jointIndex]] = velocity
         client.scene.mark_moved()
@@ -283,6 +286,7 @@ def _reset_many(record: BodyRecord, joint: int, value: Vector, velocity: Vector 
     kind = record.joint_type(joint)
     count, speed = POSITION_COUNT[kind], VELOCITY_COUNT[kind]
     given, speeds = _numbers(value, 4), _numbers(velocity, 3)
+    check_finite("resetJointStateMultiDof failed.", targetValue=given, targetVelocity=speeds)
     if not given and not speeds:
         raise failure(
             "Expected an position and/or velocity list.",

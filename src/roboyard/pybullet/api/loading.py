@@ -12,7 +12,7 @@ from roboyard.pybullet.api.user_data import attach_from_file
 from roboyard.pybullet.bullet_rules.materials import shared_materials
 from roboyard.pybullet.bullet_rules.models import bullet_model
 from roboyard.pybullet.face import constants as c
-from roboyard.pybullet.face.arguments import number, quaternion, text, vector3, whole
+from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
@@ -57,6 +57,7 @@ def _load_urdf_command(
     position = vector3(basePosition, "Cannot convert basePosition.")
     orientation = quaternion(baseOrientation, "Cannot convert baseOrientation.")
     given_flags, scale = whole(flags), number(globalScaling)
+    check_finite(_NO_URDF, basePosition=position, baseOrientation=orientation, globalScaling=scale)
     path = _existing(client, fileName, _NO_URDF)
     try:
         description = read_description(client, path)
@@ -139,6 +140,7 @@ def loadSDF(
 
     path = _existing(client, sdfFileName, _NO_SDF)
     scale = number(globalScaling) if number(globalScaling) > 0 else 1.0
+    check_finite(_NO_SDF, globalScaling=scale)
     rigid = whole(useMaximalCoordinates) == 1
     ids = []
     try:

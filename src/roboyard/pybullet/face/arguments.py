@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import isfinite
 from operator import index
 from typing import Any
 
@@ -75,6 +76,18 @@ def quaternion(values: Iterable[float], message: str) -> Quaternion:
             return float(x), float(y), float(z), float(w)
     x, y, z, w = floats(values, 4, message)
     return x, y, z, w
+
+
+def check_finite(message: str, **given: float | Iterable[float]) -> None:
+    """Refuse numbers and vectors that are not finite, by name.
+
+    Raises:
+        error: with PyBullet's `message`.
+    """
+    for name, value in given.items():
+        numbers = value if isinstance(value, Iterable) else (value,)
+        if not all(map(isfinite, numbers)):
+            raise failure(message, f"{name} must be finite, got {value}")
 
 
 def whole(value: Any) -> int:

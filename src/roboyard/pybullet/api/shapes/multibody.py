@@ -25,7 +25,15 @@ from roboyard.errors import RoboyardError
 from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel, world_description
 from roboyard.pybullet.bullet_rules.shape_bounds import link_bounds
 from roboyard.pybullet.bullet_rules.shape_inertia import Moments, shape_moments
-from roboyard.pybullet.face.arguments import Quaternion, Vector3, number, quaternion, vector3, whole
+from roboyard.pybullet.face.arguments import (
+    Quaternion,
+    Vector3,
+    check_finite,
+    number,
+    quaternion,
+    vector3,
+    whole,
+)
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
@@ -137,6 +145,7 @@ def createMultiBody(
 
 
 def _link(scene: PhysicsScene, name: str, mass: float, collision: int, visual: int, frame: Pose) -> LinkModel:
+    check_finite(_FAILED, mass=mass)
     shapes: tuple[Collision, ...] = ()
     visuals: tuple[Visual, ...] = ()
     if whole(collision) in scene.collision_shapes:
