@@ -121,7 +121,7 @@ REFUSED: dict[str, Callable[[World], object]] = {
     "pose": lambda w: w.bodies[1].set_pose((0, 0, NAN)),
     "force": lambda w: w.bodies[1].links[0].apply_wrench((NAN, 0, 0)),
     "torque": lambda w: w.bodies[1].links[0].apply_wrench(torque=(0, 0, INF)),
-    "point": lambda w: w.bodies[1].links[0].apply_wrench((1, 0, 0), point=(0, 0, NAN)),
+    "point of a force": lambda w: w.bodies[1].links[0].apply_wrench((1, 0, 0), point=(0, 0, NAN)),
     "restitution": lambda w: setattr(w.bodies[1].links[0], "restitution", NAN),
     "friction": lambda w: setattr(w.bodies[1].links[0], "friction", INF),
     "frictionless": lambda w: w.bodies[1].links[0].set_frictionless(INF),
@@ -133,6 +133,11 @@ REFUSED: dict[str, Callable[[World], object]] = {
     "infinite turn of a box": lambda w: w.add_box((1, 1, 1), orientation=(0, INF, 0, 1)),
     "radius beyond numbers": lambda w: w.add_sphere(1e308),
     "length beyond numbers": lambda w: w.add_cylinder(0.1, 1e308),
+    "weld": lambda w: w.constraints.add_weld(w.bodies[1].links[0], None, position_b=(0, 0, NAN)),
+    "turned weld": lambda w: w.constraints.add_weld(w.bodies[1].links[0], None, orientation_b=(0, 0, INF, 1)),
+    "point": lambda w: w.constraints.add_point(w.bodies[1].links[0], None, position_a=(INF, 0, 0)),
+    "slide": lambda w: w.constraints.add_slide(w.bodies[1].links[0], None, (INF, 0, 0)),
+    "largest force": lambda w: w.constraints.add_weld(w.bodies[1].links[0], None, max_force=NAN),
     "scale": lambda w: w.add_urdf("none.urdf", scale=NAN),
 }
 

@@ -143,7 +143,7 @@ class Constraints:
         """
         direction = np.array(axis, dtype=float)
         length = np.linalg.norm(direction)
-        if direction.shape != (3,) or not length > 0:
+        if direction.shape != (3,) or not 0 < length < np.inf:
             raise RoboyardError(f"a slide needs a non-zero axis of three numbers, got {axis}")
         made = self._between(
             "slide",
@@ -177,6 +177,8 @@ class Constraints:
         for joint in (joint_a, joint_b, *(() if against is None else (against,))):
             if not joint.is_scalar:
                 raise RoboyardError(f"joint {joint.name!r} is {joint.type}; gears couple hinges and slides")
+        _check_finite("the ratio", ratio)
+        _check_force(max_force)
         name, spec = f"constraint{self._next}", self._world.spec
         names = [j._built.joint_elements[0].name for j in (joint_a, joint_b, against) if j is not None]
         tendon = None
@@ -208,15 +210,15 @@ class Constraints:
         orientation_b: ArrayLike,
         max_force: float,
     ) -> Constraint:
+        quat_a, quat_b = to_wxyz(normalized(orientation_a)), to_wxyz(normalized(orientation_b))
+        _check_finite("position_a", position_a)
+        _check_finite("position_b", position_b)
+        _check_force(max_force)
         world = self._world
         name = f"constraint{self._next}"
         parent_b = world.spec.worldbody if link_b is None else link_b._built.element
-        site_a = link_a._built.element.add_site(
-            name=f"{name}/a", pos=position_a, quat=to_wxyz(normalized(orientation_a)), group=5
-        )
-        site_b = parent_b.add_site(
-            name=f"{name}/b", pos=position_b, quat=to_wxyz(normalized(orientation_b)), group=5
-        )
+        site_a = link_a._built.element.add_site(name=f"{name}/a", pos=position_a, quat=quat_a, group=5)
+        site_b = parent_b.add_site(name=f"{name}/b", pos=position_b, quat=quat_b, group=5)
         element = world.spec.add_equality(
             name=name,
             type=equality,
@@ -286,11 +288,13 @@ class Constraints:
         site = constraint.site_a if side == "a" else constraint.site_b
         if site is None:
             raise RoboyardError(f"constraint {constraint.id} is a gear and has no frames")
+        quat = None if orientation is None else to_wxyz(normalized(orientation))
         world = self._world
         if position is not None:
+            _check_finite("a position", position)
             site.pos = np.asarray(position, dtype=float)
-        if orientation is not None:
-            site.quat = to_wxyz(normalized(orientation))
+        if quat is not None:
+            site.quat = quat
         if not world.is_stale:
             world.live_model.site_pos[site.id] = site.pos
             world.live_model.site_quat[site.id] = site.quat
@@ -307,6 +311,7 @@ class Constraints:
                 f"the ratio of a gear of three joints cannot change from {constraint.gear_ratio} to {ratio}; "
                 "make a new gear"
             )
+        _check_finite("ratio and offset", (ratio, offset))
         constraint.gear_ratio = ratio
         data = np.zeros(len(constraint.element.data))
         data[:2] = offset, 0.0 if constraint.tendon is not None else -ratio
@@ -315,7 +320,12 @@ class Constraints:
             self._world.live_model.eq_data[constraint.element.id, :2] = data[:2]
 
     def set_max_force(self, constraint: Constraint, max_force: float) -> None:
-        """Set the force bound of each row (N or N m)."""
+        """Set the force bound of each row (N or N m).
+
+        Raises:
+            RoboyardError: it is not a number.
+        """
+        _check_force(max_force)
         constraint.max_force = max_force
         self._bounds = None
         self._tuned_timestep = 0.0
@@ -397,3 +407,13 @@ class Constraints:
                 bounds[constraint.element.id] = constraint.max_force
         if data.ne:
             bound_rows(model, data, bounds[data.efc_id[: data.ne]])
+
+
+def _check_finite(what: str, values: ArrayLike) -> None:
+    if not np.isfinite(np.asarray(values, dtype=float)).all():
+        raise RoboyardError(f"{what} of a constraint must be finite, got {values}")
+
+
+def _check_force(max_force: float) -> None:
+    if np.isnan(max_force):
+        raise RoboyardError("the largest force of a constraint must be a number, got nan; inf is no bound")
