@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 
+from roboyard.description.model import Inertial, Pose
 from roboyard.errors import ModelError, RoboyardError
 from roboyard.sim import World, engine
 from roboyard.sim.body import Body
@@ -99,6 +102,10 @@ def test_an_explosion_is_reported_at_the_body_and_step_where_it_began() -> None:
             world.step()
 
 
+def inertial(**changed: Any) -> Inertial:
+    return replace(Inertial(mass=1.0, origin=Pose(), inertia=(1, 0, 0, 1, 0, 1)), **changed)
+
+
 NAN, INF = float("nan"), float("inf")
 REFUSED: dict[str, Callable[[World], object]] = {
     "step": lambda w: w.step(-1),
@@ -133,6 +140,13 @@ REFUSED: dict[str, Callable[[World], object]] = {
     "infinite turn of a box": lambda w: w.add_box((1, 1, 1), orientation=(0, INF, 0, 1)),
     "radius beyond numbers": lambda w: w.add_sphere(1e308),
     "length beyond numbers": lambda w: w.add_cylinder(0.1, 1e308),
+    "friction of a plane": lambda w: w.add_plane(friction=NAN),
+    "friction of a new box": lambda w: w.add_box((1, 1, 1), friction=INF),
+    "mass": lambda w: w.bodies[1].links[0].set_inertial(inertial(mass=NAN)),
+    "moment": lambda w: w.bodies[1].links[0].set_inertial(inertial(inertia=(INF, 0, 0, 1, 0, 1))),
+    "centre of mass": lambda w: (
+        w.bodies[1].links[0].set_inertial(inertial(origin=Pose(position=(0, NAN, 0))))
+    ),
     "weld": lambda w: w.constraints.add_weld(w.bodies[1].links[0], None, position_b=(0, 0, NAN)),
     "turned weld": lambda w: w.constraints.add_weld(w.bodies[1].links[0], None, orientation_b=(0, 0, INF, 1)),
     "point": lambda w: w.constraints.add_point(w.bodies[1].links[0], None, position_a=(INF, 0, 0)),

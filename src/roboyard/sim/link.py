@@ -101,7 +101,14 @@ class Link:
         return 0.0 if found is None or found.note == TRACE_NOTE else found.mass
 
     def set_inertial(self, inertial: Inertial) -> None:
-        """Replace mass, centre of mass and inertia tensor."""
+        """Replace mass, centre of mass and inertia tensor.
+
+        Raises:
+            ValueError: a number is not finite.
+        """
+        given = (inertial.mass, *inertial.origin.position, *inertial.origin.quaternion, *inertial.inertia)
+        if not np.isfinite(given).all():
+            raise ValueError(f"link {self.name!r}: mass properties must be finite, got {inertial}")
         self._built.mass = mass_properties(inertial)
         write_mass(self._built.element, self._built.mass)
         self.body.world.mark_stale()

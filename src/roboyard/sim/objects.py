@@ -177,6 +177,8 @@ def _solid(uniform: inertia.SolidInertia, mass: float, name: str) -> Inertial | 
 def _of_one_link(
     geometry: Geometry, inertial: Inertial | None, rgba: RGBA | None, friction: float | None, name: str
 ) -> RobotDescription:
+    if friction is not None and not 0 <= friction < np.inf:
+        raise RoboyardError(f"{name}: friction must be at least 0 and finite, got {friction}")
     link = Link(
         name="base",
         inertial=inertial,
