@@ -16,7 +16,7 @@ import torch
 from stable_baselines3 import PPO
 
 from roboyard.envs import Policy, make_vec
-from roboyard.envs.films import film
+from roboyard.envs.play import film
 from roboyard.envs.plots import plot_learning
 from roboyard.envs.stable_baselines import StableBaselinesEnv, policy_of
 
