@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import gymnasium
 import mujoco
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
+from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
 import roboyard.envs as envs
 from roboyard.errors import ModelError, RoboyardError
@@ -132,3 +134,34 @@ def test_a_simulation_that_diverges_ends_its_episode_alone(make_arm_task: Any, t
     assert not np.abs(velocity).max() < 1e6
     for _ in range(3):
         assert np.isfinite(env.step(np.ones((3, 7)))[0]).all()
+
+
+@pytest.mark.parametrize("task", envs.task_ids())
+def test_gymnasiums_own_vector_environment_gives_the_same(task: str) -> None:
+    ours = envs.make_vec(task, 2, limit=6, autoreset="next_step")
+    theirs = gymnasium.make_vec(task, num_envs=2, vectorization_mode="sync", limit=6)
+    assert theirs.single_observation_space == ours.single_observation_space
+    first, second = ours.reset(seed=4)[0], theirs.reset(seed=4)[0]
+    assert np.array_equal(first, second)
+    random = np.random.default_rng(0)
+    for _ in range(15):
+        actions = random.uniform(-1, 1, ours.action_space.shape).astype(np.float32)
+        a, b = ours.step(actions), theirs.step(actions)
+        for part in range(4):
+            assert np.array_equal(a[part], b[part])
+        assert ours.observation_space.contains(a[0])
+    theirs.close()
+
+
+def test_gymnasiums_wrappers_take_the_environments() -> None:
+    counted = RecordEpisodeStatistics(envs.make_vec("roboyard/Reach-v0", 3, limit=7))
+    counted.reset(seed=1)
+    total, info = np.zeros(3), {}
+    for _ in range(7):
+        _, reward, _, _, info = counted.step(np.full((3, 7), 0.1, dtype=np.float32))
+        total += reward
+    np.testing.assert_allclose(info["episode"]["r"], total)
+    assert info["episode"]["l"].tolist() == [7, 7, 7]
+    scaled = NormalizeObservation(envs.make_vec("roboyard/Reach-v0", 3, autoreset="next_step"))
+    scaled.reset(seed=1)
+    assert np.isfinite(scaled.step(np.zeros((3, 7), dtype=np.float32))[0]).all()

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from roboyard.envs.task import Task
 from roboyard.errors import ConfigError, unknown_name
+
+if TYPE_CHECKING:
+    from roboyard.envs.task import Task
 
 TASKS: dict[str, str] = {
     "roboyard/DriveTo-v0": "roboyard.envs.tasks.drive_to:drive_to",
@@ -104,6 +106,8 @@ def make_vec(
     Raises:
         ConfigError: there is no such task, back end or option.
     """
+    from roboyard.envs.task import Task
+
     makers = {"batch": "vector_env:BatchEnv", "ray": "ray_env:RayEnv"}
     if backend not in makers:
         raise ConfigError(unknown_name("back end", backend, makers))

@@ -95,7 +95,8 @@ class _Wheels(_Twist):
         self._wheels = wheels
 
     def _speeds(self) -> Array:
-        speeds = self.twist @ self._wheels.T
+        # no matrix product: its last bits depend on the number of rows
+        speeds = self.twist[:, :1] * self._wheels[:, 0] + self.twist[:, 1:] * self._wheels[:, 1]
         limits = self._place.velocity_limits
         excess = (np.abs(speeds) / limits).max(axis=1, keepdims=True)
         return speeds / np.maximum(excess, 1.0)

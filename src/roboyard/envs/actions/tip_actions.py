@@ -117,13 +117,14 @@ class _Tip(BoundAction):
             jacobian = np.concatenate([jacobian, turning], axis=1)
         q = place.arrays.q[:, self._columns]
         step = REST_RATE * place.dt * (self._rest - q)
-        pull = step[:, self._moving, None]
-        across = jacobian.transpose(0, 2, 1)
-        square = jacobian @ across
+        pull = step[:, None, self._moving]
+        # no matrix products: their last bits depend on the number of rows
+        square = (jacobian[:, :, None, :] * jacobian[:, None, :, :]).sum(axis=-1)
         diagonal = np.arange(square.shape[1])
         square[:, diagonal, diagonal] += DAMPING**2
-        wanted = self._gain * error[..., None] - jacobian @ pull
-        step[:, self._moving] += (across @ np.linalg.solve(square, wanted))[..., 0]
+        wanted = self._gain * error - (jacobian * pull).sum(axis=-1)
+        solved = np.linalg.solve(square, wanted[..., None])
+        step[:, self._moving] += (jacobian * solved).sum(axis=1)
         # all joints slower by the same factor, so that the tip moves in the same direction
         step /= np.maximum((np.abs(step) / self._reach).max(axis=1, keepdims=True), 1.0)
         place.drives.position[:, self._columns] = np.clip(q + step, self._low, self._high)
