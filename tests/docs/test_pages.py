@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from roboyard import cli
+from roboyard.errors import MissingExtraError
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -81,6 +82,8 @@ def test_python_names_exist(page: Path) -> None:
                     pytest.skip(f"{error.name} is not installed")
                 module, _, name = module.rpartition(".")
                 rest.insert(0, name)
+            except MissingExtraError as error:
+                pytest.skip(str(error))
         for name in rest:
             value = getattr(value, name)
 
