@@ -15,6 +15,7 @@ from roboyard.description.model import (
     Mesh,
     Pose,
     Sphere,
+    Vector3,
     Visual,
 )
 from roboyard.shapes import primitives
@@ -79,3 +80,21 @@ def pose_from_matrix(matrix: Array) -> Pose:
     x, y, z = (float(value) for value in matrix[:3, 3])
     qx, qy, qz, qw = (float(value) for value in quaternion_from_matrix(matrix[:3, :3]))
     return Pose(position=(x, y, z), quaternion=(qx, qy, qz, qw))
+
+
+def capsule_like(radii: Vector3) -> tuple[Capsule | Sphere, Array]:
+    """Return the capsule along an ellipsoid's longest axis, with the mean of the other two radii.
+
+    Args:
+        radii: along x, y and z (m).
+
+    Returns:
+        The capsule, or the sphere where all radii are alike, and its (4, 4) pose in the ellipsoid's frame.
+    """
+    longest = int(np.argmax(radii))
+    others = [radius for k, radius in enumerate(radii) if k != longest]
+    radius = min(sum(others) / 2, radii[longest])
+    turn = np.eye(4)
+    turn[:3, :3] = np.roll(np.eye(3), 2 - longest, axis=1)  # z of the capsule along the longest axis
+    length = 2 * (radii[longest] - radius)
+    return (Capsule(radius=radius, length=length) if length > 1e-9 else Sphere(radius=radius)), turn

@@ -1,5 +1,5 @@
 """Load a robot description file of any format that Roboyard reads; today these are URDF, also written as
-xacro, and MJCF.
+xacro, MJCF and SDF.
 
 A format is one entry of `FORMATS`: its root element and file suffixes, and the function that reads it, or the
 remedy to name where Roboyard does not read it. The content decides, not the suffix: a URDF called `robot.xml`
@@ -15,6 +15,7 @@ from pathlib import Path
 
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import RobotDescription
+from roboyard.description.sdf.build import read_sdf
 from roboyard.description.urdf.build import build_description
 from roboyard.description.urdf.build_context import MissingMeshes
 from roboyard.description.urdf.parse import UrdfElements
@@ -75,9 +76,15 @@ def _read_urdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
     return build_description(elements, missing_meshes=options.missing_meshes, strict=options.strict)
 
 
+def _read_sdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
+    resolver = Resolver.of_file(source.file, packages=options.packages, search_paths=options.search_paths)
+    root, notes = read_sdf(source.root, source.file, resolver)
+    return _read_urdf(XmlSource(root=root, file=source.file, notes=(*source.notes, *notes)), options)
+
+
 FORMATS: tuple[Format, ...] = (
     Format(name="URDF", root="robot", suffixes=(".urdf", ".xacro", ".xml"), read=_read_urdf),
-    Format(name="SDF", root="sdf", suffixes=(".sdf", ".world"), remedy="export the robot as URDF"),
+    Format(name="SDF", root="sdf", suffixes=(".sdf", ".world"), read=_read_sdf),
     Format(
         name="MJCF",
         root="mujoco",

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.description.geometry import pose_from_matrix
+from roboyard.description.geometry import capsule_like, pose_from_matrix
 from roboyard.description.model import (
     Box,
     Capsule,
@@ -87,13 +87,7 @@ class ShapeBuilder:
     def _ellipsoid(self, radii: tuple[float, float, float], pose: Array) -> tuple[Geometry, Array]:
         """Return the capsule along the longest axis with the mean radius of the other two."""
         self.notes.append("ellipsoids are written as capsules of the same length")
-        longest = int(np.argmax(radii))
-        others = [radius for k, radius in enumerate(radii) if k != longest]
-        radius = min(sum(others) / 2, radii[longest])
-        turn = np.eye(4)
-        turn[:3, :3] = np.roll(np.eye(3), 2 - longest, axis=1)  # z of the capsule along the longest axis
-        length = 2 * (radii[longest] - radius)
-        shape = Capsule(radius=radius, length=length) if length > 1e-9 else Sphere(radius=radius)
+        shape, turn = capsule_like(radii)
         return shape, pose @ turn
 
     def _mesh(self, g: int, pose: Array) -> tuple[Geometry, Array] | None:

@@ -50,10 +50,11 @@ def read_robot_xml(
     """Return the root element of a robot file as URDF, xacro expanded, and notes on each correction.
 
     Args:
-        file: a URDF, xacro or MJCF file, or another XML file.
+        file: a URDF, xacro, MJCF or SDF file, or another XML file.
         resolver: finds the files that the robot may read.
         arguments: values of `<xacro:arg>` by name.
-        expand: whether MJCF, and xacro elements in files with another suffix than `.xacro`, are expanded too.
+        expand: whether MJCF, SDF, and xacro elements in files with another suffix than `.xacro`, are
+            expanded too.
 
     Raises:
         DescriptionError: the file cannot be read or expanded, or there are arguments and it is no xacro.
@@ -62,6 +63,8 @@ def read_robot_xml(
         root, notes = read_xml(file)
         if root.tag == "mujoco" and expand:
             return _from_mjcf(file)
+        if root.tag == "sdf" and expand:
+            return _from_sdf(root, file, resolver)
         if not (expand and is_xacro(None, root)):
             if arguments:
                 raise DescriptionError(
@@ -78,6 +81,13 @@ def _from_mjcf(file: Path) -> tuple[ET.Element, tuple[str, ...]]:
 
     description = read_mjcf(file)
     return to_element(description), description.notes
+
+
+def _from_sdf(root: ET.Element, file: Path, resolver: Resolver) -> tuple[ET.Element, tuple[str, ...]]:
+    """Return an SDF file as URDF elements, and notes on what they do not hold."""
+    from roboyard.description.sdf.build import read_sdf
+
+    return read_sdf(root, file, resolver)
 
 
 def expand_xacro(

@@ -14,20 +14,18 @@ import numpy as np
 
 from roboyard.description import load_description
 from roboyard.description.model import RobotDescription
+from roboyard.description.sdf.parts import (
+    axis_element,
+    colour_element,
+    dynamics_element,
+    inertial_element,
+    shape_element,
+)
+from roboyard.description.sdf.values import made, pose_of, text_of
 from roboyard.description.urdf.xml import LocatedElement, line_of, read_xml
 from roboyard.errors import DescriptionError
-from roboyard.transforms import Array, pose_matrix, quaternion_from_matrix, quaternion_from_rpy
+from roboyard.transforms import Array, quaternion_from_matrix
 
-_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_SHAPES: Mapping[str, Mapping[str, str]] = {
-    "sphere": {"radius": "radius"},
-    "box": {"size": "size"},
-    "cylinder": {"radius": "radius", "length": "length"},
-    "capsule": {"radius": "radius", "length": "length"},
-    "mesh": {"uri": "filename", "scale": "scale"},
-    "plane": {"normal": "normal"},
-}
-"""SDF shape to its child elements and the URDF attributes that they become."""
 _LIMITS = ("lower", "upper", "effort", "velocity")
 
 
@@ -62,8 +60,8 @@ def load_sdf(path: Path, search_paths: Sequence[Path] = ()) -> list[SdfModel]:
 
 
 def _read_model(model: ET.Element, path: Path, search_paths: Sequence[Path]) -> SdfModel:
-    poses = {link.get("name", ""): _pose(link) for link in model.findall("link")}
-    robot = _element("robot", model, name=model.get("name", ""))
+    poses = {link.get("name", ""): pose_of(link) for link in model.findall("link")}
+    robot = made("robot", model, name=model.get("name", ""))
     robot.extend(_link(link) for link in model.findall("link"))
     robot.extend(_joint(joint, poses) for joint in model.findall("joint"))
     try:
@@ -74,105 +72,58 @@ def _read_model(model: ET.Element, path: Path, search_paths: Sequence[Path]) -> 
         raise DescriptionError(
             str(problem), file=path, line=line_of(model), element=f'model "{model.get("name", "")}"'
         ) from problem
-    static = (_text(model, "static") or "0").lower()
+    static = (text_of(model, "static") or "0").lower()
     return SdfModel(
         description=description,
-        pose=_pose(model) @ poses[description.root.name],
+        pose=pose_of(model) @ poses[description.root.name],
         is_static=static in ("1", "true"),
     )
 
 
 def _link(link: ET.Element) -> ET.Element:
-    made = _element("link", link, name=link.get("name", ""))
+    element = made("link", link, name=link.get("name", ""))
     inertial = link.find("inertial")
     if inertial is not None:
-        part = _element("inertial", inertial)
-        part.append(_origin(_pose(inertial)))
-        part.append(_element("mass", inertial, value=_text(inertial, "mass") or "0"))
-        tensor = inertial.find("inertia")
-        values = {key: (_text(tensor, key) if tensor is not None else None) or "0" for key in _INERTIA}
-        part.append(_element("inertia", inertial, **values))
-        made.append(part)
+        element.append(inertial_element(inertial, _origin(pose_of(inertial))))
     for tag in ("visual", "collision"):
-        made.extend(_shape(shape, tag) for shape in link.findall(tag))
+        element.extend(_shape(shape, tag) for shape in link.findall(tag))
     contact = link.find("contact")
     if contact is not None:
-        part = _element("contact", contact)
+        part = made("contact", contact)
         for child in contact:
             value = child.get("value") or (child.text or "").strip()
-            part.append(_element(child.tag, child, value=value))
-        made.append(part)
-    return made
+            part.append(made(child.tag, child, value=value))
+        element.append(part)
+    return element
 
 
 def _shape(shape: ET.Element, tag: str) -> ET.Element:
-    made = _element(tag, shape, name=shape.get("name", tag))
-    made.append(_origin(_pose(shape)))
-    geometry = shape.find("geometry")
-    for kind in geometry if geometry is not None else ():
-        if kind.tag in _SHAPES:
-            values = {key: _text(kind, child) for child, key in _SHAPES[kind.tag].items()}
-            part = _element("geometry", kind)
-            part.append(_element(kind.tag, kind, **{k: v for k, v in values.items() if v is not None}))
-            made.append(part)
-            break
-    diffuse = _text(shape, "material/diffuse")
+    element = shape_element(shape, tag, _origin(pose_of(shape)))
+    diffuse = text_of(shape, "material/diffuse")
     if tag == "visual" and diffuse is not None:
-        colour = [*diffuse.split(), "1"][:4]
-        material = _element("material", shape, name="")
-        material.append(_element("color", shape, rgba=" ".join(colour)))
-        made.append(material)
-    return made
+        element.append(colour_element(shape, " ".join([*diffuse.split(), "1"][:4])))
+    return element
 
 
 def _joint(joint: ET.Element, poses: Mapping[str, Array]) -> ET.Element:
     kind = joint.get("type", "")
-    made = _element("joint", joint, name=joint.get("name", ""), type=kind)
-    parent, child = _text(joint, "parent") or "", _text(joint, "child") or ""
-    made.append(_element("parent", joint, link=parent))
-    made.append(_element("child", joint, link=child))
+    element = made("joint", joint, name=joint.get("name", ""), type=kind)
+    parent, child = text_of(joint, "parent") or "", text_of(joint, "child") or ""
+    element.append(made("parent", joint, link=parent))
+    element.append(made("child", joint, link=child))
     if parent in poses and child in poses:
-        made.append(_origin(np.linalg.inv(poses[parent]) @ poses[child]))
+        element.append(_origin(np.linalg.inv(poses[parent]) @ poses[child]))
     axis = joint.find("axis")
     if axis is None:
-        return made
-    made.append(_element("axis", axis, xyz=_text(axis, "xyz") or "1 0 0"))
-    limit, dynamics = axis.find("limit"), axis.find("dynamics")
+        return element
+    element.append(axis_element(axis, text_of(axis, "xyz") or "1 0 0"))
+    limit, dynamics = axis.find("limit"), dynamics_element(axis)
     if limit is not None and kind != "continuous":
-        values = {key: _text(limit, key) for key in _LIMITS}
-        made.append(_element("limit", limit, **{k: v for k, v in values.items() if v is not None}))
+        values = {key: text_of(limit, key) for key in _LIMITS}
+        element.append(made("limit", limit, **{k: v for k, v in values.items() if v is not None}))
     if dynamics is not None:
-        values = {key: _text(dynamics, key) for key in ("damping", "friction")}
-        made.append(_element("dynamics", dynamics, **{k: v for k, v in values.items() if v is not None}))
-    return made
-
-
-def _element(tag: str, like: ET.Element, **attributes: str) -> ET.Element:
-    """Return a new element with the line number of another one."""
-    made = LocatedElement(tag, attributes)
-    made.line = line_of(like)
-    return made
-
-
-def _text(element: ET.Element, path: str) -> str | None:
-    found = element.find(path)
-    return None if found is None or found.text is None else found.text.strip() or None
-
-
-def _pose(element: ET.Element) -> Array:
-    """Return the (4, 4) pose of an element's `<pose>`: x y z (m) roll pitch yaw (rad); default identity."""
-    text = _text(element, "pose")
-    if text is None:
-        return np.eye(4)
-    try:
-        numbers = [float(token) for token in text.split()]
-    except ValueError:
-        numbers = []
-    if len(numbers) < 6 or not np.isfinite(numbers).all():
-        raise DescriptionError(
-            f"<pose>{text}</pose> must have six finite numbers: x y z roll pitch yaw", line=line_of(element)
-        )
-    return pose_matrix(numbers[:3], quaternion_from_rpy(numbers[3:6]))
+        element.append(dynamics)
+    return element
 
 
 def _origin(pose: Array) -> ET.Element:
