@@ -232,6 +232,7 @@ CASES: dict[str, tuple[Case, Case]] = {
     "xml-unsafe": ('<!DOCTYPE robot [<!ENTITY x "y">]>' + arm(), "<!-- DOCTYPE robot [ENTITY] -->" + arm()),
     "xml-syntax": (arm().replace("</link>", "</lnik>", 1), arm()),
     "xml-tolerated": ('\n\n<?xml version="1.0"?>' + arm(), '<?xml version="1.0"?>\n\n' + arm()),
+    "format-refused": ('<sdf version="1.7"/>', arm()),
     "root-not-robot": (arm().replace("robot", "model"), arm()),
     "too-many-links": (many_links(10_001), many_links(60)),
     "number-not-finite": (

@@ -56,6 +56,19 @@ _SDF = (
     '</link><link name="b"/><joint name="j" type="revolute"><parent>a</parent><child>b</child>'
     "<axis><xyz>0 0 1</xyz></axis></joint></model></world></sdf>"
 ).replace('"0.1 0.2 0.3"', "0.1 0.2 0.3")
+_ROBOT_SDF = (
+    '<sdf version="1.10"><model name="m" canonical_link="a"><frame name="f" attached_to="a">'
+    '<pose degrees="true">0 0 1 0 45 0</pose></frame><link name="a"><inertial><mass>1</mass></inertial>'
+    '<visual name="v"><geometry><ellipsoid><radii>1 2 3</radii></ellipsoid></geometry></visual></link>'
+    '<link name="b"><pose relative_to="f" rotation_format="quat_xyzw">0 0 1 0 0 0 1</pose>'
+    '<sensor name="s" type="imu"><pose>0 0 1 0 0 0</pose></sensor></link><joint name="j" type="screw">'
+    "<parent>f</parent><child>b</child><screw_thread_pitch>0.1</screw_thread_pitch><axis>"
+    '<xyz expressed_in="f">0 1 0</xyz><limit><lower>-1</lower></limit></axis></joint>'
+    '<model name="n" placement_frame="c"><pose relative_to="b"/><link name="c"/></model>'
+    '<include merge="true"><uri>model://m</uri><name>i</name></include><joint name="k" type="universal">'
+    "<parent>b</parent><child>n::c</child><axis><xyz>1 0 0</xyz></axis>"
+    "<axis2><xyz>0 1 0</xyz></axis2></joint><plugin name='p' filename='x'/></model></sdf>"
+)
 _MJCF = (
     '<mujoco model="m"><option timestep="0.002"/><default><geom friction="1 0.1 0.1"/></default>'
     '<asset><texture name="t" type="2d" builtin="checker" width="8" height="8"/>'
@@ -179,6 +192,11 @@ def _read_mjcf(file: Path) -> None:
     world.step(2)
 
 
+def _read_robot(file: Path) -> None:
+    audit_urdf(file)
+    load_description(file, missing_meshes="note")
+
+
 def _read_sdf(file: Path) -> None:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.face.errors import error
@@ -194,6 +212,7 @@ def _read_sdf(file: Path) -> None:
 
 READERS: dict[str, tuple[str, Callable[[Path], object], bytes]] = {
     "urdf": (".urdf", _read_urdf, _urdf()),
+    "robot-sdf": (".sdf", _read_robot, _ROBOT_SDF.encode()),
     "sdf": (".sdf", _read_sdf, _SDF.encode()),
     "mjcf": (".xml", _read_mjcf, _MJCF.encode()),
     "scene": (".xml", load_scene, _MJCF.encode()),

@@ -9,18 +9,22 @@ from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import OmittedNote
 
 MAX_LINKS = 10_000
+_UNREADABLE = ("no such file in ", "is a folder", "cannot be read:", "too large for a robot description")
+_UNSAFE = ("DOCTYPE", "nested more than", "elements; this is no robot")
+_SYNTAX = ("not well-formed", "the file is empty")
 
 
-def _refusal(urdf: UrdfElements, *words: str) -> Faults:
-    """The reader's refusal as a fault, where it contains one of the texts."""
+def _refusal(urdf: UrdfElements, *words: str, others: bool = False) -> Faults:
+    """The reader's refusal as a fault, where it contains one of the texts; or where it contains none."""
     error = urdf.refusal
     if error is None:
         return
     text = error.problems[0]
+    if any(word in text for word in words) == others:
+        return
     where = f"{urdf.path.name}:{error.line}: " if error.line else f"{urdf.path.name}: "
     message, _, remedy = text.removeprefix(where).rpartition("; ")
-    if any(word in text for word in words):
-        yield Fault(message=message or remedy, remedy=remedy if message else None, line=error.line)
+    yield Fault(message=message or remedy, remedy=remedy if message else None, line=error.line)
 
 
 @check(
@@ -31,7 +35,7 @@ def _refusal(urdf: UrdfElements, *words: str) -> Faults:
 )
 def file_unreadable(urdf: UrdfElements) -> Faults:
     """The file does not exist, is a folder, may not be read or is larger than 64 MiB."""
-    yield from _refusal(urdf, "no such file", "is a folder", "cannot be read", "too large")
+    yield from _refusal(urdf, *_UNREADABLE)
 
 
 @check(
@@ -42,7 +46,7 @@ def file_unreadable(urdf: UrdfElements) -> Faults:
 )
 def xml_unsafe(urdf: UrdfElements) -> Faults:
     """The file declares a DTD or entities, or is nested or long beyond any robot description."""
-    yield from _refusal(urdf, "DOCTYPE", "nested more than", "elements; this is no robot")
+    yield from _refusal(urdf, *_UNSAFE)
 
 
 @check(
@@ -53,7 +57,7 @@ def xml_unsafe(urdf: UrdfElements) -> Faults:
 )
 def xml_syntax(urdf: UrdfElements) -> Faults:
     """The file is not well-formed XML, and its meaning is not clear."""
-    yield from _refusal(urdf, "not well-formed", "the file is empty")
+    yield from _refusal(urdf, *_SYNTAX)
 
 
 @check(
@@ -69,6 +73,17 @@ def xml_tolerated(urdf: UrdfElements) -> Faults:
         if isinstance(note, OmittedNote):
             continue
         yield Fault(message=note if note.startswith("<") else f"not well-formed XML: {note}")
+
+
+@check(
+    "format-refused",
+    ERROR,
+    remedy="correct the file at this place",
+    example='<sdf version="1.7"/>',
+)
+def format_refused(urdf: UrdfElements) -> Faults:
+    """A xacro, MJCF or SDF file cannot be turned into a robot description."""
+    yield from _refusal(urdf, *_UNREADABLE, *_UNSAFE, *_SYNTAX, others=True)
 
 
 @check(
@@ -88,7 +103,7 @@ def format_omitted(urdf: UrdfElements) -> Faults:
     "root-not-robot",
     ERROR,
     remedy="give a URDF, whose root element is <robot>",
-    example='<sdf version="1.7">...</sdf>',
+    example='<model name="arm">...</model>',
 )
 def root_not_robot(urdf: UrdfElements) -> Faults:
     """The root element is not `<robot>`."""

@@ -8,8 +8,9 @@ resolved before the check:
   `robots/`, ...); and meshes in folders called as mesh folders are, one or two levels up (`../meshes`,
   `../../arms/panda/meshes`, ...);
 - for `package://NAME/...`: a folder called NAME that is, or stands beside, one of the 8 folders above the
-  description (never a file system's root or a user's home); a package of that name anywhere in the workspace
-  of the description (see `roboyard.description.files.workspaces`);
+  description, or in a `models/` there, as Gazebo's worlds have it (never a file system's root or a user's
+  home); a package of that name anywhere in the workspace of the description (see
+  `roboyard.description.files.workspaces`);
 - what the caller gives: `packages`, `search_paths`; what the environment gives: `ROS_PACKAGE_PATH`,
   `GAZEBO_MODEL_PATH`, `AMENT_PREFIX_PATH`; and packages anywhere below those.
 
@@ -273,8 +274,9 @@ class Resolver:
         for folder in self._above:
             if folder.name == name:
                 yield _Candidate(folder, tail)
-            if (folder / name).resolve().is_relative_to(folder.resolve()):
-                yield _Candidate(folder / name, tail)
+            for place in (folder / name, folder / "models" / name):
+                if place.resolve().is_relative_to(folder.resolve()):
+                    yield _Candidate(place, tail)
         for root in (*self._given, *package_folders(self._above)):
             package = packages_below(root).get(name)
             if package is not None:

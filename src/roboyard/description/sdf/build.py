@@ -57,9 +57,11 @@ def read_sdf(root: ET.Element, file: Path | None, resolver: Resolver) -> tuple[E
     """
     notes: list[str] = []
     try:
-        models = ModelReader(resolver=resolver, note=notes.append).models_of(root, file)
+        reader = ModelReader(resolver=resolver, note=notes.append)
+        models = reader.models_of(root, file)
         if not models:
-            raise DescriptionError("the file has no <model>; give one that has a robot", line=line_of(root))
+            reason = next(iter(reader.missing.values()), "give one that has a robot")
+            raise DescriptionError(f"the file has no <model>; {reason}", line=line_of(root))
         robot = max(models, key=_links)
         others = [model.name or "?" for model in models if model is not robot]
         if others:
@@ -114,8 +116,9 @@ class _Builder:
         self.scopes = scopes_of(self.robot)
         self.links = {frame.name: frame for frame in self._frames("link")}
         if not self.links:
+            reason = next(iter(self.robot.missing.values()), "give one that has a robot")
             raise DescriptionError(
-                f'model "{self.robot.name}" has no <link>; give one that has a robot',
+                f'model "{self.robot.name}" has no <link>; {reason}',
                 line=line_of(self.robot.element),
             )
         edges = list(self._edges())

@@ -30,7 +30,7 @@ def link_element(
 
     Args:
         link: SDF's link.
-        T_model_frame: (4, 4) pose of the URDF link's frame in the outermost model.
+        T_model_frame: (4, 4) pose of the URDF link's frame in the outermost model (m).
         note: takes each note on what is omitted.
         is_static: whether it never moves, so that it needs no mass.
     """
@@ -58,7 +58,12 @@ def link_element(
 
 
 def kept_elements(link: Frame, T_model_frame: Array) -> LocatedElement | None:
-    """Return the sensors, lights and settings of a link as a `<gazebo>` element; None without any."""
+    """Return the sensors, lights and settings of a link as a `<gazebo>` element; None without any.
+
+    Args:
+        link: SDF's link.
+        T_model_frame: (4, 4) pose of the URDF link's frame in the outermost model (m).
+    """
     holder = made("gazebo", link.element, reference=link.name)
     for child in link.element:
         if child.tag in _READ:
@@ -92,14 +97,15 @@ def _shape(
     kinds = [] if geometry is None else [str(child.tag) for child in geometry]
     if not kinds or "empty" in kinds:
         return None
-    if not any(kind in SHAPES for kind in kinds):
-        if "ellipsoid" in kinds:
-            return _ellipsoid(shape, tag, T, note)
+    if not any(kind in (*SHAPES, "ellipsoid") for kind in kinds):
         note(f"a {tag} that is a {kinds[0][:40]} is omitted: a robot description has none")
         return None
     if text_of(geometry, "mesh/submesh/name") is not None:
         note("parts of meshes (<submesh>) are not taken alone: the whole mesh is used")
-    part = shape_element(shape, tag, origin(T), prefix=link.scope.model.prefix)
+    if "ellipsoid" in kinds:
+        part = _ellipsoid(shape, tag, T, note)
+    else:
+        part = shape_element(shape, tag, origin(T), prefix=link.scope.model.prefix)
     if tag == "visual":
         material = material_element(shape, link.scope.model.prefix)
         part.extend([] if material is None else [material])

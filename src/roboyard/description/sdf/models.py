@@ -16,7 +16,7 @@ from roboyard.errors import DescriptionError
 MAX_DEPTH = 16
 """Models within models."""
 MAX_MODELS = 1000
-"""Models of one file, those included counted as often as they are."""
+"""Models and includes of one file, counted as often as they are read."""
 MAX_ELEMENTS = 500_000
 """Elements of all these models together."""
 OLDEST = (1, 2)
@@ -45,8 +45,8 @@ class SdfModel:
     is_merged: bool = False
     """Whether its parts belong to the model around it."""
     nested: list[SdfModel] = field(default_factory=list)
-    missing: set[str] = field(default_factory=set)
-    """Names of models that could not be included."""
+    missing: dict[str, str] = field(default_factory=dict)
+    """Names of models that could not be included, and why."""
     extra: list[ET.Element] = field(default_factory=list)
     """Plugins that the `<include>` adds."""
 
@@ -62,6 +62,8 @@ class ModelReader:
 
     resolver: Resolver
     note: Callable[[str], None]
+    missing: dict[str, str] = field(default_factory=dict)
+    """As `SdfModel.missing`, of the file."""
     _models: int = 0
     _elements: int = 0
     _open: list[Path] = field(default_factory=list)
@@ -77,11 +79,11 @@ class ModelReader:
         version = _version(root)
         found: list[SdfModel] = []
         for place in (root, *root.findall("world")):
-            found += self._models_in(place, version, "", 0, set())
+            found += self._models_in(place, version, "", 0, self.missing)
         return found
 
     def _models_in(
-        self, place: ET.Element, version: Version, prefix: str, depth: int, missing: set[str]
+        self, place: ET.Element, version: Version, prefix: str, depth: int, missing: dict[str, str]
     ) -> list[SdfModel]:
         found: list[SdfModel] = []
         for child in place:
@@ -89,19 +91,20 @@ class ModelReader:
                 found.append(self._model(child, version, prefix, depth))
             elif child.tag == "include":
                 included = self._included(child, prefix, depth)
-                if included is None:
-                    uri = (text_of(child, "uri") or "").rstrip("/")
-                    missing.add(text_of(child, "name") or uri.rpartition("/")[2])
-                else:
+                if isinstance(included, SdfModel):
                     included.is_merged &= depth > 0
                     found.append(included)
+                else:
+                    uri = (text_of(child, "uri") or "").rstrip("/")
+                    missing[text_of(child, "name") or uri.rpartition("/")[2]] = included
+                    self.note(f"{included}; it is omitted")
         return found
 
     def _model(self, element: ET.Element, version: Version, prefix: str, depth: int) -> SdfModel:
         self._models += 1
         if depth > MAX_DEPTH or self._models > MAX_MODELS:
             raise _too_many(element)
-        missing: set[str] = set()
+        missing: dict[str, str] = {}
         return SdfModel(
             element=element,
             placed=element,
@@ -114,16 +117,19 @@ class ModelReader:
             missing=missing,
         )
 
-    def _included(self, include: ET.Element, prefix: str, depth: int) -> SdfModel | None:
+    def _included(self, include: ET.Element, prefix: str, depth: int) -> SdfModel | str:
+        """Return an included model, or why there is none."""
         uri = text_of(include, "uri") or ""
+        self._models += 1
+        if self._models > MAX_MODELS:
+            raise _too_many(include)
         found = self._find(uri, prefix)
         if found is None:
-            reason = "not fetched" if _REMOTE.match(uri) else "not found"
-            self.note(
-                f"<include> {uri[:200]!r} is {reason}: it is omitted; "
-                "name the folder that holds it in search_paths"
-            )
-            return None
+            what = f"<include> {uri[:200]!r} is not found"
+            if _REMOTE.match(uri):
+                what = f"<include> {uri[:200]!r} is not fetched"
+            name = uri.rstrip("/").rpartition("/")[2][:60] or "NAME"
+            return f"{what}: name the model's folder with --package {name}=FOLDER"
         file, inner = found
         if file.resolve() in self._open:
             raise DescriptionError(f"<include> {uri[:200]!r} includes itself", line=line_of(include))
@@ -133,8 +139,7 @@ class ModelReader:
             raise _too_many(include)
         element = root.find("model")
         if root.tag != "sdf" or element is None:
-            self.note(f"<include> {uri[:200]!r} holds no model: it is omitted")
-            return None
+            return f"<include> {uri[:200]!r} holds no model"
         self._open.append(file.resolve())
         model = self._model(_without_lines(element), _version(root, file), inner, depth)
         self._open.pop()

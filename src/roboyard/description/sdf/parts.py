@@ -80,7 +80,7 @@ def colour_element(shape: ET.Element, rgba: str) -> LocatedElement:
 
 
 def axis_element(axis: ET.Element, direction: str | Array) -> LocatedElement:
-    """Return an `<axis>`."""
+    """Return an `<axis>` along a direction, as text or as a (3,) array."""
     return made("axis", axis, xyz=direction if isinstance(direction, str) else joined(direction))
 
 

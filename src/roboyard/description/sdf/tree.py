@@ -36,7 +36,7 @@ def spanning_tree(
     Args:
         links: at least one name, each once.
         edges: between these links.
-        world: name of the link that is the root wherever it is part of the tree.
+        world: name of the link that is the root where it is part of the tree.
         wanted: the root to take where no link is without a parent.
     """
     leaving: dict[str, list[int]] = {name: [] for name in links}

@@ -113,5 +113,5 @@ def origin(pose: Array) -> LocatedElement:
 
 
 def joined(numbers: Array) -> str:
-    """Return numbers with all their digits, those that are nothing but rounding as 0."""
+    """Return (n,) numbers with all their digits, those that are nothing but rounding as 0."""
     return " ".join(repr(0.0 if abs(v) < _NO_NUMBER else float(v)) for v in numbers)
