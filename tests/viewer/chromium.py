@@ -87,6 +87,16 @@ class Page:
         data = base64.b64decode(answer["data"])
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(np.int16)
 
+    def resize(self, width: int, height: int) -> None:
+        """Change the size of the window (pixels)."""
+        self._call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+
     def click(self, x: float, y: float) -> None:
         for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
             self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)

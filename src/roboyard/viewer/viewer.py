@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from roboyard.sim.queries.default_view import fitted_points
 from roboyard.viewer.notebook import frame_html
 from roboyard.viewer.page.first_view import FirstView
+from roboyard.viewer.page.last_used import LastUsed
 from roboyard.viewer.page.light import set_light
 from roboyard.viewer.page.server import DEFAULT_PORT, open_server, stop_server
 from roboyard.viewer.scene.drawings import Drawing, Drawings
@@ -86,6 +87,7 @@ class Viewer:
         """Number of updates sent so far."""
         self._links = Links(paths={}, rows={}, by_owner={})
         self._revision = -1
+        self._is_fit_due = False
         self._latest: Snapshot | None = None
         self._published: Snapshot | None = None
         self._pose_sender = PoseSender()
@@ -99,6 +101,8 @@ class Viewer:
         self.light = set_light(self.server)
         self.first_view = FirstView(self.server, lambda: fitted_points(self.world.bodies))
         """Aims the camera of each page when it opens."""
+        self.last_used = LastUsed(self.server)
+        """Which page was used last."""
         self.sync(wait=True)
         if follow_steps:
             world.after_step.append(self._after_step)
@@ -147,7 +151,10 @@ class Viewer:
                 camera.look_at = target
 
     def show_world(self, world: World) -> None:
-        """Show another world instead of this one; call it from the simulation thread."""
+        """Show another world instead of this one and fit it into the frame.
+
+        Call it from the simulation thread.
+        """
         if world is self.world:
             return
         self._unfollow()
@@ -155,6 +162,7 @@ class Viewer:
         if self._follow_steps:
             world.after_step.append(self._after_step)
         self.sync()
+        self.first_view.aim()
 
     def draw(self, drawing: Drawing) -> None:
         """Replace the lines and texts with the next update; may be called from any thread."""
@@ -202,7 +210,11 @@ class Viewer:
         model = world.model  # first: this empties the body pool and may renumber the bodies
         if world.revision != self._revision:
             self._links = gather_links(world)
+            self._is_fit_due = self._revision >= 0
             self._revision = world.revision
+        if self._is_fit_due and self.watchers:
+            self._is_fit_due = False
+            self.first_view.refit()
         self._latest = take(world, model, self._links)
 
     # ------------------------------------------------------------------------------- in the server's threads

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboyard.sim.queries import rays
+from roboyard.sim.queries.default_view import FILL, FOVY
 from roboyard.transforms import Array, matrix_from_quaternion
 
 if TYPE_CHECKING:
@@ -29,12 +30,19 @@ MIN_HEIGHT = 0.5
 
 
 def look_from_behind(viewer: Viewer, robot: Robot) -> None:
-    """Place the cameras of all pages behind and above the robot; pages opened later start there too."""
+    """Place the cameras of all pages behind and above the robot; pages opened later start there too.
+
+    Pages that are narrower than high look from farther away, so that the robot is as wide as they are.
+    """
     eye, target = clear_viewpoint(robot)
-    viewer.first_view.release()
-    viewer.server.initial_camera.position, viewer.server.initial_camera.look_at = eye, target
-    for client in viewer.server.get_clients().values():
-        client.camera.position, client.camera.look_at = eye, target
+    radius = 0.5 * float(np.linalg.norm(np.ptp(robot.body.bounds, axis=0)))
+    distance = float(np.linalg.norm(eye - target))
+
+    def view_of(aspect: float) -> tuple[Array, Array]:
+        needed = radius / (math.tan(0.5 * FOVY) * min(aspect, 1.0) * FILL)
+        return target + max(needed / distance, 1.0) * (eye - target), target
+
+    viewer.first_view.aim_with(view_of)
 
 
 def clear_viewpoint(robot: Robot) -> tuple[Array, Array]:

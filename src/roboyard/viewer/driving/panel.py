@@ -195,7 +195,7 @@ class DrivingPanel:
     def _record(self, client: Any) -> None:
         session = self._session
         if session.recording.writer is None:
-            session.start_video(ending=self.ending_choice.value)
+            session.start_video(ending=self.ending_choice.value, client=client.client_id)
             return
         path = session.stop_video()
         if path is None:

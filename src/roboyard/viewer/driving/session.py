@@ -102,6 +102,8 @@ class DrivingSession:
         self.joysticks = Joysticks(server)
         self.follow = Follow(server)
         self.recording = VideoRecording()
+        self.filmed_client: int | None = None
+        """Number of the client whose page started the video; None: no page did."""
         self.scans = Scans(server)
         self.recorder: Recorder | None = None
         """State recorder that samples each control step; None: none."""
@@ -219,8 +221,17 @@ class DrivingSession:
         self.ik_handles.release()
         self.show_status()
 
-    def start_video(self, path: Path | None = None, ending: str = "gif") -> Path:
-        """Start to record a video from the page's camera; returns its path."""
+    def start_video(
+        self, path: Path | None = None, ending: str = "gif", *, client: int | None = None
+    ) -> Path:
+        """Start to record a video; returns its path.
+
+        Args:
+            path: file to write; a free name in `folder` by default.
+            ending: file name ending of that free name.
+            client: number of the client whose page is filmed; None: the page used last.
+        """
+        self.filmed_client = client
         if path is None:
             path = free_file(self.folder, self.file_stem, ending)
         self.recording.start(path, self.world.time)
@@ -241,8 +252,13 @@ class DrivingSession:
     # ----------------------------------------------------------------------------------------------- status
 
     def camera(self) -> Camera:
-        """Return the camera of the page that was opened first; the scene's own view without a page."""
-        for client in self.viewer.server.get_clients().values():
+        """Return the camera of the filmed page; the scene's own view without a page.
+
+        It is the page whose button started the video while that page is open, else the page used last.
+        """
+        clients = self.viewer.server.get_clients()
+        client = clients.get(self.filmed_client, self.viewer.last_used.client)
+        if client is not None:
             view = client.camera
             fovy = float(np.clip(view.fov, 0.05, 3.0))
             return Camera.look_at(
