@@ -80,7 +80,7 @@ class FirstView:
             self._send(client)
 
     def refit(self) -> None:
-        """Fit changed bodies into the pages whose camera nobody moved; call it from the simulation thread.
+        """Fit changed bodies into pages whose camera was not moved; call it from the simulation thread.
 
         Pages that show all bodies, and not too small, stay as they are.
         """
