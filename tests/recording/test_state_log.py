@@ -119,7 +119,7 @@ def test_files_that_are_not_logs_are_errors(tmp_path: Path, damage: str) -> None
 
 
 def test_unknown_keys_of_a_scene_setup_are_errors() -> None:
-    with pytest.raises(ConfigError, match=r"'robot' and 'controllers', got .*weather"):
+    with pytest.raises(ConfigError, match=r"'controllers' and 'pose', got .*weather"):
         set_up({"scene": "empty", "weather": "fine"})
     with pytest.raises(ConfigError, match="needs 'scene'"):
         set_up({})

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from roboyard.cli.completion import viewed_names
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
 from roboyard.untrusted.text import json_text, one_line, say
@@ -21,15 +22,19 @@ Examples:
 \b
   roboyard audit my_robot.urdf
   roboyard audit my_robot.urdf --html faults.html   with pictures
+  roboyard audit mine                               an imported robot
   roboyard audit config.yaml                        an import configuration
 """
 
 
 def audit(
-    file: Annotated[
-        Path,
+    robot: Annotated[
+        str,
         typer.Argument(
-            help="A URDF or xacro, or an import configuration (YAML).", metavar="FILE", show_default=False
+            help="A robot file, the name of a robot, or an import configuration (YAML).",
+            metavar="ROBOT",
+            show_default=False,
+            autocompletion=viewed_names,
         ),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
@@ -48,8 +53,10 @@ def audit(
     is or after these fixes; 1: not usable.
     """
     from roboyard.cli.packages import read_packages
+    from roboyard.cli.robot_argument import robot_file
     from roboyard.cli.xacro_args import read_xacro_args
 
+    file = robot_file(robot)
     packages, xacro_args = read_packages(package or []), read_xacro_args(xacro_arg or [])
     if file.suffix.lower() in (".yaml", ".yml"):
         if html is not None:

@@ -44,7 +44,7 @@ def demo(
         str | None,
         typer.Argument(
             help="A URDF file, or the name of a robot; the bundled r1 by default.",
-            metavar="SOURCE",
+            metavar="[ROBOT]",
             show_default=False,
             autocompletion=viewed_names,
         ),

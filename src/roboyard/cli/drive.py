@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roboyard.cli.completion import robot_names, scene_names
-from roboyard.untrusted.text import say
+from roboyard.cli.completion import scene_names, viewed_names
+from roboyard.cli.packages import PackageOption
+from roboyard.cli.xacro_args import XacroArgOption
+from roboyard.untrusted.text import json_text, say
 
 if TYPE_CHECKING:
+    from roboyard.envs.play import Episode
     from roboyard.viewer.driving import DrivingPage
 
 EXAMPLES = """
@@ -21,6 +25,8 @@ Examples:
   roboyard drive --quickstart                r1 in the scene home, by keyboard
   roboyard drive r1 --scene home --browser   in the browser
   roboyard drive r1 --scene home --control-mode random --short-exec --record a.gif
+  roboyard drive my_robot.urdf --browser     a file, imported for this run only
+  roboyard drive r1 --scene home --pose 1,0.5,1.57 --control-mode random --short-exec
   roboyard drive --policy walk.json --browser   a trained policy in its task
 """
 
@@ -33,14 +39,12 @@ class Mode(StrEnum):
 
 
 def _page(
-    robot: str, scene: str, host: str, port: int, *, record: Path | None, log: Path | None
+    setup: dict[str, Any], host: str, port: int, *, record: Path | None, log: Path | None, quiet: bool
 ) -> DrivingPage:
     from roboyard.recording import Recorder
     from roboyard.viewer.driving import DrivingPage
-    from roboyard.viewer.page.server import load_viser
 
-    load_viser()
-    page = DrivingPage({"scene": scene, "robot": robot}, host=host, port=port)
+    page = DrivingPage(setup, host=host, port=port, quiet=quiet)
     try:
         if record is not None:
             page.start_video(record)
@@ -49,10 +53,13 @@ def _page(
     except BaseException:
         page.close()
         raise
+    if quiet:
+        say(f"the page is at {page.viewer.url}", to_errors=True)
     return page
 
 
-def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browser: bool) -> None:
+def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browser: bool) -> list[Path]:
+    """Run the page until it ends, and return the files written."""
     from roboyard.viewer.page.browser import open_page
 
     recorder, video = page.recorder, page.recording.writer
@@ -64,19 +71,17 @@ def _serve(page: DrivingPage, log: Path | None, *, most: int | None, open_browse
         page.close()
         if log is not None and recorder is not None and len(recorder):
             recorder.log().save(log)
-        for file in (video.path if video is not None else None, log):
-            if file is not None and file.is_file():
-                say(f"wrote {file}")
+    return [file for file in (video.path if video is not None else None, log) if file is not None]
 
 
 def drive(
     robot: Annotated[
         str | None,
         typer.Argument(
-            help="A robot of `roboyard robots`.",
+            help="A robot file, or the name of a robot.",
             metavar="ROBOT",
             show_default=False,
-            autocompletion=robot_names,
+            autocompletion=viewed_names,
         ),
     ] = None,
     scene: Annotated[
@@ -103,6 +108,15 @@ def drive(
         Path | None,
         typer.Option("--log", help="State log to write (.npz), for `roboyard replay`.", show_default=False),
     ] = None,
+    pose: Annotated[
+        str | None,
+        typer.Option(
+            "--pose",
+            help="Where the robot starts: x and y in m, yaw in rad.",
+            metavar="X,Y[,YAW]",
+            show_default=False,
+        ),
+    ] = None,
     seed: Annotated[
         int | None, typer.Option("--seed", help="Seed of the random actions.", show_default=False)
     ] = None,
@@ -120,21 +134,34 @@ def drive(
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Open a browser if there is a display.")
     ] = True,
+    package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")] = False,
 ) -> None:
     """Control a robot by keyboard, browser or random actions.
 
-    Asks for robot, scene, controllers and mode if no option gives them.
+    On a terminal, asks for robot, scene, controllers and mode if no option gives them. A robot file is
+    imported for this run only.
     """
+    from roboyard.cli.robot_argument import driven_robot
     from roboyard.errors import ConfigError
     from roboyard.teleop.loop import SHORT
 
     if log is not None and (log.suffix != ".npz" or not log.parent.is_dir()):
         raise ConfigError(f"--log {log}: must be a .npz file in an existing folder")
     if policy is not None:
-        if robot is not None or scene is not None or control_mode is not None or log is not None:
+        given = {
+            "ROBOT": robot,
+            "--scene": scene,
+            "--control-mode": control_mode,
+            "--log": log,
+            "--pose": pose,
+        }
+        extra = [name for name, value in given.items() if value is not None]
+        if extra:
             raise ConfigError(
-                "--policy brings its own robot, scene and actions; remove ROBOT, --scene, --control-mode and "
-                f"--log, got {robot=}, {scene=}, {control_mode=}, {log=}"
+                f"--policy brings its own robot, scene and actions; remove {', '.join(extra)}, got "
+                + ", ".join(f"{name}={given[name]!r}" for name in extra)
             )
         _run_policy(
             policy,
@@ -145,6 +172,7 @@ def drive(
             host=host,
             port=port,
             open_browser=open_browser,
+            as_json=as_json,
         )
         return
     if browser:
@@ -153,12 +181,105 @@ def drive(
                 f"--browser cannot be combined with --control-mode random or --seed, got {seed=}; "
                 "remove one of the options"
             )
-        page = _page(robot or "r1", scene or "home", host, port, record=record, log=log)
-        _serve(page, log, most=SHORT if short_exec else None, open_browser=open_browser)
-        return
-    if quickstart:
+        from roboyard.viewer.page.server import load_viser
+
+        load_viser()
+    if quickstart or browser:
         robot, scene, control_mode = robot or "r1", scene or "home", control_mode or Mode.TELEOP
-    _run_in_terminal(robot, scene, control_mode, short=short_exec, record=record, log=log, seed=seed)
+    choices = _choose(robot, scene, control_mode)
+    with driven_robot(choices.robot, package, xacro_arg) as ready:
+        if log is not None and ready != choices.robot:
+            raise ConfigError(
+                f"--log {log}: a log names its robot, to be replayed; import it first: "
+                f"roboyard import {choices.robot} --name NAME"
+            )
+        setup: dict[str, Any] = {"scene": choices.scene, "robot": ready, "controllers": choices.controllers}
+        if pose is not None:
+            setup["pose"] = _pose(pose)
+        if browser:
+            page = _page(setup, host, port, record=record, log=log, quiet=as_json)
+            files = _serve(page, log, most=SHORT if short_exec else None, open_browser=open_browser)
+            count = None
+        else:
+            from roboyard.recording import set_up
+            from roboyard.teleop import drive as run
+
+            count = run(
+                set_up(setup), choices.mode.value, short=short_exec, record=record, log=log, seed=seed
+            )
+            files = [file for file in (record, log) if file is not None]
+    written = [str(file) for file in files if file.is_file()]
+    if as_json:
+        done = {
+            "robot": choices.robot,
+            "scene": choices.scene,
+            "mode": "browser" if browser else choices.mode.value,
+        }
+        print(json_text({**done, "actions": count, "files": written}))
+        return
+    if count is not None:
+        say(f"{choices.robot} in {choices.scene}: {count} actions")
+    for file in written:
+        say(f"wrote {file}")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Choices:
+    """Robot, scene, mode and controllers; given as options, or answered on the terminal."""
+
+    robot: str
+    scene: str
+    mode: Mode
+    controllers: dict[str, str]
+
+
+def _choose(robot: str | None, scene: str | None, control_mode: Mode | None) -> _Choices:
+    """Check the given names, and ask for missing choices.
+
+    Raises:
+        ConfigError: a name is unknown, or a choice is missing and there is no terminal to ask on.
+    """
+    from roboyard.cli.robot_argument import named_robot, robot_file
+    from roboyard.errors import ConfigError
+    from roboyard.robots import REGISTERED_ROBOTS
+    from roboyard.scenes import SCENES, check_scene
+    from roboyard.teleop.choices import choose, has_terminal
+
+    if scene is not None:
+        check_scene(scene)
+    if robot is not None:
+        robot = named_robot(robot) or robot
+        if named_robot(robot) is None and not robot_file(robot).is_file():
+            raise ConfigError(f"{robot}: there is no such file; check the path, or see `roboyard robots`")
+    asks = robot is None or scene is None or control_mode is None
+    if scene is None:
+        scene = choose("Scene?", list(SCENES), "home")
+    if robot is None:
+        robot = choose("Robot?", list(REGISTERED_ROBOTS), "r1")
+    controllers: dict[str, str] = {}
+    if asks and has_terminal() and robot in REGISTERED_ROBOTS:
+        definition = REGISTERED_ROBOTS[robot].definition
+        usual = definition.controller_names()
+        for group, allowed in definition.allowed_controllers().items():
+            if group in usual:
+                controllers[group] = choose(f"Controller of {group}?", sorted(allowed), usual[group])
+    if control_mode is None:
+        control_mode = Mode(choose("Control mode?", [m.value for m in Mode], Mode.TELEOP.value))
+    return _Choices(robot=robot, scene=scene, mode=control_mode, controllers=controllers)
+
+
+def _pose(text: str) -> tuple[float, float, float]:
+    """Return x, y (m) and yaw (rad) of `--pose`."""
+    from roboyard.errors import ConfigError
+
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (2, 3):
+        raise ConfigError(f"--pose {text}: give X,Y or X,Y,YAW, separated by commas, in m and rad")
+    x, y, yaw = (*numbers, 0.0)[:3]
+    return x, y, yaw
 
 
 EPISODES = 5
@@ -175,13 +296,15 @@ def _run_policy(
     host: str,
     port: int,
     open_browser: bool,
+    as_json: bool,
 ) -> None:
     """Run a policy and print the result of each episode."""
     from roboyard.envs.play import play
     from roboyard.envs.policy import load_policy
 
     policy = load_policy(file)
-    say(f"{policy.task}" + "".join(f", {key} {value}" for key, value in policy.options.items()))
+    if not as_json:
+        say(f"{policy.task}" + "".join(f", {key} {value}" for key, value in policy.options.items()))
     episodes = play(
         policy,
         steps=steps,
@@ -192,57 +315,25 @@ def _run_policy(
         port=port,
         open_browser=open_browser,
     )
+    played: list[Episode] = []
     try:
         for episode in episodes:
+            played.append(episode)
             goal = "" if episode.success is None else ", goal " + ("reached" if episode.success else "missed")
-            say(
-                f"episode {episode.number}: {episode.steps} steps, reward {episode.reward:.1f}, "
-                f"end: {episode.end}{goal}"
-            )
+            if not as_json:
+                say(
+                    f"episode {episode.number}: {episode.steps} steps, reward {episode.reward:.1f}, "
+                    f"end: {episode.end}{goal}"
+                )
             if not browser and episode.number == EPISODES:
                 break
     except KeyboardInterrupt:
         pass
     finally:
         episodes.close()
-    if record is not None and record.is_file():
+    written = [str(record)] if record is not None and record.is_file() else []
+    if as_json:
+        done = {"task": policy.task, "options": dict(policy.options)}
+        print(json_text({**done, "episodes": [asdict(episode) for episode in played], "files": written}))
+    elif written:
         say(f"wrote {record}")
-
-
-def _run_in_terminal(
-    robot: str | None,
-    scene: str | None,
-    control_mode: Mode | None,
-    *,
-    short: bool,
-    record: Path | None,
-    log: Path | None,
-    seed: int | None,
-) -> None:
-    """Ask for missing choices, and drive the robot by keys or at random."""
-    from roboyard.recording import set_up
-    from roboyard.robots import REGISTERED_ROBOTS
-    from roboyard.scenes import SCENES
-    from roboyard.teleop import drive as run
-    from roboyard.teleop.choices import choose
-
-    asks = robot is None or scene is None or control_mode is None
-    if scene is None:
-        scene = choose("Scene?", list(SCENES), "home")
-    if robot is None:
-        robot = choose("Robot?", list(REGISTERED_ROBOTS), "r1")
-    found = REGISTERED_ROBOTS.find(robot)
-    controllers: dict[str, str] = {}
-    if asks:
-        usual = found.definition.controller_names()
-        for group, allowed in found.definition.allowed_controllers().items():
-            if group in usual:
-                controllers[group] = choose(f"Controller of {group}?", sorted(allowed), usual[group])
-    if control_mode is None:
-        control_mode = Mode(choose("Control mode?", [m.value for m in Mode], Mode.TELEOP.value))
-    scene_setup = set_up({"scene": scene, "robot": robot, "controllers": controllers})
-    count = run(scene_setup, control_mode.value, short=short, record=record, log=log, seed=seed)
-    say(f"{robot} in {scene_setup.scene.name}: {count} actions")
-    for file in (record, log):
-        if file is not None and file.is_file():
-            say(f"wrote {file}")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from roboyard.cli.completion import viewed_names
 from roboyard.cli.missing_meshes import MissingMeshesOption
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
@@ -68,18 +69,19 @@ curobo:                           # for motion planning; missing keys are comput
 
 def importing(
     source: Annotated[
-        Path | None,
+        str | None,
         typer.Argument(
-            help="A robot file (URDF), or a source configuration (YAML).",
-            metavar="SOURCE",
+            help="A robot file, the name of a robot, or a source configuration (YAML).",
+            metavar="[ROBOT]",
             show_default=False,
+            autocompletion=viewed_names,
         ),
     ] = None,
     config: Annotated[
         Path | None,
         typer.Option(
             "--config",
-            help="A source configuration (YAML), as above. SOURCE then replaces its urdf_path.",
+            help="A source configuration (YAML), as above. ROBOT then replaces its urdf_path.",
             show_default=False,
         ),
     ] = None,
@@ -123,15 +125,16 @@ def importing(
     del headless
     from roboyard.cli.missing_meshes import read_missing_meshes
     from roboyard.cli.packages import read_packages
+    from roboyard.cli.robot_argument import robot_file
     from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.errors import ConfigError
     from roboyard.importer.pipeline import import_robot
 
     if source is None and config is None:
-        raise ConfigError("give a SOURCE or --config FILE; roboyard import --help shows an example")
+        raise ConfigError("give a ROBOT or --config FILE; roboyard import --help shows an example")
     with _progress_bar(quiet=as_json) as progress:
         result = import_robot(
-            source,
+            None if source is None else robot_file(source),
             config=config,
             name=name,
             out=out,

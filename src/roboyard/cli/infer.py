@@ -10,6 +10,7 @@ import typer
 
 from roboyard.cli.missing_meshes import MissingMeshesOption
 from roboyard.cli.packages import PackageOption
+from roboyard.cli.robot_argument import RobotArgument, robot_file
 from roboyard.cli.xacro_args import XacroArgOption
 from roboyard.untrusted.text import json_text, say
 
@@ -24,7 +25,7 @@ Examples:
 
 
 def infer(
-    file: Annotated[Path, typer.Argument(help="A URDF or xacro.", metavar="FILE", show_default=False)],
+    robot: RobotArgument,
     out: Annotated[
         Path | None, typer.Option("--out", help="Write the configuration here.", show_default=False)
     ] = None,
@@ -46,7 +47,7 @@ def infer(
     from roboyard.importer.infer import infer_config
 
     found = infer_config(
-        file,
+        robot_file(robot),
         name=name,
         packages=read_packages(package or []),
         xacro_args=read_xacro_args(xacro_arg or []),

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roboyard.cli.completion import scene_names, viewed_names
-from roboyard.untrusted.text import one_line, say
+from roboyard.cli.packages import PackageOption
+from roboyard.cli.robot_argument import robot_source
+from roboyard.cli.xacro_args import XacroArgOption
+from roboyard.untrusted.text import json_text, one_line, say
 
 if TYPE_CHECKING:
+    from roboyard.description.model import RobotDescription
     from roboyard.planning import Plan, RobotPlanner
     from roboyard.robots.robot import Robot
 
@@ -72,6 +76,9 @@ def plan(
     ] = None,
     time_limit: Annotated[float, typer.Option(help="Longest search for ROBOT (s).")] = 5.0,
     seed: Annotated[int, typer.Option(help="Seed of the random samples.")] = 0,
+    package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Plan collision-free motions within velocity, acceleration and jerk limits.
 
@@ -87,16 +94,32 @@ def plan(
             )
         if out is None:
             raise ConfigError(f"--out is missing; give a file for the results, such as {problems.stem}.jsonl")
-        _plan_file(problems, out, seed)
+        _plan_file(problems, out, seed, as_json=as_json)
         return
     if robot is None or to is None:
         raise ConfigError("give ROBOT and --to X,Y,Z, or --problems FILE and --out FILE")
     if plot.suffix != ".png":
         raise ConfigError(f"--plot {plot}: the file of a plot must end in .png")
     numbers = _numbers(to)
-    subject = _in_scene(robot, scene)
-    _plan_one(
-        subject, numbers, link, {"arm": arm, "torso": torso, "base": base}, video, plot, time_limit, seed
+    subject = _in_scene(robot_source(robot, package, xacro_arg), scene)
+    group = {"arm": arm, "torso": torso, "base": base}
+    made = _plan_one(subject, numbers, link, group, video, plot, time_limit, seed)
+    assert made.trajectory is not None
+    milliseconds = 1e3 * (made.planning_seconds + made.timing_seconds)
+    if as_json:
+        import numpy as np
+
+        done = {
+            "outcome": made.outcome,
+            "path": np.asarray(made.path).tolist(),
+            "duration": made.trajectory.duration,
+        }
+        print(json_text({**done, "planning_ms": milliseconds, "files": [str(video), str(plot)]}))
+        return
+    say(
+        f"{len(made.path)} way points, {made.trajectory.duration:.2f} s; planned in {milliseconds:.1f} ms",
+        f"wrote {video}",
+        f"wrote {plot}",
     )
 
 
@@ -112,13 +135,11 @@ def _numbers(text: str) -> list[float]:
     return numbers
 
 
-def _in_scene(robot: str, scene: str | None) -> Robot:
+def _in_scene(source: str | RobotDescription, scene: str | None) -> Robot:
     """Add the robot to a scene; to an empty floor by default."""
-    from roboyard.demo.load import find_source
-    from roboyard.robots import REGISTERED_ROBOTS, add_robot
+    from roboyard.robots import add_robot
     from roboyard.scenes import load_scene
 
-    source = robot if robot in REGISTERED_ROBOTS else find_source(robot)[0]
     loaded = load_scene(scene or "empty")
     made = add_robot(loaded.world, source, loaded.spawn, loaded.spawn_orientation)
     made.reset()
@@ -134,7 +155,8 @@ def _plan_one(
     plot: Path,
     time_limit: float,
     seed: int,
-) -> None:
+) -> Plan:
+    """Plan one motion, and write its video and plot."""
     from roboyard.errors import RoboyardError
     from roboyard.planning import PoseGoal, planner_for
     from roboyard.planning.plots import plot_trajectory
@@ -150,10 +172,7 @@ def _plan_one(
     at_goal = planner.planner()
     plot_trajectory(plot, made.trajectory, at_goal.named_limits, at_goal.bounds)
     _film(robot, planner, made, video)
-    print(
-        f"{len(made.path)} way points, {made.trajectory.duration:.2f} s; planned in "
-        f"{1e3 * (made.planning_seconds + made.timing_seconds):.1f} ms\nwrote {video}\nwrote {plot}"
-    )
+    return made
 
 
 def _film(robot: Robot, planner: RobotPlanner, made: Plan, path: Path) -> None:
@@ -185,7 +204,7 @@ def _film(robot: Robot, planner: RobotPlanner, made: Plan, path: Path) -> None:
             film.add(robot.world.render(camera))
 
 
-def _plan_file(problems: Path, out: Path, seed: int) -> None:
+def _plan_file(problems: Path, out: Path, seed: int, *, as_json: bool) -> None:
     import json
     from collections import Counter
 
@@ -197,12 +216,16 @@ def _plan_file(problems: Path, out: Path, seed: int) -> None:
     outcomes: Counter[str] = Counter()
     times: list[float] = []
     with out.open("w", encoding="utf-8") as file:
-        for problem, made in solve_problems(loaded, seed=seed, progress=_say_fitting):
+        for problem, made in solve_problems(loaded, seed=seed, progress=None if as_json else _say_fitting):
             file.write(json.dumps(row_of(problem.name, made)) + "\n")
             outcomes[made.outcome] += 1
             times.append(1e3 * (made.planning_seconds + made.timing_seconds))
-            if not made.solved:
+            if not made.solved and not as_json:
                 say(f"{problem.name}: {made.outcome}: {made.reason}")
+    if as_json:
+        middle = float(np.median(times)) if times else None
+        print(json_text({"outcomes": dict(outcomes), "median_ms": middle, "files": [str(out)]}))
+        return
     counts = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common()) or "no problems"
     median = f"; median {np.median(times):.1f} ms" if times else ""
     say(f"{counts}{median}", f"wrote {out}")

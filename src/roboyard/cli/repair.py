@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from roboyard.cli.packages import PackageOption
+from roboyard.cli.robot_argument import RobotArgument, robot_file
 from roboyard.cli.xacro_args import XacroArgOption
 from roboyard.untrusted.text import json_text, say
 
@@ -21,7 +22,7 @@ Examples:
 
 
 def repair(
-    file: Annotated[Path, typer.Argument(help="A URDF or xacro.", metavar="FILE", show_default=False)],
+    robot: RobotArgument,
     out: Annotated[Path, typer.Option("--out", help="Folder to write the repaired robot into.")],
     only: Annotated[
         list[str] | None,
@@ -48,6 +49,7 @@ def repair(
     from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.repair import repair_urdf
 
+    file = robot_file(robot)
     result = repair_urdf(
         file,
         out,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from roboyard.untrusted.text import one_line, say
+from roboyard.untrusted.text import json_text, one_line, say
 
 EXAMPLES = """
 Examples:
@@ -16,6 +17,9 @@ Examples:
   roboyard replay drive.npz                      list the moving joints
   roboyard replay drive.npz --record again.gif
 """
+
+MOVED = 1e-3
+"""A coordinate that changes by more has moved (m or rad)."""
 
 
 def replay(
@@ -30,32 +34,48 @@ def replay(
     height: Annotated[
         int, typer.Option("--height", min=16, max=4096, help="Height of the video (pixels).")
     ] = 360,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
 ) -> None:
     """Summarise a state log, or render it as a video.
 
     With --record, the log's scene is built again and shown in each recorded state.
     """
+    from roboyard.recording import load_log
+
+    found = load_log(log)
+    seconds = float(found.time[-1] - found.time[0]) if len(found) else 0.0
+    low, high = found.positions.min(axis=0), found.positions.max(axis=0)
+    moving = [
+        {"name": name, "min": float(low[k]), "max": float(high[k]), "unit": found.position_units[k]}
+        for k, name in enumerate(found.position_names)
+        if high[k] - low[k] > MOVED
+    ]
+    if not as_json:
+        _print_summary(log.name, len(found), seconds, found.setup, moving)
+    count = None
+    if record is not None:
+        from roboyard.recording.replay import replay_video
+
+        count = replay_video(found, record, fps=fps, width=width, height=height)
+    if as_json:
+        files = [] if record is None else [str(record)]
+        data = {"states": len(found), "seconds": seconds, "setup": found.setup, "moving": moving}
+        print(json_text({**data, "pictures": count, "files": files}))
+    elif record is not None:
+        say(f"{record}: {count} pictures")
+
+
+def _print_summary(
+    name: str, states: int, seconds: float, setup: Mapping[str, Any], moving: Sequence[Mapping[str, Any]]
+) -> None:
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    from roboyard.recording import load_log
-
-    found = load_log(log)
-    console = Console()
-    seconds = float(found.time[-1] - found.time[0]) if len(found) else 0.0
-    setup = ", ".join(f"{name} {value}" for name, value in found.setup.items() if isinstance(value, str))
-    say(f"{log.name}: {len(found)} states in {seconds:.2f} s; {setup or 'no scene setup'}")
+    words = ", ".join(f"{key} {value}" for key, value in setup.items() if isinstance(value, str))
+    say(f"{name}: {states} states in {seconds:.2f} s; {words or 'no scene setup'}")
     table = Table("coordinate", "min", "max", "unit", box=None)
-    for k, name in enumerate(found.position_names):
-        low, high = (float(v) for v in (found.positions[:, k].min(), found.positions[:, k].max()))
-        if high - low > 1e-3:
-            cells = (name, f"{low:.3f}", f"{high:.3f}", found.position_units[k])
-            table.add_row(*(Text(one_line(cell)) for cell in cells))
-    console.print(table)
-    if record is None:
-        return
-    from roboyard.recording.replay import replay_video
-
-    count = replay_video(found, record, fps=fps, width=width, height=height)
-    say(f"{record}: {count} pictures")
+    for row in moving:
+        cells = (row["name"], f"{row['min']:.3f}", f"{row['max']:.3f}", row["unit"])
+        table.add_row(*(Text(one_line(str(cell))) for cell in cells))
+    Console().print(table)

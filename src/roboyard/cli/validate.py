@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-from roboyard.cli.completion import robot_names
+from roboyard.cli.packages import PackageOption
+from roboyard.cli.robot_argument import RobotArgument, robot_source
+from roboyard.cli.xacro_args import XacroArgOption
 from roboyard.untrusted.text import json_text, say
 
 EXAMPLES = """
@@ -21,15 +23,7 @@ Examples:
 
 
 def validate(
-    robot: Annotated[
-        str,
-        typer.Argument(
-            help="A robot of `roboyard robots`, or a robot file.",
-            metavar="ROBOT",
-            show_default=False,
-            autocompletion=robot_names,
-        ),
-    ],
+    robot: RobotArgument,
     definition: Annotated[
         Path | None,
         typer.Option(
@@ -48,6 +42,8 @@ def validate(
         typer.Option("--html", help="Write an HTML page with curves to this file.", show_default=False),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the random arm poses.")] = 0,
+    package: PackageOption = None,
+    xacro_arg: XacroArgOption = None,
 ) -> None:
     """Test resting stability, controllers, IK reach and cameras.
 
@@ -55,7 +51,9 @@ def validate(
     """
     from roboyard.validation import validate as run_validation
 
-    report = run_validation(robot, definition=definition, gates=only or None, seed=seed)
+    report = run_validation(
+        robot_source(robot, package, xacro_arg), definition=definition, gates=only or None, seed=seed
+    )
     if html is not None:
         from roboyard.validation.page import write_page
 

@@ -6,11 +6,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from roboyard.errors import ConfigError
+from roboyard.transforms import quaternion_from_rpy
 
 if TYPE_CHECKING:
     from roboyard.robots import Robot
     from roboyard.scenes import Scene
+
+ABOVE = 1.0
+"""Height above the scene's spawn pose from which the surface at a given pose is sought (m)."""
+TOUCHES = 2e-3
+"""Depth up to which a robot may start in the ground (m)."""
+HIGHEST = 0.4
+"""Height by which a robot is raised at most where the ground around its pose is higher (m)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -28,18 +38,21 @@ def set_up(setup: Mapping[str, Any]) -> SceneSetup:
     """Build a scene and add a robot at its spawn pose.
 
     Args:
-        setup: "scene" (a name or file for `load_scene`), "robot" (a registered robot's name, or None) and
-            "controllers" (group to controller name or keys; the robot's defaults where not given).
+        setup: "scene" (a name or file for `load_scene`), "robot" (a registered robot's name, or None),
+            "controllers" (group to controller name or keys; the robot's defaults where not given) and "pose"
+            (3 numbers: x, y in m and yaw in rad in the world frame; the scene's spawn pose by default). At a
+            given pose the robot stands on the surface below.
 
     Raises:
-        ConfigError: `setup` has other keys, or names an unknown scene, robot or controller.
+        ConfigError: `setup` has other keys, names an unknown scene, robot or controller, or the robot would
+            start inside something.
     """
     from roboyard.scenes import load_scene
 
-    unknown = [name for name in setup if name not in ("scene", "robot", "controllers")]
+    unknown = [name for name in setup if name not in ("scene", "robot", "controllers", "pose")]
     if unknown or not isinstance(setup.get("scene"), str):
         raise ConfigError(
-            f"a scene setup needs 'scene' and may have 'robot' and 'controllers', got "
+            f"a scene setup needs 'scene' and may have 'robot', 'controllers' and 'pose', got "
             f"{sorted(str(name) for name in setup)}"
         )
     scene = load_scene(setup["scene"])
@@ -47,11 +60,63 @@ def set_up(setup: Mapping[str, Any]) -> SceneSetup:
     if setup.get("robot") is not None:
         from roboyard.robots import add_robot
 
+        pose = _pose(setup.get("pose"))
+        position, quaternion = scene.spawn, scene.spawn_orientation
+        if pose is not None:
+            position = (pose[0], pose[1], scene.spawn[2] + ABOVE)
+            quaternion = quaternion_from_rpy((0.0, 0.0, pose[2]))
         robot = add_robot(
             scene.world,
             str(setup["robot"]),
-            scene.spawn,
-            scene.spawn_orientation,
+            position,
+            quaternion,
             controllers=setup.get("controllers") or None,
+            on_floor=None if pose is None else True,
         )
+        if pose is not None:
+            _raise_out_of_ground(robot, pose)
     return SceneSetup(scene=scene, robot=robot, setup=dict(setup))
+
+
+def _pose(given: Any) -> tuple[float, float, float] | None:
+    """Return x, y (m) and yaw (rad) of a setup; None where it has no pose."""
+    if given is None:
+        return None
+    try:
+        numbers = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape != (3,) or not np.isfinite(numbers).all():
+        raise ConfigError(f"pose: must be 3 finite numbers, x and y in m and yaw in rad, got {given!r}")
+    x, y, yaw = numbers.tolist()
+    return x, y, yaw
+
+
+def _raise_out_of_ground(robot: Robot, pose: tuple[float, float, float]) -> None:
+    """Raise a robot until it is out of uneven ground.
+
+    Raises:
+        ConfigError: it is inside something that it cannot stand on.
+    """
+    raised = 0.0
+    while True:
+        robot.world.detect_contacts()
+        deep = [
+            contact
+            for contact in robot.world.contacts(robot.body)
+            if contact.body_b is not robot.body and contact.distance < -TOUCHES
+        ]
+        if not deep:
+            return
+        worst = min(deep, key=lambda contact: contact.distance)
+        step = max(-1.5 * worst.distance, TOUCHES)
+        raised += step
+        if raised > HIGHEST:
+            where = ", ".join(f"{number:g}" for number in pose)
+            raise ConfigError(
+                f"pose ({where}): {worst.link_a.name} of the robot would start inside {worst.body_b.name!r}; "
+                "choose another pose"
+            )
+        position, quaternion = robot.body.pose
+        robot.body.set_pose(position + np.array([0.0, 0.0, step]), quaternion)
+        robot.loop.invalidate()

@@ -114,6 +114,29 @@ class RegisteredRobot:
         return found if found.is_file() else None
 
 
+def packaged_robot(file: Path | str) -> RegisteredRobot:
+    """Return the robot of a definition file, wherever the folder of the import is.
+
+    Args:
+        file: `<dataset>/models/<name>/<name>.yaml`, as `roboyard import` writes it.
+
+    Raises:
+        ConfigError: there is no such file, or it is not named after its folder.
+    """
+    path = Path(file).absolute()
+    if not path.is_file():
+        raise ConfigError(f"{file}: there is no such definition file; check the path")
+    if path.stem != path.parent.name:
+        raise ConfigError(
+            f"{file}: a robot's definition is named after its folder, as in models/mine/mine.yaml; "
+            "for an import configuration use `roboyard import` first"
+        )
+    models = path.parents[1]
+    return RegisteredRobot(
+        name=path.stem, file=path, dataset=models.parent if models.name == "models" else models
+    )
+
+
 class Registry(Mapping[str, RegisteredRobot]):
     """Name to robot; files that are added or removed appear at the next access."""
 

@@ -22,7 +22,7 @@ from roboyard.robots.definition.load import check_fits, load_definition, parse_d
 from roboyard.robots.definition.postures import ResetMode
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.placement import stand_on_floor
-from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot
+from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot, packaged_robot
 from roboyard.robots.robot import Robot
 from roboyard.robots.sensor_set import ObsModalities, SensorOptions
 from roboyard.robots.stability.casters import with_casters
@@ -31,7 +31,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.world import World
 
 RobotSource = str | Path | RegisteredRobot | RobotDescription | RobotModel
-"""A registered name, a robot file, a registered robot, a description or a model."""
+"""A registered name, a robot file, a definition file, a registered robot, a description or a model."""
 DefinitionSource = str | Path | Mapping[str, Any] | RobotDefinition
 """A definition file, its data, or a loaded definition."""
 FILE_SUFFIXES = {".xacro", *(suffix for fmt in FORMATS for suffix in fmt.suffixes)}
@@ -77,8 +77,8 @@ def add_robot(
 
     Args:
         world: that the robot is added to.
-        robot: a registered name ("r1"), a robot file (see `load_description`), one of
-            `REGISTERED_ROBOTS`, a description or a model.
+        robot: a registered name ("r1"), a robot file (see `load_description`), the definition file of an
+            import (`models/mine/mine.yaml`), one of `REGISTERED_ROBOTS`, a description or a model.
         position: (3,) of the root link's frame in the world frame (m). See `on_floor`.
         orientation: (4,) quaternion x, y, z, w of the root link's frame in the world frame.
         controllers: group to a controller's name, or to its keys; the definition's by default.
@@ -156,7 +156,9 @@ def load_source(
         ConfigError: the definition is wrong, or the robot or its end effector unknown.
         DescriptionError: the robot file cannot be loaded.
     """
-    if isinstance(robot, str) and not is_robot_file(robot):
+    if isinstance(robot, (str, Path)) and Path(robot).suffix.lower() in (".yaml", ".yml"):
+        robot = packaged_robot(robot)
+    elif isinstance(robot, str) and not is_robot_file(robot):
         robot = REGISTERED_ROBOTS.find(robot)
     own, file = (None, None) if definition is None else _read(definition)
     sensor_file = None

@@ -10,9 +10,19 @@ from __future__ import annotations
 
 from roboyard.scenes.empty_scene import empty
 from roboyard.scenes.flat import home
-from roboyard.scenes.load import SCENES, load_scene
+from roboyard.scenes.load import SCENES, check_scene, load_scene
 from roboyard.scenes.scene import Scene, let_sleep
 from roboyard.scenes.tabletop_scene import tabletop
 from roboyard.scenes.terrain_scene import terrain
 
-__all__ = ["SCENES", "Scene", "empty", "home", "let_sleep", "load_scene", "tabletop", "terrain"]
+__all__ = [
+    "SCENES",
+    "Scene",
+    "check_scene",
+    "empty",
+    "home",
+    "let_sleep",
+    "load_scene",
+    "tabletop",
+    "terrain",
+]

@@ -28,6 +28,24 @@ SCENES: dict[str, Callable[[World | None], Scene]] = {
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
+def check_scene(source: str | Path) -> None:
+    """Check that a scene exists, without loading it.
+
+    Raises:
+        RoboyardError: no scene has this name.
+        DescriptionError: the file is missing.
+    """
+    if isinstance(source, str) and source in SCENES:
+        return
+    path = Path(source)
+    if not path.suffix:
+        raise RoboyardError(
+            f"{unknown_name('scene', str(source), SCENES)}; or give a .xml, .urdf or .usd file"
+        )
+    if not path.is_file():
+        raise DescriptionError(f"no such scene file: {str(path)!r}; check the path", file=path)
+
+
 def load_scene(source: str | Path, world: World | None = None) -> Scene:
     """Load a built-in scene by its name, or a scene file.
 
@@ -44,15 +62,10 @@ def load_scene(source: str | Path, world: World | None = None) -> Scene:
         DescriptionError: the file is missing, cannot be read or has no geometry.
         MissingExtraError: a USD file, but OpenUSD is not installed.
     """
+    check_scene(source)
     if isinstance(source, str) and source in SCENES:
         return SCENES[source](world)
     path = Path(source)
-    if not path.suffix:
-        raise RoboyardError(
-            f"{unknown_name('scene', str(source), SCENES)}; or give a .xml, .urdf or .usd file"
-        )
-    if not path.is_file():
-        raise DescriptionError(f"no such scene file: {str(path)!r}; check the path", file=path)
     ending = path.suffix.lower()
     notes: tuple[str, ...] = ()
     place = world_or_new(world)

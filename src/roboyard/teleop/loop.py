@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from roboyard.recording import Recorder, SceneSetup, VideoWriter
+from roboyard.teleop.film_camera import keep_in_view
 from roboyard.teleop.key_bindings import HELP, KeyBindings
 from roboyard.teleop.raw_keys import KeySource, RawKeys
 from roboyard.teleop.terminal_image import as_text
@@ -82,6 +83,7 @@ def drive(
             if recorder is not None:
                 recorder.record()
             if video is not None and world.time >= next_picture - 1e-9:
+                camera = keep_in_view(camera, robot.body.bounds.mean(axis=0))
                 video.add(world.render(camera))
                 next_picture += 1.0 / VIDEO_FPS
             if not short:
