@@ -115,7 +115,7 @@ class RegisteredRobot:
 
 
 def packaged_robot(file: Path | str) -> RegisteredRobot:
-    """Return the robot of a definition file, wherever the folder of the import is.
+    """Return the robot of a definition file in any folder.
 
     Args:
         file: `<dataset>/models/<name>/<name>.yaml`, as `roboyard import` writes it.
