@@ -1,0 +1,135 @@
+"""Hours of random actions in every task: no value that is not finite, no memory that grows, no crash.
+
+    python benchmarks/soak.py [--hours 24] [--envs 64] [--tasks roboyard/Reach-v0 ...]
+
+The hours are simulated time, of all environments of a task together. Each action is drawn anew or held for up
+to a second, and is at times the largest possible. Prints a row for each task; exits with 1 where one fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import os
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roboyard.envs import make_task, make_vec, task_ids
+
+WARM_UP = 0.1
+"""Share of a run after which memory counts."""
+MOST_GROWTH = 8.0
+"""Growth of resident memory that is no leak (MB): pages that the allocator keeps."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Soaked:
+    """What a run found."""
+
+    hours: float
+    """Simulated (h)."""
+    episodes: int
+    diverged: int
+    """Episodes that ended because the simulation diverged."""
+    grown: float
+    """Resident memory after the run, less that after its first tenth (MB)."""
+    cpu: float
+    """CPU time (s)."""
+    largest: float
+    """Largest observed number."""
+
+
+def soak(task: str, hours: float, count: int = 64, *, seed: int = 0, **options: Any) -> Soaked:
+    """Run a task with random actions.
+
+    Args:
+        task: id.
+        hours: of simulated time, of all environments together.
+        count: number of environments.
+        seed: of the episodes and the actions.
+        options: of `make_vec` and the task.
+
+    Raises:
+        AssertionError: an observation or a reward is not finite, or outside the observation space.
+    """
+    envs = make_vec(task, count, **options)
+    dt = 1.0 / make_task(task).control_freq
+    steps = max(20, round(hours * 3600.0 / (dt * count)))
+    random = np.random.default_rng(seed)
+    observed, _ = envs.reset(seed=seed)
+    actions = np.zeros(envs.action_space.shape)
+    held = np.zeros(count, dtype=int)
+    episodes = diverged = 0
+    start, largest = 0.0, 0.0
+    before = time.process_time()
+    for step in range(steps):
+        if step == int(steps * WARM_UP):
+            gc.collect()
+            start = resident_mb()
+        new = held <= 0
+        drawn = random.uniform(-1.5, 1.5, (int(new.sum()), actions.shape[1])).clip(-1.0, 1.0)
+        actions[new] = drawn
+        held[new] = random.integers(1, round(1.0 / dt) + 1, int(new.sum())) * (
+            random.random(int(new.sum())) < 0.5
+        )
+        held -= 1
+        observed, reward, terminated, truncated, info = envs.step(actions)
+        assert np.isfinite(observed).all(), f"{task}: an observation is not finite in step {step}"
+        assert np.isfinite(reward).all(), f"{task}: a reward is not finite in step {step}"
+        largest = max(largest, float(np.abs(observed).max()))
+        episodes += int((terminated | truncated).sum())
+        diverged += int(info["diverged"].sum())
+    gc.collect()
+    grown = resident_mb() - start
+    envs.close()
+    return Soaked(
+        hours=steps * count * dt / 3600.0,
+        episodes=episodes,
+        diverged=diverged,
+        grown=grown,
+        cpu=time.process_time() - before,
+        largest=largest,
+    )
+
+
+def resident_mb() -> float:
+    """Resident memory of this process in MB (Linux)."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def main() -> int:
+    """Run all tasks and print a table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--hours", type=float, default=24.0)
+    parser.add_argument("--envs", type=int, default=64)
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--tasks", nargs="*", default=[])
+    given = parser.parse_args()
+    print(f"{'':<26}{'hours':>7}{'episodes':>10}{'diverged':>10}{'MB more':>9}{'largest':>9}{'CPU s':>8}")
+    failed = False
+    for task in given.tasks or task_ids():
+        try:
+            found = soak(task, given.hours, given.envs, threads=given.threads)
+        except AssertionError as error:
+            print(error, flush=True)
+            failed = True
+            continue
+        failed |= found.grown > MOST_GROWTH
+        print(
+            f"{task:<26}{found.hours:>7.1f}{found.episodes:>10}{found.diverged:>10}{found.grown:>9.1f}"
+            f"{found.largest:>9.2g}{found.cpu:>8.0f}",
+            flush=True,
+        )
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,35 @@
+"""Random actions for simulated hours: finite numbers, and memory that does not grow (`benchmarks/soak.py`)."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from roboyard.envs import task_ids
+
+FILE = Path(__file__).parents[2] / "benchmarks" / "soak.py"
+
+
+@pytest.fixture(scope="module")
+def tool() -> Any:
+    spec = importlib.util.spec_from_file_location("soak", FILE)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["soak"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/statm").is_file(), reason="reads memory from /proc")
+@pytest.mark.parametrize("task", [id for id in task_ids() if id.startswith("roboyard/")])
+def test_every_task_survives_random_actions(tool: Any, task: str) -> None:
+    found = tool.soak(task, 0.5, 32, threads=1)
+    assert found.hours == pytest.approx(0.5, rel=0.02)
+    assert found.diverged == 0
+    assert found.grown < tool.MOST_GROWTH
+    assert 0.0 < found.largest < 1e3
