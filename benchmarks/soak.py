@@ -2,8 +2,8 @@
 
     python benchmarks/soak.py [--hours 24] [--envs 64] [--tasks roboyard/Reach-v0 ...]
 
-The hours are simulated time, of all environments of a task together. Each action is drawn anew or held for up
-to a second, and is at times the largest possible. Prints a row for each task; exits with 1 where one fails.
+The hours are simulated time, of all environments together. Each action is drawn again or held for up
+to a second, and is at times the largest. Prints a row for each task; exits with 1 where one fails.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MOST_GROWTH = 8.0
 
 @dataclass(frozen=True, kw_only=True)
 class Soaked:
-    """What a run found."""
+    """The result of a run."""
 
     hours: float
     """Simulated (h)."""
@@ -62,7 +62,8 @@ def soak(task: str, hours: float, count: int = 64, *, seed: int = 0, **options: 
     steps = max(20, round(hours * 3600.0 / (dt * count)))
     random = np.random.default_rng(seed)
     observed, _ = envs.reset(seed=seed)
-    actions = np.zeros(envs.action_space.shape)
+    size = envs.single_action_space.shape[0]
+    actions = np.zeros((count, size))
     held = np.zeros(count, dtype=int)
     episodes = diverged = 0
     start, largest = 0.0, 0.0
@@ -72,7 +73,7 @@ def soak(task: str, hours: float, count: int = 64, *, seed: int = 0, **options: 
             gc.collect()
             start = resident_mb()
         new = held <= 0
-        drawn = random.uniform(-1.5, 1.5, (int(new.sum()), actions.shape[1])).clip(-1.0, 1.0)
+        drawn = random.uniform(-1.5, 1.5, (int(new.sum()), size)).clip(-1.0, 1.0)
         actions[new] = drawn
         held[new] = random.integers(1, round(1.0 / dt) + 1, int(new.sum())) * (
             random.random(int(new.sum())) < 0.5

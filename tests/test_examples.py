@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import json
 import sys
 from collections.abc import Iterator
@@ -64,6 +65,16 @@ def test_the_can_is_placed_on_its_spot(example: ModuleType) -> None:
 def test_the_arm_goes_around_the_board(example: ModuleType, tmp_path: Path) -> None:
     assert example.main(tmp_path / "film.gif", tmp_path / "plot.png") < 0.02
     assert (tmp_path / "plot.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not all(map(importlib.util.find_spec, ("ray", "pyarrow", "imageio_ffmpeg"))), reason="needs extras"
+)
+@of("dataset")
+def test_episodes_written_in_parallel_are_one_dataset(example: ModuleType, tmp_path: Path) -> None:
+    assert example.main(tmp_path / "set", episodes=3) == 0.0
+    assert json.loads((tmp_path / "set" / "meta" / "info.json").read_text())["total_episodes"] == 3
 
 
 @of("camera_dataset")

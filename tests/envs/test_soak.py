@@ -1,4 +1,4 @@
-"""Random actions for simulated hours: finite numbers, and memory that does not grow (`benchmarks/soak.py`)."""
+"""Random actions for simulated hours: finite numbers, memory that does not grow (`benchmarks/soak.py`)."""
 
 from __future__ import annotations
 

@@ -18,6 +18,8 @@ from roboyard.envs.registration import make_task, make_vec, register_all, regist
 _MODULES = {
     "BaseTwist": "roboyard.envs.actions",
     "BatchEnv": "roboyard.envs.vector_env",
+    "CameraPose": "roboyard.envs.randomization",
+    "Color": "roboyard.envs.randomization",
     "ConfigEnv": "roboyard.envs.config_env",
     "Delay": "roboyard.envs.randomization",
     "EnvArrays": "roboyard.envs.env_arrays",
@@ -29,6 +31,7 @@ _MODULES = {
     "JointNoise": "roboyard.envs.randomization",
     "JointTarget": "roboyard.envs.actions",
     "JointVelocity": "roboyard.envs.actions",
+    "Lighting": "roboyard.envs.randomization",
     "Mass": "roboyard.envs.randomization",
     "Policy": "roboyard.envs.policy",
     "Pose": "roboyard.envs.randomization",
@@ -44,6 +47,8 @@ _MODULES = {
 __all__ = [
     "BaseTwist",
     "BatchEnv",
+    "CameraPose",
+    "Color",
     "ConfigEnv",
     "Delay",
     "EnvArrays",
@@ -55,6 +60,7 @@ __all__ = [
     "JointNoise",
     "JointTarget",
     "JointVelocity",
+    "Lighting",
     "Mass",
     "Policy",
     "Pose",
@@ -84,7 +90,18 @@ if TYPE_CHECKING:
     from roboyard.envs.gym_env import TaskEnv
     from roboyard.envs.policy import Policy, load_policy
     from roboyard.envs.random_rows import RandomRows
-    from roboyard.envs.randomization import Delay, Friction, Gains, Gravity, JointNoise, Mass, Pose
+    from roboyard.envs.randomization import (
+        CameraPose,
+        Color,
+        Delay,
+        Friction,
+        Gains,
+        Gravity,
+        JointNoise,
+        Lighting,
+        Mass,
+        Pose,
+    )
     from roboyard.envs.task import Reward, Task
     from roboyard.envs.vector_env import BatchEnv
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from roboyard.envs.batch_physics import BatchPhysics
 from roboyard.envs.body_arrays import BodyArrays, RobotArrays
+from roboyard.envs.pictures.appearance import Appearance
 from roboyard.envs.random_rows import Rows
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.robots.robot import Robot
@@ -63,6 +65,11 @@ class EnvArrays:
         """(n, k) last actions, as given, within -1 to 1."""
         self.last_action = np.zeros((self.n, 0))
         """(n, k) actions before the last."""
+
+    @cached_property
+    def appearance(self) -> Appearance:
+        """Colours, lights and camera poses of the environments."""
+        return Appearance(self.physics, self.robot.robot)
 
     @property
     def robot(self) -> RobotArrays:

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 
 from roboyard.envs.observer import joined
-from roboyard.envs.picture_arrays import PictureArrays
+from roboyard.envs.pictures.picture_arrays import PictureArrays
 from roboyard.envs.runner import Runner
 from roboyard.envs.spaces import action_space, observation_space, split_modalities
 from roboyard.envs.task import Task
@@ -58,7 +58,7 @@ class TaskEnv(gymnasium.Env[Any, np.ndarray]):
             state_folder=None if state_folder is None else Path(state_folder),
         )
         """The environment as arrays of one row."""
-        self._pictures = PictureArrays(self.runner, pictures) if pictures else None
+        self._pictures = PictureArrays(self.runner, pictures, threads=1) if pictures else None
         self.action_space = action_space(self.runner)
         self.observation_space = observation_space(self.runner, self._pictures)
         self.metadata = {**type(self).metadata, "render_fps": round(task.control_freq)}
@@ -129,7 +129,7 @@ class TaskEnv(gymnasium.Env[Any, np.ndarray]):
     def render(self) -> Any:
         """Return a picture (h, w, 3) with render_mode "rgb_array", or update the page of "human"."""
         if self.render_mode == "rgb_array":
-            from roboyard.envs.pictures import task_picture
+            from roboyard.envs.pictures.task_view import task_picture
 
             return task_picture(self.runner, 0)
         if self.render_mode == "human":

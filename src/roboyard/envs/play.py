@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from roboyard.envs.gym_env import TaskEnv
-from roboyard.envs.pictures import SIZE
+from roboyard.envs.pictures.task_view import SIZE
 from roboyard.envs.policy import Policy
 from roboyard.envs.registration import make_task
 from roboyard.errors import ConfigError

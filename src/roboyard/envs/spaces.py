@@ -13,7 +13,7 @@ from roboyard.envs.task import Task
 from roboyard.errors import ConfigError, unknown_name
 
 if TYPE_CHECKING:
-    from roboyard.envs.picture_arrays import PictureArrays
+    from roboyard.envs.pictures.picture_arrays import PictureArrays
 
 PICTURES = ("rgb", "depth", "seg", "scan")
 """Modalities of cameras and lidars."""

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from roboyard.envs.picture_arrays import PictureArrays
+from roboyard.envs.pictures.picture_arrays import PictureArrays
 from roboyard.envs.runner import Runner, StepRows
 from roboyard.envs.spaces import action_space, observation_space, split_modalities
 from roboyard.envs.task import Task
@@ -66,7 +66,7 @@ class BatchEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
             state_folder=None if state_folder is None else Path(state_folder),
         )
         """The environments as arrays."""
-        self._pictures = PictureArrays(self.runner, pictures) if pictures else None
+        self._pictures = PictureArrays(self.runner, pictures, threads=threads) if pictures else None
         self.num_envs = num_envs
         self.single_action_space = action_space(self.runner)
         self.single_observation_space = observation_space(self.runner, self._pictures)
@@ -192,9 +192,11 @@ class BatchEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         """Return a picture (h, w, 3) of each environment, with render_mode "rgb_array"."""
         if self.render_mode is None:
             raise RoboyardError("give render_mode='rgb_array' to render")
-        from roboyard.envs.pictures import task_picture
+        from roboyard.envs.pictures.task_view import task_picture
 
         return tuple(task_picture(self.runner, row) for row in range(self.num_envs))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Free nothing: the simulations go with this object."""
+        """Stop the threads that draw; the simulations go with this object."""
+        if self._pictures is not None:
+            self._pictures.close()

@@ -8,12 +8,19 @@ from typing import Any
 
 _log = logging.getLogger("roboyard")
 _announced = False
+_warm: set[int] = set()
+"""Kernels that were found compiled or stored, so that the disk is asked once."""
 
 
 def announce(*kernels: Any) -> None:
     """Log one line when any of the numba functions has neither been compiled nor been stored on disk."""
     global _announced
-    if not _announced and any(is_cold(kernel) for kernel in kernels):
+    for kernel in kernels:
+        if _announced or id(kernel) in _warm:
+            continue
+        if not is_cold(kernel):
+            _warm.add(id(kernel))
+            continue
         _announced = True
         _log.warning("compiling the software renderer for this machine: once, about 15 seconds")
 

@@ -31,6 +31,7 @@ def render(
     light: Light = DEFAULT_LIGHT,
     lines: DebugLines | None = None,
     background: Background | None = None,
+    colors: ArrayLike | None = None,
     samples: Literal[1, 4] = 1,
     backend: Backend = "auto",
     mujoco: tuple[mj.MjModel, mj.MjData] | None = None,
@@ -49,6 +50,8 @@ def render(
         light: sun, sky and ambient light; `UNLIT` renders colours unchanged.
         lines: line segments to draw in addition to those of the scene.
         background: colour (0 to 1, with alpha if given) or gradient; None: the scene's background colour.
+        colors: (shapes, 3) RGB (0 to 1) in place of those of the scene's shapes, multiplied with textures as
+            these; drawn by the software renderer only.
         samples: colour samples of a pixel; 4 smooths edges at about four times the cost. Depth and ids do
             not depend on it. "gl" uses the model's `offsamples` instead.
         backend: "software" needs no graphics library; "gl" is MuJoCo's own OpenGL renderer; "auto" uses "gl"
@@ -57,7 +60,7 @@ def render(
 
     Raises:
         ValueError: frames of the wrong shape or too few for the scene, an unknown backend, another number of
-            samples, or a light without direction.
+            samples, a light without direction, or colours of the wrong shape or with "gl".
         RoboyardError: "gl" was requested and OpenGL or the model is missing.
     """
     xpos, xmat = _frames(scene, positions, rotations)
@@ -67,9 +70,10 @@ def render(
         raise ValueError(f"samples must be 1 or 4, got {samples}")
     if not np.linalg.norm(light.direction) > 0:
         raise ValueError(f"light.direction is {light.direction}; point it from the scene towards the sun")
+    rgb = None if colors is None else _colors(scene, colors, backend)
     all_lines = _joined_lines(scene.lines, lines)
     backdrop, fade = _backdrop(scene.background if background is None else background)
-    if backend == "gl" or (backend == "auto" and mujoco is not None):
+    if backend == "gl" or (backend == "auto" and mujoco is not None and rgb is None):
         from roboyard.rendering import opengl
 
         if backend == "gl" or opengl.has_hardware():
@@ -81,6 +85,7 @@ def render(
     return software.draw(
         scene, xpos, xmat, camera,
         shadow=shadow, light=light, lines=all_lines, backdrop=backdrop, fade=fade, samples=samples,
+        colors=rgb,
     )  # fmt: skip
 
 
@@ -95,6 +100,18 @@ def _frames(scene: RenderScene, positions: ArrayLike, rotations: ArrayLike) -> t
     if needed > len(xpos):
         raise ValueError(f"the scene's shapes use {needed} frames, got {len(xpos)}")
     return xpos, xmat.reshape(-1, 3, 3)
+
+
+def _colors(scene: RenderScene, colors: ArrayLike, backend: str) -> np.ndarray:
+    rgb = np.asarray(colors, dtype=float)
+    if backend == "gl":
+        raise ValueError('colours of shapes are drawn by the software renderer only, got backend="gl"')
+    if rgb.shape != (len(scene.shapes), 3) or not ((rgb >= 0.0) & (rgb <= 1.0)).all():
+        raise ValueError(
+            f"colors must be 3 numbers from 0 to 1 for each of {len(scene.shapes)} shapes, got shape "
+            f"{rgb.shape}"
+        )
+    return rgb
 
 
 def _joined_lines(first: DebugLines | None, second: DebugLines | None) -> DebugLines | None:

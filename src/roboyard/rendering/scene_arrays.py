@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +75,21 @@ def scene_arrays(scene: RenderScene) -> SceneArrays:
     arrays = _gather(scene.shapes, scene.revision)
     scene.extra[CACHE_KEY] = arrays
     return arrays
+
+
+def recolored(arrays: SceneArrays, colors: Array) -> SceneArrays:
+    """Return the arrays with other colours of the shapes; all else is shared.
+
+    The second colour of a checkerboard changes by as much as the first.
+
+    Args:
+        arrays: of a scene.
+        colors: (instances, 3) RGB, 0 to 1.
+    """
+    materials = arrays.materials.copy()
+    materials[:, 5:8] = np.clip(materials[:, 5:8] + colors - materials[:, :3], 0.0, 1.0)
+    materials[:, :3] = colors
+    return replace(arrays, materials=materials)
 
 
 class _MeshTable:

@@ -18,7 +18,7 @@ from roboyard.rendering.kernels.arrays import Background, Instances, Meshes, Sun
 from roboyard.rendering.kernels.textures import sample_textures
 from roboyard.rendering.light import Light
 from roboyard.rendering.scene import DebugLines, RenderScene, lines_as_arrays
-from roboyard.rendering.scene_arrays import SceneArrays, scene_arrays
+from roboyard.rendering.scene_arrays import SceneArrays, recolored, scene_arrays
 
 Array = NDArray[np.float64]
 
@@ -132,6 +132,7 @@ def draw(
     backdrop: Array,
     fade: tuple[float, float] | None,
     samples: int,
+    colors: Array | None = None,
 ) -> Image:
     """Return a picture of `scene`; the arguments are those of `roboyard.rendering.render`, checked there.
 
@@ -146,9 +147,12 @@ def draw(
         backdrop: (2, 4) RGBA at the top and at the bottom.
         fade: depths (m) between which infinite planes fade into the backdrop.
         samples: colour samples of a pixel, 1 or 4.
+        colors: (shapes, 3) RGB in place of those of the shapes.
     """
     announce(raster.draw_meshes, sample_textures, shade.shade)
     arrays = scene_arrays(scene)
+    if colors is not None:
+        arrays = recolored(arrays, colors)
     turn = rotations[arrays.frame]
     to_world = np.empty((len(arrays.frame), 3, 4))
     to_world[:, :, :3] = turn @ arrays.shape

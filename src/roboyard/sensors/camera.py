@@ -82,10 +82,19 @@ class CameraSensor(Sensor):
 
     def camera(self) -> Camera:
         """Return the camera at its present pose."""
-        position, rotation = self.mount.in_world()
+        return self.camera_at(*self.mount.in_world())
+
+    def camera_at(self, position: ArrayLike, rotation: ArrayLike) -> Camera:
+        """Return the camera as if its frame were elsewhere.
+
+        Args:
+            position: (3,) in the world frame (m).
+            rotation: (3, 3) rotation of the frame in the world.
+        """
+        turn = np.asarray(rotation, dtype=float)
         view = np.eye(4)
-        view[:3, :3] = rotation.T
-        view[:3, 3] = -rotation.T @ position
+        view[:3, :3] = turn.T
+        view[:3, 3] = -turn.T @ np.asarray(position, dtype=float)
         return Camera(self.width, self.height, view, self._projection)
 
     def image(self) -> Image:
@@ -99,7 +108,10 @@ class CameraSensor(Sensor):
         (h, w, 2) body id and link index, -1 where nothing is; "points" (h, w, 3) in the world frame (m), NaN
         where nothing is.
         """
-        image = self.image()
+        return self.measured(self.image())
+
+    def measured(self, image: Image) -> Observation:
+        """Return the chosen modalities of a picture of this camera, as `observe` does."""
         made = {
             "rgb": lambda: image.rgb,
             "depth": lambda: image.depth,

@@ -7,7 +7,7 @@ import numpy as np
 from roboyard._numba import njit
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def to_buffer(depth, z_scale, z_offset, w_scale, w_offset, out):
     """Write 0 (near) to 1 (far, infinite or NaN) of depths (n,) (m) to `out` (n,) float32.
 

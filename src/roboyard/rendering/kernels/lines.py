@@ -9,7 +9,7 @@ import numpy as np
 from roboyard._numba import njit
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def draw_lines(start, end, rgb, thickness, matrix, perspective, near, width, height, nearness, out):
     """Blend segments into uint8 (pixels, 4) `out`; `thickness` in pixels, ends round, edges smooth.
 

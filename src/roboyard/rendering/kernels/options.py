@@ -9,7 +9,7 @@ from roboyard._numba import njit
 FAST = {"contract", "arcp", "nsz", "reassoc", "afn"}
 """Fast-math flags: rounding may differ by a last bit; infinities and NaN keep their meaning."""
 
-_OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": FAST}
+_OPTIONS: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": FAST, "nogil": True}
 _NO_REFCOUNTS: dict[str, Any] = {"_nrt": False}
 
 compiled: Any = njit(**_OPTIONS)

@@ -22,7 +22,7 @@ NARROW = 12
 DEPTH_ONLY, RECORD, PEEL = 0, 1, 2
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def narrowed(slope, start, low, high):
     """Return the part of the columns `low` to `high` where the edge function `start + slope * k` is >= 0."""
     if slope > 0.0:
@@ -32,7 +32,7 @@ def narrowed(slope, start, low, high):
     return low, (high if start >= 0.0 else -1.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearness, seen, width, height):
     """Draw one snapped screen triangle; returns the number of pixels written."""
     first_x = max(np.ceil(min(x0, x1, x2) - 0.5), 0.0)
@@ -106,7 +106,7 @@ def fill_triangle(x0, y0, q0, x1, y1, q1, x2, y2, q2, code, mode, limit, nearnes
     return won
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
     """Return whether any part of a box may be visible in the picture."""
     left, right, above, below, close, beyond = 0, 0, 0, 0, 0, 0
@@ -127,7 +127,7 @@ def box_in_view(matrix, lower, upper, perspective, near, far, width, height):
     return max(left, right, above, below, close, beyond) < 8
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def draw_meshes(
     draws,
     matrices,
@@ -210,7 +210,7 @@ def draw_meshes(
     return won
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def fill_clipped(
     m, vertices, i0, i1, i2, perspective, near, cull, code, mode, limit, nearness, seen, width, height
 ):
@@ -262,7 +262,7 @@ def fill_clipped(
     return won
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def draw_plane(q_column, q_row, q_zero, q_most, code, mode, limit, nearness, seen, width, height):
     """Draw an infinite plane whose nearness is affine in the pixel; returns the number of pixels written."""
     won = 0

@@ -117,6 +117,17 @@ class ControlLoop:
         """Time between control steps (s)."""
         return self.steps_per_control * self.joints.world.timestep
 
+    @property
+    def commands(self) -> Array:
+        """(n,) commands of the joints' drives, as the controllers of their groups have them; 0 without one.
+
+        A position (rad or m), a velocity (rad/s or m/s) or an effort (N m or N).
+        """
+        found = np.zeros(len(self._kinds))
+        for kind, values in ((POSITION, self._position), (VELOCITY, self._velocity), (EFFORT, self._effort)):
+            found = np.where(self._kinds == kind, values, found)
+        return found
+
     def before_step(self) -> None:
         """Apply the controllers; the world calls this before each time step."""
         self._refresh()

@@ -11,7 +11,7 @@ SIZE = (480, 360)
 
 
 def task_picture(runner: Runner, row: int) -> np.ndarray:
-    """Return the (h, w, 3) picture (0 to 255) of one environment.
+    """Return the (h, w, 3) picture (0 to 255) of one environment, in its own colours and light.
 
     Args:
         runner: of the environments.
@@ -20,6 +20,7 @@ def task_picture(runner: Runner, row: int) -> np.ndarray:
     from roboyard.rendering import Camera
 
     eye, target = runner.task.view
-    world = runner.show(row)
+    world, looks = runner.show(row), runner.env.appearance
     camera = Camera.look_at(eye, target, width=SIZE[0], height=SIZE[1])
-    return np.ascontiguousarray(world.render(camera).rgb[..., :3])
+    image = world.render(camera, light=looks.light_of(row), colors=looks.colors_of(row))
+    return np.ascontiguousarray(image.rgb[..., :3])

@@ -1,42 +1,19 @@
-"""Episodes as datasets in LeRobot's v3 layout: parquet tables of numbers and one film for each camera.
-
-    meta/info.json, meta/stats.json, meta/tasks.parquet, meta/roboyard.json
-    meta/episodes/chunk-000/file-000.parquet      one row for each episode
-    data/chunk-000/file-000.parquet               one row for each step
-    videos/observation.images.NAME/chunk-000/file-000.mp4
-
-Format: `huggingface/lerobot`, version v3.0 of its datasets. `meta/roboyard.json` is ours: the task, and the
-seed of each episode, with which `replay_episode` repeats it bit for bit.
-"""
+"""Writes steps one by one as episodes of a dataset."""
 
 from __future__ import annotations
 
-import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import numpy as np
 
-from roboyard.envs.gym_env import TaskEnv
-from roboyard.envs.registration import make_task
-from roboyard.errors import ConfigError, MissingExtraError, RoboyardError
+from roboyard.envs.datasets.statistics import Statistics
+from roboyard.envs.datasets.tables import FILE, INDEX, column, pa, pq, task_table, write_json
+from roboyard.errors import ConfigError, RoboyardError
 from roboyard.recording import VideoWriter
-from roboyard.untrusted.files import read_file
-
-try:
-    import pyarrow as pa  # pyright: ignore[reportMissingImports]
-    import pyarrow.parquet as pq  # pyright: ignore[reportMissingImports]
-except ModuleNotFoundError as error:
-    raise MissingExtraError("pyarrow", "datasets", "writing datasets") from error
-
-FILE = "chunk-000/file-000"
-LARGEST_INFO = 64 << 20
-"""Bytes of a file of `meta/`."""
-_INDEX = ("timestamp", "frame_index", "episode_index", "index", "task_index")
-State = Callable[[Any], np.ndarray]
 
 
 class DatasetWriter:
@@ -49,6 +26,7 @@ class DatasetWriter:
         fps: float,
         robot: str = "",
         source: Mapping[str, Any] | None = None,
+        names: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         """Begin a dataset.
 
@@ -57,6 +35,7 @@ class DatasetWriter:
             fps: steps a second; a whole number.
             robot: kind of robot, for `info.json`.
             source: "task" and "options" of the environment, for `replay_episode`.
+            names: "observation.state" and "action" to the names of their numbers, where they have any.
 
         Raises:
             ConfigError: the folder exists, or fps is no whole number above 0.
@@ -67,6 +46,7 @@ class DatasetWriter:
         if round(fps) < 1 or abs(fps - round(fps)) > 1e-6:
             raise ConfigError(f"fps must be a whole number above 0, got {fps:g}")
         self._fps, self._robot, self._source = round(fps), robot, dict(source or {})
+        self._names = {key: list(value) for key, value in (names or {}).items()}
         self._partial = self.folder.with_name(self.folder.name + ".partial")
         if self._partial.exists():
             raise ConfigError(f"{self._partial}: a dataset is being written there, or was left; remove it")
@@ -79,7 +59,7 @@ class DatasetWriter:
         self._tasks: dict[str, int] = {}
         self._episodes: list[dict[str, Any]] = []
         self._seeds: list[int | None] = []
-        self._sums: dict[str, _Statistics] = {}
+        self._sums: dict[str, Statistics] = {}
         self._frames = 0
 
     def add(
@@ -114,6 +94,11 @@ class DatasetWriter:
         for name, picture in (pictures or {}).items():
             self._pictures.setdefault(name, []).append(picture)
 
+    def finish_last(self, *, success: bool) -> None:
+        """Note that the episode ended with the last step that was added."""
+        if self._rows:
+            self._rows[-1] |= {"next.done": True, "next.success": success}
+
     def end_episode(self, task: str, *, seed: int | None = None) -> None:
         """Write the steps that were added as one episode.
 
@@ -140,7 +125,7 @@ class DatasetWriter:
             if self._sizes.setdefault(name, size) != size:
                 raise RoboyardError(f"{name} has {size} numbers, {self._sizes[name]} before")
             columns[name] = values
-            self._sums.setdefault(name, _Statistics(size[0])).add(values.reshape(count, -1))
+            self._sums.setdefault(name, Statistics(size[0])).add(values.reshape(count, -1))
         index = np.arange(count, dtype=np.int64)
         columns |= {
             "timestamp": (index / self._fps).astype(np.float32),
@@ -176,7 +161,7 @@ class DatasetWriter:
         self._rows, self._pictures = [], {}
 
     def _write_rows(self, columns: Mapping[str, Any]) -> None:
-        table = pa.table({name: _column(values) for name, values in columns.items()})
+        table = pa.table({name: column(values) for name, values in columns.items()})
         if self._table is None:
             self._table = pq.ParquetWriter(self._partial / "data" / f"{FILE}.parquet", table.schema)
         self._table.write_table(table)
@@ -191,7 +176,7 @@ class DatasetWriter:
         for picture in pictures:
             self._films[name].add(picture)
         shares = np.stack([p[::4, ::4, :3].reshape(-1, 3) for p in pictures[:: max(1, len(pictures) // 10)]])
-        self._sums.setdefault(key, _Statistics(3)).add(shares.reshape(-1, 3) / 255.0)
+        self._sums.setdefault(key, Statistics(3)).add(shares.reshape(-1, 3) / 255.0)
 
     def close(self) -> None:
         """Write the tables of `meta/` and put the folder in its place."""
@@ -204,10 +189,10 @@ class DatasetWriter:
         meta = self._partial / "meta"
         (meta / "episodes" / "chunk-000").mkdir(parents=True)
         pq.write_table(pa.Table.from_pylist(self._episodes), meta / "episodes" / f"{FILE}.parquet")
-        pq.write_table(_task_table(self._tasks), meta / "tasks.parquet")
-        _write_json(meta / "info.json", self._info())
-        _write_json(meta / "stats.json", {name: s.result(name) for name, s in self._sums.items()})
-        _write_json(meta / "roboyard.json", {**self._source, "seeds": self._seeds})
+        pq.write_table(task_table(self._tasks), meta / "tasks.parquet")
+        write_json(meta / "info.json", self._info())
+        write_json(meta / "stats.json", {name: s.result(name) for name, s in self._sums.items()})
+        write_json(meta / "roboyard.json", {**self._source, "seeds": self._seeds})
         self._partial.rename(self.folder)
 
     def _info(self) -> dict[str, Any]:
@@ -232,8 +217,9 @@ class DatasetWriter:
                     },
                 }
             else:
-                features[name] = {"dtype": kinds.get(name, "float32"), "shape": list(size), "names": None}
-        for name in _INDEX:
+                features[name] = {"dtype": kinds.get(name, "float32"), "shape": list(size)}
+                features[name]["names"] = self._names.get(name)
+        for name in INDEX:
             features[name] = {"dtype": kinds.get(name, "int64"), "shape": [1], "names": None}
         return {
             "codebase_version": "v3.0",
@@ -269,136 +255,3 @@ class DatasetWriter:
         for film in self._films.values():
             film.close()
         shutil.rmtree(self._partial, ignore_errors=True)
-
-
-class _Statistics:
-    """Least, largest, mean and deviation of k numbers, added in parts."""
-
-    def __init__(self, size: int) -> None:
-        self._count = 0
-        self._least, self._most = np.full(size, np.inf), np.full(size, -np.inf)
-        self._sum, self._square = np.zeros(size), np.zeros(size)
-
-    def add(self, values: np.ndarray) -> None:
-        """Add (m, k) values."""
-        values = values.astype(float)
-        self._count += len(values)
-        self._least = np.minimum(self._least, values.min(axis=0))
-        self._most = np.maximum(self._most, values.max(axis=0))
-        self._sum += values.sum(axis=0)
-        self._square += (values**2).sum(axis=0)
-
-    def result(self, name: str) -> dict[str, Any]:
-        """Return the statistics as LeRobot has them; those of pictures are (3, 1, 1)."""
-        mean = self._sum / self._count
-        deviation = np.sqrt(np.maximum(self._square / self._count - mean**2, 0.0))
-        shape = (3, 1, 1) if name.startswith("observation.images.") else (-1,)
-        found = {"min": self._least, "max": self._most, "mean": mean, "std": deviation}
-        return {key: value.reshape(shape).tolist() for key, value in found.items()} | {"count": [self._count]}
-
-
-def record_episodes(
-    folder: Path | str,
-    task_id: str,
-    policy: Callable[[np.ndarray], np.ndarray],
-    *,
-    episodes: int,
-    text: str,
-    options: Mapping[str, Any] | None = None,
-    seed: int = 0,
-    pictures: bool = True,
-) -> Path:
-    """Run a policy or a program in a task and write its episodes as a dataset.
-
-    Args:
-        folder: to write; it must not exist.
-        task_id: of the environment, such as "roboyard/Reach-v0".
-        policy: returns the (a,) action of a (k,) observation.
-        episodes: number of episodes.
-        text: what they show, in words.
-        options: of the task.
-        seed: of the first episode; the others follow with seed + 1, ...
-        pictures: also record the task's view as a film.
-
-    Returns:
-        The folder.
-
-    Raises:
-        ConfigError: the folder exists, or the task or an option is unknown.
-    """
-    env = TaskEnv(make_task(task_id, **dict(options or {})), render_mode="rgb_array" if pictures else None)
-    source = {"task": task_id, "options": dict(options or {})}
-    with DatasetWriter(
-        folder, fps=round(env.runner.task.control_freq), robot=env.robot.model, source=source
-    ) as writer:
-        for number in range(episodes):
-            observed, _ = env.reset(seed=seed + number)
-            over = False
-            while not over:
-                seen = {"view": env.render()} if pictures else None
-                action = np.clip(policy(observed), -1.0, 1.0).astype(np.float32)
-                following, reward, terminated, truncated, info = env.step(action)
-                over = terminated or truncated
-                done = bool(info.get("success"))
-                writer.add(observed, action, reward, done=over, success=done, pictures=seen)
-                observed = following
-            writer.end_episode(text, seed=seed + number)
-    return Path(folder)
-
-
-def replay_episode(folder: Path | str, number: int = 0) -> float:
-    """Repeat an episode from its seed and actions; return the largest difference of its observations.
-
-    Args:
-        folder: a dataset that `record_episodes` wrote.
-        number: of the episode.
-
-    Raises:
-        ConfigError: the folder is no such dataset, or has no such episode.
-    """
-    root = Path(folder)
-    try:
-        own = json.loads(read_file(root / "meta" / "roboyard.json", LARGEST_INFO))
-        seed, task, options = own["seeds"][number], own["task"], own["options"]
-        table = pq.read_table(
-            root / "data" / f"{FILE}.parquet",
-            columns=["observation.state", "action"],
-            filters=[("episode_index", "=", number)],
-        )
-    except (OSError, KeyError, IndexError, ValueError, TypeError) as error:
-        raise ConfigError(f"{root.name}: no episode {number} to replay: {error}") from None
-    states = np.array(table["observation.state"].to_pylist(), dtype=np.float32)
-    actions = np.array(table["action"].to_pylist(), dtype=np.float32)
-    env = TaskEnv(make_task(task, **options))
-    observed, _ = env.reset(seed=seed)
-    worst = 0.0
-    for state, action in zip(states, actions, strict=True):
-        worst = max(worst, float(np.abs(observed - state).max()))
-        observed = env.step(action)[0]
-    return worst
-
-
-def _column(values: np.ndarray) -> Any:
-    if values.ndim == 1:
-        return pa.array(values)
-    return pa.FixedSizeListArray.from_arrays(pa.array(values.ravel()), values.shape[1])
-
-
-def _task_table(tasks: Mapping[str, int]) -> Any:
-    """Return the table of tasks, whose texts pandas reads as its index."""
-    table = pa.table({"task_index": pa.array(list(tasks.values()), pa.int64()), "task": list(tasks)})
-    described = [
-        {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy, "metadata": None}
-        for name, kind, numpy in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
-    ]
-    pandas = {
-        "index_columns": ["task"],
-        "column_indexes": [],
-        "columns": described,
-        "pandas_version": "2.2.0",
-    }
-    return table.replace_schema_metadata({"pandas": json.dumps(pandas)})
-
-
-def _write_json(file: Path, content: Any) -> None:
-    file.write_text(json.dumps(content, indent=1), encoding="utf-8")
