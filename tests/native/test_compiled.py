@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -49,9 +51,9 @@ if __name__ == "__main__":
 """
 
 
-def run(folder: Path) -> str:
+def run(folder: Path, *program: str) -> str:
     done = subprocess.run(
-        [sys.executable, "loops.py"],
+        [sys.executable, *(program or ("loops.py",))],
         capture_output=True,
         text=True,
         cwd=folder,
@@ -71,6 +73,81 @@ def test_stored_code_is_loaded_without_numba_and_agrees_with_the_source(tmp_path
     (tmp_path / "loops.py").write_text(code)
     assert run(tmp_path) == "True", "the machine code of the other source was used"
     assert {stored} < set((tmp_path / "cache").iterdir())
+
+
+PARTS = """
+def half(x):
+    return 0.5 * x
+
+
+def quarter(x):
+    return half(half(x))
+"""
+LOOPS = """
+import sys
+
+import numpy as np
+
+from pair.parts import quarter
+from roboyard.native import compiled
+
+
+@compiled("f8[::1] f8[:,::1]", fast_math=True, releases_gil=True)
+def quarters(values, out):
+    for k in range(values.shape[0]):
+        out[0, k] = quarter(values[k])
+
+
+@compiled("f8[::1] f8[:,::1] -> f8")
+def total(values, out):
+    quarters(values, out)
+    return out[0].sum()
+
+
+if __name__ == "__main__":
+    from pair import loops
+
+    values, out = np.arange(4.0), np.zeros((1, 4))
+    loops.quarters(values, out)  # loaded before it is a part of the other
+    print(out[0].tolist(), loops.total(values, out), "numba" in sys.modules)
+"""
+
+
+def test_functions_of_other_files_are_parts_of_a_loop_and_of_its_key(tmp_path: Path) -> None:
+    (tmp_path / "pair").mkdir()
+    for name, text in (("__init__", ""), ("parts", PARTS), ("loops", LOOPS)):
+        (tmp_path / "pair" / f"{name}.py").write_text(text)
+    assert run(tmp_path, "-m", "pair.loops") == "[0.0, 0.25, 0.5, 0.75] 1.5 True"
+    assert run(tmp_path, "-m", "pair.loops") == "[0.0, 0.25, 0.5, 0.75] 1.5 False"
+    (tmp_path / "pair" / "parts.py").write_text(PARTS.replace("0.5 * x", "2.0 * x"))
+    assert run(tmp_path, "-m", "pair.loops") == "[0.0, 4.0, 8.0, 12.0] 24.0 True", "stale machine code"
+
+
+@compiled("f8[:,::1] i8", releases_gil=True)
+def count_up(values, rounds):
+    for _ in range(rounds):
+        for k in range(values.shape[1]):
+            values[0, k] = np.sqrt(values[0, k] + 1.0)
+
+
+def test_other_threads_run_during_a_call() -> None:
+    values = np.zeros((1, 1000))
+    count_up(values, 1)  # loads it
+    worker = threading.Thread(target=count_up, args=(values, 100_000))
+    began = time.monotonic()
+    worker.start()
+    turns = 0
+    while worker.is_alive():
+        turns += 1
+        time.sleep(0.001)
+    assert time.monotonic() - began > 0.02, "the loop was too short"
+    assert turns > 5
+
+
+def test_arrays_out_of_order_are_rejected() -> None:
+    loop = compiled("f8[:,::1] i8")(count_up.py_func)
+    with pytest.raises(TypeError, match="argument 0 is not in C order"):
+        loop(np.zeros((4, 2)).T, 1)
 
 
 @compiled("f8[:] i8 f8")

@@ -19,7 +19,7 @@ def read_targets(chain: ChainArrays, targets: ArrayLike) -> Array:
     Raises:
         ValueError: another shape.
     """
-    return _flat(np.array(targets, dtype=float), (), len(chain.tips))
+    return _flat(np.array(targets, dtype=float, order="C"), (), len(chain.tips))
 
 
 def read_batch(chain: ChainArrays, targets: ArrayLike) -> Array:
@@ -28,7 +28,7 @@ def read_batch(chain: ChainArrays, targets: ArrayLike) -> Array:
     Raises:
         ValueError: another shape.
     """
-    array = np.array(targets, dtype=float)
+    array = np.array(targets, dtype=float, order="C")
     return _flat(array, array.shape[:1], len(chain.tips))
 
 
@@ -49,7 +49,7 @@ def read_starts(chain: ChainArrays, q0: ArrayLike | None, batch: int) -> Array:
     Raises:
         ValueError: another shape.
     """
-    array = np.array(chain.middle if q0 is None else q0, dtype=float)
+    array = np.array(chain.middle if q0 is None else q0, dtype=float, order="C")
     if array.ndim == 1:
         array = array[None]
     if array.ndim != 2 or array.shape[1] != chain.size or len(array) not in (1, batch):

@@ -1,4 +1,6 @@
-"""Forward kinematics, Jacobians and task errors as numba kernels; imported on first use only.
+"""Forward kinematics, Jacobians and task errors as compiled loops.
+
+Functions without a signature are compiled as parts of those that call them.
 
 Layouts (see `ChainArrays.nodes`): `whole` (m, 3) parent, kind (1 prismatic), q index; `real` (m, 14)
 position, rotation by rows, multiplier, offset. A frame is 12 floats: position, then rotation by rows. A
@@ -10,13 +12,14 @@ from __future__ import annotations
 
 import math
 
-from roboyard._numba import njit
+from roboyard.native import compiled
 
-# Fast math without "ninf" and "nnan": limits may be infinite, and non-finite values must be detected.
-kernel = njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "arcp", "nsz"})
+TREE = "i8[:,::1] f8[:,::1]"
+"""Signature of `whole` and `real`."""
+CHAIN = f"{TREE} i8[::1] f8[:,::1]"
+"""Signature of `whole`, `real`, `node` and `local`."""
 
 
-@kernel
 def compose(out, i, frames, a, local, b):
     """out[i] = frames[a] · local[b]; `out` may be `frames` for i != a."""
     for r in range(3):
@@ -26,7 +29,6 @@ def compose(out, i, frames, a, local, b):
             out[i, 3 + 3 * r + c] = x * local[b, 3 + c] + y * local[b, 6 + c] + z * local[b, 9 + c]
 
 
-@kernel
 def place_nodes(whole, real, q, frames):
     """Frames (m, 12) of all nodes in the base link's frame."""
     for i in range(whole.shape[0]):
@@ -48,7 +50,6 @@ def place_nodes(whole, real, q, frames):
                 frames[i, 4 + 3 * r] = c * y - s * x
 
 
-@kernel
 def place_links(frames, node, local, out):
     """Frames (k, 12) of links at constant offsets from nodes."""
     for i in range(node.shape[0]):
@@ -59,7 +60,7 @@ def place_links(frames, node, local, out):
             compose(out, i, frames, node[i], local, i)
 
 
-@kernel
+@compiled(f"{CHAIN} f8[:,::1] f8[:,::1] f8[:,:,::1]", fast_math=True, releases_gil=True)
 def forward_batch(whole, real, node, local, qs, frames, out):
     """Frames (b, k, 12) of links for configurations (b, n); `frames` is work space (m, 12)."""
     for b in range(qs.shape[0]):
@@ -67,7 +68,6 @@ def forward_batch(whole, real, node, local, qs, frames, out):
         place_links(frames, node, local, out[b])
 
 
-@kernel
 def fill_jacobian(whole, real, frames, node, x, y, z, out, row):
     """Six columns of `out` (n, ...) from `row` on: linear and angular velocity of a point of `node`."""
     for j in range(out.shape[0]):
@@ -92,7 +92,7 @@ def fill_jacobian(whole, real, frames, node, x, y, z, out, row):
         node = whole[node, 0]
 
 
-@kernel
+@compiled(f"{CHAIN} f8[::1] f8[:,::1] f8[:,::1] f8[:,::1]", fast_math=True)
 def jacobian_at(whole, real, node, local, q, frames, tip, out):
     """(n, 6) transposed Jacobian at one frame, which is written to `tip` (1, 12)."""
     place_nodes(whole, real, q, frames)
@@ -100,7 +100,6 @@ def jacobian_at(whole, real, node, local, q, frames, tip, out):
     fill_jacobian(whole, real, frames, node[0], tip[0, 0], tip[0, 1], tip[0, 2], out, 0)
 
 
-@kernel
 def read_targets(targets, out):
     """Targets as frames (t, 12); False where one is not finite or a quaternion has zero length."""
     good = True
@@ -130,7 +129,6 @@ def read_targets(targets, out):
     return good
 
 
-@kernel
 def rotation_log(target, t, tip, i):
     """Rotation vector of target⁻¹ · tip, expressed in the target's frame; exact up to half a turn."""
     e00 = target[t, 3] * tip[i, 3] + target[t, 6] * tip[i, 6] + target[t, 9] * tip[i, 9]
@@ -161,7 +159,6 @@ def rotation_log(target, t, tip, i):
     return scale * x, scale * y, scale * z
 
 
-@kernel
 def task_errors(target, weights, tip, raw, errors):
     """Half the weighted squared error, and its parts.
 
@@ -186,7 +183,6 @@ def task_errors(target, weights, tip, raw, errors):
     return 0.5 * cost
 
 
-@kernel
 def weight_rotation(target, t, raw, weights, jac, row, rhs):
     """Convert three rows of angular velocity to weighted rates of the rotation vector and its error.
 
@@ -216,7 +212,6 @@ def weight_rotation(target, t, raw, weights, jac, row, rhs):
     rhs[row + 3], rhs[row + 4], rhs[row + 5] = -w0 * x, -w1 * y, -w2 * z
 
 
-@kernel
 def linearize(whole, real, frames, node, target, weights, tip, raw, jac, rhs):
     """Weighted transposed Jacobian (n, 6t) and right side (6t,): jacᵀ · dq = rhs moves tips to targets."""
     for t in range(node.shape[0]):

@@ -1,13 +1,10 @@
-"""Small dense solves inside kernels: normal equations, bounded least squares; imported on first use only."""
+"""Small dense solves inside compiled loops: normal equations, bounded least squares."""
 
 from __future__ import annotations
 
 import math
 
-from roboyard.kinematics._kernels import kernel
 
-
-@kernel
 def normal_equations(jac, rhs, hessian, gradient):
     """`hessian` = J Jᵀ and gradient = J rhs of the transposed Jacobian (n, rows)."""
     n, rows = jac.shape
@@ -24,7 +21,6 @@ def normal_equations(jac, rhs, hessian, gradient):
             hessian[j, i] = total
 
 
-@kernel
 def solve_free(hessian, damping, right, free, count, factor, step):
     """Cholesky solution of (hessian + diag(damping)) step = right over the first `count` of `free`."""
     for a in range(count):
@@ -51,7 +47,6 @@ def solve_free(hessian, damping, right, free, count, factor, step):
         step[i] = total * factor[a, a]
 
 
-@kernel
 def bounded_step(hessian, damping, gradient, low, high, free, right, factor, step):
     """Step of min ½ dᵀ(H + D)d - gᵀd within low..high, by block principal pivoting.
 
@@ -91,7 +86,6 @@ def bounded_step(hessian, damping, gradient, low, high, free, right, factor, ste
         step[i] = min(max(step[i], low[i]), high[i])
 
 
-@kernel
 def mark_wrong(hessian, damping, right, low, high, free, count, step):
     """Mark free entries beyond a bound and fixed ones whose gradient points inwards.
 

@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt with limits and restarts, in one kernel; imported on first use only.
+"""Levenberg-Marquardt with limits and restarts, in one compiled loop.
 
 The damping grows with the remaining error (Sugihara, IEEE Trans. Robotics 27(5), 2011) and with every refused
 step.
@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from roboyard.kinematics._kernels import (
-    kernel,
+    CHAIN,
     linearize,
     place_links,
     place_nodes,
@@ -19,9 +19,15 @@ from roboyard.kinematics._kernels import (
     task_errors,
 )
 from roboyard.kinematics._linear import bounded_step, normal_equations
+from roboyard.native import compiled
+
+WORK = (
+    "f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[:,::1] "
+    "i8[::1] f8[:,::1] u8[::1]"
+)
+"""Signature of the fields of `WorkSpace`."""
 
 
-@kernel
 def next_random(state):
     """Uniform in 0..1 from one 64-bit word (Marsaglia's xorshift, Vigna's multiplier)."""
     x = state[0]
@@ -32,7 +38,6 @@ def next_random(state):
     return float((x * np.uint64(0x2545F4914F6CDD1D)) >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
-@kernel
 def seed_state(seed, state):
     """Spread a small seed over 64 bits (splitmix64)."""
     z = np.uint64(seed) + np.uint64(0x9E3779B97F4A7C15)
@@ -42,7 +47,6 @@ def seed_state(seed, state):
     state[0] = z if z != np.uint64(0) else np.uint64(1)
 
 
-@kernel
 def evaluate(whole, real, node, local, target, weights, q, frames, tip, raw, errors):
     """Cost at q (n,); writes frames, tips and errors to the work arrays."""
     place_nodes(whole, real, q, frames)
@@ -50,7 +54,6 @@ def evaluate(whole, real, node, local, target, weights, q, frames, tip, raw, err
     return task_errors(target, weights, tip, raw, errors)
 
 
-@kernel
 def within(errors, tolerance_position, tolerance_orientation):
     """Whether all errors (t, 2) are within the tolerances."""
     for t in range(errors.shape[0]):
@@ -59,7 +62,6 @@ def within(errors, tolerance_position, tolerance_orientation):
     return True
 
 
-@kernel
 def draw(ranges, q0, state, q):
     """Random configuration inside the limits; within half a turn (or 1 m) of q0 where a side has no limit."""
     for i in range(q.shape[0]):
@@ -71,7 +73,6 @@ def draw(ranges, q0, state, q):
         q[i] = low + (high - low) * next_random(state)
 
 
-@kernel
 def nearest_turn(ranges, q0, q):
     """Move every periodic entry to the equivalent nearest to q0 inside its limits."""
     for i in range(q.shape[0]):
@@ -85,13 +86,13 @@ def nearest_turn(ranges, q0, q):
             q[i] = value
 
 
-@kernel
 def descend(whole, real, node, local, ranges, target, weights,
             tolerance_position, tolerance_orientation, iterations, q, trial, frames, tip, raw, errors,
             jac, rhs, hessian, vectors, free, factor):  # fmt: skip
     """One descent from q, in place. Returns (converged, iterations used, cost)."""
     n = q.shape[0]
-    gradient, damping, low, high, right, step = vectors
+    gradient, damping, low = vectors[0], vectors[1], vectors[2]
+    high, right, step = vectors[3], vectors[4], vectors[5]
     cost, extra, slow, refused = math.inf, 1e-5, 0, 0
     for i in range(n):
         trial[i] = q[i]
@@ -121,9 +122,14 @@ def descend(whole, real, node, local, ranges, target, weights,
     return False, iterations, cost
 
 
-@kernel
+@compiled(
+    f"{CHAIN} f8[:,::1] f8[:,:,::1] f8[:,::1] f8[:,::1] i8 f8 f8 i8 i8 i8 i8 {WORK} f8[:,::1]",
+    fast_math=True,
+    releases_gil=True,
+)
 def solve(whole, real, node, local, ranges, targets, weights, q0, warm,
           tolerance_position, tolerance_orientation, iterations, restarts, candidates, seed,
+          frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free, postures, state,
           out):  # fmt: skip
     """Solve many problems (b, t, k) with t tips each.
 
@@ -132,10 +138,7 @@ def solve(whole, real, node, local, ranges, targets, weights, q0, warm,
     and 1 for a target or start that is not a number.
     """
     n = ranges.shape[0]
-    start, q, trial, state = np.empty(n), np.empty(n), np.empty(n), np.empty(1, dtype=np.uint64)
-    frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free = work_space(
-        whole.shape[0], n, node.shape[0]
-    )
+    start, q, trial = postures[0], postures[1], postures[2]
     for b in range(targets.shape[0]):
         seed_state(seed + b, state)
         good = read_targets(targets[b], target)
@@ -144,7 +147,7 @@ def solve(whole, real, node, local, ranges, targets, weights, q0, warm,
         for i in range(n):
             value = q0[row, i]
             good = good and math.isfinite(value)
-            if warm and b > 0 and out[b - 1, n + 2] == 1.0:
+            if warm != 0 and b > 0 and out[b - 1, n + 2] == 1.0:
                 value = out[b - 1, i]
             start[i] = min(max(value, ranges[i, 0]), ranges[i, 1])
             q[i] = start[i]
@@ -179,17 +182,6 @@ def solve(whole, real, node, local, ranges, targets, weights, q0, warm,
         out[b, n + 3], out[b, n + 4], out[b, n + 5] = used, descents, 0.0 if good else 1.0
 
 
-@kernel
-def work_space(m, n, t):
-    """Work arrays: frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free."""
-    return (
-        np.empty((m, 12)), np.empty((t, 12)), np.empty((t, 12)), np.zeros((t, 6)), np.zeros((t, 2)),
-        np.empty((n, 6 * t)), np.empty(6 * t), np.empty((n, n)), np.empty((n, n)), np.empty((6, n)),
-        np.empty(2 * n, dtype=np.int64),
-    )  # fmt: skip
-
-
-@kernel
 def note_errors(errors, row, n):
     """Entries n and n + 1 of `row`: position and orientation error of the worst tip."""
     row[n], row[n + 1] = errors[0, 0], errors[0, 1]

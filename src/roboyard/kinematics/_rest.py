@@ -1,17 +1,15 @@
-"""Kernel that moves solutions towards a rest posture in the null space; imported on first use only."""
+"""Compiled loop that moves solutions towards a rest posture in the null space."""
 
 from __future__ import annotations
 
-import numpy as np
-
-from roboyard.kinematics._kernels import kernel, linearize, read_targets
+from roboyard.kinematics._kernels import CHAIN, linearize, read_targets
 from roboyard.kinematics._linear import bounded_step, normal_equations
-from roboyard.kinematics._lm import descend, evaluate, note_errors, within, work_space
+from roboyard.kinematics._lm import WORK, descend, evaluate, note_errors, within
+from roboyard.native import compiled
 
 SMALL = 1e-6  # weight of a radian from rest relative to the task's unit
 
 
-@kernel
 def rest_cost(rest, rest_weights, q):
     """Weighted squared distance of q (n,) to rest (n,)."""
     total = 0.0
@@ -20,10 +18,15 @@ def rest_cost(rest, rest_weights, q):
     return total
 
 
-@kernel
+@compiled(
+    f"{CHAIN} f8[:,::1] f8[:,:,::1] f8[:,::1] f8 f8 f8[::1] f8[::1] i8 {WORK} f8[:,::1]",
+    fast_math=True,
+    releases_gil=True,
+)
 def approach_rest(whole, real, node, local, ranges, targets, weights,
-                  tolerance_position, tolerance_orientation,
-                  rest, rest_weights, iterations, out):  # fmt: skip
+                  tolerance_position, tolerance_orientation, rest, rest_weights, iterations,
+                  frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free, postures, state,
+                  out):  # fmt: skip
     """Move the converged rows of `_lm.solve`'s `out` towards rest, within the tolerances.
 
     Each step d is the minimum of |jacᵀ d - rhs|² / SMALL + |rest - q - d|², cut to `reach` and corrected by a
@@ -31,17 +34,16 @@ def approach_rest(whole, real, node, local, ranges, targets, weights,
     are added up.
     """
     n = ranges.shape[0]
-    q, here, trial = np.empty(n), np.empty(n), np.empty(n)
-    frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free = work_space(
-        whole.shape[0], n, node.shape[0]
-    )
-    gradient, damping, low, high, right, step = vectors
+    q, here, trial = postures[0], postures[1], postures[2]
+    gradient, damping, low = vectors[0], vectors[1], vectors[2]
+    high, right, step = vectors[3], vectors[4], vectors[5]
     for b in range(targets.shape[0]):
         if out[b, n + 2] != 1.0:
             continue
         read_targets(targets[b], target)
         reach = 0.5
-        q[:] = out[b, :n]
+        for i in range(n):
+            q[i] = out[b, i]
         cost = rest_cost(rest, rest_weights, q)
         for _ in range(iterations):
             out[b, n + 3] += 1.0
@@ -67,8 +69,9 @@ def approach_rest(whole, real, node, local, ranges, targets, weights,
             now = rest_cost(rest, rest_weights, here)
             if within(errors, tolerance_position, tolerance_orientation) and now < cost:
                 gain, cost = cost - now, now
-                q[:] = here
-                out[b, :n] = here
+                for i in range(n):
+                    q[i] = here[i]
+                    out[b, i] = here[i]
                 note_errors(errors, out[b], n)
                 if gain < 1e-6 * (cost + 1e-9):
                     break

@@ -1,14 +1,12 @@
-"""Single damped least-squares steps as kernels; imported on first use only."""
+"""Single damped least-squares steps as compiled loops."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from roboyard.kinematics._kernels import (
+    CHAIN,
     fill_jacobian,
-    kernel,
     linearize,
     place_links,
     place_nodes,
@@ -17,20 +15,22 @@ from roboyard.kinematics._kernels import (
     task_errors,
 )
 from roboyard.kinematics._linear import bounded_step, normal_equations, solve_free
+from roboyard.kinematics._lm import WORK
+from roboyard.native import compiled
 
 PROJECTOR_DAMPING = 1e-4  # of the null-space projector: singular values above 0.01 are task directions
 
 
-@kernel
-def bounded_motion(jac, rhs, damping_square, low, high, pull, out):
+def bounded_motion(jac, rhs, damping_square, low, high, pull, hessian, factor, vectors, free, out):
     """Motion within low..high: damped least squares for jacᵀ d = rhs, plus `pull` in the null space.
 
     The projected pull is w = μ (JᵀJ + μ)⁻¹ pull; the task step then solves for what w leaves to do.
     """
     n = out.shape[0]
-    hessian, factor = np.empty((n, n)), np.empty((n, n))
-    gradient, damping, right, slide = np.empty(n), np.empty(n), np.empty(n), np.zeros(n)
-    free = np.arange(2 * n)
+    gradient, damping, right, slide = vectors[0], vectors[1], vectors[2], vectors[3]
+    for i in range(n):
+        free[i] = i
+        slide[i] = 0.0
     normal_equations(jac, rhs, hessian, gradient)
     pulls = False
     for i in range(n):
@@ -50,36 +50,35 @@ def bounded_motion(jac, rhs, damping_square, low, high, pull, out):
         out[i] += slide[i]
 
 
-@kernel
-def step_to_targets(
-    whole, real, node, local, targets, weights, q, gain, damping_square, low, high, pull, out
-):
-    """Motion `out` (n,) towards the targets; False where they or q are not finite."""
-    m, n, t = whole.shape[0], q.shape[0], node.shape[0]
-    frames, tip, target = np.empty((m, 12)), np.empty((t, 12)), np.empty((t, 12))
-    raw, errors = np.zeros((t, 6)), np.empty((t, 2))
-    jac, rhs = np.empty((n, 6 * t)), np.empty(6 * t)
+@compiled(
+    f"{CHAIN} f8[:,::1] f8[:,::1] f8[::1] f8 f8 f8[::1] f8[::1] f8[::1] {WORK} f8[::1] -> f8", fast_math=True
+)
+def step_to_targets(whole, real, node, local, targets, weights, q, gain, damping_square, low, high, pull,
+                    frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free, postures,
+                    state, out):  # fmt: skip
+    """Motion `out` (n,) towards the targets; 0 where they or q are not finite, else 1."""
+    n, t = q.shape[0], node.shape[0]
     good = read_targets(targets, target)
     for i in range(n):
         good = good and math.isfinite(q[i])
     if not good:
-        return False
+        return 0.0
     place_nodes(whole, real, q, frames)
     place_links(frames, node, local, tip)
     task_errors(target, weights, tip, raw, errors)
     linearize(whole, real, frames, node, target, weights, tip, raw, jac, rhs)
     for r in range(6 * t):
         rhs[r] *= gain
-    bounded_motion(jac, rhs, damping_square, low, high, pull, out)
-    return True
+    bounded_motion(jac, rhs, damping_square, low, high, pull, hessian, factor, vectors, free, out)
+    return 1.0
 
 
-@kernel
-def step_with_twists(whole, real, node, local, twists, weights, q, damping_square, low, high, pull, out):
+@compiled(f"{CHAIN} f8[:,::1] f8[:,::1] f8[::1] f8 f8[::1] f8[::1] f8[::1] {WORK} f8[::1]", fast_math=True)
+def step_with_twists(whole, real, node, local, twists, weights, q, damping_square, low, high, pull,
+                     frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free, postures,
+                     state, out):  # fmt: skip
     """Joint velocities `out` (n,) for tip velocities (t, 6) in base axes."""
-    m, n, t = whole.shape[0], q.shape[0], node.shape[0]
-    frames, tip = np.empty((m, 12)), np.empty((t, 12))
-    jac, rhs = np.empty((n, 6 * t)), np.empty(6 * t)
+    n, t = q.shape[0], node.shape[0]
     place_nodes(whole, real, q, frames)
     place_links(frames, node, local, tip)
     for k in range(t):
@@ -88,21 +87,26 @@ def step_with_twists(whole, real, node, local, twists, weights, q, damping_squar
             rhs[6 * k + r] = weights[k, r] * twists[k, r]
             for j in range(n):
                 jac[j, 6 * k + r] *= weights[k, r]
-    bounded_motion(jac, rhs, damping_square, low, high, pull, out)
+    bounded_motion(jac, rhs, damping_square, low, high, pull, hessian, factor, vectors, free, out)
 
 
-@kernel
+@compiled(
+    f"{CHAIN} f8[:,::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8 f8 f8 f8 i8 f8[:,::1] f8[:,::1] {WORK} "
+    "f8[::1] -> f8",
+    fast_math=True,
+)
 def plain_descent(whole, real, node, local, targets, damping, rest, lower, upper, ranges,
-                  rest_gain, limit_gain, longest, threshold, iterations, q):  # fmt: skip
+                  rest_gain, limit_gain, longest, threshold, iterations, columns, rows,
+                  frames, tip, target, raw, errors, jac, rhs, hessian, factor, vectors, free, postures,
+                  state, q):  # fmt: skip
     """`damped_step_ik` in place; an empty `rest` means no null-space motion. -1 for invalid input."""
-    m, n, t = whole.shape[0], q.shape[0], node.shape[0]
-    frames, tip, target = np.empty((m, 12)), np.empty((t, 12)), np.empty((t, 12))
+    n, t = q.shape[0], node.shape[0]
     per = 3 if targets.shape[1] == 3 else 6
-    columns, jac, rhs = np.empty((n, 6)), np.empty((n, per * t)), np.empty(per * t)
-    hessian, factor, gradient, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
-    free = np.arange(n)
+    gradient, step = vectors[0], vectors[1]
+    for i in range(n):
+        free[i] = i
     if not read_targets(targets, target):
-        return -1
+        return -1.0
     for iteration in range(iterations):
         place_nodes(whole, real, q, frames)
         place_links(frames, node, local, tip)
@@ -111,7 +115,7 @@ def plain_descent(whole, real, node, local, targets, damping, rest, lower, upper
             fill_jacobian(whole, real, frames, node[k], tip[k, 0], tip[k, 1], tip[k, 2], columns, 0)
             for r in range(per):
                 for j in range(n):
-                    jac[j, per * k + r] = columns[j, r]
+                    rows[j, per * k + r] = columns[j, r]
             for r in range(3):
                 rhs[per * k + r] = target[k, r] - tip[k, r]
                 left += rhs[per * k + r] ** 2
@@ -120,7 +124,7 @@ def plain_descent(whole, real, node, local, targets, damping, rest, lower, upper
                 for r in range(3):
                     turned = target[k, 3 + 3 * r] * x + target[k, 4 + 3 * r] * y + target[k, 5 + 3 * r] * z
                     rhs[6 * k + 3 + r] = -turned
-        normal_equations(jac, rhs, hessian, gradient)
+        normal_equations(rows, rhs, hessian, gradient)
         if rest.shape[0] == n:
             for i in range(n):
                 wish = rest_gain * (rest[i] - q[i])
@@ -137,5 +141,5 @@ def plain_descent(whole, real, node, local, targets, damping, rest, lower, upper
         for i in range(n):
             q[i] += scale * step[i]
         if math.sqrt(left) <= threshold:
-            return iteration + 1
-    return iterations
+            return iteration + 1.0
+    return float(iterations)

@@ -32,7 +32,7 @@ def forward_kinematics(chain: ChainArrays, q: ArrayLike, links: str | Sequence[s
     Raises:
         ValueError: q does not have n entries, or a link is unknown.
     """
-    qs = np.array(q, dtype=float)
+    qs = np.array(q, dtype=float, order="C")
     if qs.ndim == 0 or qs.shape[-1] != chain.size:
         raise ValueError(wrong_size(chain, "q", qs.shape))
     single = isinstance(links, str) or (links is None and len(chain.tips) == 1)

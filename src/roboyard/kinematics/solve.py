@@ -16,6 +16,7 @@ from roboyard.kinematics._inputs import (
     read_targets,
     task_weights,
 )
+from roboyard.kinematics._work import work_space
 from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array
 
@@ -213,10 +214,10 @@ def _run(
     node, local = chain.tip_frames
     tasks = task_weights(len(node), targets.shape[2], *weights)
     position, orientation, iterations, restarts, seed = budget
-    out = np.empty((len(targets), chain.size + 6))
+    out, work = np.empty((len(targets), chain.size + 6)), work_space(chain)
     _kernels().solve(
         whole, real, node, local, chain.ranges, targets, tasks, q0, warm,
-        position, orientation, iterations, restarts, _CANDIDATES, seed, out,
+        position, orientation, iterations, restarts, _CANDIDATES, seed, *work, out,
     )  # fmt: skip
     if rest[0] is not None:
         scale = joint_vector(chain, rest[1], "rest_weights")
@@ -224,6 +225,6 @@ def _run(
             raise ValueError(f"rest_weights must not be negative, got {rest[1]}")
         _rest_kernels().approach_rest(
             whole, real, node, local, chain.ranges, targets, tasks, position, orientation,
-            joint_vector(chain, rest[0], "rest"), scale, int(rest[2]), out,
+            joint_vector(chain, rest[0], "rest"), scale, int(rest[2]), *work, out,
         )  # fmt: skip
     return out

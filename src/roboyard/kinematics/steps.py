@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from roboyard._lazy import lazy_module
 from roboyard.kinematics._inputs import joint_vector, read_targets, task_weights
+from roboyard.kinematics._work import work_space
 from roboyard.kinematics.chain import ChainArrays
 from roboyard.transforms import Array
 
@@ -76,6 +77,7 @@ def differential_step(
         low,
         high,
         pull,
+        *work_space(chain),
         move,
     )
     if not good:
@@ -125,7 +127,7 @@ def differential_velocity(
         raise ValueError(f"dt must be positive (s), got {dt}")
     values, bound = _state(chain, q, chain.velocity if max_velocity is None else max_velocity)
     node, local = chain.tip_frames
-    given = np.array(twists, dtype=float)
+    given = np.array(twists, dtype=float, order="C")
     if given.shape != (len(node), 6) and not (given.shape == (6,) and len(node) == 1):
         raise ValueError(f"twists have shape {given.shape}; give ({len(node)}, 6)")
     if not (np.isfinite(given).all() and np.isfinite(values).all()):
@@ -137,7 +139,7 @@ def differential_velocity(
     velocity = np.empty(chain.size)
     _kernels().step_with_twists(
         whole, real, node, local, given.reshape(-1, 6), weights, values, float(damping) ** 2, low, high,
-        pull, velocity,
+        pull, *work_space(chain), velocity,
     )  # fmt: skip
     return velocity
 
@@ -198,9 +200,11 @@ def damped_step_ik(
         damping = np.full(chain.size, _NULL_SPACE_DAMPING)
     whole, real = chain.nodes
     node, local = chain.tip_frames
+    per = 3 if goals.shape[1] == 3 else 6
     used = _kernels().plain_descent(
         whole, real, node, local, goals, damping, posture, low, high, width,
-        _REST_GAIN, _LIMIT_GAIN, _LONGEST_STEP, float(residual_threshold), int(iterations), q,
+        _REST_GAIN, _LIMIT_GAIN, _LONGEST_STEP, float(residual_threshold), int(iterations),
+        np.empty((chain.size, 6)), np.empty((chain.size, per * len(node))), *work_space(chain), q,
     )  # fmt: skip
     if used < 0:
         raise ValueError(f"target must be finite and quaternions longer than 0, got {goals.tolist()}")

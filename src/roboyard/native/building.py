@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from types import FunctionType
 from typing import Any
 
@@ -10,20 +11,31 @@ import numpy as np
 from numba import carray, cfunc, njit, types
 from numba.extending import intrinsic
 
-from roboyard.native.signatures import Signature
+from roboyard.native.called import called_functions
+from roboyard.native.signatures import Argument, Signature
+
+FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
+"""LLVM's freedoms that keep infinite and undefined numbers as they are."""
 
 
-def jit(function: FunctionType) -> Any:
-    """Return a Python function compiled by numba, together with the functions of its module that it calls."""
-    names = dict(function.__globals__)
-    for name in function.__code__.co_names:
-        called = names.get(name)
-        source = called if isinstance(called, FunctionType) else getattr(called, "py_func", None)
-        if isinstance(source, FunctionType) and source.__module__ == function.__module__:
-            names[name] = jit(source)
-    return njit(error_model="numpy")(
-        FunctionType(function.__code__, names, function.__name__, function.__defaults__)
-    )
+def jit(function: FunctionType, *, fast_math: bool = False) -> Any:
+    """Return a Python function compiled by numba, with the functions of its package that it calls.
+
+    Args:
+        function: its Python source.
+        fast_math: whether LLVM may change the order of sums and products; see `FAST_MATH`.
+    """
+    return _jit(function, fast_math, {})
+
+
+def _jit(function: FunctionType, fast_math: bool, made: dict[FunctionType, Any]) -> Any:
+    if function not in made:
+        names = dict(function.__globals__)
+        for name, source in called_functions(function):
+            names[name] = _jit(source, fast_math, made)
+        copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
+        made[function] = njit(error_model="numpy", fastmath=FAST_MATH if fast_math else False)(copy)
+    return made[function]
 
 
 def machine_code(function: FunctionType, signature: Signature, name: str) -> bytes:
@@ -33,14 +45,9 @@ def machine_code(function: FunctionType, signature: Signature, name: str) -> byt
     """
     arguments = signature.arguments
     names = [f"a{k}" for k in range(len(arguments))]
-    passed = [
-        f"_view{a.dimensions}_{a.dtype}({n})" if a.dimensions else n
-        for n, a in zip(names, arguments, strict=True)
-    ]
-    values: dict[str, Any] = {"_loop": jit(function)}
-    values |= {
-        f"_view{a.dimensions}_{a.dtype}": _view(a.dimensions, a.dtype) for a in arguments if a.dimensions
-    }
+    passed = [f"{_view_name(a)}({n})" if a.dimensions else n for n, a in zip(names, arguments, strict=True)]
+    values: dict[str, Any] = {"_loop": jit(function, fast_math=signature.fast_math)}
+    values |= {_view_name(a): _view(a) for a in set(arguments) if a.dimensions}
     source = f"def {name}({', '.join(names)}):\n    return _loop({', '.join(passed)})"
     exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
     kinds = [types.CPointer(types.int64) if a.dimensions else getattr(types, a.dtype) for a in arguments]
@@ -51,9 +58,8 @@ def machine_code(function: FunctionType, signature: Signature, name: str) -> byt
 
 def _object_file(assembly: str, function: str, name: str) -> bytes:
     """Return the object file of one function of a module, without what the function does not use."""
-    module = llvm.parse_assembly(
-        assembly.replace(f'"{function}"', f'"{name}"').replace(f"@{function}(", f"@{name}(")
-    )
+    assembly = assembly.replace(f'"{function}"', f'"{name}"').replace(f"@{function}(", f"@{name}(")
+    module = llvm.parse_assembly(_UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly))
     for other in (*module.functions, *module.global_variables):
         if other.name != name and not other.is_declaration:
             other.linkage = "internal"
@@ -71,6 +77,10 @@ def _object_file(assembly: str, function: str, name: str) -> bytes:
     return machine.emit_object(module)
 
 
+_UNUSED = re.compile(r"declare void @(NRT_MemInfo_call_dtor)\((ptr|i8\*)[^)]*\)[^\n]*")
+"""Called by numba for the last owner of an array's memory; arrays that are passed have no owner here."""
+
+
 @intrinsic
 def _pointer(context: Any, address: Any) -> Any:
     """Return an address as a pointer."""
@@ -81,18 +91,25 @@ def _pointer(context: Any, address: Any) -> Any:
     return types.voidptr(address), generate
 
 
-def _view(dimensions: int, dtype: str) -> Any:
+def _view_name(argument: Argument) -> str:
+    return f"_view{argument.dimensions}_{argument.dtype}_{int(argument.is_contiguous)}"
+
+
+def _view(argument: Argument) -> Any:
     """Return a compiled function that gives the array of an array object's address."""
-    kind = getattr(np, dtype)
-    words = (
-        ", ".join(f"shape[{k}]" for k in range(dimensions)),
-        ", ".join(f"strides[{k}]" for k in range(dimensions)),
-    )
+    dimensions = argument.dimensions
+    kind = getattr(np, argument.dtype)
+    shape = ", ".join(f"shape[{k}]" for k in range(dimensions))
+    strides = ", ".join(f"strides[{k}]" for k in range(dimensions))
     source = f"""def view(words):
     shape = carray(_pointer(words[4]), ({dimensions},), np.int64)
-    strides = carray(_pointer(words[5]), ({dimensions},), np.int64)
+"""
+    if argument.is_contiguous:
+        source += f"    return carray(_pointer(words[2]), ({shape},), kind)"
+    else:
+        source += f"""    strides = carray(_pointer(words[5]), ({dimensions},), np.int64)
     flat = carray(_pointer(words[2]), (1,), kind)
-    return np.lib.stride_tricks.as_strided(flat, ({words[0]},), ({words[1]},))"""
+    return np.lib.stride_tricks.as_strided(flat, ({shape},), ({strides},))"""
     values: dict[str, Any] = {"carray": carray, "_pointer": _pointer, "np": np, "kind": kind}
     exec(compile(source, "<view>", "exec"), values)  # noqa: S102 - our own source
     return njit(error_model="numpy")(values["view"])

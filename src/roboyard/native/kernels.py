@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from types import FunctionType
 from typing import Any
 
@@ -17,14 +18,18 @@ _CTYPES: dict[str, Any] = {"float64": ctypes.c_double, "int64": ctypes.c_int64, 
 class Kernel:
     """A loop that is compiled or loaded on its first call; its module then has the loaded function."""
 
-    def __init__(self, function: FunctionType, signature: Signature, text: str) -> None:
+    def __init__(
+        self, function: FunctionType, signature: Signature, text: str, *, releases_gil: bool = False
+    ) -> None:
         """Create the loop.
 
         Args:
             function: its Python source, which numba can compile.
             signature: its arguments.
             text: the signature as text.
+            releases_gil: whether other Python threads run meanwhile.
         """
+        self.releases_gil = releases_gil
         self.py_func = function
         """The loop in Python."""
         self.signature, self.text = signature, text
@@ -53,30 +58,33 @@ class Kernel:
         """Compile the loop or load its stored code, and return the function that executes it."""
         if self._loaded is None:
             address = objects.address_of(self.py_func, self.signature)
-            self._loaded = _caller(self, address) if address else objects.jitted(self.py_func)
+            self._loaded = _caller(self, address) if address else objects.jitted(self.py_func, self.signature)
             names = vars(sys.modules[self.__module__])
             if names.get(self.__name__) is self:
                 names[self.__name__] = self._loaded
         return self._loaded
 
 
-def compiled(text: str) -> Callable[[Any], Any]:
+def compiled(text: str, *, fast_math: bool = False, releases_gil: bool = False) -> Callable[[Any], Any]:
     """Return a decorator that makes a function a compiled loop.
 
-    The function may use numbers, the arrays that it is given, NumPy's mathematics and other loops of its
-    module; it creates no arrays. Divisions by zero give infinity.
+    The function may use numbers, the arrays that it is given, NumPy's mathematics and other functions of its
+    package, which are plain Python functions or loops; it creates no arrays. Divisions by zero give infinity.
 
     Args:
         text: types of the arguments, separated by spaces: f8, i8, i4 for numbers (float64, int64, int32) and
-            f8[:], i4[:,:], ... for arrays, "-> f8" at the end where it returns a number.
+            f8[:], i4[:,:], ... for arrays, f8[:,::1] for those in C order, which are faster (only the first
+            call checks); "-> f8" at the end where it returns a number.
+        fast_math: whether the order of sums and products may be changed.
+        releases_gil: whether other Python threads run during a call; for calls of a microsecond and more.
     """
-    signature = parse_signature(text)
+    signature = replace(parse_signature(text), fast_math=fast_math)
 
     def decorate(function: Any) -> Kernel:
         given = function.__code__.co_argcount
         if given != len(signature.arguments):
             raise TypeError(f"{function.__name__} has {given} arguments, its signature {text!r} has others")
-        return Kernel(function, signature, text)
+        return Kernel(function, signature, text, releases_gil=releases_gil)
 
     return decorate
 
@@ -88,7 +96,8 @@ def _caller(kernel: Kernel, address: int) -> Callable[..., Any]:
     objects, in which the code finds data, shape and strides.
     """
     types = [ctypes.c_void_p if a.dimensions else _CTYPES[a.dtype] for a in kernel.signature.arguments]
-    call = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, *types)(address)
+    kind = ctypes.CFUNCTYPE if kernel.releases_gil else ctypes.PYFUNCTYPE
+    call = kind(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, *types)(address)
     result, problem = ctypes.c_double(), ctypes.c_void_p()
     code = kernel.py_func.__code__
     names = code.co_varnames[: code.co_argcount]

@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.native.called import source_files
 from roboyard.native.signatures import Signature
 
-_LAYOUT = 2
+_LAYOUT = 3
 """Increased whenever the way in which arguments are passed changes."""
 _DIGEST = 32
 """Bytes of the hash before the machine code: LLVM ends the process at damaged code."""
@@ -40,11 +41,11 @@ def address_of(function: FunctionType, signature: Signature) -> int:
     return _load(content, name)
 
 
-def jitted(function: FunctionType) -> Callable[..., Any]:
+def jitted(function: FunctionType, signature: Signature) -> Callable[..., Any]:
     """Return the loop as numba's own function, where stored code cannot be used."""
     from roboyard.native.building import jit
 
-    return jit(function)
+    return jit(function, fast_math=signature.fast_math)
 
 
 @cache
@@ -72,10 +73,17 @@ def _stored_at(function: FunctionType, signature: Signature) -> tuple[Path, str]
         *(_LAYOUT, sys.version_info[:2], np.__version__, llvmlite.__version__),
         *(llvm.get_process_triple(), llvm.get_host_cpu_name(), function.__name__, signature),
     )
-    key = hashlib.sha256(repr(parts).encode() + source.read_bytes()).hexdigest()[:16]
+    contents = b"".join(_content(file) for file in source_files(function))
+    key = hashlib.sha256(repr(parts).encode() + contents).hexdigest()[:16]
     return _folder(
         source
     ) / f"{source.stem}.{function.__name__}.{key}.o", f"roboyard_{function.__name__}_{key}"
+
+
+@cache
+def _content(file: str) -> bytes:
+    """Return a source file's content."""
+    return Path(file).read_bytes()
 
 
 def _folder(source: Path) -> Path:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from roboyard.kinematics import _kernels
+from roboyard.native.building import jit
 from roboyard.planning.kernels.distances import (
     box_distance,
     box_squares,
@@ -16,7 +17,7 @@ from roboyard.planning.kernels.distances import (
     obstacle_distance,
 )
 
-place_nodes = kernel(_kernels.place_nodes.py_func)
+place_nodes = jit(_kernels.place_nodes)
 
 
 @kernel

@@ -8,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from roboyard.kinematics import _lm
+from roboyard.native.building import jit
 from roboyard.planning.kernels.arrays import Array, Indices
 from roboyard.planning.kernels.checker import is_free
 from roboyard.planning.kernels.distances import kernel
 from roboyard.planning.kernels.motion import motion_free
 
-next_random = kernel(_lm.next_random.py_func)
+next_random = jit(_lm.next_random)
 
 LOCAL = 0.08
 """Share of samples near starts and goals: tight goals need small steps around them."""
