@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -16,6 +18,7 @@ from roboyard.untrusted.text import json_text, say
 
 if TYPE_CHECKING:
     from roboyard.envs.play import Episode
+    from roboyard.recording import SceneSetup
     from roboyard.viewer.driving import DrivingPage
 
 EXAMPLES = """
@@ -27,6 +30,7 @@ Examples:
   roboyard drive r1 --scene home --control-mode random --short-exec --record a.gif
   roboyard drive my_robot.urdf --browser     a file, imported for this run only
   roboyard drive r1 --scene home --pose 1,0.5,1.57 --control-mode random --short-exec
+  roboyard drive rover --scene empty --dataset drives --text "around the post"
   roboyard drive --policy walk.json --browser   a trained policy in its task
 """
 
@@ -108,6 +112,15 @@ def drive(
         Path | None,
         typer.Option("--log", help="State log to write (.npz), for `roboyard replay`.", show_default=False),
     ] = None,
+    dataset: Annotated[
+        Path | None,
+        typer.Option(
+            "--dataset",
+            help="Folder to write as a dataset in LeRobot's layout; a reset begins another episode.",
+            show_default=False,
+        ),
+    ] = None,
+    text: Annotated[str, typer.Option("--text", help="Task of the dataset, in words.")] = "drive the robot",
     pose: Annotated[
         str | None,
         typer.Option(
@@ -149,6 +162,10 @@ def drive(
 
     if log is not None and (log.suffix != ".npz" or not log.parent.is_dir()):
         raise ConfigError(f"--log {log}: must be a .npz file in an existing folder")
+    if dataset is not None and (browser or policy is not None):
+        raise ConfigError(
+            f"--dataset {dataset}: records keys or random actions; remove --browser or --policy"
+        )
     if policy is not None:
         given = {
             "ROBOT": robot,
@@ -204,11 +221,19 @@ def drive(
             from roboyard.recording import set_up
             from roboyard.teleop import drive as run
 
-            count = run(
-                set_up(setup), choices.mode.value, short=short_exec, record=record, log=log, seed=seed
-            )
-            files = [file for file in (record, log) if file is not None]
-    written = [str(file) for file in files if file.is_file()]
+            stage = set_up(setup)
+            with _recorder(dataset, stage, text) as watch:
+                count = run(
+                    stage,
+                    choices.mode.value,
+                    short=short_exec,
+                    record=record,
+                    log=log,
+                    seed=seed,
+                    watch=watch,
+                )
+            files = [file for file in (record, log, dataset) if file is not None]
+    written = [str(file) for file in files if file.exists()]
     if as_json:
         done = {
             "robot": choices.robot,
@@ -221,6 +246,18 @@ def drive(
         say(f"{choices.robot} in {choices.scene}: {count} actions")
     for file in written:
         say(f"wrote {file}")
+
+
+def _recorder(
+    folder: Path | None, stage: SceneSetup, text: str
+) -> AbstractContextManager[Callable[[], None] | None]:
+    """Return what writes a dataset of a robot in its scene; nothing without a folder."""
+    if folder is None or stage.robot is None:
+        return nullcontext()
+    from roboyard.envs.datasets import RobotRecorder
+
+    cameras = {"scene": stage.scene.camera(width=320, height=240)}
+    return RobotRecorder(folder, stage.robot, text=text, cameras=cameras, source={"setup": stage.setup})
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

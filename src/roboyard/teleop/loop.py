@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -40,6 +41,7 @@ def drive(
     seed: int | None = None,
     width: int = 480,
     height: int = 360,
+    watch: Callable[[], None] | None = None,
 ) -> int:
     """Drive a robot until the user quits, and return the number of actions.
 
@@ -53,6 +55,7 @@ def drive(
         seed: seed of the random commands.
         width: width of the video (pixels).
         height: height of the video (pixels).
+        watch: called after every action.
 
     Raises:
         ValueError: the scene has no robot.
@@ -64,7 +67,7 @@ def drive(
         with RawKeys() as raw:
             return drive(
                 scene_setup, mode, short=short, record=record, log=log, keys=raw.read, seed=seed,
-                width=width, height=height,
+                width=width, height=height, watch=watch,
             )  # fmt: skip
     robot, world = scene_setup.robot, scene_setup.scene.world
     recorder = Recorder(world, setup=scene_setup.setup) if log is not None else None
@@ -80,6 +83,8 @@ def drive(
             robot.apply_action(action)
             world.step(robot.steps_per_control)
             count += 1
+            if watch is not None:
+                watch()
             if recorder is not None:
                 recorder.record()
             if video is not None and world.time >= next_picture - 1e-9:

@@ -7,18 +7,24 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import numpy as np
+
 from roboyard.envs.datasets.writer import DatasetWriter
 from roboyard.errors import ConfigError
 from roboyard.rendering import Camera
 from roboyard.robots.robot import Robot
 from roboyard.sensors import CameraSensor
 
+ROOT = ("root.x", "root.y", "root.z", "root.qx", "root.qy", "root.qz", "root.qw")
+"""Names of a free root link's pose."""
+
 
 class RobotRecorder:
     """Records a robot at work; call it after each control step, as `Skills(robot, watch=recorder)` does.
 
-    `observation.state` has the positions of all joints before the step (rad or m), `action` the commands of
-    their drives in it: a position, velocity or effort, as their controllers have it. A context manager.
+    `observation.state` has the positions of all joints before the step (rad or m), and where the root link
+    moves freely its position (m) and quaternion x, y, z, w in the world frame; `action` has the commands of
+    the drives in it: a position, velocity or effort, as their controllers have it. A context manager.
     """
 
     def __init__(
@@ -58,7 +64,7 @@ class RobotRecorder:
             fps=robot.control_freq / every,
             robot=robot.model,
             source=source,
-            names={"observation.state": names, "action": names},
+            names={"observation.state": names if robot.body.is_fixed else [*names, *ROOT], "action": names},
         )
         """Writes the files."""
         self._steps = 0
@@ -67,8 +73,9 @@ class RobotRecorder:
     def _begin(self) -> None:
         """Keep what is seen before the next step."""
         self._time = self._robot.world.time
-        self._state = self._robot.joint_positions
-        world = self._robot.world
+        robot, world = self._robot, self._robot.world
+        parts = [robot.joint_positions, *(() if robot.body.is_fixed else robot.links[0].pose)]
+        self._state = np.concatenate(parts)
         self._pictures = {name: world.render(camera).rgb for name, camera in (self._cameras or {}).items()}
         self._pictures |= {sensor.link.name: sensor.image().rgb for sensor in self._sensors}
         self._waiting = 0
