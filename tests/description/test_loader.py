@@ -17,7 +17,6 @@ def test_content_decides_not_the_suffix(tmp_path):
     [
         ("arm.sdf", '<sdf version="1.7"/>', "the file has no <model>; give one that has a robot"),
         ("arm.xml", "<mujoco/>", "the model has no <body>; give one that has a robot"),
-        ("arm.usda", "#usda 1.0", "USD is not read yet; export the robot as URDF"),
         ("arm.html", "<html/>", "the root element is <html>, not <robot>; give a URDF"),
         (
             "arm.urdf.xacro",

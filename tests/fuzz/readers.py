@@ -197,6 +197,58 @@ def _read_robot(file: Path) -> None:
     load_description(file, missing_meshes="note")
 
 
+_USD = """#usda 1.0
+(
+    defaultPrim = "r"
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+def Xform "r"
+{
+    def Xform "a" (prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsMassAPI"])
+    {
+        float physics:mass = 1
+        quatf physics:principalAxes = (1, 0, 0, 0)
+        def Mesh "m" (prepend apiSchemas = ["PhysicsCollisionAPI", "PhysicsMeshCollisionAPI"])
+        {
+            point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+            int[] faceVertexCounts = [3, 3, 3, 3]
+            int[] faceVertexIndices = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]
+            texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] (interpolation = "vertex")
+        }
+        def Xform "b" (prepend apiSchemas = ["PhysicsRigidBodyAPI"])
+        {
+            double3 xformOp:translate = (1, 0, 0)
+            float3 xformOp:scale = (2, 2, -1)
+            uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]
+            def Cylinder "c" (prepend apiSchemas = ["PhysicsCollisionAPI"])
+            {
+                uniform token axis = "X"
+                double radius = 0.1
+            }
+        }
+    }
+    def PhysicsRevoluteJoint "j" (prepend apiSchemas = ["PhysicsDriveAPI:angular"])
+    {
+        rel physics:body0 = </r/a>
+        rel physics:body1 = </r/a/b>
+        uniform token physics:axis = "Y"
+        point3f physics:localPos0 = (1, 0, 0)
+        quatf physics:localRot1 = (1, 0, 0, 0)
+        float physics:lowerLimit = -90
+        float drive:angular:physics:maxForce = 5
+    }
+    def PhysicsJoint "k"
+    {
+        rel physics:body0 = </r/a>
+        rel physics:body1 = </r/a/b>
+        float limit:rotX:physics:low = 1
+        float limit:rotX:physics:high = -1
+    }
+}
+"""
+
+
 def _read_sdf(file: Path) -> None:
     from roboyard.pybullet.client import Client
     from roboyard.pybullet.face.errors import error
@@ -214,6 +266,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object], bytes]] = {
     "urdf": (".urdf", _read_urdf, _urdf()),
     "robot-sdf": (".sdf", _read_robot, _ROBOT_SDF.encode()),
     "sdf": (".sdf", _read_sdf, _SDF.encode()),
+    "usd": (".usda", _read_robot, _USD.encode()),
     "mjcf": (".xml", _read_mjcf, _MJCF.encode()),
     "scene": (".xml", load_scene, _MJCF.encode()),
     "obj": (".obj", load_mesh, _OBJ),

@@ -1,9 +1,9 @@
 """Load a robot description file of any format that Roboyard reads; today these are URDF, also written as
-xacro, MJCF and SDF.
+xacro, MJCF, SDF and USD.
 
-A format is one entry of `FORMATS`: its root element and file suffixes, and the function that reads it, or the
-remedy to name where Roboyard does not read it. The content decides, not the suffix: a URDF called `robot.xml`
-loads.
+An XML format is one entry of `FORMATS`: its root element and the function that reads it, or the remedy to
+name where Roboyard does not read it. The content decides, not the ending: a URDF called `robot.xml` loads.
+USD alone is known by the ending of its files (`description.usd`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from roboyard.description.urdf.build import build_description
 from roboyard.description.urdf.build_context import MissingMeshes
 from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.xml import line_of, read_xml
-from roboyard.description.xacro.expand import read_robot_xml
+from roboyard.description.xacro.expand import USD_SUFFIXES, read_robot_xml
 from roboyard.errors import DescriptionError
 
 
@@ -56,9 +56,9 @@ class Format:
 
     name: str
     root: str | None
-    """Tag of the XML root element; None for a format that is not XML."""
+    """Tag of the XML root element; None for USD, which is known by the ending of its files."""
     suffixes: tuple[str, ...]
-    """File suffixes, in lower case; they only decide for formats that are not XML."""
+    """Usual endings of its files, in lower case."""
     read: Reader | None = None
     """None where Roboyard does not read the format yet."""
     remedy: str = ""
@@ -91,12 +91,7 @@ FORMATS: tuple[Format, ...] = (
         suffixes=(".xml", ".mjcf"),
         remedy="save it in a file",
     ),
-    Format(
-        name="USD",
-        root=None,
-        suffixes=(".usd", ".usda", ".usdc", ".usdz"),
-        remedy="export the robot as URDF",
-    ),
+    Format(name="USD", root=None, suffixes=USD_SUFFIXES),
 )
 
 
@@ -157,9 +152,6 @@ def _xml_source(source: Path | str | ET.ElementTree | ET.Element, options: LoadO
         root, notes = read_xml(source)
         return XmlSource(root=root, notes=notes)
     file = Path(source)
-    for each in FORMATS:
-        if each.root is None and file.suffix.lower() in each.suffixes:
-            raise DescriptionError(f"{each.name} is not read yet; {each.remedy}", file=file)
     resolver = Resolver.of_file(file, packages=options.packages, search_paths=options.search_paths)
     root, notes = read_robot_xml(file, resolver, options.xacro_args, expand=not options.words_are_zero)
     return XmlSource(root=root, file=file, notes=notes)

@@ -294,12 +294,32 @@ class Joint:
         return None if lower > upper else (lower, upper)
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LoopJoint:
+    """Joint that closes a loop of links, beside the tree: its frames in both links stay together."""
+
+    name: str
+    type: Literal["revolute", "spherical", "fixed"]
+    """A revolute one also keeps the axes of both frames parallel, a fixed one all of them."""
+    first: str
+    """Link."""
+    second: str
+    """Link."""
+    first_origin: Pose = Pose()
+    """Of the joint's frame in the first link's frame."""
+    second_origin: Pose = Pose()
+    """Of the joint's frame in the second link's frame."""
+    axis: Vector3 = (0.0, 0.0, 1.0)
+    """Unit, in the joint's frame; of a revolute joint."""
+    source: Source = Source()
+
+
 # --------------------------------------------------------------------------------------------- the robot
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotDescription:
-    """A tree of links and joints, in file order.
+    """A tree of links and joints, in file order, and the joints that close loops in it.
 
     `load_description` returns one; `dataclasses.replace` makes an edited copy.
     """
@@ -307,6 +327,8 @@ class RobotDescription:
     name: str
     links: tuple[Link, ...]
     joints: tuple[Joint, ...] = ()
+    loops: tuple[LoopJoint, ...] = ()
+    """Joints beside the tree, which close loops."""
     materials: tuple[Material, ...] = ()
     """The robot's global materials; visuals already hold theirs resolved."""
     extra: tuple[ET.Element, ...] = ()

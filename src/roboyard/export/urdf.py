@@ -22,9 +22,9 @@ from roboyard.description.model import Collision, Geometry, Link, Material, Mesh
 from roboyard.description.urdf.write import write_urdf
 from roboyard.export.export_result import ExportResult
 from roboyard.export.geometry import stem
-from roboyard.export.mesh_files import write_obj
 from roboyard.export.names import free_name, identifier
 from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh_files import write_obj
 
 if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel

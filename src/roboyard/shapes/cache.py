@@ -28,6 +28,11 @@ def cache_folder() -> Path:
     return Path(named).expanduser() if named else user_cache_path("roboyard", appauthor=False)
 
 
+def mesh_folder() -> Path:
+    """Return the folder of meshes that were extracted from other files; it may not exist yet."""
+    return cache_folder() / "meshes"
+
+
 def content_key(*parts: object) -> str:
     """Return a hash of arrays (type, shape and bytes) and of other values (their repr)."""
     digest = hashlib.blake2b(digest_size=20)

@@ -82,7 +82,7 @@ def xml_tolerated(urdf: UrdfElements) -> Faults:
     example='<sdf version="1.7"/>',
 )
 def format_refused(urdf: UrdfElements) -> Faults:
-    """A xacro, MJCF or SDF file cannot be turned into a robot description."""
+    """A xacro, MJCF, SDF or USD file cannot be turned into a robot description."""
     yield from _refusal(urdf, *_UNREADABLE, *_UNSAFE, *_SYNTAX, others=True)
 
 

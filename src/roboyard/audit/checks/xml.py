@@ -40,6 +40,9 @@ ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "limit": ("lower", "upper", "effort", "velocity"),
     "dynamics": ("damping", "friction"),
     "mimic": ("joint", "multiplier", "offset"),
+    "loop": ("name", "type"),
+    "predecessor": ("link",),
+    "successor": ("link",),
     **dict.fromkeys(CONTACT_TAGS, ("value",)),
 }
 """Attributes that Roboyard reads, by element."""
@@ -62,7 +65,7 @@ NUMBERS: dict[tuple[str, str], int] = {
 """How many numbers an attribute holds, by element and attribute."""
 
 CHILDREN: dict[str, tuple[str, ...]] = {
-    "robot": ("link", "joint", "material"),
+    "robot": ("link", "joint", "loop", "material"),
     "link": ("inertial", "visual", "collision", "contact"),
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
     "inertial": ("origin", "mass", "inertia"),
@@ -71,11 +74,14 @@ CHILDREN: dict[str, tuple[str, ...]] = {
     "contact": CONTACT_TAGS,
     "geometry": ("box", "sphere", "cylinder", "capsule", "plane", "mesh"),
     "material": ("color", "texture"),
+    "loop": ("predecessor", "successor", "axis"),
+    "predecessor": ("origin",),
+    "successor": ("origin",),
 }
 """Children that Roboyard reads, by element."""
 
 _SINGLE = {tag for tags in CHILDREN.values() for tag in tags}
-_SINGLE -= {"link", "joint", "visual", "collision", *CHILDREN["geometry"]}
+_SINGLE -= {"link", "joint", "loop", "visual", "collision", *CHILDREN["geometry"]}
 
 
 def read_elements(urdf: UrdfElements) -> Iterator[tuple[ET.Element, Location]]:

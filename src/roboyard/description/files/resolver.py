@@ -12,7 +12,8 @@ resolved before the check:
   home); a package of that name anywhere in the workspace of the description (see
   `roboyard.description.files.workspaces`);
 - what the caller gives: `packages`, `search_paths`; what the environment gives: `ROS_PACKAGE_PATH`,
-  `GAZEBO_MODEL_PATH`, `AMENT_PREFIX_PATH`; and packages anywhere below those.
+  `GAZEBO_MODEL_PATH`, `AMENT_PREFIX_PATH`; and packages anywhere below those;
+- meshes that Roboyard itself extracted from a USD stage into the user's cache folder.
 
 A file that is in none of these places is looked for in the description's own tree by the end of its path (see
 `roboyard.description.files.moved_files`), which finds the files of robots that were moved. Anything else
@@ -38,6 +39,7 @@ from roboyard.description.files.workspaces import (
     packages_below,
     workspace_sources,
 )
+from roboyard.shapes.cache import mesh_folder
 from roboyard.untrusted.files import check_file, is_inside
 
 MAX_LEVELS = 8
@@ -319,6 +321,7 @@ class Resolver:
     @cached_property
     def _trusted(self) -> tuple[Path, ...]:
         roots = [*(Path(os.path.abspath(folder)) for folder in (self.packages or {}).values()), *self._given]  # noqa: PTH100
+        roots.append(Path(os.path.abspath(mesh_folder())))  # noqa: PTH100 - meshes of stages, written by us
         if self._package is not None:
             roots.append(self._package)
         if self.real_base is not None:

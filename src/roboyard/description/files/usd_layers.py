@@ -6,6 +6,7 @@ payloads, of all variants) have to be where the description may read, as for mes
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -52,12 +53,18 @@ def check_layers(path: Path, resolver: Resolver | None = None) -> tuple[Path, ..
         try:
             layer = Sdf.Layer.FindOrOpen(str(file))
         except Tf.ErrorException as error:
-            lines = str(error).strip().splitlines() or [type(error).__name__]
-            raise DescriptionError(f"OpenUSD cannot read it: {lines[-1].strip()[:200]}", file=file) from None
+            raise DescriptionError(f"OpenUSD cannot read it: {reason_of(error)}", file=file) from None
         if layer is None:
             continue
         todo += _named_files(layer, file, path)
     return tuple(found)
+
+
+def reason_of(error: Exception) -> str:
+    """Return what an error of OpenUSD says, without the place in OpenUSD's own sources."""
+    text = " ".join(str(error).split())
+    said = re.split(r" at line \d+ in file \S+ : ", text)[-1].strip("' ")
+    return (said or text or type(error).__name__)[:300]
 
 
 def _named_files(layer: Any, file: Path, stage: Path) -> list[Path]:

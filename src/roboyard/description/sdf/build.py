@@ -33,8 +33,8 @@ from roboyard.description.sdf.frames import WORLD, Frame, Scope, link_of, pose_o
 from roboyard.description.sdf.joints import Ends, Motion, joint_elements, motions_of
 from roboyard.description.sdf.links import kept_elements, link_element
 from roboyard.description.sdf.models import ModelReader, SdfModel
-from roboyard.description.sdf.tree import SpanningTree, spanning_tree
 from roboyard.description.sdf.values import made, origin, pose_of, text_of
+from roboyard.description.spanning_tree import SpanningTree, spanning_tree
 from roboyard.description.urdf.xml import LocatedElement, OmittedNote, copy_tree, line_of
 from roboyard.errors import DescriptionError
 from roboyard.transforms import Array

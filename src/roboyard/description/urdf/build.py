@@ -10,10 +10,11 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 
-from roboyard.description.model import Joint, Link, Material, RobotDescription
+from roboyard.description.model import Joint, Link, LoopJoint, Material, RobotDescription
 from roboyard.description.urdf.build_context import BuildContext, MissingMeshes, unread_attributes
 from roboyard.description.urdf.build_joint import build_joint, drop_unusable_mimics
 from roboyard.description.urdf.build_link import build_link, build_material, resolve_materials
+from roboyard.description.urdf.build_loops import build_loop
 from roboyard.description.urdf.parse import UrdfElements
 from roboyard.description.urdf.problems import Problems
 from roboyard.description.urdf.tree_problems import report_tree_problems
@@ -74,6 +75,7 @@ def _build_robot(elements: UrdfElements, context: BuildContext) -> RobotDescript
         problems.note(root, "robot", f"<robot> has no name; called {name!r}")
     links: list[Link] = []
     joints: list[Joint] = []
+    loops: list[LoopJoint] = []
     materials: list[Material] = []
     extra: list[ET.Element] = []
     link_elements, joint_elements = iter(elements.links), iter(elements.joints)
@@ -89,6 +91,10 @@ def _build_robot(elements: UrdfElements, context: BuildContext) -> RobotDescript
             joints += [] if joint is None else [joint]
         elif element.tag == "material":
             materials.append(build_material(context.materials[element], problems))
+        elif element.tag == "loop":
+            loop = build_loop(element, elements.link_by_name, problems)
+            loops += [] if loop is None else [loop]
+            extra += [element] if loop is None else []
         elif isinstance(element.tag, str):
             extra.append(element)
     if not elements.links:
@@ -103,6 +109,7 @@ def _build_robot(elements: UrdfElements, context: BuildContext) -> RobotDescript
         name=name,
         links=tuple(links),
         joints=tuple(joints),
+        loops=tuple(loops),
         materials=tuple(materials),
         extra=tuple(extra),
         attributes=unread_attributes(root, "name"),

@@ -89,7 +89,7 @@ def _children(element: ET.Element, tag: str) -> list[ET.Element]:
     return [] if child is None else list(child)
 
 
-def _pose(parent: ET.Element, numbers: NumberParser) -> Pose:
+def origin_of(parent: ET.Element, numbers: NumberParser) -> Pose:
     """The `<origin>` of an element; the identity where there is none."""
     element = parent.find("origin")
     if element is None:
@@ -137,7 +137,7 @@ def _inertial(element: ET.Element, numbers: NumberParser) -> InertialElement:
     return InertialElement(
         element=element,
         mass=numbers.number(element.find("mass"), "value"),
-        pose=_pose(element, numbers),
+        pose=origin_of(element, numbers),
         inertia=inertia,
         moments=tuple(numbers.number(inertia, key) for key in INERTIA_KEYS),
     )
@@ -162,7 +162,7 @@ def _shape(element: ET.Element, link: str, parser: _Parser) -> ShapeElement:
         kind=element.tag,
         link=link,
         geometry=geometry,
-        pose=_pose(element, numbers),
+        pose=origin_of(element, numbers),
         sizes=sizes,
         normal=normal,
         mesh=mesh,
@@ -219,7 +219,7 @@ def _joint(element: ET.Element, numbers: NumberParser) -> JointElement:
         type=plain_type(element.get("type") or ""),
         parent="" if parent is None else parent.get("link") or "",
         child=child_name,
-        pose=_pose(element, numbers),
+        pose=origin_of(element, numbers),
         axis=numbers.vector(element.find("axis"), "xyz", 3),
         limit=limit,
         lower=numbers.number(limit, "lower"),

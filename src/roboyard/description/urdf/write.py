@@ -26,6 +26,7 @@ from roboyard.description.model import (
     Joint,
     Limit,
     Link,
+    LoopJoint,
     Material,
     Mesh,
     Mimic,
@@ -61,6 +62,7 @@ def to_element(description: RobotDescription) -> ET.Element:
     root.extend([_material(material) for material in description.materials])
     root.extend([_link(link) for link in description.links])
     root.extend([_joint(joint) for joint in description.joints])
+    root.extend([_loop(loop) for loop in description.loops])
     root.extend([copy.deepcopy(element) for element in description.extra])
     return root
 
@@ -202,6 +204,17 @@ def _joint(joint: Joint) -> ET.Element:
     if joint.mimic is not None:
         element.append(mimic_element(joint.mimic))
     return _merge(element, joint.extra)
+
+
+def _loop(loop: LoopJoint) -> ET.Element:
+    """A `<loop>`, as extensions of URDF for loops of links write it."""
+    element = ET.Element("loop", {"name": loop.name, "type": loop.type})
+    ends = (("predecessor", loop.first, loop.first_origin), ("successor", loop.second, loop.second_origin))
+    for tag, link, pose in ends:
+        ET.SubElement(element, tag, link=link).extend(_origin(pose))
+    if loop.type == "revolute":
+        ET.SubElement(element, "axis", xyz=_text(loop.axis))
+    return element
 
 
 def _limit(limit: Limit) -> ET.Element:

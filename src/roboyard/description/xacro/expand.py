@@ -20,6 +20,7 @@ from roboyard.description.urdf.xml import LocatedElement, read_xml
 from roboyard.errors import DescriptionError
 
 SUFFIX = ".xacro"
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 _TIMEOUT = 60.0
 """Wall time of the child process (s); its CPU time has a bound of its own."""
 _OWN = {"arg", "attribute", "call", "element", "if", "include", "insert_block", "macro", "property", "unless"}
@@ -50,15 +51,17 @@ def read_robot_xml(
     """Return the root element of a robot file as URDF, xacro expanded, and notes on each correction.
 
     Args:
-        file: a URDF, xacro, MJCF or SDF file, or another XML file.
+        file: a URDF, xacro, MJCF, SDF or USD file, or another XML file.
         resolver: finds the files that the robot may read.
         arguments: values of `<xacro:arg>` by name.
-        expand: whether MJCF, SDF, and xacro elements in files with another suffix than `.xacro`, are
+        expand: whether MJCF, SDF, USD, and xacro elements in files with another suffix than `.xacro`, are
             expanded too.
 
     Raises:
         DescriptionError: the file cannot be read or expanded, or there are arguments and it is no xacro.
     """
+    if file.suffix.lower() in USD_SUFFIXES and expand:
+        return _from_usd(file, resolver)
     if not is_xacro(file):
         root, notes = read_xml(file)
         if root.tag == "mujoco" and expand:
@@ -80,6 +83,14 @@ def _from_mjcf(file: Path) -> tuple[ET.Element, tuple[str, ...]]:
     from roboyard.description.mjcf.build import read_mjcf  # loads MuJoCo
 
     description = read_mjcf(file)
+    return to_element(description), description.notes
+
+
+def _from_usd(file: Path, resolver: Resolver) -> tuple[ET.Element, tuple[str, ...]]:
+    """Return the robot of a USD stage as URDF elements, and notes on what they do not hold."""
+    from roboyard.description.usd.build import read_stage  # loads OpenUSD
+
+    description = read_stage(file, resolver)
     return to_element(description), description.notes
 
 

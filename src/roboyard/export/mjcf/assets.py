@@ -11,10 +11,10 @@ import numpy as np
 
 from roboyard.description.model import RGBA
 from roboyard.export.images import ImageCache, write_png
-from roboyard.export.mesh_files import STL_MAX_FACES, write_obj, write_stl
 from roboyard.export.mjcf.xml import add
 from roboyard.export.names import free_name, identifier
 from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh_files import STL_MAX_FACES, write_obj, write_stl
 
 MESHES, TEXTURES = "meshes", "textures"
 MIN_VERTICES = 4

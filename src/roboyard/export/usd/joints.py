@@ -43,6 +43,10 @@ def add_joints(stage: Any, robot: RobotModel, paths: Paths, notes: list[str]) ->
                 _mimic(prim, joint, robot, paths, notes)
         if joint.damping:
             prim.SetCustomDataByKey("urdf_damping", joint.damping)
+        for key in ("effort", "velocity"):  # drives state them only where there is one
+            value = getattr(joint.limit, key, None)
+            if value is not None:
+                prim.SetCustomDataByKey(f"urdf_{key}", value)
 
 
 def _define(stage: Any, joint: Joint, path: str) -> Any:

@@ -42,6 +42,8 @@ def add_links(
         apply_by_name(prim, "PhysxRigidBodyAPI")
         mass = masses[name] or trace
         _write_mass(prim, mass)
+        if link.inertial is None:
+            prim.SetCustomDataByKey("urdf_massless", True)
         if mass is not trace and mass.note:
             notes.append(f'link "{name}": {mass.note}; changed to what a body can have')
         _add_visuals(stage, link, paths, masters, looks, notes)

@@ -17,12 +17,12 @@ import numpy as np
 
 from roboyard.description.model import Box, Capsule, Collision, Cylinder, Link, Mesh, Plane, Sphere, Visual
 from roboyard.description.robot_model import RobotModel
-from roboyard.export.mesh_files import write_obj
 from roboyard.importer.context import ImportContext
 from roboyard.shapes.convex.batch import decompose_many
 from roboyard.shapes.convex.decomposition import Decomposition
 from roboyard.shapes.load import load_mesh, scaled
 from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh_files import write_obj
 from roboyard.transforms import Array
 
 Method = Literal["none", "keep", "coacd", "convex"]

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from roboyard.description.model import Geometry, Mesh
 from roboyard.description.robot_model import RobotModel
-from roboyard.export.mesh_files import write_obj
 from roboyard.importer.context import ImportContext
 from roboyard.shapes.load import load_mesh, scaled
+from roboyard.shapes.mesh_files import write_obj
 
 
 def mirror_meshes(robot: RobotModel, context: ImportContext) -> RobotModel:

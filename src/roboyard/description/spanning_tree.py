@@ -1,6 +1,7 @@
-"""A tree of links from the graph that SDF's joints make: some are turned round, loops stay open.
+"""A tree of links from the graph that joints of SDF or USD make: some are turned round, loops stay open.
 
-SDF joins any two links: a link may have two parents, and a robot may be fixed to the world anywhere.
+There any two links may be joined: a link may have two parents, and a robot may be fixed to the world
+anywhere.
 """
 
 from __future__ import annotations

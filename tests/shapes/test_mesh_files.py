@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from roboyard.export.mesh_files import write_obj, write_stl
 from roboyard.shapes import primitives
 from roboyard.shapes.load import load_mesh
 from roboyard.shapes.mesh import TriangleMesh
+from roboyard.shapes.mesh_files import write_obj, write_stl
 
 
 def test_stl_holds_the_same_solid(tmp_path: Path) -> None:

@@ -1,0 +1,1 @@
+"""USD stages as robot descriptions."""
