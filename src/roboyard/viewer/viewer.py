@@ -13,6 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.sim.queries.default_view import fitted_points
+from roboyard.viewer.bar.bar import Bar, Controls
+from roboyard.viewer.bar.contact_forces import ForceArrows, force_arrows
+from roboyard.viewer.bar.step_gate import StepGate
 from roboyard.viewer.notebook import frame_html
 from roboyard.viewer.page.first_view import FirstView
 from roboyard.viewer.page.last_used import LastUsed
@@ -20,11 +23,12 @@ from roboyard.viewer.page.light import set_light
 from roboyard.viewer.page.server import DEFAULT_PORT, open_server, stop_server
 from roboyard.viewer.scene.drawings import Drawing, Drawings
 from roboyard.viewer.scene.scene_nodes import SceneNodes
-from roboyard.viewer.scene.snapshot import Links, PoseSender, Snapshot, gather_links, take
+from roboyard.viewer.scene.snapshot import Links, PoseSender, Snapshot, corners_of, gather_links, take
 
 if TYPE_CHECKING:
     from roboyard.sim import World
     from roboyard.sim.link import Link
+    from roboyard.sim.world_state import WorldState
 
 log = logging.getLogger(__name__)
 
@@ -88,6 +92,7 @@ class Viewer:
         self._links = Links(paths={}, rows={}, by_owner={})
         self._revision = -1
         self._is_fit_due = False
+        self._start: WorldState | None = None
         self._latest: Snapshot | None = None
         self._published: Snapshot | None = None
         self._pose_sender = PoseSender()
@@ -103,6 +108,11 @@ class Viewer:
         """Aims the camera of each page when it opens."""
         self.last_used = LastUsed(self.server)
         """Which page was used last."""
+        self.gate = StepGate(lambda: self.watchers > 0, self._on_gate)
+        """Pauses, slows and single-steps the thread that steps the world, as the bar of the page asks."""
+        self.bar = Bar(self.server, title, self._controls(), speed=None)
+        """Bar of the page, with play, step, reset, speed, views, contact forces, pictures and films."""
+        self._arrows = ForceArrows(self.server.scene)
         self.sync(wait=True)
         if follow_steps:
             world.after_step.append(self._after_step)
@@ -187,6 +197,7 @@ class Viewer:
         if self._closing.is_set():
             return
         self._closing.set()
+        self.gate.close()
         self._unfollow()
         self._wake.set()
         self._thread.join(timeout=2.0)
@@ -204,6 +215,13 @@ class Viewer:
     def _after_step(self) -> None:
         if self.watchers or self.world.revision != self._revision:
             self._take()
+        self.gate.wait(self.world.time)
+
+    def _reset(self) -> None:
+        """Restore the state after which bodies were last added or removed."""
+        if self._start is not None:
+            self.world.restore_state(self._start)
+            self._take()
 
     def _take(self) -> None:
         world = self.world
@@ -212,10 +230,12 @@ class Viewer:
             self._links = gather_links(world)
             self._is_fit_due = self._revision >= 0
             self._revision = world.revision
+            self._start = world.save_state() if self._follow_steps else None
         if self._is_fit_due and self.watchers:
             self._is_fit_due = False
             self.first_view.refit()
-        self._latest = take(world, model, self._links)
+        forces = force_arrows(world, self._links) if self.bar.shows_forces else None
+        self._latest = take(world, model, self._links, forces=forces)
 
     # ------------------------------------------------------------------------------- in the server's threads
 
@@ -234,6 +254,28 @@ class Viewer:
         with self._counting:
             self.watchers -= 1
 
+    def _controls(self) -> Controls:
+        """Return controls for a world that is stepped elsewhere."""
+        gate = self.gate
+        return Controls(
+            play=gate.play,
+            step=gate.step,
+            reset=lambda: gate.do(self._reset),
+            set_speed=gate.set_speed,
+            home=self.go_home,
+            refresh=lambda: gate.do(self._take),
+        )
+
+    def _on_gate(self, gate: StepGate) -> None:
+        self.bar.show(playing=gate.playing, speed=gate.speed)
+
+    def go_home(self, client: Any) -> None:
+        """Move the camera of one page (a `viser.ClientHandle`) so that it shows all bodies as they are."""
+        with self._publishing:
+            snapshot, poses = self._published, self._poses
+            points = None if snapshot is None or poses is None else corners_of(snapshot, *poses)
+        self.first_view.home(client, points)
+
     # ----------------------------------------------------------------------------- in the viewer's own thread
 
     def _publish_forever(self) -> None:
@@ -247,6 +289,8 @@ class Viewer:
                 for call in tuple(self.before_frame):
                     call()
                 self._publish()
+                if self._latest is not None:
+                    self.bar.show_time(self._latest.time)
             except Exception:
                 if self._closing.is_set():
                     return
@@ -264,5 +308,6 @@ class Viewer:
                     self._poses = self._pose_sender.poses(snapshot.model, snapshot.qpos)
                     self.nodes.move(*self._poses)
                 self.drawings.show(drawing, snapshot.links.by_owner, *self._poses)
+                self._arrows.show(snapshot.forces)
             self._published, self._drawn = snapshot, drawing
             self.frames_sent += 1

@@ -55,6 +55,8 @@ class WindowClient(SharedClient):
 
     def close(self) -> None:
         """Close the page, the log files and the world."""
+        if self.window is not None:
+            self.window.gate.close()
         self._clock.close()
         if self.window is not None:
             self.window.close()
@@ -87,8 +89,12 @@ _AFTERWARDS: dict[str, Callable[[Window, Any], None]] = {
 def _in_turn(
     function: Callable[..., Any], afterwards: Callable[[Window, Any], None] | None
 ) -> Callable[..., Any]:
+    is_step = function.__name__ == "stepSimulation"
+
     @wraps(function)
     def call(client: WindowClient, *args: Any, **options: Any) -> Any:
+        if is_step and client.window is not None:
+            client.window.before_step()
         with client.lock:
             client.depth += 1
             try:

@@ -62,6 +62,7 @@ class Switches:
         if self._has_changed(c.COV_ENABLE_GUI, is_on(camera, c.COV_ENABLE_GUI)):
             panel = viewer.server.gui.main_panel
             (panel.expand if is_on(camera, c.COV_ENABLE_GUI) else panel.minimize)()
+            viewer.bar.show(visible=is_on(camera, c.COV_ENABLE_GUI))
         if self._has_changed(c.COV_ENABLE_SHADOWS, is_on(camera, c.COV_ENABLE_SHADOWS)):
             viewer.light.set_shadows(is_on(camera, c.COV_ENABLE_SHADOWS))
         if self._has_changed(c.COV_ENABLE_WIREFRAME, is_on(camera, c.COV_ENABLE_WIREFRAME)):

@@ -16,6 +16,7 @@ from roboyard.pybullet.window.previews import Previews
 from roboyard.pybullet.window.sliders import Sliders
 from roboyard.pybullet.window.switches import DEFAULTS, SHORTCUTS, Switches, is_on
 from roboyard.viewer import Viewer
+from roboyard.viewer.bar.bar import Controls
 from roboyard.viewer.page.browser import open_page
 from roboyard.viewer.page.keys import KeyEvent, Keys
 from roboyard.viewer.page.pointer import Pointer, PointerEvent
@@ -66,6 +67,18 @@ class Window:
         self._keys.subscribe(self._on_key)
         self._pointer = Pointer(server, self._on_mouse)
         server.on_client_disconnect(self._on_disconnect)
+        self.gate = self._viewer.gate
+        """Holds stepSimulation while the page is paused."""
+        self._start: tuple[Any, int, Any] | None = None
+        """World, its revision, and the state to which Reset returns."""
+        self._viewer.bar.controls = Controls(
+            play=self.gate.play,
+            step=self.gate.step,
+            reset=lambda: self.gate.do(self._reset),
+            set_speed=self.gate.set_speed,
+            home=self._viewer.go_home,
+            refresh=self._refresh,
+        )
         self._items_revision = -1
         self._stale_since: float | None = None
         self._compile_delay = COMPILE_DELAY
@@ -77,6 +90,37 @@ class Window:
     def close(self) -> None:
         """Close the page."""
         self._viewer.close()
+
+    def before_step(self) -> None:
+        """Wait while the page is paused or the script is ahead of the chosen speed.
+
+        Call it without the lock.
+        """
+        if self._viewer.watchers:
+            self._keep_start()
+        self.gate.wait(self._client.scene.world.time)
+
+    def _keep_start(self) -> None:
+        """Save the state to which Reset returns: the one in which bodies were last added or removed."""
+        with self._client.lock:
+            world, start = self._client.scene.world, self._start
+            if world.is_stale or (start is not None and start[0] is world and start[1] == world.revision):
+                return
+            self._start = world, world.revision, world.save_state()
+
+    def _reset(self) -> None:
+        with self._client.lock:
+            scene, start = self._client.scene, self._start
+            if start is None or start[0] is not scene.world or start[1] != scene.world.revision:
+                return
+            scene.world.restore_state(start[2])
+            for record in scene.bodies.values():
+                record.fixed_pose = None
+            scene.mark_moved()
+            self._client.is_changed = True
+
+    def _refresh(self) -> None:
+        self._client.is_changed = True
 
     # ----------------------------------------------------------------- under the client's lock, in any thread
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,10 +29,11 @@ MIN_HEIGHT = 0.5
 """Robots that are lower count as this high (m)."""
 
 
-def look_from_behind(viewer: Viewer, robot: Robot) -> None:
+def look_from_behind(viewer: Viewer, robot: Robot, client: Any = None) -> None:
     """Place the cameras of all pages behind and above the robot; pages opened later start there too.
 
-    Pages that are narrower than high look from farther away, so that the robot is as wide as they are.
+    Pages that are narrower than high look from farther away, so that the robot is as wide as they are. With
+    a `viser.ClientHandle` only the camera of that page moves.
     """
     eye, target = clear_viewpoint(robot)
     radius = 0.5 * float(np.linalg.norm(np.ptp(robot.body.bounds, axis=0)))
@@ -42,7 +43,7 @@ def look_from_behind(viewer: Viewer, robot: Robot) -> None:
         needed = radius / (math.tan(0.5 * FOVY) * min(aspect, 1.0) * FILL)
         return target + max(needed / distance, 1.0) * (eye - target), target
 
-    viewer.first_view.aim_with(view_of)
+    viewer.first_view.aim_with(view_of, client)
 
 
 def clear_viewpoint(robot: Robot) -> tuple[Array, Array]:

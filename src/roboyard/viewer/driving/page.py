@@ -64,13 +64,19 @@ class DrivingPage(DrivingSession):
         self.requests.execute_all()
         tapped = self._pressed_keys()
         if self.is_playing:
-            self._behind = min(self._behind + elapsed, max(LONGEST_CATCH_UP, 1.0 / self.robot.control_freq))
+            most = max(LONGEST_CATCH_UP, 1.0 / self.robot.control_freq)
+            self._behind = min(
+                self._behind + (most if self.time_speed is None else self.time_speed * elapsed), most
+            )
             period = self.robot.steps_per_control * self.world.timestep
             while self._behind >= period and self.is_playing and not self._is_done():
                 self._behind -= period
                 if not self.requests.execute(lambda tapped=tapped: self._act(tapped)):
                     self.play(False)
                 tapped = ()
+        while self._single_steps and not self.is_playing:
+            self._single_steps -= 1
+            self.requests.execute(lambda: self._act(tapped))
         now = perf_counter()
         if now - self._last_update > UPDATE_PERIOD:
             self._last_update = now

@@ -29,8 +29,6 @@ class DrivingPanel:
         self._session, self._gui = session, gui
         self._of_robot: list[Any] = []
         self.status = gui.add_markdown("")
-        self.play_button = gui.add_button("Pause", color="orange")
-        self.reset_button = gui.add_button("Reset", hint="restore the initial state (key r)")
         self.follow_box = gui.add_checkbox("camera follows the robot", True)
         self.handles_box = gui.add_checkbox(
             "end effector handles", True, hint="drag a handle; the arm moves its end effector there"
@@ -56,8 +54,6 @@ class DrivingPanel:
         with tabs.add_tab("Moments"):
             self._add_moments(gui)
         do = session.requests.do
-        self.play_button.on_click(lambda _: do(lambda: session.play(not session.is_playing)))
-        self.reset_button.on_click(lambda _: do(session.reset))
         self.follow_box.on_update(lambda event: do(lambda on=event.target.value: session.set_follow(on)))
         self.handles_box.on_update(
             lambda event: do(lambda on=event.target.value: session.ik_handles.show(on))
@@ -149,11 +145,6 @@ class DrivingPanel:
                 session.requests.do(lambda: session.set_controllers(chosen))
 
         return choice
-
-    def show_playing(self, playing: bool) -> None:
-        """Label the play button by its action."""
-        self.play_button.label = "Pause" if playing else "Play"
-        self.play_button.color = "orange" if playing else "green"
 
     def show_recording(self, path: Path | None) -> None:
         """Show which video is being recorded; None: none."""

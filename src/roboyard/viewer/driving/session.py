@@ -13,6 +13,7 @@ import numpy as np
 from roboyard.recording import Recorder, SceneSetup, set_up
 from roboyard.recording.state_log import StateLog
 from roboyard.rendering import Camera
+from roboyard.viewer.bar.bar import Controls
 from roboyard.viewer.driving.action_source import KEY_NAMES, ActionSource
 from roboyard.viewer.driving.aim import look_from_behind
 from roboyard.viewer.driving.ik_handles import IkHandles
@@ -43,10 +44,6 @@ class SessionPanel(Protocol):
 
     def show_robot(self) -> None:
         """Show the buttons and choices of the session's robot."""
-        ...
-
-    def show_playing(self, playing: bool) -> None:
-        """Show whether the simulation runs."""
         ...
 
     def show_recording(self, path: Path | None) -> None:
@@ -111,8 +108,21 @@ class DrivingSession:
         self.is_playing = True
         self._speed: float | None = None
         self._behind = 0.0
+        self._single_steps = 0
+        """Control periods that `tick` simulates while paused."""
         self._error_until = 0.0
         self._pace = [(perf_counter(), self.world.time)]
+        self.time_speed: float | None = 1.0
+        """Simulated seconds per second; None: as fast as possible."""
+        self.viewer.bar.controls = Controls(
+            play=lambda playing: self.requests.do(lambda: self.play(playing)),
+            step=lambda: self.requests.do(self.step_once),
+            reset=lambda: self.requests.do(self.reset),
+            set_speed=lambda speed: self.requests.do(lambda: self.set_time_speed(speed)),
+            home=lambda client: self.requests.do(lambda: look_from_behind(self.viewer, self.robot, client)),
+            refresh=lambda: self.requests.do(self.viewer.sync),
+        )
+        self.viewer.bar.show(speed=self.time_speed)
 
     @property
     def world(self) -> World:
@@ -182,8 +192,19 @@ class DrivingSession:
     def play(self, playing: bool) -> None:
         """Run or pause the simulation."""
         self.is_playing, self._behind = playing, 0.0
-        self._panel.show_playing(playing)
+        self.viewer.bar.show(playing=playing)
         self.show_status()
+
+    def set_time_speed(self, speed: float | None) -> None:
+        """Set simulated seconds per second; None: as fast as possible."""
+        self.time_speed, self._behind = speed, 0.0
+        self.viewer.bar.show(speed=speed)
+
+    def step_once(self) -> None:
+        """Pause, and let `tick` simulate one control period."""
+        if self.is_playing:
+            self.play(False)
+        self._single_steps += 1
 
     def reset(self) -> None:
         """Restore the initial state."""

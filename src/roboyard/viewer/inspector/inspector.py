@@ -12,6 +12,7 @@ import numpy as np
 from roboyard.errors import RoboyardError
 from roboyard.sim import World
 from roboyard.sim.body import Body
+from roboyard.viewer.bar.bar import Controls
 from roboyard.viewer.inspector.panels.all_panels import Panels
 from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
@@ -72,6 +73,8 @@ class Inspector:
         self._last_status = 0.0
         self._stopped = False
         self.is_playing = False
+        self.speed: float | None = 1.0
+        """Simulated seconds per second; None: as fast as possible."""
         self.world = World()
         self.world.add_plane()
         self._spawn(read_robot(source, self._packages, self._xacro_args))
@@ -126,15 +129,18 @@ class Inspector:
 
     def _add_time(self, gui: Any) -> None:
         self._status = gui.add_markdown("")
-        with gui.add_folder("Time"):
-            self.play_button = gui.add_button("Play", color="green")
-            self.step_button = gui.add_button("Step", hint="simulate one time step")
-            self.reset_button = gui.add_button("Reset", hint="restore the initial state")
+        with gui.add_folder("Simulation"):
             self.gravity_box = gui.add_checkbox("gravity", True)
             self.hold_box = gui.add_checkbox("drives hold the joints", True)
-        self.play_button.on_click(lambda _: self.do(lambda: self.play(not self.is_playing)))
-        self.step_button.on_click(lambda _: self.do(self.step_once))
-        self.reset_button.on_click(lambda _: self.do(self.reset))
+        self.viewer.bar.controls = Controls(
+            play=lambda playing: self.do(lambda: self.play(playing)),
+            step=lambda: self.do(self.step_once),
+            reset=lambda: self.do(self.reset),
+            set_speed=lambda speed: self.do(lambda: self.set_speed(speed)),
+            home=self.viewer.go_home,
+            refresh=lambda: self.do(self.viewer.sync),
+        )
+        self.viewer.bar.show(playing=False, speed=self.speed)
         self.gravity_box.on_update(lambda event: self.do(lambda on=event.target.value: self.set_gravity(on)))
         self.hold_box.on_update(lambda event: self.do(lambda on=event.target.value: self.joints.hold(on)))
 
@@ -178,9 +184,13 @@ class Inspector:
         self.is_playing = playing
         self._behind = 0.0
         self.joints.play(playing)
-        self.play_button.label = "Pause" if playing else "Play"
-        self.play_button.color = "orange" if playing else "green"
+        self.viewer.bar.show(playing=playing)
         self._show_status()
+
+    def set_speed(self, speed: float | None) -> None:
+        """Set simulated seconds per second; None: as fast as possible."""
+        self.speed, self._behind = speed, 0.0
+        self.viewer.bar.show(speed=speed)
 
     def step_once(self) -> None:
         """Pause and simulate one time step."""
@@ -248,7 +258,8 @@ class Inspector:
         if self._requests.execute_all():
             self._after_motion()
         if self.is_playing:
-            self._behind = min(self._behind + elapsed, LONGEST_CATCH_UP)
+            passed = LONGEST_CATCH_UP if self.speed is None else self.speed * elapsed
+            self._behind = min(self._behind + passed, LONGEST_CATCH_UP)
             steps = int(self._behind / self.world.timestep)
             if steps:
                 self._behind -= steps * self.world.timestep

@@ -25,6 +25,10 @@ _SCRIPT = """
     waiting = null;
   };
   const send = message => {
+    const canvas = page.canvas;
+    // the size in which the mouse counts, which differs from the resolution of the picture
+    if (message.type === "ViewerCameraMessage" && canvas?.clientWidth)
+      message = {...message, image_width: canvas.clientWidth, image_height: canvas.clientHeight};
     if (!message.type.startsWith("Gui")) return raw(message);
     // viser starts its pause right after this call; it ends at once, and the limit below replaces it
     isArmed = true;
@@ -46,7 +50,11 @@ _SCRIPT = """
   window.setTimeout = timeout;
   window.__roboyardSend = message => raw?.(message);
   Object.defineProperty(page, "sendMessage", {
-    configurable: true, enumerable: true, get: () => raw && send, set: value => { raw = value; },
+    configurable: true, enumerable: true, get: () => raw && send, set: value => {
+      raw = value;
+      // without a connection viser sets a function that only logs this
+      window.__roboyardClosed?.(/is not connected/.test(String(value)));
+    },
   });
   return () => {
     flush();

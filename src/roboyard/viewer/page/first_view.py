@@ -65,10 +65,34 @@ class FirstView:
         self._is_fitted = True
         self._aim_all(self._fitted)
 
-    def aim_with(self, view_of: ViewOf) -> None:
-        """Aim all pages, and those opened later, with another function of the page's shape."""
+    def aim_with(self, view_of: ViewOf, client: Any = None) -> None:
+        """Aim all pages, and those opened later, with another function of the page's shape.
+
+        With a `viser.ClientHandle` only that page moves now.
+        """
         self._is_fitted = False
-        self._aim_all(view_of)
+        if client is None:
+            self._aim_all(view_of)
+        else:
+            self._view_of = view_of
+            self.home(client)
+
+    def home(self, client: Any, points: Array | None = None) -> None:
+        """Move the camera of one page back to the first view, also where the cameras were left to others.
+
+        Args:
+            client: the page's `viser.ClientHandle`.
+            points: (n, 3) points in the world frame (m) to fit, where the first view fits points; by default
+                those of the last fit.
+        """
+        if points is not None and len(points) and self._is_fitted:
+            self._points = points
+        aspect = _aspect(client) or ASPECT
+        eye, target = self.viewpoint(aspect)
+        with client.atomic():
+            client.camera.up_direction = (0.0, 0.0, 1.0)
+            client.camera.position, client.camera.look_at = eye, target
+        self._aimed[client.client_id] = eye, target, aspect
 
     def _aim_all(self, view_of: ViewOf) -> None:
         if self._released:

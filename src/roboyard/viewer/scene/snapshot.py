@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.rendering.scene import RenderShape
+from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.sim import World
@@ -47,20 +49,52 @@ class Snapshot:
     """All links of the world."""
     time: float
     """Simulated time (s)."""
+    forces: Array | None = None
+    """(k, 2, 3) start and end of the arrows of contact forces, world frame (m); None: they are not shown."""
 
     def latest_qpos(self) -> Array:
         """Return a copy of the current (nq,) joint positions; during a step it may be partly updated."""
         return self.data.qpos.copy()
 
 
-def take(world: World, model: Any, links: Links) -> Snapshot:
+def take(world: World, model: Any, links: Links, *, forces: Array | None = None) -> Snapshot:
     """Return the current state of a world; call it from the simulation thread.
 
-    `model` is `world.model` and `links` were collected from it.
+    `model` is `world.model` and `links` were collected from it; `forces` are arrows to draw.
     """
     shapes = tuple(world.render_scene().shapes)
     data = world.data
-    return Snapshot(model=model, data=data, qpos=data.qpos.copy(), shapes=shapes, links=links, time=data.time)
+    return Snapshot(
+        model=model,
+        data=data,
+        qpos=data.qpos.copy(),
+        shapes=shapes,
+        links=links,
+        time=data.time,
+        forces=forces,
+    )
+
+
+def corners_of(snapshot: Snapshot, positions: Array, quaternions: Array) -> Array:
+    """Return (n, 3) corners of boxes around all finite shapes, in the world frame (m).
+
+    Args:
+        snapshot: the shapes.
+        positions: (nbody, 3) positions of all bodies (m).
+        quaternions: (nbody, 4) their orientations w, x, y, z.
+    """
+    found = []
+    for shape in snapshot.shapes:
+        row = snapshot.links.by_owner.get(shape.owner)
+        if row is None or shape.infinite or not len(shape.mesh.vertices):
+            continue
+        scaled = shape.mesh.vertices * np.asarray(shape.scale)
+        box = np.stack([scaled.min(axis=0), scaled.max(axis=0)])
+        corners = np.array(list(itertools.product(*box.T)))
+        local = corners @ np.asarray(shape.rotation, dtype=float).T + np.asarray(shape.position, dtype=float)
+        w, x, y, z = quaternions[row].tolist()
+        found.append(local @ matrix_from_quaternion((x, y, z, w)).T + positions[row])
+    return np.concatenate(found) if found else np.zeros((0, 3))
 
 
 def gather_links(world: World) -> Links:

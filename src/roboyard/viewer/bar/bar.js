@@ -1,0 +1,182 @@
+// Buttons over the scene, the name and icon of the tab, and a note about a stopped server. The body of a
+// function with `say` and `listen` (see PageScript); SPEEDS, VIEWS and ICON are filled in.
+  const bar = document.createElement("div"), note = document.createElement("div");
+  const style = document.createElement("style");
+  style.textContent = `
+    .roboyard-bar { position: fixed; top: 8px; z-index: 1000; display: flex; flex-wrap: wrap; gap: 2px 4px;
+      align-items: center; justify-content: center; padding: 3px 6px; border-radius: 8px;
+      font: 13px/1.3 system-ui, sans-serif; transform: translateX(-50%); box-sizing: border-box;
+      color: var(--mantine-color-text, #222); background: var(--mantine-color-body, #fff);
+      border: 1px solid var(--mantine-color-default-border, #ccc); box-shadow: 0 1px 6px rgba(0,0,0,.2); }
+    .roboyard-bar button, .roboyard-bar select { height: 28px; min-width: 28px; border: 1px solid transparent;
+      border-radius: 5px; background: transparent; color: inherit; font: inherit; padding: 0 5px; cursor: pointer; }
+    .roboyard-bar select { background: var(--mantine-color-body, #fff); }
+    .roboyard-bar button:hover, .roboyard-bar select:hover { border-color: #2660a4; }
+    .roboyard-bar :focus-visible { outline: 2px solid #2660a4; outline-offset: 1px; }
+    .roboyard-bar button[aria-pressed=true] { background: #2660a4; color: #fff; }
+    .roboyard-bar svg { width: 16px; height: 16px; display: block; margin: auto; fill: currentColor; }
+    .roboyard-bar output { font-variant-numeric: tabular-nums; white-space: nowrap; padding: 0 4px;
+      width: 150px; text-align: center; }
+    .roboyard-note { position: fixed; top: 40%; left: 50%; transform: translate(-50%, -50%); z-index: 1001;
+      max-width: 90vw; padding: 14px 18px; border-radius: 8px; font: 15px/1.4 system-ui, sans-serif;
+      background: #7a1f1f; color: #fff; box-shadow: 0 2px 12px rgba(0,0,0,.4); }
+    .roboyard-note[hidden], .roboyard-bar[hidden], .roboyard-bar [hidden] { display: none; }`;
+  document.head.appendChild(style);
+  bar.className = "roboyard-bar";
+  bar.setAttribute("role", "toolbar");
+  bar.setAttribute("aria-label", "Simulation");
+  note.className = "roboyard-note";
+  note.setAttribute("role", "alert");
+  note.hidden = true;
+  document.body.append(bar, note);
+
+  const ICONS = {
+    play: "M4 2l10 6-10 6z", pause: "M3 2h4v12H3zM9 2h4v12H9z", step: "M3 2l7 6-7 6zM11 2h2v12h-2z",
+    reset: "M8 3a5 5 0 1 1-4.6 3l1.8.8A3 3 0 1 0 8 5v2.5L4 4l4-3.5z",
+    forces: "M2 14h12v-2H2zM7 11h2V5h3L8 0 4 5h3z",
+    picture: "M5.5 2h5l1 2H15v10H1V4h3.500zM8 6a3 3 0 1 0 0 6 3 3 0 0 0 0-6z", film: "M8 3a5 5 0 1 0 0 10A5 5 0 0 0 8 3z",
+    stop: "M3 3h10v10H3z",
+  };
+  const icon = (button, name) => { button.innerHTML = `<svg viewBox="0 0 16 16" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`; };
+  const name = (element, text) => { element.setAttribute("aria-label", text); element.title = text; };
+  const button = (kind, text, act) => {
+    const b = document.createElement("button");
+    b.type = "button"; b.dataset.bar = kind;
+    icon(b, kind); name(b, text);
+    b.addEventListener("click", e => { act(b); if (e.detail > 0) b.blur(); });
+    bar.appendChild(b);
+    return b;
+  };
+  const select = (kind, text, options, act) => {
+    const s = document.createElement("select");
+    s.dataset.bar = kind; name(s, text);
+    for (const [value, label] of options) s.add(new Option(label, value));
+    s.addEventListener("change", () => { act(s); s.blur(); });
+    bar.appendChild(s);
+    return s;
+  };
+  let state = {playing: true};
+  const play = button("play", "Play", () => say(["play", !state.playing]));
+  const step = button("step", "One step", () => say(["step"]));
+  const reset = button("reset", "Reset", () => say(["reset"]));
+  const speed = select("speed", "Speed", SPEEDS, s => say(["speed", s.value === "max" ? null : Number(s.value)]));
+  const time = document.createElement("output");
+  time.dataset.bar = "time"; name(time, "Simulated time, and how fast it passes");
+  time.setAttribute("aria-live", "off");
+  bar.appendChild(time);
+  const view = select("view", "View", VIEWS, s => { say(["view", s.value]); s.value = ""; });
+  const store = () => window.__viserMutable?.scene?.__r3f?.root?.getState?.();
+  const isSoftware = () => {
+    const gl = store()?.gl?.getContext?.(), info = gl?.getExtension("WEBGL_debug_renderer_info");
+    return !!info && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
+  };
+  const BIAS = 0.04;  // m
+  let applied = "";
+  const applyQuality = () => {
+    const three = store();
+    if (!three?.gl) return;
+    if (!quality.dataset.chosen) { quality.dataset.chosen = "1"; if (isSoftware()) quality.value = "low"; }
+    const ratio = {low: 0.5, normal: 1, high: 2}[quality.value] * (quality.value === "high" ? 1 : window.devicePixelRatio);
+    let again = false;
+    const shadows = quality.value !== "low", wanted = `${ratio} ${shadows}`;
+    if (Math.abs(three.viewport.dpr - ratio) > 1e-3) three.setDpr(ratio);
+    three.scene.traverse(o => {  // curved surfaces would shade themselves in bands
+      if (o.isDirectionalLight && o.castShadow && o.shadow.normalBias !== BIAS) { o.shadow.normalBias = BIAS; again = true; }
+    });
+    if (again) window.__viserMutable.requestRender?.();
+    if (wanted === applied && three.gl.shadowMap.enabled === shadows) return;
+    applied = wanted;
+    three.gl.shadowMap.enabled = shadows;
+    three.scene.traverse(o => { if (o.isLight && o.shadow) { o.userData.casts ??= o.castShadow; o.castShadow = shadows && o.userData.casts; }
+      if (o.material) for (const m of [o.material].flat()) m.needsUpdate = true; });
+    window.__viserMutable.requestRender?.();
+  };
+  const quality = select("quality", "Quality", [["low", "low quality"], ["normal", "normal"], ["high", "high quality"]],
+    () => { quality.dataset.chosen = "1"; applyQuality(); });
+  quality.value = "normal";
+  const forces = button("forces", "Contact forces", () => say(["forces", !state.forces]));
+  const stamp = () => new Date().toISOString().slice(0, 19).replace(/[:T]/g, "-");
+  const keep = (blob, ending) => {
+    const a = document.createElement("a");
+    a.href = URL.createObjectURL(blob); a.download = `roboyard-${stamp()}.${ending}`; a.click();
+    bar.dataset.kept = `${a.download} ${blob.size}`;
+    setTimeout(() => URL.revokeObjectURL(a.href), 10000);
+  };
+  button("picture", "Save a picture", () => {
+    const three = store();
+    if (!three) return;
+    three.gl.render(three.scene, three.camera);  // the drawn picture is gone after each frame
+    three.gl.domElement.toBlob(blob => blob && keep(blob, "png"));
+  });
+  let film = null;
+  const filmButton = button("film", "Start a film", () => {
+    if (film) { film.stop(); return; }
+    const kind = ["video/mp4", "video/webm"].find(k => window.MediaRecorder?.isTypeSupported(k)), parts = [];
+    if (!kind) return;
+    film = new MediaRecorder(window.__viserMutable.canvas.captureStream(30), {mimeType: kind});
+    film.ondataavailable = e => parts.push(e.data);
+    film.onstop = () => {
+      film = null;
+      icon(filmButton, "film"); name(filmButton, "Start a film"); filmButton.setAttribute("aria-pressed", "false");
+      keep(new Blob(parts, {type: kind}), kind.slice(6));
+    };
+    film.start(500);
+    icon(filmButton, "stop"); name(filmButton, "Stop the film"); filmButton.setAttribute("aria-pressed", "true");
+  });
+  filmButton.style.color = "#c22";
+
+  let tab = document.querySelector("link[rel~=icon]");
+  if (!tab) { tab = document.createElement("link"); tab.rel = "icon"; document.head.appendChild(tab); }
+  tab.type = "image/svg+xml"; tab.href = ICON;
+  const place = () => {
+    const box = window.__viserMutable?.canvas?.getBoundingClientRect();
+    if (!box) return;
+    bar.style.left = `${box.left + box.width / 2}px`;
+    bar.style.width = "max-content";
+    bar.style.maxWidth = `${Math.max(box.width - 16, 140)}px`;
+    bar.style.top = `${box.top + 8}px`;
+  };
+  const closeNote = () => {  // low quality is chosen already, and shown in the bar
+    for (const n of document.querySelectorAll("[class*=Notification-root]"))
+      if (/Software WebGL/.test(n.textContent)) n.querySelector("button")?.click();
+  };
+  const watch = new ResizeObserver(place);
+  let watched = null;
+  const pulse = () => {
+    const canvas = window.__viserMutable?.canvas;
+    if (canvas && canvas !== watched) { watch.disconnect(); watch.observe(watched = canvas); }
+    place(); closeNote(); applyQuality(); if (state.title) document.title = state.title; };
+  const timer = setInterval(pulse, 500);
+  window.addEventListener("resize", place);
+  listen(now => {
+    state = now;
+    bar.hidden = !now.visible;
+    icon(play, now.playing ? "pause" : "play");
+    name(play, now.playing ? "Pause" : "Play");
+    speed.value = now.speed === null ? "max" : String(now.speed);
+    time.textContent = `${now.time} s` + (now.playing ? `  ${now.factor}×` : "  paused");
+    forces.setAttribute("aria-pressed", String(now.forces));
+    pulse();
+  });
+  pulse();
+
+  // the page's own connection: viser tries again each second, but only in a focused window
+  const closed = isClosed => {
+    note.hidden = !isClosed;
+    note.textContent = isClosed ? "The program that shows this page has stopped. " +
+      "This page connects again when it runs again." : "";
+    bar.inert = isClosed;
+    if (isClosed) document.hasFocus = () => true; else delete document.hasFocus;
+    if (isClosed) window.dispatchEvent(new Event("focus"));
+  };
+  window.__roboyardClosed = closed;
+  closed(false);
+  return () => {
+    film?.stop();
+    clearInterval(timer);
+    watch.disconnect();
+    window.removeEventListener("resize", place);
+    delete document.hasFocus;
+    delete window.__roboyardClosed;
+    for (const e of [bar, note, style]) e.remove();
+  };
