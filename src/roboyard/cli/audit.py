@@ -52,12 +52,10 @@ def audit(
     Each finding names its line, its remedy, and whether `roboyard repair` fixes it. Exit code 0: usable as it
     is or after these fixes; 1: not usable.
     """
-    from roboyard.cli.packages import read_packages
-    from roboyard.cli.robot_argument import robot_file
-    from roboyard.cli.xacro_args import read_xacro_args
+    from roboyard.cli.robot_argument import given_robot
 
-    file = robot_file(robot)
-    packages, xacro_args = read_packages(package or []), read_xacro_args(xacro_arg or [])
+    given = given_robot(robot, package, xacro_arg)
+    file, packages, xacro_args = given.file, given.packages, given.xacro_args
     if file.suffix.lower() in (".yaml", ".yml"):
         if html is not None:
             raise typer.BadParameter(

@@ -14,10 +14,11 @@ def robot_names(incomplete: str) -> list[str]:
 
 
 def viewed_names(incomplete: str) -> list[str]:
-    """Return the names of registered and bundled robots and objects that begin with `incomplete`."""
+    """Return the names of all robots and objects, public robots too, that begin with `incomplete`."""
     from roboyard.assets import OBJECTS, ROBOTS
+    from roboyard.robots.public_names import public_names
 
-    names = {*robot_names(incomplete), *ROBOTS, *OBJECTS}
+    names = {*robot_names(incomplete), *ROBOTS, *OBJECTS, *public_names()}
     return sorted(name for name in names if name.startswith(incomplete))
 
 

@@ -67,17 +67,16 @@ def demo(
     """
     from rich.console import Console
 
-    from roboyard.cli.packages import read_packages
-    from roboyard.cli.xacro_args import read_xacro_args
+    from roboyard.cli.robot_argument import given_robot
     from roboyard.demo.run import run_demo
 
-    packages = read_packages(package or [])
+    given = given_robot(source or "r1", package, xacro_arg)
     with _progress(Console(stderr=True)) as progress:
         result = run_demo(
-            source,
+            None if source is None else given.robot,
             out=out,
-            packages=packages,
-            xacro_args=read_xacro_args(xacro_arg or []),
+            packages=given.packages,
+            xacro_args=given.xacro_args,
             overwrite=overwrite,
             short=short,
             progress=progress,

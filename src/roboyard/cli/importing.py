@@ -125,23 +125,26 @@ def importing(
     del headless
     from roboyard.cli.missing_meshes import read_missing_meshes
     from roboyard.cli.packages import read_packages
-    from roboyard.cli.robot_argument import robot_file
+    from roboyard.cli.robot_argument import given_robot
     from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.errors import ConfigError
     from roboyard.importer.pipeline import import_robot
 
     if source is None and config is None:
         raise ConfigError("give a ROBOT or --config FILE; roboyard import --help shows an example")
+    given = None if source is None else given_robot(source, package, xacro_arg)
+    if given is not None and config is None:
+        name = name or given.name
     with _progress_bar(quiet=as_json) as progress:
         result = import_robot(
-            None if source is None else robot_file(source),
+            None if given is None else given.file,
             config=config,
             name=name,
             out=out,
             dataset=dataset,
             overwrite=True if overwrite else None,
-            packages=read_packages(package or []),
-            xacro_args=read_xacro_args(xacro_arg or []),
+            packages=read_packages(package or []) if given is None else given.packages,
+            xacro_args=read_xacro_args(xacro_arg or []) if given is None else given.xacro_args,
             missing_meshes=read_missing_meshes(missing_meshes),
             progress=progress,
             validate=validate,

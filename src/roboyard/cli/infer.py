@@ -10,7 +10,7 @@ import typer
 
 from roboyard.cli.missing_meshes import MissingMeshesOption
 from roboyard.cli.packages import PackageOption
-from roboyard.cli.robot_argument import RobotArgument, robot_file
+from roboyard.cli.robot_argument import RobotArgument, given_robot
 from roboyard.cli.xacro_args import XacroArgOption
 from roboyard.untrusted.text import json_text, say
 
@@ -42,15 +42,14 @@ def infer(
     package that the description alone gives.
     """
     from roboyard.cli.missing_meshes import read_missing_meshes
-    from roboyard.cli.packages import read_packages
-    from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.importer.infer import infer_config
 
+    given = given_robot(robot, package, xacro_arg)
     found = infer_config(
-        robot_file(robot),
+        given.file,
         name=name,
-        packages=read_packages(package or []),
-        xacro_args=read_xacro_args(xacro_arg or []),
+        packages=given.packages,
+        xacro_args=given.xacro_args,
         missing_meshes=read_missing_meshes(missing_meshes),
         relative_to=None if out is None else out.absolute().parent,
     )

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from roboyard.cli.packages import PackageOption
-from roboyard.cli.robot_argument import RobotArgument, robot_file
+from roboyard.cli.robot_argument import RobotArgument, given_robot
 from roboyard.cli.xacro_args import XacroArgOption
 from roboyard.untrusted.text import json_text, say
 
@@ -45,18 +45,17 @@ def repair(
     Makes and logs every fix that needs no guess, then reports the remaining findings; the original does not
     change. Exit code 0: the result is usable; 1: it is not.
     """
-    from roboyard.cli.packages import read_packages
-    from roboyard.cli.xacro_args import read_xacro_args
     from roboyard.repair import repair_urdf
 
-    file = robot_file(robot)
+    given = given_robot(robot, package, xacro_arg)
+    file = given.file
     result = repair_urdf(
         file,
         out,
         only=only or (),
         keep=keep or (),
-        packages=read_packages(package or []),
-        xacro_args=read_xacro_args(xacro_arg or []),
+        packages=given.packages,
+        xacro_args=given.xacro_args,
     )
     if as_json:
         print(json_text(result.to_json()))

@@ -57,21 +57,21 @@ def view(
     that can reach the port can move the robot on the page, so keep the default address unless the network is
     trusted.
     """
-    from roboyard.cli.packages import read_packages
-    from roboyard.cli.xacro_args import read_xacro_args
+    from roboyard.cli.robot_argument import given_robot
     from roboyard.viewer.inspector import Inspector, find_robot
     from roboyard.viewer.page.browser import open_page
     from roboyard.viewer.page.server import load_viser
 
     load_viser()
+    given = given_robot(robot, package, xacro_arg)
     inspector = Inspector(
-        find_robot(robot, spheres, config),
+        find_robot(given.robot, spheres, config),
         host=host,
         port=port,
         fixed_base=not free,
         self_collision=self_collision,
-        packages=read_packages(package or []),
-        xacro_args=read_xacro_args(xacro_arg or []),
+        packages=given.packages,
+        xacro_args=given.xacro_args,
     )
     try:
         if open_browser:

@@ -47,7 +47,10 @@ def find_source(source: str | Path | None) -> tuple[Path, str]:
     bundled = ROBOTS | OBJECTS
     if source in bundled:
         return asset_path(source), f"bundled {source}"
-    raise ConfigError(unknown_name("file or robot", source, sorted({*REGISTERED_ROBOTS, *bundled})))
+    from roboyard.robots.public_names import public_names
+
+    names = sorted({*REGISTERED_ROBOTS, *bundled}) + sorted(public_names())
+    raise ConfigError(unknown_name("file or robot", source, names))
 
 
 def load_robot(
