@@ -180,6 +180,7 @@ class Surfaces:
                     *(self._compliance_rows, geom, dim, address, contact.dist, friction, contact.mu),
                     *(timestep, profile.erp, self._base, reference, *weights),
                 )
+            kernels().estimate_sliding(dim, address, friction, velocity, timestep, self._base, reference)
             self._sliding = dim, address, friction, velocity, self._acceleration[:rows]
             self._references = self._base, reference
         elif self._restitution:
