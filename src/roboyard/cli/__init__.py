@@ -22,7 +22,7 @@ from roboyard.untrusted.text import say
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 """Commands in the order of the help text; each is the function of its name in the module of its name."""
 
-_RENAMED = {"import": "importing"}  # `import` is a keyword of Python
+_RENAMED = {"import": "importing", "import-all": "import_all"}  # no names of Python
 
 _DEBUG_VARIABLE = "ROBOYARD_DEBUG"
 MOST_LINES = 12

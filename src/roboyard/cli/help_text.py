@@ -9,7 +9,7 @@ from typer.core import TyperGroup
 GROUPS = {
     "View": ("demo", "view"),
     "Audit and repair": ("audit", "repair"),
-    "Import and validate": ("infer", "import", "robots", "validate"),
+    "Import and validate": ("infer", "import", "import-all", "robots", "validate"),
     "Control": ("drive", "plan", "replay"),
     "PyBullet scripts": ("run", "serve"),
     "About": ("doctor", "version"),
