@@ -10,6 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from house import SOURCE, modules
 
 OWN_FILES = {
+    "roboyard._mujoco": "entry points of installed packages",
     "roboyard.viewer.bar.bar": "bar.js, which is part of this package",
     "roboyard.config.yaml_edit": "the backup of a file that was read before",
     "roboyard.demo.output": "the summary that the demo wrote",

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import roboyard.pybullet as p
+from roboyard._mujoco import plugins_are_installed
 from roboyard.pybullet.face.command_names import HOMES
 from roboyard.pybullet.face.commands import COMMANDS
 
@@ -80,3 +83,41 @@ print(*(name for name in HEAVY if name in sys.modules))
 """.replace("HEAVY", repr(HEAVY))
     output_of(code)  # compiles what is not compiled yet
     assert output_of(code).split() == []
+
+
+def test_packages_with_plugins_of_mujocos_are_found_by_their_entry_points(tmp_path: Path) -> None:
+    assert not plugins_are_installed([str(tmp_path / "missing"), str(tmp_path)])
+    package = tmp_path / "other-1.0.dist-info"
+    package.mkdir()
+    (package / "entry_points.txt").write_text("[console_scripts]\nother = other:main\n")
+    assert not plugins_are_installed([str(tmp_path)])
+    (package / "entry_points.txt").write_text("[mujoco.plugins]\nother = other:register\n")
+    assert plugins_are_installed([str(tmp_path)])
+    archive = tmp_path / "packages.zip"
+    archive.write_bytes(b"")
+    assert plugins_are_installed([str(archive)])
+
+
+def test_plugins_of_mujocos_are_loaded_and_the_packages_metadata_stays_whole(tmp_path: Path) -> None:
+    package = tmp_path / "other-1.0.dist-info"
+    package.mkdir()
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 1.0\n")
+    (tmp_path / "other.py").write_text("def register():\n    print('registered')\n")
+    code = (
+        "import roboyard._mujoco, mujoco, importlib.metadata; "
+        "print(importlib.metadata.version('other'), type(importlib.metadata).__name__)"
+    )
+
+    def output() -> list[str]:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        )
+        return done.stdout.split()
+
+    assert output() == ["1.0", "module"]
+    (package / "entry_points.txt").write_text("[mujoco.plugins]\nother = other:register\n")
+    assert output() == ["registered", "1.0", "module"]
