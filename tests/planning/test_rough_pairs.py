@@ -74,3 +74,19 @@ def test_plans_are_found_between_rough_pairs_and_judged_by_hulls(fold: float) ->
     assert folded.solved == (not judged)
     if judged:
         assert "flap" in folded.reason
+
+
+def test_the_first_overlap_of_a_rough_pair_is_where_checking_every_step_finds_it() -> None:
+    model = tower(0.1)
+    pair = ("flap", "plate0")
+    model = replace(model, rough=frozenset({pair}))
+    judge = Planner(model).judge
+    assert judge.robot.rough == (pair,)
+    fold = np.linspace(0.3, -2.9, 1500)
+    qs = np.stack([0.2 * np.sin(fold), 0.1 * fold, fold], axis=1)
+    every = next(i for i, q in enumerate(qs) if any({c.link, c.other} == set(pair) for c in judge.clashes(q)))
+    found = judge.first_pair_clash(qs)
+    assert found is not None
+    assert found[0] == every
+    assert judge.first_pair_clash(qs[:every]) is None
+    assert judge.first_pair_clash(qs[:0]) is None

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 DEEP = 1e-6
 """Depth from which an overlap counts (m)."""
+FAR, SURE = 0.5, 1e-4
+"""Distance beyond which hulls count as that far apart, and error of distances (m)."""
 FLOOR_DEPTH = 0.01
 """Depth up to which wheels and feet may sink into what they stand on (m)."""
 
@@ -163,6 +165,39 @@ class HullJudge:
             found = self.clashes(q)
             if found:
                 return i, found
+        return None
+
+    def first_pair_clash(self, qs: Array) -> tuple[int, list[Clash]] | None:
+        """Return the first of (b, n) configurations where links of the robot's rough pairs overlap.
+
+        Distances between their hulls say how far the joints can move before the next look is needed.
+        """
+        import mujoco
+
+        robot = self.robot
+        collides = (self.model.geom_contype | self.model.geom_conaffinity) != 0
+        index = {
+            name: [g for g, n in enumerate(self.link) if n == name and collides[g]] for name in robot.links
+        }
+        if not len(qs):
+            return None
+        for (a, b), reach in zip(robot.rough, robot.rough_reach, strict=True):
+            geoms = [(g, h) for g in index[a] for h in index[b]]
+            if not geoms:
+                continue
+            at, room = qs[0], 0.0
+            for i, q in enumerate(qs):
+                if np.abs(q - at) @ reach < room:
+                    continue
+                self.data.qpos[self.rows] = q[self.source] * self.multiplier + self.offset
+                mujoco.mj_kinematics(self.model, self.data)
+                room = min(mujoco.mj_geomDistance(self.model, self.data, g, h, FAR, None) for g, h in geoms)
+                at, room = q, room - SURE
+                if room > 0.0:
+                    continue
+                found = self.clashes(q)
+                if found:
+                    return i, found
         return None
 
 

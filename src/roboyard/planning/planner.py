@@ -141,8 +141,8 @@ class Planner:
 
     @property
     def _covers(self) -> bool:
-        """Whether spheres contain the exact shapes, so that what is free of spheres needs no judge."""
-        return bool(self.robot.model.gaps) and not self.robot.model.rough
+        """Whether spheres contain the exact shapes: what is free of spheres is free, but for rough pairs."""
+        return bool(self.robot.model.gaps)
 
     def warm_up(self) -> None:
         """Load the kernels, or compile them on their first use on this machine, and build the judge."""
@@ -237,7 +237,7 @@ class Planner:
     ) -> Plan:
         postures = np.concatenate([start[None], goals])
         arrays, relaxed = relax(self.robot.arrays, self.obstacles.arrays, postures)
-        judged = relaxed or not self._covers
+        judged = relaxed or not self._covers or bool(self.robot.rough)
         timing = 0.0
         touching = ""
         exact, until = False, begin + SPHERES_FIRST * (deadline - begin)
@@ -400,7 +400,7 @@ class Planner:
         free = np.empty(1, dtype=np.bool_)
         checker = self.checker
         _checker().free_batch(arrays, world, q[None].copy(), 0.0, checker.work, free)
-        if free[0] and self._covers:
+        if free[0] and self._covers and not self.robot.rough:
             return ""
         found = self.judge.clashes(q)
         if not found:
@@ -443,9 +443,10 @@ class Planner:
             nearest = unjudged.nearest(dense[k])
             clash = Clash(link=nearest.link, other=nearest.other, depth=-nearest.distance, is_self=False)
             return k, [clash]
-        if self._covers:
-            dense = dense[~self.checker.free(dense)]
-        return self.judge.first_clash(dense)
+        if not self._covers:
+            return self.judge.first_clash(dense)
+        free = self.checker.free(dense)
+        return self.judge.first_clash(dense[~free]) or self.judge.first_pair_clash(dense[free])
 
     # ----------------------------------------------------------------------------------- vectors
 

@@ -75,6 +75,10 @@ class SphereRobot:
     held: Mapping[str, float]
     """Joint name to the position of every joint outside the group (rad or m)."""
     arrays: RobotArrays
+    rough: tuple[Pair, ...] = ()
+    """(r) pairs of links that only exact shapes judge and that the joints move relative to each other."""
+    rough_reach: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    """(r, n) most that two points of such a pair move relative to each other for each unit of each joint."""
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -124,14 +128,31 @@ def sphere_robot(
     chain = from_description(model.description, ends, locked=others, whole_tree=True)
     names = [link for link in chain.links if model.spheres.get(link)]
     order = tuple(list(joints).index(name) for name in chain.joint_names)
+    arrays = _arrays(model, chain, names, around or {})
+    rough, rough_reach = _rough(model, chain, names, arrays)
     return SphereRobot(
         model=model,
         chain=chain,
         links=tuple(names),
         order=order,
         held=others,
-        arrays=_arrays(model, chain, names, around or {}),
+        arrays=arrays,
+        rough=rough,
+        rough_reach=rough_reach,
     )
+
+
+def _rough(
+    model: SphereModel, chain: ChainArrays, names: list[str], arrays: RobotArrays
+) -> tuple[tuple[Pair, ...], Array]:
+    """Return the rough pairs (r) that move, and how far (r, n) for each unit of each joint."""
+    found = [pair for pair in sorted(model.rough) if set(pair) <= set(names)]
+    pairs = np.array([[names.index(a), names.index(b)] for a, b in found], dtype=np.int64).reshape(-1, 2)
+    reach = _reach(chain, arrays.node, arrays.spheres, arrays.start, arrays.lower, arrays.upper)
+    gaps = np.array([model.gaps.get(name, 0.0) for name in names])  # shapes end outside their spheres
+    rows = _pair_reach(chain, arrays.node, pairs, np.where(reach > 0, reach + gaps[:, None], reach))
+    moving = [bool(row.any()) for row in rows]
+    return tuple(pair for pair, moves in zip(found, moving, strict=True) if moves), rows[moving]
 
 
 def _arrays(
@@ -217,7 +238,12 @@ def _ancestors(chain: ChainArrays, node: int) -> list[int]:
 
 
 def _reach(
-    chain: ChainArrays, node: Indices, spheres: Array, start: Sequence[int], lower: Array, upper: Array
+    chain: ChainArrays,
+    node: Indices,
+    spheres: Array,
+    start: Sequence[int] | Indices,
+    lower: Array,
+    upper: Array,
 ) -> Array:
     """Return (l, m): largest distance of a link's points from a node's axis, 1 for a translation."""
     out = np.zeros((len(node), len(chain.parent)))
