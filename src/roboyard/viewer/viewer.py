@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from roboyard.sim.queries.default_view import fitted_points
 from roboyard.viewer.bar.bar import Bar, Controls
-from roboyard.viewer.bar.contact_forces import ForceArrows, force_arrows
+from roboyard.viewer.bar.contact_forces import BLUE, ForceArrows, force_arrows
+from roboyard.viewer.bar.start_state import StartState
 from roboyard.viewer.bar.step_gate import StepGate
 from roboyard.viewer.notebook import frame_html
 from roboyard.viewer.page.first_view import FirstView
@@ -22,16 +23,18 @@ from roboyard.viewer.page.last_used import LastUsed
 from roboyard.viewer.page.light import set_light
 from roboyard.viewer.page.server import DEFAULT_PORT, open_server, stop_server
 from roboyard.viewer.scene.drawings import Drawing, Drawings
+from roboyard.viewer.scene.grab import Grab
 from roboyard.viewer.scene.scene_nodes import SceneNodes
 from roboyard.viewer.scene.snapshot import Links, PoseSender, Snapshot, corners_of, gather_links, take
 
 if TYPE_CHECKING:
     from roboyard.sim import World
     from roboyard.sim.link import Link
-    from roboyard.sim.world_state import WorldState
 
 log = logging.getLogger(__name__)
 
+GRAB_KEY = "cmd/ctrl"
+"""Key with which the mouse drags a body instead of the camera."""
 RATE = 60.0
 """Largest rate of updates (Hz)."""
 
@@ -92,7 +95,10 @@ class Viewer:
         self._links = Links(paths={}, rows={}, by_owner={})
         self._revision = -1
         self._is_fit_due = False
-        self._start: WorldState | None = None
+        self.start_state = StartState()
+        """The state to which the bar's reset returns."""
+        self.grab = Grab()
+        """The body that is dragged with the mouse, Ctrl held."""
         self._latest: Snapshot | None = None
         self._published: Snapshot | None = None
         self._pose_sender = PoseSender()
@@ -113,6 +119,9 @@ class Viewer:
         self.bar = Bar(self.server, title, self._controls(), speed=None)
         """Bar of the page, with play, step, reset, speed, views, contact forces, pictures and films."""
         self._arrows = ForceArrows(self.server.scene)
+        self._pull = ForceArrows(self.server.scene, "pull", BLUE)
+        if follow_steps:
+            self.nodes.set_drag(self.grab.on_drag, (GRAB_KEY,))
         self.sync(wait=True)
         if follow_steps:
             world.after_step.append(self._after_step)
@@ -216,11 +225,13 @@ class Viewer:
         if self.watchers or self.world.revision != self._revision:
             self._take()
         self.gate.wait(self.world.time)
+        if self.grab.is_pending:
+            self.grab.apply(self.world, self.world.timestep)
 
     def _reset(self) -> None:
         """Restore the state after which bodies were last added or removed."""
-        if self._start is not None:
-            self.world.restore_state(self._start)
+        self.grab.release(self.world)
+        if self.start_state.restore(self.world):
             self._take()
 
     def _take(self) -> None:
@@ -230,12 +241,13 @@ class Viewer:
             self._links = gather_links(world)
             self._is_fit_due = self._revision >= 0
             self._revision = world.revision
-            self._start = world.save_state() if self._follow_steps else None
+            if self._follow_steps:
+                self.start_state.keep(world, is_held=self.grab.is_holding)
         if self._is_fit_due and self.watchers:
             self._is_fit_due = False
             self.first_view.refit()
         forces = force_arrows(world, self._links) if self.bar.shows_forces else None
-        self._latest = take(world, model, self._links, forces=forces)
+        self._latest = take(world, model, self._links, forces=forces, pull=self.grab.arrow())
 
     # ------------------------------------------------------------------------------- in the server's threads
 
@@ -250,7 +262,8 @@ class Viewer:
             self._latest = replace(latest, qpos=latest.latest_qpos())
         self._wake.set()
 
-    async def _on_disconnect(self, _: Any) -> None:
+    async def _on_disconnect(self, client: Any) -> None:
+        self.grab.drop(client.client_id)
         with self._counting:
             self.watchers -= 1
 
@@ -309,5 +322,6 @@ class Viewer:
                     self.nodes.move(*self._poses)
                 self.drawings.show(drawing, snapshot.links.by_owner, *self._poses)
                 self._arrows.show(snapshot.forces)
+                self._pull.show(snapshot.pull)
             self._published, self._drawn = snapshot, drawing
             self.frames_sent += 1

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from roboyard.pybullet.face import constants as c
+from roboyard.viewer.viewer import GRAB_KEY
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.visualizer_camera import VisualizerCamera
-    from roboyard.pybullet.window.dragging import Dragging
     from roboyard.viewer import Viewer
+    from roboyard.viewer.scene.grab import Grab
 
 DEFAULTS = {
     c.COV_ENABLE_GUI: 1,
@@ -43,7 +44,7 @@ def is_on(camera: VisualizerCamera, flag: int) -> bool:
 class Switches:
     """Applies the visualizer's flags and settings to a page; call it in the viewer's thread."""
 
-    def __init__(self, viewer: Viewer, dragging: Dragging, background: Sequence[float]) -> None:
+    def __init__(self, viewer: Viewer, dragging: Grab, background: Sequence[float]) -> None:
         """Apply the defaults to a viewer.
 
         Args:
@@ -69,7 +70,7 @@ class Switches:
             nodes.set_wireframe(is_on(camera, c.COV_ENABLE_WIREFRAME))
         if self._has_changed(c.COV_ENABLE_MOUSE_PICKING, is_on(camera, c.COV_ENABLE_MOUSE_PICKING)):
             picking = is_on(camera, c.COV_ENABLE_MOUSE_PICKING)
-            nodes.set_drag(self._dragging.on_drag if picking else None)
+            nodes.set_drag(self._dragging.on_drag if picking else None, (None, GRAB_KEY))
             if not picking:
                 self._dragging.drop()
         if self._has_changed(c.COV_ENABLE_Y_AXIS_UP, camera.up_axis == 1):

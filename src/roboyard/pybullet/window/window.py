@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.state.input_events import key_code
 from roboyard.pybullet.window.camera import WindowCamera
-from roboyard.pybullet.window.dragging import Dragging
 from roboyard.pybullet.window.drawing import drawing_of
 from roboyard.pybullet.window.previews import Previews
 from roboyard.pybullet.window.sliders import Sliders
@@ -59,7 +58,7 @@ class Window:
         server = self._viewer.server
         self._viewer.first_view.release()  # the visualizer's camera decides
         self.camera = WindowCamera(server, options, client.visualizer)
-        self._dragging = Dragging()
+        self._dragging = self._viewer.grab
         self._switches = Switches(self._viewer, self._dragging, options.background)
         self._sliders = Sliders(server)
         self.previews = Previews(server)
@@ -69,8 +68,6 @@ class Window:
         server.on_client_disconnect(self._on_disconnect)
         self.gate = self._viewer.gate
         """Holds stepSimulation while the page is paused."""
-        self._start: tuple[Any, int, Any] | None = None
-        """World, its revision, and the state to which Reset returns."""
         self._viewer.bar.controls = Controls(
             play=self.gate.play,
             step=self.gate.step,
@@ -103,17 +100,16 @@ class Window:
     def _keep_start(self) -> None:
         """Save the state to which Reset returns: the one in which bodies were last added or removed."""
         with self._client.lock:
-            world, start = self._client.scene.world, self._start
-            if world.is_stale or (start is not None and start[0] is world and start[1] == world.revision):
-                return
-            self._start = world, world.revision, world.save_state()
+            world = self._client.scene.world
+            if not world.is_stale:
+                self._viewer.start_state.keep(world, is_held=self._dragging.is_holding)
 
     def _reset(self) -> None:
         with self._client.lock:
-            scene, start = self._client.scene, self._start
-            if start is None or start[0] is not scene.world or start[1] != scene.world.revision:
+            scene = self._client.scene
+            self._dragging.release(scene.world)
+            if not self._viewer.start_state.restore(scene.world):
                 return
-            scene.world.restore_state(start[2])
             for record in scene.bodies.values():
                 record.fixed_pose = None
             scene.mark_moved()
@@ -143,7 +139,7 @@ class Window:
         self.camera.push(camera)
         scene = client.scene
         if self._dragging.is_pending:
-            self._dragging.apply(scene)
+            self._dragging.apply(scene.world, scene.time_step)
             client.is_changed = True
         if not is_on(camera, c.COV_ENABLE_RENDERING) or not client.is_changed or not self._may_compile():
             return

@@ -16,7 +16,7 @@ LENGTH = 0.3
 """Length (m) of the arrow of a force equal to the weight of the heaviest movable body."""
 RADIUS = 0.006
 """Radius of an arrow's shaft (m)."""
-RGB = (230, 40, 30)
+RED, BLUE = (230, 40, 30), (30, 90, 230)
 GRAVITY = 9.81
 LEAST = 0.02
 """Shortest arrow that is drawn, as a fraction of the longest allowed one."""
@@ -46,11 +46,11 @@ def force_arrows(world: World, links: Links) -> Array:
 
 
 class ForceArrows:
-    """The node with the arrows; it exists while there are any."""
+    """A node with arrows; it exists while there are any."""
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: Any, name: str = "contact forces", rgb: tuple[int, int, int] = RED) -> None:
         """Start without arrows in a `viser.SceneApi`."""
-        self._scene = scene
+        self._scene, self._name, self._rgb = scene, name, rgb
         self._node: Any = None
 
     def show(self, arrows: Array | None) -> None:
@@ -61,9 +61,9 @@ class ForceArrows:
                 self._node = None
         elif self._node is None:
             self._node = self._scene.add_arrows(
-                "/roboyard contact forces",
+                f"/roboyard {self._name}",
                 arrows.astype(np.float32),
-                RGB,
+                self._rgb,
                 shaft_radius=RADIUS,
                 head_radius=2.5 * RADIUS,
                 head_length=5.0 * RADIUS,

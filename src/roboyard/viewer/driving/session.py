@@ -208,6 +208,7 @@ class DrivingSession:
 
     def reset(self) -> None:
         """Restore the initial state."""
+        self.viewer.grab.release(self.world)
         self.world.restore_state(self._start)
         self.robot.reset()
         self.action_source.reset()
@@ -228,6 +229,7 @@ class DrivingSession:
         """
         if not is_same_scene(log.setup, self.scene_setup.setup):
             self.set_up(log.setup)
+        self.viewer.grab.release(self.world)
         log.check_fits(self.world)
         log.restore(self.world, len(log) - 1)
         self.robot.loop.invalidate()

@@ -13,6 +13,7 @@ from roboyard.errors import RoboyardError
 from roboyard.sim import World
 from roboyard.sim.body import Body
 from roboyard.viewer.bar.bar import Controls
+from roboyard.viewer.inspector.lead import Lead
 from roboyard.viewer.inspector.panels.all_panels import Panels
 from roboyard.viewer.inspector.read_robot import ReadRobot, read_robot
 from roboyard.viewer.inspector.robot_source import RobotSource
@@ -104,6 +105,7 @@ class Inspector:
         self._end_wiggle()
         self.play(False)
         shown = {label: box.value for label, box in self.switches.items()}
+        self.viewer.grab.release(self.world)
         self.panels.remove()
         self.world.remove(self.body)
         try:
@@ -161,6 +163,7 @@ class Inspector:
         self.overlays, self.switches, self.links = panels.overlays, panels.switches, panels.links
         self.joints, self.plot, self.camera = panels.joints, panels.plot, panels.camera
         self.wiggle_button = panels.wiggle_button
+        self._lead = Lead(self.body, self.joints.move, self.joints.followers)
         self.joints.is_held = bool(self.hold_box.value)
         for label, box in self.switches.items():
             if shown.get(label, box.value) != box.value:
@@ -206,6 +209,7 @@ class Inspector:
         """Restore the initial state and pause."""
         self._end_wiggle()
         self.play(False)
+        self.viewer.grab.release(self.world)
         self.world.restore_state(self._start)
         self.joints.show_positions()
         self.plot.clear()
@@ -276,7 +280,23 @@ class Inspector:
             else:
                 self._status.content = f"Wiggling **{name}**"
             self._after_motion()
+        elif self.viewer.grab.is_pending:
+            self._lead_body()
         self.panels.sensors.update(watched=self.viewer.watchers > 0)
+
+    def _lead_body(self) -> None:
+        """Move the joints of the paused robot so that its grabbed point follows the mouse."""
+        grab = self.viewer.grab
+        start, drag = grab.take_start(), grab.drag
+        if grab.is_holding or drag is None:
+            grab.release(self.world)
+        else:
+            grab.seen()
+            if start is not None:
+                self._lead.start(start)
+            self._lead.follow(np.array(drag.target))
+            self.joints.show_positions()
+        self._after_motion()
 
     def _after_motion(self) -> None:
         self.viewer.sync()

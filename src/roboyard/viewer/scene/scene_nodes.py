@@ -51,6 +51,7 @@ class SceneNodes:
         self.on_click: Callable[[tuple[int, int]], None] | None = None
         """Called with body id and link index of a clicked shape; set it before `show`."""
         self._on_drag: Callable[[Drag], None] | None = None
+        self._drag_keys: tuple[Any, ...] = ()
         self._visible = True
         self._wireframe = False
         self._tinted: tuple[int, int] | None = None
@@ -132,14 +133,18 @@ class SceneNodes:
             self._wireframe = wireframe
             self._redraw()
 
-    def set_drag(self, on_drag: Callable[[Drag], None] | None) -> None:
+    def set_drag(self, on_drag: Callable[[Drag], None] | None, keys: Sequence[str | None] = (None,)) -> None:
         """Call `on_drag` while the left button drags a movable link; None: dragging turns the camera.
 
         It is called in the thread of the server's event loop.
+
+        Args:
+            on_drag: receives the drags.
+            keys: held keys with which the mouse drags, such as "cmd/ctrl"; None: without a key.
         """
-        if on_drag is self._on_drag:
+        if on_drag == self._on_drag and tuple(keys) == self._drag_keys:
             return
-        self._on_drag = on_drag
+        self._on_drag, self._drag_keys = on_drag, tuple(keys)
         for handle, shape in self._shapes.values():
             handle.remove_drag_callback()
             self._listen(handle, shape)
@@ -153,7 +158,8 @@ class SceneNodes:
             # a coroutine runs in the event loop, in order
             on_drag(drag_of(event, shape.owner))
 
-        handle.on_drag(on_event)
+        for key in self._drag_keys:
+            handle.on_drag("left", modifier=key)(on_event)
 
     def _redraw(self) -> None:
         """Create all shapes again."""

@@ -51,16 +51,20 @@ class Snapshot:
     """Simulated time (s)."""
     forces: Array | None = None
     """(k, 2, 3) start and end of the arrows of contact forces, world frame (m); None: they are not shown."""
+    pull: Array | None = None
+    """(1, 2, 3) the grabbed point of a body and the mouse, world frame (m); None: nothing is grabbed."""
 
     def latest_qpos(self) -> Array:
         """Return a copy of the current (nq,) joint positions; during a step it may be partly updated."""
         return self.data.qpos.copy()
 
 
-def take(world: World, model: Any, links: Links, *, forces: Array | None = None) -> Snapshot:
+def take(
+    world: World, model: Any, links: Links, *, forces: Array | None = None, pull: Array | None = None
+) -> Snapshot:
     """Return the current state of a world; call it from the simulation thread.
 
-    `model` is `world.model` and `links` were collected from it; `forces` are arrows to draw.
+    `model` is `world.model` and `links` were collected from it; `forces` and `pull` are arrows to draw.
     """
     shapes = tuple(world.render_scene().shapes)
     data = world.data
@@ -72,6 +76,7 @@ def take(world: World, model: Any, links: Links, *, forces: Array | None = None)
         links=links,
         time=data.time,
         forces=forces,
+        pull=pull,
     )
 
 

@@ -34,6 +34,11 @@ class JointPanel:
             if joint.is_scalar:
                 self.sliders[joint.name] = self._add(gui, joint)
 
+    @property
+    def followers(self) -> frozenset[str]:
+        """Names of the mimic joints."""
+        return frozenset(self._followers)
+
     def _add(self, gui: Any, joint: Joint) -> Any:
         lower, upper = slider_range(joint)
         unit = "m" if joint.type == "prismatic" else "rad"

@@ -1,4 +1,4 @@
-"""Dragging bodies with the mouse, by a constraint between a point of the body and the mouse position."""
+"""Bodies grabbed with the mouse, on a constraint between a point of the body and the mouse position."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roboyard.errors import RoboyardError
-from roboyard.transforms import conjugate, rotate
+from roboyard.transforms import Array, conjugate, rotate
 from roboyard.viewer.scene.drags import Drag
 
 if TYPE_CHECKING:
-    from roboyard.pybullet.state.physics_scene import PhysicsScene
+    from roboyard.sim.link import Link
     from roboyard.sim.stepping.constraints import Constraint
     from roboyard.sim.world import World
 
@@ -21,7 +21,7 @@ LIFT = 20.0
 """Smallest force on heavy bodies per mass (m/s²)."""
 
 
-class Dragging:
+class Grab:
     """One body at a time on a point-to-point constraint with a limited force.
 
     Drags arrive in a thread of the page's server; `apply` executes them in the thread of the world.
@@ -33,7 +33,26 @@ class Dragging:
         self._start: Drag | None = None
         """Start of a drag whose constraint is not created yet."""
         self._fresh = False
-        self._held: tuple[World, Constraint] | None = None
+        self._held: tuple[World, Constraint, Link, Array] | None = None
+
+    @property
+    def is_holding(self) -> bool:
+        """Whether a body is held."""
+        return self._held is not None
+
+    @property
+    def drag(self) -> Drag | None:
+        """The drag as it is now; None: nothing is dragged."""
+        return self._wanted
+
+    def take_start(self) -> Drag | None:
+        """Return the start of a new drag once, instead of creating its constraint; None: no new drag."""
+        start, self._start = self._start, None
+        return start
+
+    def seen(self) -> None:
+        """Mark the drag as executed by others."""
+        self._fresh = False
 
     @property
     def is_pending(self) -> bool:
@@ -58,13 +77,17 @@ class Dragging:
         if client is None or (wanted is not None and wanted.client == client):
             self._wanted, self._start, self._fresh = None, None, True
 
-    def apply(self, scene: PhysicsScene) -> None:
-        """Create, move or remove the constraint."""
+    def apply(self, world: World, time_step: float) -> None:
+        """Create, move or remove the constraint; call it between two steps.
+
+        Args:
+            world: the world.
+            time_step: simulated time between two calls of the thread that steps (s).
+        """
         if not self._fresh:
             return
         self._fresh, drag, start = False, self._wanted, self._start
         self._start = None
-        world = scene.world
         if self._held is not None and (
             self._held[0] is not world or drag is None or start is not None or self._is_removed(world)
         ):
@@ -72,23 +95,35 @@ class Dragging:
         if drag is None:
             return
         if start is not None:
-            self._attach(scene, start)
+            self._attach(world, time_step, start)
         if self._held is not None:
             world.constraints.set_frame(self._held[1], "b", drag.target)
 
-    def _attach(self, scene: PhysicsScene, drag: Drag) -> None:
-        world = scene.world
+    def release(self, world: World) -> None:
+        """End the drag and remove the constraint now."""
+        self.drop()
+        self.apply(world, world.timestep)
+
+    def arrow(self) -> Array | None:
+        """Return (1, 2, 3) the grabbed point and the mouse, world frame (m); None: nothing is held."""
+        held, drag = self._held, self._wanted
+        if held is None or drag is None:
+            return None
+        position, quaternion = held[2].pose
+        return np.array([[position + rotate(quaternion, held[3]), drag.target]])
+
+    def _attach(self, world: World, time_step: float, drag: Drag) -> None:
         body = world.body_by_id.get(drag.owner[0])
         if body is None or not 0 <= drag.owner[1] < len(body.links):
             return
         link = body.links[drag.owner[1]]
         position, quaternion = link.pose
         local = rotate(conjugate(quaternion), np.array(drag.grip) - position)
-        force = max(PULL / scene.time_step, LIFT * body.mass)
+        force = max(PULL / time_step, LIFT * body.mass)
         held = world.constraints.add_point(
             link, None, position_a=local, position_b=drag.target, max_force=force
         )
-        self._held = world, held
+        self._held = world, held, link, local
 
     def _is_removed(self, world: World) -> bool:
         assert self._held is not None
