@@ -14,7 +14,7 @@ from roboyard.importer.steps.metadata import write_metadata, write_understanding
 
 def write_package(robot: RobotModel, context: ImportContext) -> dict[str, ExportResult]:
     """Write the robot in every format into `context.build`; returns format name to result."""
-    from roboyard.export import curobo, definition, mjcf, urdf, usd, xrdf
+    from roboyard.export import curobo, definition, mjcf, moveit, urdf, usd, xrdf
 
     build, name = context.build, robot.name
     tasks: tuple[tuple[str, Callable[[], ExportResult]], ...] = (
@@ -23,6 +23,7 @@ def write_package(robot: RobotModel, context: ImportContext) -> dict[str, Export
         ("mjcf", lambda: mjcf.write(robot, build / "mjcf" / f"{name}.xml")),
         ("curobo", lambda: curobo.write(robot, build / "curobo")),
         ("xrdf", lambda: xrdf.write(robot, build / "curobo" / f"{name}.xrdf")),
+        ("moveit", lambda: moveit.write(robot, build / "moveit")),
         ("definition", lambda: definition.write(robot, build / f"{name}.yaml")),
     )
     written: dict[str, ExportResult] = {}
