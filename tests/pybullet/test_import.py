@@ -73,11 +73,18 @@ p.setGravity(0, 0, -10)
 p.loadURDF("plane.urdf")
 box = p.createMultiBody(1, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [0, 0, 0.2])
 robot = p.loadURDF("r2d2.urdf", [2, 0, 0.5])
+roof = [[0, 0, 3], [1, 0, 3], [0, 1, 4], [1, 1, 3]]
+roof = p.createCollisionShape(
+    p.GEOM_MESH, vertices=roof, indices=[0, 1, 2, 1, 3, 2], flags=p.GEOM_FORCE_CONCAVE_TRIMESH
+)
+p.createMultiBody(0, roof)
 for _ in range(10):
     p.applyExternalForce(box, -1, [1, 0, 0], [0, 0, 0], p.LINK_FRAME)
     p.setJointMotorControl2(robot, 0, p.VELOCITY_CONTROL, targetVelocity=1)
     p.stepSimulation()
 p.getJointStates(robot, [0, 1]), p.getLinkState(robot, 0, 1), p.getLinkStates(robot, [0, 1])
+p.calculateInverseKinematics(robot, 1, [2, 0, 1])
+p.calculateJacobian(robot, 1, [0] * 3, *[[0.0] * len(p.calculateInverseKinematics(robot, 1, [2, 0, 1]))] * 3)
 p.getContactPoints(box), p.rayTest([0, 0, 5], [0, 0, -5])
 print(*(name for name in HEAVY if name in sys.modules))
 """.replace("HEAVY", repr(HEAVY))

@@ -133,6 +133,8 @@ def test_kernels_find_the_triangles_that_numpy_finds() -> None:
     count = kernels.near_triangles(
         np.arange(4), collides, collides, aabb, positions, turns[:4].reshape(4, 9), place, turns[4].ravel(),
         reach, tree.lower, tree.upper, tree.first, tree.corners, seen, 1, found,
+        np.zeros(128, dtype=np.int64), np.zeros((3, 3)),
     )  # fmt: skip
+    count = int(count)
     assert len(expected) > 10
     assert sorted(found[:count].tolist()) == sorted(expected)

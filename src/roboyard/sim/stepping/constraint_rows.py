@@ -59,6 +59,8 @@ def bound_rows(model: Any, data: Any, bound: Array) -> None:
         bound: (ne,) of each row of an equality (N or N m).
     """
     ne = data.ne
+    if not (np.abs(data.efc_force[:ne]) > bound).any():  # no unit makes a bound smaller
+        return
     bound = bound / row_scale(model, data)
     given = np.zeros(ne)
     is_given = np.zeros(ne, dtype=bool)

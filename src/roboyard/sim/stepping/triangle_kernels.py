@@ -1,16 +1,19 @@
-"""Compiled loops of triangle windows: triangles that are near, and prisms. Import on first use only."""
+"""Compiled loops of triangle windows: triangles that are near, and prisms."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from roboyard._numba import njit
+from roboyard.native import compiled
 
 FACING = 0.7
 """Cosine between a contact's normal and its triangle's from which the contact is on the face."""
 
 
-@njit(cache=True)
+@compiled(
+    "i8[:] i4[:] i4[:] f8[:,:] f8[:,:] f8[:,:] f8[:] f8[:] f8 "
+    "f8[:,:] f8[:,:] i4[:] f8[:,:,:] i8[:] i8 i4[:] i8[:] f8[:,:] -> f8"
+)
 def near_triangles(  # pragma: no cover
     movers,
     contype,
@@ -28,17 +31,17 @@ def near_triangles(  # pragma: no cover
     seen,
     mark,
     found,
+    stack,
+    m,
 ):
     """Write the triangles within the boxes of some geoms to `found`; return their number.
 
     movers: (k,) geoms; those without collisions are skipped. aabb: (ngeom, 6) centre and half size of each
     geom's box. place, turn: (3,), (9,) pose of the window's link. reach: enlargement of the boxes (m).
     lower, upper, first, corners: those of a TriangleTree. seen: (t,) int64 marks of earlier calls, all below
-    `mark`. found: (t,) int32.
+    `mark`. found: (t,) int32. stack: (128,) int64 and m: (3, 3) to work in.
     """
     leaves = first.shape[0] - 1
-    stack = np.empty(128, dtype=np.int64)
-    m = np.empty((3, 3))
     count = 0
     for g in movers:
         if contype[g] == 0 and conaffinity[g] == 0:
@@ -80,7 +83,6 @@ def near_triangles(  # pragma: no cover
     return count
 
 
-@njit(cache=True)
 def _overlaps(corners, m, cx, cy, cz, sx, sy, sz):  # pragma: no cover
     """Whether a triangle's box along the axes of a turned box (columns of m) overlaps it."""
     for axis in range(3):
@@ -95,7 +97,7 @@ def _overlaps(corners, m, cx, cy, cz, sx, sy, sz):  # pragma: no cover
     return True
 
 
-@njit(cache=True)
+@compiled("i4[:] i8 i4[:] i4[:] i8[:] i8 i4[:] -> f8")
 def assign_slots(found, count, slot_of, triangle_of, kept, mark, changed):  # pragma: no cover
     """Give the first `count` found triangles a slot each; return the number of slots that changed.
 
@@ -124,7 +126,10 @@ def assign_slots(found, count, slot_of, triangle_of, kept, mark, changed):  # pr
     return number
 
 
-@njit(cache=True)
+@compiled(
+    "i4[:] i4[:] i4[:] f8 f8[:,:,:] f8[:,:] f8[:,:] f8[:,:] f8[:] i4[:] f4[:,:] "
+    "i4[:] i4[:] i4[:] i4[:] i4[:] f8[:,:] i4[:]"
+)
 def write_prisms(  # pragma: no cover
     changed, triangle_of, geoms, half, corners, normals, geom_pos, aabb, radius, vert_start, vert,
     poly_start, poly_number, poly_vert_start, poly_vert_number, poly_vert, poly_normal, dataid
@@ -171,7 +176,7 @@ def write_prisms(  # pragma: no cover
                 poly_normal[face, 2] = nz / length
 
 
-@njit(cache=True)
+@compiled("i8 i8 i4[:,:] i4[:] f8[:,:] f8[:,:] f8 f8[:,:]")
 def refit_boxes(start, number, child, geom, geom_pos, aabb, margin, box):  # pragma: no cover
     """Update the boxes of a body's tree of geoms, whose children come after their parents.
 
@@ -195,7 +200,7 @@ def refit_boxes(start, number, child, geom, geom_pos, aabb, margin, box):  # pra
                 box[node, i], box[node, 3 + i] = 0.5 * (low + high), 0.5 * (high - low)
 
 
-@njit(cache=True)
+@compiled("i4[:] i4[:] f8[:,:] f8[:,:,:] u1[:,:] f8[:] f8[:] i4[:,:] f8[:,:] f8[:]")
 def correct_contacts(  # pragma: no cover
     slot_of, triangle_of, normals, sides, smooth, turn, inset, geom, frame, dist
 ):

@@ -93,6 +93,8 @@ class _Located:
         self._triangle_of = np.full(len(self.geoms), -1, dtype=np.int32)
         self._seen, self._mark = np.zeros(len(tree), dtype=np.int64), 0
         self._kept = np.full(len(self.geoms), -1, dtype=np.int64)
+        self._stack, self._turn = np.zeros(128, dtype=np.int64), np.zeros((3, 3))
+        self._smooth = tree.smooth.view(np.uint8)
         self._found, self._changed = np.zeros(len(tree), dtype=np.int32), np.zeros_like(self.geoms)
         self._slot_of_geom = np.full(model.ngeom, -1, dtype=np.int32)
         self._slot_of_geom[self.geoms] = np.arange(len(self.geoms))
@@ -113,12 +115,14 @@ class _Located:
         """Give slots to the triangles near bodies; return the number of triangles that need one."""
         model, tree = self._world.live_model, self._tree
         self._mark += 1
-        count = kernels().near_triangles(
+        near = kernels().near_triangles(
             self._others if everything else self._movers,
             *(model.geom_contype, model.geom_conaffinity, model.geom_aabb, data.geom_xpos, data.geom_xmat),
             *(data.xpos[self._row], data.xmat[self._row], reach),
             *(tree.lower, tree.upper, tree.first, tree.corners, self._seen, self._mark, self._found),
+            *(self._stack, self._turn),
         )
+        count = int(near)
         if count:
             self._assign(model, self._found, count)
         return count
@@ -137,7 +141,7 @@ class _Located:
         """Correct the distances (k,) of contacts between geoms (k, 2) with frames (k, 9)."""
         tree = self._tree
         kernels().correct_contacts(
-            *(self._slot_of_geom, self._triangle_of, tree.normals, tree.sides, tree.smooth),
+            *(self._slot_of_geom, self._triangle_of, tree.normals, tree.sides, self._smooth),
             *(self._world.live_data.xmat[self._row], self._inset, geom, frame, dist),
         )
 
@@ -158,6 +162,7 @@ class _Located:
         )
         if not number:
             return
+        number = int(number)
         tree = self._tree
         kernels().write_prisms(
             *(self._changed[:number], self._triangle_of, self.geoms, HALF_THICKNESS),
