@@ -16,6 +16,7 @@ OWN_FILES = {
     "roboyard.demo.output": "the summary that the demo wrote",
     "roboyard.importer.verify.read_back": "what the import has just written",
     "roboyard.native.objects": "machine code that was stored here, and sources of this package",
+    "roboyard.reports.robot_page.page": "page.html, which is part of this package",
     "roboyard.robots.pictures": "files of a registered robot, which were read before",
     "roboyard.shapes.convex.coacd_process": "what our own child process wrote",
     "roboyard.shapes.convex.coacd_worker": "what our own parent process wrote",

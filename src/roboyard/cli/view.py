@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from roboyard.cli.completion import viewed_names
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
+
+if TYPE_CHECKING:
+    from roboyard.description.model import RobotDescription
 
 EXAMPLES = """
 Examples:
@@ -18,6 +21,7 @@ Examples:
   roboyard view arm7            a bundled robot
   roboyard view my_robot.urdf   your robot file
   roboyard view mine            an imported robot
+  roboyard view mine --export mine.html   one file that opens anywhere
 """
 
 
@@ -47,11 +51,19 @@ def view(
     ] = None,
     package: PackageOption = None,
     xacro_arg: XacroArgOption = None,
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            "--export",
+            help="Write one HTML file with the robot, its joints and layers, and stop.",
+            show_default=False,
+        ),
+    ] = None,
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Open a browser if there is a display.")
     ] = True,
 ) -> None:
-    """Inspect a robot in the browser.
+    """Inspect a robot in the browser, or write it as one file with --export.
 
     Shows shapes, inertias, frames, joints, sensors, findings and checks; runs until Ctrl-C. Every computer
     that can reach the port can move the robot on the page, so keep the default address unless the network is
@@ -59,11 +71,16 @@ def view(
     """
     from roboyard.cli.robot_argument import given_robot
     from roboyard.viewer.inspector import Inspector, find_robot
+    from roboyard.viewer.inspector.read_robot import read_robot
     from roboyard.viewer.page.browser import open_page
     from roboyard.viewer.page.server import load_viser
 
-    load_viser()
     given = given_robot(robot, package, xacro_arg)
+    if export is not None:
+        source = find_robot(given.robot, spheres, config)
+        _export(export, read_robot(source, given.packages, given.xacro_args).description)
+        return
+    load_viser()
     inspector = Inspector(
         find_robot(given.robot, spheres, config),
         host=host,
@@ -79,3 +96,24 @@ def view(
         inspector.run()
     finally:
         inspector.close()
+
+
+def _export(file: Path, description: RobotDescription) -> None:
+    """Write a robot as one HTML file.
+
+    Raises:
+        ConfigError: the file cannot be written.
+    """
+    from roboyard.errors import ConfigError
+    from roboyard.reports.robot_page import robot_page
+    from roboyard.untrusted.text import say
+
+    if file.suffix.lower() not in (".html", ".htm"):
+        raise ConfigError(f"--export {file}: must end in .html")
+    if not file.parent.is_dir():
+        raise ConfigError(f"--export {file}: there is no folder {file.parent}; create it first")
+    try:
+        file.write_text(robot_page(description), encoding="utf-8", errors="backslashreplace")
+    except OSError as error:
+        raise ConfigError(f"--export {file}: cannot be written ({error.strerror})") from error
+    say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
