@@ -10,6 +10,12 @@ from roboyard.transforms import quaternion_from_rpy
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
+@pytest.fixture(autouse=True)
+def every_call_is_checked(monkeypatch):
+    """Compare the types of every call of a compiled loop, not of the first alone."""
+    monkeypatch.setenv("ROBOYARD_CHECK_LOOPS", "1")
+
+
 def joint(name, kind, parent, child, xyz=(0, 0, 0), rpy=(0, 0, 0), axis=X, limits=None, mimic=None):
     return Joint(
         name=name,

@@ -8,12 +8,14 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from roboyard.native import Kernel, compiled
 from roboyard.native.building import jit
+from roboyard.native.called import source_of
 
 SOURCE = """
 import sys
@@ -76,8 +78,11 @@ def test_stored_code_is_loaded_without_numba_and_agrees_with_the_source(tmp_path
 
 
 PARTS = """
+from pair.sizes import FACTOR
+
+
 def half(x):
-    return 0.5 * x
+    return FACTOR * x
 
 
 def quarter(x):
@@ -115,12 +120,19 @@ if __name__ == "__main__":
 
 def test_functions_of_other_files_are_parts_of_a_loop_and_of_its_key(tmp_path: Path) -> None:
     (tmp_path / "pair").mkdir()
-    for name, text in (("__init__", ""), ("parts", PARTS), ("loops", LOOPS)):
+    for name, text in (
+        ("__init__", ""),
+        ("sizes", "FACTOR = 0.5"),
+        ("parts", PARTS),
+        ("loops", LOOPS),
+    ):
         (tmp_path / "pair" / f"{name}.py").write_text(text)
     assert run(tmp_path, "-m", "pair.loops") == "[0.0, 0.25, 0.5, 0.75] 1.5 True"
     assert run(tmp_path, "-m", "pair.loops") == "[0.0, 0.25, 0.5, 0.75] 1.5 False"
-    (tmp_path / "pair" / "parts.py").write_text(PARTS.replace("0.5 * x", "2.0 * x"))
+    (tmp_path / "pair" / "parts.py").write_text(PARTS.replace("FACTOR * x", "4.0 * FACTOR * x"))
     assert run(tmp_path, "-m", "pair.loops") == "[0.0, 4.0, 8.0, 12.0] 24.0 True", "stale machine code"
+    (tmp_path / "pair" / "sizes.py").write_text("FACTOR = 0.25")
+    assert run(tmp_path, "-m", "pair.loops") == "[0.0, 1.0, 2.0, 3.0] 6.0 True", "a constant's old value"
 
 
 @compiled("f8[:,::1] i8", releases_gil=True)
@@ -148,6 +160,37 @@ def test_arrays_out_of_order_are_rejected() -> None:
     loop = compiled("f8[:,::1] i8")(count_up.py_func)
     with pytest.raises(TypeError, match="argument 0 is not in C order"):
         loop(np.zeros((4, 2)).T, 1)
+
+
+def test_loops_that_release_the_gil_return_nothing() -> None:
+    with pytest.raises(TypeError, match="returns nothing"):
+        compiled("f8[:] -> f8", releases_gil=True)
+
+
+def test_machine_code_of_files_without_source_depends_on_their_code() -> None:
+    def keyed(text: str) -> bytes:
+        names: dict[str, Any] = {"__name__": "nowhere"}
+        exec(compile(text, "/nowhere/loops.py", "exec"), names)
+        return b"".join(source_of(names["loop"]))
+
+    plain = "def loop(x):\n    return x * 2.0\n"
+    assert keyed(plain) == keyed(plain)
+    assert keyed(plain) != keyed(plain.replace("2.0", "3.0"))
+    assert keyed(plain) != keyed(plain.replace("*", "+"))
+
+
+@compiled("f8[:,::1] -> f8")
+def corner(values):
+    return values[-1, -1]
+
+
+def test_every_call_is_checked_on_request(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROBOYARD_CHECK_LOOPS", "1")
+    assert corner(np.ones((2, 2))) == 1.0
+    with pytest.raises(TypeError, match="float32 instead of float64"):
+        corner(np.ones((2, 2), dtype=np.float32))
+    with pytest.raises(TypeError, match="not in C order"):
+        corner(np.ones((2, 3)).T)
 
 
 @compiled("f8[:] i8 f8")

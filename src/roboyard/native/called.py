@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
 from types import FunctionType
+from typing import Any
+
+import numpy as np
 
 
 def called_functions(function: FunctionType) -> Iterator[tuple[str, FunctionType]]:
@@ -16,12 +21,45 @@ def called_functions(function: FunctionType) -> Iterator[tuple[str, FunctionType
             yield name, source
 
 
-def source_files(function: FunctionType) -> list[str]:
-    """Return the source files of a function and of all that it calls, sorted."""
-    found, waiting = {function}, [function]
+def source_of(function: FunctionType) -> Iterator[bytes]:
+    """Yield what decides the machine code of a function.
+
+    That is the source files of the function and of all that it calls, and the constants that these name,
+    which may be defined in further files.
+    """
+    found, waiting = {function: None}, [function]
     while waiting:
         for _, source in called_functions(waiting.pop()):
             if source not in found:
-                found.add(source)
+                found[source] = None
                 waiting.append(source)
-    return sorted({one.__code__.co_filename for one in found})
+    for file in sorted({one.__code__.co_filename for one in found}):
+        try:
+            yield _content(file)
+        except OSError:  # an installation without sources
+            for one in found:
+                if one.__code__.co_filename == file:
+                    yield one.__code__.co_code + repr(one.__code__.co_consts).encode()
+    for one in found:
+        for name in one.__code__.co_names:
+            value = one.__globals__.get(name)
+            if _is_constant(value):
+                yield f"{one.__qualname__} {name} ".encode() + _bytes(value)
+
+
+@cache
+def _content(file: str) -> bytes:
+    """Return a source file's content."""
+    return Path(file).read_bytes()
+
+
+def _is_constant(value: Any) -> bool:
+    if isinstance(value, tuple):
+        return all(_is_constant(part) for part in value)
+    return isinstance(value, (bool, int, float, complex, str, bytes, np.generic, np.ndarray))
+
+
+def _bytes(value: Any) -> bytes:
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype}{value.shape}".encode() + value.tobytes()
+    return repr(value).encode()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -44,15 +45,13 @@ class Kernel:
         """Call the loop; the first call loads it.
 
         Raises:
-            TypeError: the values do not fit the signature (only the first call checks).
+            TypeError: the values do not fit the signature. Later calls do not come here and are not checked,
+                unless the environment had ROBOYARD_CHECK_LOOPS at the first one.
         """
-        if self._loaded is None:
-            problem = self.signature.problem_with(values)
-            if problem:
-                raise TypeError(f"{self.__name__}({self.text}): {problem}")
-            self.load()
-        assert self._loaded is not None
-        return self._loaded(*values)
+        problem = self.signature.problem_with(values)
+        if problem:
+            raise TypeError(f"{self.__name__}({self.text}): {problem}")
+        return self.load()(*values)
 
     def load(self) -> Callable[..., Any]:
         """Compile the loop or load its stored code, and return the function that executes it."""
@@ -60,7 +59,7 @@ class Kernel:
             address = objects.address_of(self.py_func, self.signature)
             self._loaded = _caller(self, address) if address else objects.jitted(self.py_func, self.signature)
             names = vars(sys.modules[self.__module__])
-            if names.get(self.__name__) is self:
+            if names.get(self.__name__) is self and not os.environ.get("ROBOYARD_CHECK_LOOPS"):
                 names[self.__name__] = self._loaded
         return self._loaded
 
@@ -76,9 +75,12 @@ def compiled(text: str, *, fast_math: bool = False, releases_gil: bool = False) 
             f8[:], i4[:,:], ... for arrays, f8[:,::1] for those in C order, which are faster (only the first
             call checks); "-> f8" at the end where it returns a number.
         fast_math: whether the order of sums and products may be changed.
-        releases_gil: whether other Python threads run during a call; for calls of a microsecond and more.
+        releases_gil: whether other Python threads run during a call; for calls of a microsecond and more
+            that return nothing, since there is one place for the number that a loop returns.
     """
     signature = replace(parse_signature(text), fast_math=fast_math)
+    if releases_gil and signature.returns_number:
+        raise TypeError(f"signature {text!r}: a loop that releases the GIL returns nothing")
 
     def decorate(function: Any) -> Kernel:
         given = function.__code__.co_argcount

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.native.called import source_files
+from roboyard.native.called import source_of
 from roboyard.native.signatures import Signature
 
 _LAYOUT = 3
@@ -73,17 +73,10 @@ def _stored_at(function: FunctionType, signature: Signature) -> tuple[Path, str]
         *(_LAYOUT, sys.version_info[:2], np.__version__, llvmlite.__version__),
         *(llvm.get_process_triple(), llvm.get_host_cpu_name(), function.__name__, signature),
     )
-    contents = b"".join(_content(file) for file in source_files(function))
-    key = hashlib.sha256(repr(parts).encode() + contents).hexdigest()[:16]
+    key = hashlib.sha256(repr(parts).encode() + b"".join(source_of(function))).hexdigest()[:16]
     return _folder(
         source
     ) / f"{source.stem}.{function.__name__}.{key}.o", f"roboyard_{function.__name__}_{key}"
-
-
-@cache
-def _content(file: str) -> bytes:
-    """Return a source file's content."""
-    return Path(file).read_bytes()
 
 
 def _folder(source: Path) -> Path:
