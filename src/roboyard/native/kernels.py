@@ -40,6 +40,7 @@ class Kernel:
             function.__module__,
         )
         self._loaded: Callable[..., Any] | None = None
+        self._checks = False
 
     def __call__(self, *values: Any) -> Any:
         """Call the loop; the first call loads it.
@@ -48,10 +49,12 @@ class Kernel:
             TypeError: the values do not fit the signature. Later calls do not come here and are not checked,
                 unless the environment had ROBOYARD_CHECK_LOOPS at the first one.
         """
-        problem = self.signature.problem_with(values)
-        if problem:
-            raise TypeError(f"{self.__name__}({self.text}): {problem}")
-        return self.load()(*values)
+        if self._loaded is None or self._checks:
+            problem = self.signature.problem_with(values)
+            if problem:
+                raise TypeError(f"{self.__name__}({self.text}): {problem}")
+            return self.load()(*values)
+        return self._loaded(*values)
 
     def load(self) -> Callable[..., Any]:
         """Compile the loop or load its stored code, and return the function that executes it."""
@@ -59,7 +62,8 @@ class Kernel:
             address = objects.address_of(self.py_func, self.signature)
             self._loaded = _caller(self, address) if address else objects.jitted(self.py_func, self.signature)
             names = vars(sys.modules[self.__module__])
-            if names.get(self.__name__) is self and not os.environ.get("ROBOYARD_CHECK_LOOPS"):
+            self._checks = bool(os.environ.get("ROBOYARD_CHECK_LOOPS"))
+            if names.get(self.__name__) is self and not self._checks:
                 names[self.__name__] = self._loaded
         return self._loaded
 
