@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from roboyard.description.loops import reframed
 from roboyard.description.model import Link, Pose, RobotDescription, Vector3
 from roboyard.description.semantic import SemanticDescription
 from roboyard.morphology.skeleton import Skeleton, is_endless
@@ -83,6 +84,7 @@ def turned(description: RobotDescription, rotation: Array) -> RobotDescription:
             replace(joint, origin=_turned_pose(joint.origin, rotation)) if joint.parent == root else joint
             for joint in description.joints
         ),
+        loops=reframed(description.loops, root, lambda pose: _turned_pose(pose, rotation)),
     )
 
 

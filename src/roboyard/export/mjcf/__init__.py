@@ -17,6 +17,7 @@
 | floating (inside the tree) | three slides and a ball, `<joint>_x`, `_y`, `_z`, `_r` |
 | limits, damping, friction | `range` (at least 1e-9 either way), `damping`, `frictionloss` |
 | mimic | `<equality><joint>` |
+| loop joint | `<connect>` or `<weld>` between sites; its links are excluded from contact |
 | drive | `<position>`, `<velocity>` or `<motor>`, effort limit; gains from the inertia the joint moves |
 | links that overlap at rest, joined links | `<exclude>` |
 | camera | `<camera>` with the field of view of the stage's camera |

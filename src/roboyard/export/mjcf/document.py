@@ -21,6 +21,7 @@ from roboyard.export.export_result import ExportResult
 from roboyard.export.mjcf.assets import Assets
 from roboyard.export.mjcf.geoms import add_collisions, add_visuals
 from roboyard.export.mjcf.joints import add_actuators, add_joint
+from roboyard.export.mjcf.loops import add_loops
 from roboyard.export.mjcf.xml import add, pose
 from roboyard.export.names import free_name
 from roboyard.transforms import to_wxyz
@@ -61,6 +62,7 @@ def write(robot: RobotModel, path: Path | str, *, floating: bool | None = None) 
     names = _body_names(description)
     joints = _add_bodies(root, robot, names, assets, floating, notes)
     _add_equalities(root, description, joints, notes)
+    add_loops(root, description, names)
     _add_excludes(root, robot, names)
     actuators = add_actuators(add(root, "actuator"), robot)
     _add_sensors(root, robot, actuators)
@@ -201,6 +203,8 @@ def _add_excludes(root: ET.Element, robot: RobotModel, names: Mapping[str, str])
             above = rigid.parent if rigid is not None and not rigid.is_moving else None
         if above is not None and joint.child in solid:
             pairs.setdefault(frozenset((above, joint.child)), (above, joint.child))
+    for loop in description.loops:
+        pairs.setdefault(frozenset((loop.first, loop.second)), (loop.first, loop.second))
     for one, other in robot.semantic.disabled_collision_pairs:
         pairs.setdefault(frozenset((one, other)), (one, other))
     for one, two in pairs.values():

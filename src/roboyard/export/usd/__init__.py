@@ -20,6 +20,7 @@
 | drive | DriveAPI, effort limit; no gain is effort, damping alone velocity, both position |
 | joint state | PhysicsJointStateAPI, zero |
 | mimic | NewtonMimicAPI and PhysxMimicJointAPI; no drive |
+| loop joint | joint with `excludeFromArticulation` |
 | articulation root | ArticulationRootAPI on the root link |
 | links that overlap at rest | FilteredPairsAPI |
 | camera | `/<name>/<link>/Camera`: focal length 17, clipping from 1 mm to 1000 km |

@@ -11,6 +11,7 @@ from roboyard.export.usd.geometry import MeshPrototypes
 from roboyard.export.usd.joints import add_joints
 from roboyard.export.usd.library import Gf, Sdf, Usd, UsdGeom, UsdPhysics, Vt
 from roboyard.export.usd.links import add_filtered_pairs, add_links
+from roboyard.export.usd.loops import add_loops
 from roboyard.export.usd.materials import MaterialWriter
 from roboyard.export.usd.naming import paths_of
 from roboyard.export.usd.sensors import add_sensors
@@ -64,6 +65,7 @@ def build(robot: RobotModel, layer_folder: Path, textures: Path) -> Built:
     masters = MeshPrototypes(stage=stage, layer=meshes)
     add_links(stage, robot, paths, masters, looks, notes)
     add_joints(stage, robot, paths, notes)
+    add_loops(stage, robot, paths)
     add_filtered_pairs(stage, robot, paths)
     add_sensors(stage, robot, paths, masters)
     _write_metadata(root, robot)

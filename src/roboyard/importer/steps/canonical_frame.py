@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from roboyard.description.loops import reframed
 from roboyard.description.model import Link, Pose
 from roboyard.description.robot_model import RobotModel
 from roboyard.description.semantic import Wheel
@@ -38,6 +39,7 @@ def move_root_frame(robot: RobotModel, context: ImportContext) -> RobotModel:
             replace(joint, origin=_raised_pose(joint.origin, -lowest)) if joint.parent == root else joint
             for joint in robot.description.joints
         ),
+        loops=reframed(robot.description.loops, root, lambda pose: _raised_pose(pose, -lowest)),
     )
     solids = dict(robot.solids)
     if root in solids:

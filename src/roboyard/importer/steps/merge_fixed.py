@@ -89,7 +89,17 @@ def merge_links(
         for link, pose in absorbed:
             new_solids[host] = (*new_solids[host], *_transformed(solids.get(link.name, ()), pose))
     merged = {name: host for name, (host, _) in place.items() if host != name}
-    return merged, replace(description, links=links, joints=tuple(joints)), new_solids
+    loops = tuple(
+        replace(
+            loop,
+            first=place[loop.first][0],
+            first_origin=pose_from_matrix(place[loop.first][1] @ loop.first_origin.matrix()),
+            second=place[loop.second][0],
+            second_origin=pose_from_matrix(place[loop.second][1] @ loop.second_origin.matrix()),
+        )
+        for loop in description.loops
+    )
+    return merged, replace(description, links=links, joints=tuple(joints), loops=loops), new_solids
 
 
 def _joined(link: Link, merged_links: list[tuple[Link, Array]]) -> Link:

@@ -11,6 +11,7 @@ import re
 from dataclasses import replace
 
 from roboyard.audit.renames import Renames, distinct_names
+from roboyard.description.loops import with_renamed_links
 from roboyard.description.model import Joint, RobotDescription
 
 _PORTABLE = re.compile(r"/?[A-Za-z0-9_][A-Za-z0-9_.-]*(/[A-Za-z0-9_][A-Za-z0-9_.-]*)*")
@@ -46,4 +47,5 @@ def renamed(description: RobotDescription, renames: Renames) -> RobotDescription
         description,
         links=tuple(replace(link, name=links.get(link.name, link.name)) for link in description.links),
         joints=tuple(joint_renamed(joint) for joint in description.joints),
+        loops=with_renamed_links(description.loops, links),
     )

@@ -10,6 +10,7 @@
 | planar | two slides in the plane and a hinge about its normal |
 | floating (inside the tree) | three slides and a ball |
 | mimic | joint equality |
+| loop joint | one or two `connect`, or `weld`, between sites; its links do not collide |
 | visual | geom in group 2, no contact |
 | collision | geom in group 3; a mesh becomes its convex hull |
 | limit.effort | force range of the joint's PID actuator |
@@ -27,6 +28,7 @@ from roboyard.description.model import RobotDescription, Source
 from roboyard.errors import MeshError
 from roboyard.sim.build.geoms import add_collision, add_visual
 from roboyard.sim.build.joints import add_joint, add_mimics
+from roboyard.sim.build.loops import add_loops
 from roboyard.sim.build.masses import simulated_masses, write_mass
 from roboyard.sim.build.records import BuildOptions, Built, BuiltLink
 from roboyard.transforms import Array, to_wxyz
@@ -139,6 +141,7 @@ def _build_into(
     for place, record in enumerate(built.links):
         record.place = place
     add_mimics(built, spec, description, prefix)
+    add_loops(built, spec, description, prefix, options.scale)
     if options.keep_link_order:
         _reorder(built, description)
     for record in built.links:
