@@ -182,3 +182,54 @@ def test_unusable_files_are_refused(tmp_path: Path, text: str, message: str) -> 
     file.write_text(text)
     with pytest.raises(DescriptionError, match=message):
         load_description(file)
+
+
+def _closed(equality: str) -> str:
+    return (
+        '<mujoco><option gravity="0 0 -9.81"/><worldbody><body name="base"><geom size="0.01" mass="1"/>'
+        '<body name="a"><joint name="ja" axis="0 1 0" pos="0 0 0.1"/><geom size="0.01" pos="0 0 1" mass="1"/>'
+        '<site name="sa" pos="0 0 1" euler="0 0 30"/></body>'
+        '<body name="b" pos="1 0 0" euler="0 0 20"><joint name="jb" axis="0 1 0"/>'
+        '<geom size="0.01" pos="0 0 1" mass="1"/><site name="sb" pos="-1 0 1"/></body></body></worldbody>'
+        f"<equality>{equality}</equality></mujoco>"
+    )
+
+
+@pytest.mark.parametrize(
+    "equality",
+    [
+        '<connect name="c" body1="a" body2="b" anchor="0 0 1"/>',
+        '<connect name="c" site1="sa" site2="sb"/>',
+        '<weld name="c" body1="a" body2="b" anchor="0.1 0.2 0.3"/>',
+        '<weld name="c" site1="sa" site2="sb"/>',
+    ],
+)
+def test_equalities_that_close_loops_are_loop_joints(tmp_path, equality):
+    """MuJoCo's own residual at any position is the distance of the two frames of the loop joint."""
+
+    file = tmp_path / "closed.xml"
+    file.write_text(_closed(equality))
+    description = load_description(file)
+    (loop,) = description.loops
+    assert (loop.name, loop.first, loop.second) == ("c", "a", "b")
+    assert loop.type == ("fixed" if "weld" in equality else "spherical")
+    model = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.2, -0.3
+    mujoco.mj_forward(model, data)
+    poses = forward_kinematics(description, {"ja": 0.2, "jb": -0.3})
+    first = poses["a"] @ loop.first_origin.matrix()
+    second = poses["b"] @ loop.second_origin.matrix()
+    np.testing.assert_allclose(first[:3, 3] - second[:3, 3], data.efc_pos[:3], atol=1e-9)
+    if loop.type == "fixed":
+        turn = first[:3, :3].T @ second[:3, :3]
+        angle = np.arccos((np.trace(turn) - 1) / 2)
+        assert np.linalg.norm(data.efc_pos[3:6]) == pytest.approx(abs(np.sin(angle / 2)), abs=1e-6)
+
+
+def test_equalities_to_the_world_are_noted(tmp_path):
+    file = tmp_path / "closed.xml"
+    file.write_text(_closed('<connect body1="a" anchor="0 0 1"/>'))
+    description = load_description(file)
+    assert description.loops == ()
+    assert any("does not join two links" in note for note in description.notes)

@@ -12,6 +12,7 @@
 | named site | link without shape on a fixed joint |
 | joint's own force range, else the actuators' | effort limit |
 | equality of two joints, straight line | mimic |
+| connect, weld of two bodies or sites | loop joint, spherical or fixed |
 
 Everything else (tendons, other equalities, sensors, cameras, lights, height fields) is omitted with a note.
 """
@@ -28,6 +29,7 @@ from roboyard.description.geometry import pose_from_matrix
 from roboyard.description.mjcf.checked import checked_mjcf
 from roboyard.description.mjcf.geoms import ShapeBuilder
 from roboyard.description.mjcf.limits import effort_of, mimics_of
+from roboyard.description.mjcf.loops import loops_of
 from roboyard.description.mjcf.parse import parse_mjcf
 from roboyard.description.model import Inertial, Joint, JointType, Limit, Link, RobotDescription
 from roboyard.description.urdf.xml import OmittedNote
@@ -98,6 +100,7 @@ class _Builder:
         self._add_sites(names)
         self._note_rest()
         mimics = mimics_of(model, self.notes)
+        loops = loops_of(model, {body: names[body] for body in own}, self.shifts, self.notes)
         joints = tuple(
             joint if joint.name not in mimics else replace(joint, mimic=mimics[joint.name])
             for joint in self.joints
@@ -107,6 +110,7 @@ class _Builder:
             name=name,
             links=tuple(self.links),
             joints=joints,
+            loops=loops,
             notes=tuple(map(OmittedNote, dict.fromkeys(self.notes))),
         )
 

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.description.mjcf.loops import CONNECT, WELD
 from roboyard.description.model import Mimic
 
-_JOINT_EQUALITY, _CONNECT, _WELD = 2, 0, 1
+_JOINT_EQUALITY = 2
 _JOINT_TRANSMISSIONS = (0, 1)
 
 
@@ -35,7 +36,8 @@ def effort_of(model: Any, joint: int) -> float | None:
 
 
 def mimics_of(model: Any, notes: list[str]) -> dict[str, Mimic]:
-    """Return the joints that follow another one in a straight line, by name; note all other equalities.
+    """Return the joints that follow another one in a straight line, by name; those that close loops
+    are loop joints (`mjcf.loops`); note all others.
 
     Args:
         model: the compiled model.
@@ -44,8 +46,7 @@ def mimics_of(model: Any, notes: list[str]) -> dict[str, Mimic]:
     found = {}
     for e in range(model.neq):
         kind = int(model.eq_type[e])
-        if kind in (_CONNECT, _WELD):
-            notes.append("equalities that close a loop (<connect>, <weld>) are omitted: links form a tree")
+        if kind in (CONNECT, WELD):
             continue
         follower, leader = int(model.eq_obj1id[e]), int(model.eq_obj2id[e])
         if kind != _JOINT_EQUALITY or leader < 0:
