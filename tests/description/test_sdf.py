@@ -265,11 +265,13 @@ def test_what_closes_a_loop_or_hangs_nowhere_is_noted() -> None:
         joint("j", "a", "b"),
         joint("k", "a", "c"),
         joint("m", "b", "c"),
+        joint("n", "b", "c").replace("revolute", "prismatic"),
     )
     description = load_description(text)
     assert [each.name for each in description.joints] == ["j", "k"]
     notes = " ".join(description.notes)
-    assert "joint 'm' is omitted: it closes a loop" in notes
+    assert [loop.name for loop in description.loops] == ["m"]
+    assert "joint 'n' is omitted: it closes a loop" in notes
     assert "not joined to the robot are omitted: d" in notes
 
 
@@ -461,3 +463,40 @@ def test_many_includes_of_one_file_are_refused(tmp_path: Path) -> None:
         (folder / "model.sdf").write_text(model(link("a"), inner if k < 7 else ""))
     with pytest.raises(DescriptionError, match="beyond any robot"):
         load_description(tmp_path / "m0" / "model.sdf")
+
+
+def test_a_loop_of_links_is_kept(tmp_path: Path) -> None:
+    """A parallelogram whose last joint closes it; its frames coincide where the file draws the links."""
+    links = "".join(
+        f'<link name="{name}"><pose>{pose}</pose></link>'
+        for name, pose in (
+            ("ground", "0 0 0 0 0 0"),
+            ("crank", "0 0 0 0 0 0"),
+            ("rod", "0 0 1 0 0 0.5"),
+            ("rocker", "2 0 0 0 0.3 0"),
+        )
+    )
+    joints = "".join(
+        f'<joint name="{name}" type="revolute"><pose relative_to="__model__">{pose}</pose>'
+        f"<parent>{parent}</parent><child>{child}</child>"
+        '<axis><xyz expressed_in="__model__">0 1 0</xyz></axis></joint>'
+        for name, parent, child, pose in (
+            ("a", "ground", "crank", "0 0 0 0 0 0"),
+            ("b", "crank", "rod", "0 0 1 0 0 0"),
+            ("c", "ground", "rocker", "2 0 0 0 0 0"),
+            ("closing", "rod", "rocker", "2 0 1 0.1 0 0"),
+        )
+    )
+    file = tmp_path / "linkage.sdf"
+    file.write_text(f'<sdf version="1.10"><model name="linkage">{links}{joints}</model></sdf>')
+    description = load_description(file)
+    (loop,) = description.loops
+    assert (loop.name, loop.type, {loop.first, loop.second}) == ("closing", "revolute", {"rod", "rocker"})
+    poses = forward_kinematics(description)
+    ends = [
+        poses[link] @ pose.matrix()
+        for link, pose in ((loop.first, loop.first_origin), (loop.second, loop.second_origin))
+    ]
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
+    np.testing.assert_allclose(ends[0][:3, 3], (2, 0, 1), atol=1e-9)
+    np.testing.assert_allclose(ends[0][:3, :3] @ np.array(loop.axis), (0, 1, 0), atol=1e-9)

@@ -9,7 +9,7 @@
 | revolute, continuous, prismatic, fixed, ball | revolute or continuous, prismatic, fixed, spherical |
 | universal, revolute2 | two joints, with a link without mass between them |
 | screw | a turning joint, and a sliding one that follows it |
-| joint whose child has a parent already | turned round where that makes one tree, else omitted with a note |
+| joint whose child has a parent already | turned round where that makes one tree, else a loop joint |
 | `<static>`, joint to the world | a root link `world` |
 | `<mimic>` | mimic |
 | friction and restitution of collisions | `<contact>` |
@@ -33,7 +33,7 @@ from roboyard.description.sdf.frames import WORLD, Frame, Scope, link_of, pose_o
 from roboyard.description.sdf.joints import Ends, Motion, joint_elements, motions_of
 from roboyard.description.sdf.links import kept_elements, link_element
 from roboyard.description.sdf.models import ModelReader, SdfModel
-from roboyard.description.sdf.values import made, origin, pose_of, text_of
+from roboyard.description.sdf.values import joined, made, origin, pose_of, text_of
 from roboyard.description.spanning_tree import SpanningTree, spanning_tree
 from roboyard.description.urdf.xml import LocatedElement, OmittedNote, copy_tree, line_of
 from roboyard.errors import DescriptionError
@@ -175,8 +175,8 @@ class _Builder:
     def _note_tree(self, tree: SpanningTree, edges: list[_Edge], world: str) -> None:
         for index in tree.loops:
             joint = edges[index].joint
-            if joint is not None:
-                self.notes.append(f"joint {joint.name!r} is omitted: it closes a loop, and links form a tree")
+            if joint is not None and _loop_type(edges[index]) is None:
+                self.notes.append(f"joint {joint.name!r} is omitted: it closes a loop and does not only turn")
         others = [name for name in tree.others if name != world]
         if others:
             self.notes.append(f"links that are not joined to the robot are omitted: {_listed(others)}")
@@ -217,6 +217,7 @@ class _Builder:
                 kept += [] if held is None else [held]
         joints += self._add_frames(robot, poses)
         robot.extend(joints)
+        robot.extend(self._loop(edges[index], poses) for index in tree.loops if _loop_type(edges[index]))
         robot.extend(kept)
         robot.extend(self._kept())
         return robot
@@ -233,6 +234,22 @@ class _Builder:
         moved = np.eye(4)
         moved[:3, 3] = np.where(np.abs(shift) < 1e-12, 0.0, shift)
         return T_model_link @ moved
+
+    def _loop(self, edge: _Edge, poses: dict[str, Array]) -> LocatedElement:
+        """Return the `<loop>` of a joint that closes a loop of links."""
+        joint, kind = edge.joint, _loop_type(edge)
+        assert joint is not None
+        assert kind is not None
+        element = made("loop", joint.element, name=joint.name, type=kind)
+        T_model_joint = pose_of_frame(joint)
+        for tag, link in (("predecessor", edge.parent), ("successor", edge.child)):
+            end = made(tag, joint.element, link=link)
+            end.append(origin(np.linalg.inv(poses[link]) @ T_model_joint))
+            element.append(end)
+        axis = edge.motions[0].axis if kind == "revolute" else None
+        if axis is not None:
+            element.append(made("axis", joint.element, xyz=joined(T_model_joint[:3, :3].T @ axis)))
+        return element
 
     def _fixed(self, name: str, parent: str, child: str, T_parent_child: Array) -> LocatedElement:
         element = made("joint", self.robot.element, name=self._free_name(name), type="fixed")
@@ -278,6 +295,15 @@ class _Builder:
             name, number = f"{wanted}_{number}", number + 1
         self.names.add(name)
         return name
+
+
+def _loop_type(edge: _Edge) -> str | None:
+    """Return the type of the loop joint that a joint can be; None for one that slides or turns twice."""
+    kinds = tuple(motion.type for motion in edge.motions)
+    if edge.joint is None or len(kinds) > 1:
+        return None
+    names = {"revolute": "revolute", "continuous": "revolute", "spherical": "spherical", "fixed": "fixed"}
+    return names.get(kinds[0]) if kinds else "fixed"
 
 
 def _renamed(edge: _Edge, world: str) -> _Edge:
