@@ -93,12 +93,7 @@ class BatchPhysics:
         Returns:
             (k,) indices of simulations that diverged in it: not finite, or with errors of MuJoCo.
         """
-        failed = np.zeros(0, dtype=np.intp)
-        try:
-            self.batch.step(nstep=substeps, stage=self._stage)
-        except batch.SimulationError as error:
-            failed = np.asarray(error.ids, dtype=np.intp)
-        solver_warning.is_raised, solver_warning.message = False, None  # the rows are returned
+        failed = self._advance(substeps)
         # one pass over the state: a row with a value that is not finite has no finite sum
         speed = self.batch.bind("qvel")
         bad = ~np.isfinite(self.batch.state.sum(axis=1))
@@ -108,6 +103,16 @@ class BatchPhysics:
             bad |= self._unstable()
         bad[failed] = True
         return np.flatnonzero(bad)
+
+    def _advance(self, substeps: int) -> np.ndarray:
+        """Make time steps; return (k,) indices of simulations with errors of MuJoCo."""
+        failed = np.zeros(0, dtype=np.intp)
+        try:
+            self.batch.step(nstep=substeps, stage=self._stage)
+        except batch.SimulationError as error:
+            failed = np.asarray(error.ids, dtype=np.intp)
+        solver_warning.is_raised, solver_warning.message = False, None  # the rows are returned
+        return failed
 
     def _is_warned(self) -> bool:
         return not np.array_equal(self._warnings, self.batch.warning)

@@ -100,15 +100,15 @@ def make_vec(
         task: an id, or a task.
         num_envs: number of environments.
         backend: "batch": threads of this process; "ray": Ray actors on one machine or a cluster, each with a
-            batch (extra `cluster`).
-        options: of the back end (`BatchEnv`, `RayEnv`); others are the task's.
+            batch (extra `cluster`); "warp": MuJoCo Warp on a CUDA GPU, or on its CPU device (extra `warp`).
+        options: of the back end (`BatchEnv`, `RayEnv`, `WarpEnv`); others are the task's.
 
     Raises:
         ConfigError: there is no such task, back end or option.
     """
     from roboyard.envs.task import Task
 
-    makers = {"batch": "vector_env:BatchEnv", "ray": "ray_env:RayEnv"}
+    makers = {"batch": "vector_env:BatchEnv", "ray": "ray_env:RayEnv", "warp": "on_warp.warp_env:WarpEnv"}
     if backend not in makers:
         raise ConfigError(unknown_name("back end", backend, makers))
     module, name = makers[backend].split(":")

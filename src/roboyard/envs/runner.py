@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -50,6 +50,7 @@ class Runner:
         modalities: Sequence[str] | None = None,
         threads: int = 0,
         state_folder: Path | None = None,
+        make_physics: Callable[..., BatchPhysics] = BatchPhysics,
     ) -> None:
         """Build the task's world and copy it n times; call `reset` before the first step.
 
@@ -59,6 +60,7 @@ class Runner:
             modalities: of observations; all those of the task's functions by default.
             threads: of the processor; 0 for all that this process may use.
             state_folder: where states of simulations that diverged are kept; a temporary folder by default.
+            make_physics: makes the simulations of (world, count, threads=...).
 
         Raises:
             ConfigError: a name in the task is unknown, or a function returns another shape.
@@ -74,7 +76,7 @@ class Runner:
         placed = place_actions(task, robots)
         self.world.model  # noqa: B018 - compiles
         prepare_all_drives(robots, placed)
-        self.physics = BatchPhysics(self.world, count, threads=threads)
+        self.physics = make_physics(self.world, count, threads=threads)
         """The simulations."""
         self.env = EnvArrays(self.physics, self.bodies, task.buffers, task.substeps * task.timestep)
         """The state as arrays."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from roboyard.envs.batch_physics import BatchPhysics
 from roboyard.envs.pictures.picture_arrays import PictureArrays
 from roboyard.envs.runner import Runner, StepRows
 from roboyard.envs.spaces import action_space, observation_space, split_modalities
@@ -36,6 +37,7 @@ class BatchEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         render_mode: str | None = None,
         state_folder: Path | str | None = None,
         first_seed: int = 0,
+        make_physics: Callable[..., BatchPhysics] = BatchPhysics,
     ) -> None:
         """Build the task's world once and copy it.
 
@@ -50,6 +52,7 @@ class BatchEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
             state_folder: where states of simulations that diverged are kept; a temporary folder by default.
             first_seed: added to the number of an environment where `reset` is given one seed; workers of a
                 larger set of environments pass the number of their first one.
+            make_physics: makes the simulations of (world, count, threads=...), as `BatchPhysics`.
 
         Raises:
             ConfigError: a name in the task is unknown, or a function returns another shape.
@@ -64,6 +67,7 @@ class BatchEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
             modalities=vectors,
             threads=threads,
             state_folder=None if state_folder is None else Path(state_folder),
+            make_physics=make_physics,
         )
         """The environments as arrays."""
         self._pictures = PictureArrays(self.runner, pictures, threads=threads) if pictures else None
