@@ -30,6 +30,10 @@ class PhysicsProfile:
     """Closing speed (m/s) below which contacts do not bounce."""
     largest_velocity: float | None = None
     """Bound on every joint and base velocity component (rad/s or m/s)."""
+    motor_rounds: int = 0
+    """Rounds in which the rows of robots with motors are solved in turn; 0: MuJoCo solves all together."""
+    motor_residual: float = 0.0
+    """Square of the change of velocity (rad/s or m/s) in a round below which the rounds end."""
     pid_drives: bool = True
     """Whether joints have PID actuators (`Joint.drive_position` and its siblings)."""
     joint_friction: bool = True
@@ -57,6 +61,8 @@ BULLET = PhysicsProfile(
     erp=0.2,
     slow=0.2,
     largest_velocity=100.0,
+    motor_rounds=50,
+    motor_residual=1e-7,
     pid_drives=False,
     joint_friction=False,
     keeps_textures=True,

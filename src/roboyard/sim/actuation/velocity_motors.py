@@ -50,6 +50,11 @@ class VelocityMotors:
         """Whether any body has motors."""
         return bool(self._by_body)
 
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Motors (nv, 5) and targets (nv, 4) by dof, as `prepare` has arranged them."""
+        return self._motors, self._targets
+
     def set(
         self,
         joint: Joint,

@@ -49,6 +49,17 @@ class Surfaces:
         """Whether steps must apply these rules."""
         return bool(self._restitution or self._damping) or self._world.profile.needs_halves
 
+    @property
+    def compliance_of_geoms(self) -> np.ndarray:
+        """Stiffness (N/m), 0 for a rigid surface, and damping (N s/m) of each geom: (ngeom, 2)."""
+        return self._compliance_rows
+
+    def normal_references(self, count: int) -> np.ndarray:
+        """Return the references (count,) of this step's rigid contacts before the correction for sliding."""
+        if len(self._base) < count:
+            self._base, self._acceleration = np.zeros(2 * count), np.zeros(2 * count)
+        return self._base
+
     def restitution(self, link: Link) -> float:
         """Return the coefficient of restitution of a link; 0 where none was set."""
         return self._restitution.get((link.body.id, link.index), 0.0)

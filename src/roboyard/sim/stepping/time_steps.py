@@ -16,6 +16,7 @@ from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
+from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
@@ -72,6 +73,8 @@ class Stepping:
         """Contacts that slide, where contacts are soft."""
         self.stops = JointStops(world)
         """Joints that pass their stops within a step, where limits are soft."""
+        self.in_turn = SequentialMotors(world, motors, surfaces)
+        """Robots with motors, where they are solved row by row as Bullet does."""
         self.is_plain = True
         """Whether MuJoCo's own step has all the rules of this world, but for sliding."""
         self._has_surfaces = self._has_motors = self._is_bounded = False
@@ -93,6 +96,7 @@ class Stepping:
         self._compiled = None
         self.sliding.invalidate()
         self.stops.invalidate()
+        self.in_turn.invalidate()
 
     def forget(self, body_id: int) -> None:
         """Remove the velocity limits of a body that is removed."""
@@ -182,13 +186,11 @@ class Stepping:
             self.sliding.prepare(data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
-        mujoco.mj_fwdConstraint(model, data)
-        if slides:
-            self.sliding.correct(model, data, timestep)
-        elif world.hard_contacts:
-            self.surfaces.correct_sliding(model, data, timestep)
-        if self._is_bounded:
-            self.constraints.bound_forces(model, data)
+        in_turn = self._has_motors and world.profile.motor_rounds > 0
+        if not (in_turn and self.in_turn.solve(model, data, timestep)):
+            self._solve_together(model, data, timestep, slides=slides)
+        if in_turn:
+            self.in_turn.write(model, data, timestep)
         if limits is not None:
             kernels().bound_velocity(data.qvel, data.qacc, timestep, limits)
         if slides:  # as in mj_step2
@@ -198,6 +200,16 @@ class Stepping:
             mujoco.mj_Euler(model, data)
         else:
             mujoco.mj_implicit(model, data)
+
+    def _solve_together(self, model: Any, data: Any, timestep: float, *, slides: bool) -> None:
+        """Solve all rows at once, again where sliding or bounded constraints require it."""
+        mujoco.mj_fwdConstraint(model, data)
+        if slides:
+            self.sliding.correct(model, data, timestep)
+        elif self._world.hard_contacts:
+            self.surfaces.correct_sliding(model, data, timestep)
+        if self._is_bounded:
+            self.constraints.bound_forces(model, data)
 
     def _look_up(self, model: Any, data: Any) -> tuple[Any, ...]:
         largest = self._world.profile.largest_velocity
