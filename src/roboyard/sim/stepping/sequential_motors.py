@@ -57,6 +57,8 @@ class SequentialMotors:
             bound = self._bound = self._bind(model)
         slot, limit_slot, geom_tree, taken, places, ends, change = bound
         contact, nefc = data.contact, data.nefc
+        if data.ncon and not self._world.hard_contacts:
+            return False
         kind, index = data.efc_type, data.efc_id
         geom, address = contact.geom, contact.efc_address
         joint_dof, dof_tree = model.jnt_dofadr, model.dof_treeid
