@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from roboyard.errors import ModelError, RoboyardError
+from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.solver_options import (
     HARD_SOLIMP,
@@ -191,6 +192,7 @@ class Engine(Generic[BodyT]):
         except (ValueError, mujoco.FatalError) as error:
             raise ModelError(f"MuJoCo rejects the world: {' '.join(str(error).split())[:500]}") from error
         self._stale = self._inertia_changed = False
+        bound_inverse_weights(self._model)
         self.revision += 1
         self._set_contact_law(self.body_by_id.values())
         self.pool.locate()

@@ -15,6 +15,7 @@ from roboyard.errors import MeshError
 from roboyard.shapes.load import load_mesh
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim.build.bodies import build
+from roboyard.sim.build.inverse_weights import bound_inverse_weights
 from roboyard.sim.build.mesh_assets import MeshAssets
 from roboyard.sim.build.records import BuildOptions
 from roboyard.sim.build.solver_options import new_spec
@@ -125,6 +126,7 @@ def make_template(description: RobotDescription, options: BuildOptions) -> BodyT
         model = spec.compile()
     except ValueError:
         return None
+    bound_inverse_weights(model)
     counts = {
         "body": model.nbody - 1,
         "jnt": model.njnt,
