@@ -97,3 +97,25 @@ def test_the_module_needs_a_script(
 
     assert main(arguments) == code
     assert text in capsys.readouterr().err
+
+
+def test_whole_programs_run_without_numba_and_collect_their_own_garbage(tmp_path: Path) -> None:
+    text = (
+        "import gc, sys, weakref\n"
+        "import pybullet as p, pybullet_data\n"
+        "class Ring:\n"
+        "    def __init__(self):\n"
+        "        self.ring = self\n"
+        "ring = Ring(); seen = weakref.ref(ring); del ring; gc.collect()\n"
+        "p.connect(p.DIRECT)\n"
+        "p.setAdditionalSearchPath(pybullet_data.getDataPath())\n"
+        "p.loadURDF('plane.urdf'); arm = p.loadURDF('kuka_iiwa/model.urdf', useFixedBase=True)\n"
+        "angles = p.calculateInverseKinematics(arm, 6, [0.4, 0.1, 0.6])\n"
+        "p.setJointMotorControlArray(arm, range(7), p.POSITION_CONTROL, angles)\n"
+        "for _ in range(10): p.stepSimulation()\n"
+        "print(seen() is None, gc.isenabled(), 'numba' in sys.modules)\n"
+    )
+    for _ in range(2):  # the first may compile loops
+        done = run(tmp_path / "whole.py", text)
+        assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["True", "True", "False"]

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import RobotDescription
-from roboyard.description.sdf.build import read_sdf
 from roboyard.description.urdf.build import build_description
 from roboyard.description.urdf.build_context import MissingMeshes
 from roboyard.description.urdf.parse import UrdfElements
@@ -77,6 +76,8 @@ def _read_urdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
 
 
 def _read_sdf(source: XmlSource, options: LoadOptions) -> RobotDescription:
+    from roboyard.description.sdf.build import read_sdf
+
     resolver = Resolver.of_file(source.file, packages=options.packages, search_paths=options.search_paths)
     root, notes = read_sdf(source.root, source.file, resolver)
     return _read_urdf(XmlSource(root=root, file=source.file, notes=(*source.notes, *notes)), options)

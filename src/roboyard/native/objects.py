@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from roboyard._lazy import paused_collection
 from roboyard.native.called import source_of
 from roboyard.native.signatures import Signature
 
@@ -66,8 +67,9 @@ def arrays_have_the_known_layout() -> bool:
 def _stored_at(function: FunctionType, signature: Signature) -> tuple[Path, str]:
     """Return the file of a loop's machine code, and the name of the function in it."""
     source = Path(function.__code__.co_filename)
-    import llvmlite
-    import llvmlite.binding as llvm
+    with paused_collection():
+        import llvmlite
+        import llvmlite.binding as llvm
 
     parts = (
         *(_LAYOUT, sys.version_info[:2], np.__version__, llvmlite.__version__),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roboyard._lazy import paused_collection
 from roboyard.pybullet.bullet_rules.picture_light import PictureLight
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.commands import COMMANDS
@@ -61,7 +62,8 @@ class Client:
             return getattr(self, name)
         if name != "scene":
             raise AttributeError(f"Client has no attribute {name!r}")
-        from roboyard.pybullet.state.physics_scene import PhysicsScene
+        with paused_collection():
+            from roboyard.pybullet.state.physics_scene import PhysicsScene
 
         self.scene = PhysicsScene(self.parameters, self._first_texture)
         self.scene.world.pool.restore_history(self._history)

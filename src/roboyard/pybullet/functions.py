@@ -7,6 +7,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
+from roboyard._lazy import paused_collection
 from roboyard.pybullet.face.calling import builtin, public
 from roboyard.pybullet.face.commands import COMMANDS
 
@@ -56,10 +57,12 @@ def public_function(name: str) -> Callable[..., Any]:
     """
     function: Any
     if name in _FREE_HOMES:
-        function = getattr(import_module(_FREE_HOMES[name]), name)
+        with paused_collection():
+            function = getattr(import_module(_FREE_HOMES[name]), name)
         function.__module__ = __name__  # pickled by this module, whose attributes make the built-in, too
     elif name in COMMANDS:
-        from roboyard.pybullet.connections import CLIENTS
+        with paused_collection():
+            from roboyard.pybullet.connections import CLIENTS
 
         entry = COMMANDS[name]
         function = public(entry.function, CLIENTS, entry.aliases, __name__)

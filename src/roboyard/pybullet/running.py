@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import runpy
 import sys
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType, TracebackType
 
+from roboyard._lazy import paused_collection
 from roboyard.omnigibson.import_alias import install_omnigibson_alias
 
 REPLACEMENTS = {
@@ -48,6 +50,33 @@ def install() -> None:
     setattr(import_module("pybullet_utils"), "bullet_client", sys.modules["pybullet_utils.bullet_client"])  # noqa: B010
 
 
+PRELOADED = (
+    "roboyard.pybullet.connections",
+    "roboyard.pybullet.calling_forms",
+    "roboyard.pybullet.state.physics_scene",
+    "roboyard.pybullet.api.loading",
+    "roboyard.pybullet.api.bodies",
+    "roboyard.pybullet.api.joints",
+    "roboyard.pybullet.api.control",
+    "roboyard.pybullet.api.stepping",
+    "roboyard.pybullet.api.parameters",
+    "llvmlite.binding",
+)
+"""Modules that almost every script needs."""
+
+
+def preload() -> None:
+    """Import what almost every script needs, and except it from later garbage collections.
+
+    Python's collector goes through all objects several times while a program starts and three times when it
+    ends. What exists before the script is the interpreter's and Roboyard's, and stays until the end.
+    """
+    with paused_collection():
+        for name in PRELOADED:
+            import_module(name)
+    gc.freeze()
+
+
 def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     """Run a script as `python script.py arguments...` would, with Roboyard in place of PyBullet.
 
@@ -56,6 +85,7 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     """
     install()
     install_omnigibson_alias()
+    preload()
     path = str(script)
     sys.argv = [path, *arguments]
     sys.path.insert(0, str(Path(script).resolve().parent))

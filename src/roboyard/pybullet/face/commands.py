@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
 
+from roboyard._lazy import paused_collection
 from roboyard.pybullet.face.command_names import HOMES
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -43,7 +44,8 @@ class CommandTable(Mapping[str, Command]):
     def __getitem__(self, name: str) -> Command:
         """Return a command, importing its module; raise KeyError where there is none of this name."""
         if name not in self.entered:
-            import_module(self._homes[name])
+            with paused_collection():
+                import_module(self._homes[name])
         return self.entered[name]
 
     def __contains__(self, name: object) -> bool:
