@@ -115,7 +115,7 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
     )
     config.write_text(before)
     inspector = Inspector(RobotSource(name="gripper", urdf=gripper, config=config), port=0, quiet=True)
-    page = chromium.Page(inspector.viewer.url, tmp_path / "profile")
+    page = chromium.Page(inspector.viewer.url, tmp_path / "profile", size=(1280, 900))
 
     def click(text: str) -> None:
         place = until(inspector.tick, lambda: page.place_of(page.with_text(text)))
