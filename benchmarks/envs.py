@@ -53,6 +53,9 @@ def main() -> None:
             rates[name].append(rate(step, count, given.seconds))
     if importlib.util.find_spec("pybullet") is not None and Path("/proc").is_dir():
         rates["PyBullet in 2 processes, joints"] = [pybullet_rate(given.seconds)]
+    if importlib.util.find_spec("ray") is not None and Path("/proc").is_dir():
+        for count in (256, 1024):
+            rates[f"ray in 2 actors, joints, {count}"] = [ray_rate(count, given.seconds)]
     medians = {name: statistics.median(found) for name, found in rates.items()}
     print(f"{'':<28}{'steps per CPU s':>16}{'of raw':>9}")
     for name, value in medians.items():
@@ -62,6 +65,10 @@ def main() -> None:
     joints, tip = medians["batch, joints, 256"], medians["batch, tip, 256"]
     print(f"tip of joints at 256: {tip / joints:.2f}")
     print(f"joints of Robot: {joints / medians['Robot, joints']:.1f}; tip: {tip / medians['Robot, tip']:.1f}")
+    for count in (256, 1024):
+        if f"ray in 2 actors, joints, {count}" in medians:
+            share = medians[f"ray in 2 actors, joints, {count}"] / medians[f"batch, joints, {count}"]
+            print(f"ray of batch at {count}: {share:.2f}")
     theirs = medians.get("PyBullet in 2 processes, joints")
     if theirs:
         print(f"joints of PyBullet: {joints / theirs:.1f}")
@@ -185,6 +192,28 @@ def pybullet_rate(seconds: float, workers: int = 2) -> float:
         steps += workers
     spent = time.process_time() - before
     spent += sum(cpu_time(process.pid) for process in envs.processes) - workers_before
+    envs.close()
+    return steps / spent
+
+
+def ray_rate(count: int, seconds: float) -> float:
+    """Return environment steps on two Ray actors for each second of CPU time, ours and that of the actors."""
+    envs = make_vec("roboyard/Reach-v0", count, backend="ray", workers=2)
+    envs.reset(seed=0)
+    actions = np.random.default_rng(0).uniform(-1, 1, (count, 7)).astype(np.float32)
+    for _ in range(5):
+        envs.step(actions)
+    actors = [
+        int(entry.name)
+        for entry in Path("/proc").iterdir()
+        if entry.name.isdigit() and b"ray::Worker" in (entry / "cmdline").read_bytes()
+    ]
+    before, steps = sum(map(cpu_time, actors)) + time.process_time(), 0
+    end = time.monotonic() + 2.0 * seconds
+    while time.monotonic() < end:
+        envs.step(actions)
+        steps += count
+    spent = sum(map(cpu_time, actors)) + time.process_time() - before
     envs.close()
     return steps / spent
 
