@@ -57,6 +57,14 @@ def test_the_imported_rover_drives(
         assert film.n_frames == 75
 
 
+@of("custom_environment")
+def test_the_ball_of_a_task_of_ones_own_goes_over_the_line(example: ModuleType, tmp_path: Path) -> None:
+    pytest.importorskip("gymnasium")
+    assert example.main(str(tmp_path / "film.gif")) > 0.9
+    with Image.open(tmp_path / "film.gif") as film:
+        assert film.n_frames > 20
+
+
 @of("pick_and_place")
 def test_the_can_is_placed_on_its_spot(example: ModuleType) -> None:
     assert example.main() < 0.03

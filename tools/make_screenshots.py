@@ -1,6 +1,6 @@
 """Take pictures of pages for the documentation, in a headless Chromium.
 
-    python tools/make_screenshots.py [inspector] [lidar]
+    python tools/make_screenshots.py [inspector] [lidar] [driving]
 
 Writes docs/images/<name>.png. Requires the extra `gui` and Chromium, run by `tests/viewer/chromium.py`.
 """
@@ -22,9 +22,9 @@ import chromium  # noqa: E402
 
 PATIENCE = 25.0
 """Time for a page to render in software (s)."""
-CLEAN = (
-    "document.querySelectorAll('[class*=Notification-root]').forEach(e => e.remove());"
-    "document.activeElement?.blur()"
+NORMAL_QUALITY = (
+    "(s => { if (s) { s.value = 'normal'; s.dispatchEvent(new Event('change')); } })"
+    "(document.querySelector('[data-bar=quality]'))"
 )
 
 
@@ -40,9 +40,10 @@ def take(
         page = chromium.Page(url, Path(folder) / "profile", (1280, 800))
         try:
             wait(tick, seconds)
+            page.evaluate(NORMAL_QUALITY)  # browsers that draw in software begin with low
             act(page)
             wait(tick, seconds)
-            page.evaluate(CLEAN)
+            page.evaluate("document.activeElement?.blur()")
             wait(tick, 2.0)
             image = Image.fromarray(page.picture().astype(np.uint8))
             image.quantize(192).save(ROOT / "docs" / "images" / f"{name}.png", optimize=True)
@@ -105,7 +106,18 @@ def lidar() -> None:
         page.close()
 
 
-SHOTS = {"inspector": inspector, "lidar": lidar}
+def driving() -> None:
+    """Take a picture of the page on which R1 is driven through the flat."""
+    from roboyard.viewer.driving import DrivingPage
+
+    page = DrivingPage({"scene": "home", "robot": "r1"}, port=0, quiet=True)
+    try:
+        take("driving", page.viewer.url, page.tick, lambda _: None)
+    finally:
+        page.close()
+
+
+SHOTS = {"inspector": inspector, "lidar": lidar, "driving": driving}
 
 if __name__ == "__main__":
     for shot in sys.argv[1:] or SHOTS:
