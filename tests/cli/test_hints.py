@@ -7,6 +7,7 @@ import re
 import shlex
 from collections.abc import Iterator
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -44,11 +45,9 @@ def hints() -> list[tuple[str, str]]:
 @cache
 def parameters(command: str) -> dict[str, bool]:
     """Return the options of a command, and whether each takes a value."""
-    module = __import__(
-        f"roboyard.cli.{'importing' if command == 'import' else command}", fromlist=["roboyard"]
-    )
+    home = cli._RENAMED.get(command, command)
     app = typer.Typer()
-    app.command()(getattr(module, "importing" if command == "import" else command))
+    app.command()(getattr(import_module(f"roboyard.cli.{home}"), home))
     made = typer.main.get_command(app)
     return {"--help": False} | {
         name: not getattr(parameter, "is_flag", False)

@@ -14,7 +14,9 @@ from roboyard.repair import FIXES, repair_urdf
 
 FIXABLE = [code for code, check in CHECKS.items() if check.fixable]
 READABLE = [
-    code for code in CASES if code not in ("xml-unsafe", "xml-syntax", "root-not-robot", "too-many-links")
+    code
+    for code in CASES
+    if code not in ("xml-unsafe", "xml-syntax", "root-not-robot", "too-many-links", "format-refused")
 ]
 
 

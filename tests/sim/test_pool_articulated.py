@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,7 +64,9 @@ def _add_arms(world: World, count: int, *, fixed: bool = False, self_collision: 
 @pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
 @pytest.mark.parametrize("self_collision", [False, True], ids=["codes", "plain"])
 def test_bodies_with_joints_use_pooled_bodies(fixed, self_collision):
-    worlds = [World(profile=BULLET), World(profile=BULLET)]
+    # solved to the end: what Bullet's rounds leave over depends on the order of contacts, and so on the pool
+    profile = replace(BULLET, motor_rounds=0)
+    worlds = [World(profile=profile), World(profile=profile)]
     worlds[1].pool.disable()
     both = []
     for world in worlds:

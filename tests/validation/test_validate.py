@@ -226,7 +226,7 @@ def test_the_command_line_names_failed_gates(tmp_path: Path, capsys: pytest.Capt
     assert main(["validate", "rover", "--definition", str(file), "--gate", "settle"]) == 0
     assert "The robot comes to rest" in capsys.readouterr().out
     assert main(["validate", "unknown"]) == 1
-    assert "no robot named 'unknown'" in capsys.readouterr().err
+    assert "no file or robot named 'unknown'" in capsys.readouterr().err
 
 
 def test_pages_escape_text_of_files() -> None:
