@@ -13,11 +13,8 @@ from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.repair import FIXES, repair_urdf
 
 FIXABLE = [code for code, check in CHECKS.items() if check.fixable]
-READABLE = [
-    code
-    for code in CASES
-    if code not in ("xml-unsafe", "xml-syntax", "root-not-robot", "too-many-links", "format-refused")
-]
+UNREADABLE = ("xml-unsafe", "xml-syntax", "root-not-robot", "too-many-links", "format-refused")
+READABLE = [code for code in CASES if code not in UNREADABLE]
 
 
 def contents(folder: Path) -> dict[str, bytes]:
