@@ -80,6 +80,26 @@ def test_an_import_is_driven_by_its_definition_file(
     assert any(row["max"] - row["min"] > 0.01 for row in summary["moving"])
 
 
+def test_a_folder_of_robots_is_asked_about_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = '<robot name="{0}"><link name="base"/></robot>'
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.urdf").write_text(text.format(name))
+    asked: list[str] = []
+
+    def choose(question: str, options: list[str], default: str) -> str:
+        asked.append(question)
+        return "two.urdf"
+
+    monkeypatch.setattr("roboyard.teleop.choices.has_terminal", lambda: True)
+    monkeypatch.setattr("roboyard.teleop.choices.choose", choose)
+    words = f"drive {tmp_path} --scene empty --control-mode random --short-exec"
+    _, _, err = run(words, capsys)
+    assert "importing two.urdf for this run" in err
+    assert len(asked) == 1, asked
+
+
 def test_a_log_needs_a_robot_that_stays(capsys: pytest.CaptureFixture[str]) -> None:
     words = f"drive {asset_path('arm7')} --scene empty --control-mode random --short-exec --log arm.npz"
     code, _, err = run(words, capsys)

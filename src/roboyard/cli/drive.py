@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roboyard.cli.completion import scene_names, viewed_names
+from roboyard.cli.numbers import read_numbers
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.xacro_args import XacroArgOption
 from roboyard.untrusted.text import json_text, say
 
 if TYPE_CHECKING:
-    from roboyard.envs.play import Episode
+    from roboyard.cli.robot_argument import GivenRobot
     from roboyard.recording import SceneSetup
     from roboyard.viewer.driving import DrivingPage
 
@@ -156,7 +157,7 @@ def drive(
     On a terminal, asks for robot, scene, controllers and mode if no option gives them. A robot file is
     imported for this run only.
     """
-    from roboyard.cli.robot_argument import driven_robot
+    from roboyard.cli.robot_argument import imported_robot
     from roboyard.errors import ConfigError
     from roboyard.teleop.loop import SHORT
 
@@ -180,7 +181,9 @@ def drive(
                 f"--policy brings its own robot, scene and actions; remove {', '.join(extra)}, got "
                 + ", ".join(f"{name}={given[name]!r}" for name in extra)
             )
-        _run_policy(
+        from roboyard.cli.drive_policy import run_policy
+
+        run_policy(
             policy,
             steps=SHORT if short_exec else None,
             seed=seed or 0,
@@ -203,16 +206,19 @@ def drive(
         load_viser()
     if quickstart or browser:
         robot, scene, control_mode = robot or "r1", scene or "home", control_mode or Mode.TELEOP
-    choices = _choose(robot, scene, control_mode)
-    with driven_robot(choices.robot, package, xacro_arg) as ready:
-        if log is not None and ready != choices.robot:
+    choices = _choose(robot, scene, control_mode, package, xacro_arg)
+    given = choices.file
+    with nullcontext(choices.robot) if given is None else imported_robot(choices.robot, given) as ready:
+        if log is not None and given is not None:
             raise ConfigError(
                 f"--log {log}: a log names its robot, to be replayed; import it first: "
                 f"roboyard import {choices.robot} --name NAME"
             )
         setup: dict[str, Any] = {"scene": choices.scene, "robot": ready, "controllers": choices.controllers}
         if pose is not None:
-            setup["pose"] = _pose(pose)
+            form = "X,Y or X,Y,YAW, separated by commas, in m and rad"
+            x, y, yaw = (*read_numbers("--pose", pose, (2, 3), form), 0.0)[:3]
+            setup["pose"] = (x, y, yaw)
         if browser:
             page = _page(setup, host, port, record=record, log=log, quiet=as_json)
             files = _serve(page, log, most=SHORT if short_exec else None, open_browser=open_browser)
@@ -266,17 +272,25 @@ class _Choices:
 
     robot: str
     scene: str
+    file: GivenRobot | None
+    """A robot file to import; None for robots that have a definition."""
     mode: Mode
     controllers: dict[str, str]
 
 
-def _choose(robot: str | None, scene: str | None, control_mode: Mode | None) -> _Choices:
+def _choose(
+    robot: str | None,
+    scene: str | None,
+    control_mode: Mode | None,
+    package: list[str] | None,
+    xacro_arg: list[str] | None,
+) -> _Choices:
     """Check the given names, and ask for missing choices.
 
     Raises:
         ConfigError: a name is unknown, or a choice is missing and there is no terminal to ask on.
     """
-    from roboyard.cli.robot_argument import named_robot, robot_file
+    from roboyard.cli.robot_argument import given_robot, named_robot
     from roboyard.errors import ConfigError
     from roboyard.robots import REGISTERED_ROBOTS
     from roboyard.scenes import SCENES, check_scene
@@ -284,9 +298,12 @@ def _choose(robot: str | None, scene: str | None, control_mode: Mode | None) -> 
 
     if scene is not None:
         check_scene(scene)
-    if robot is not None:
-        robot = named_robot(robot) or robot
-        if named_robot(robot) is None and not robot_file(robot).is_file():
+    given = None
+    if robot is not None and (name := named_robot(robot)) is not None:
+        robot = name
+    elif robot is not None:
+        given = given_robot(robot, package, xacro_arg)
+        if not given.file.is_file():
             raise ConfigError(f"{robot}: there is no such file; check the path, or see `roboyard robots`")
     asks = robot is None or scene is None or control_mode is None
     if scene is None:
@@ -302,75 +319,4 @@ def _choose(robot: str | None, scene: str | None, control_mode: Mode | None) -> 
                 controllers[group] = choose(f"Controller of {group}?", sorted(allowed), usual[group])
     if control_mode is None:
         control_mode = Mode(choose("Control mode?", [m.value for m in Mode], Mode.TELEOP.value))
-    return _Choices(robot=robot, scene=scene, mode=control_mode, controllers=controllers)
-
-
-def _pose(text: str) -> tuple[float, float, float]:
-    """Return x, y (m) and yaw (rad) of `--pose`."""
-    from roboyard.errors import ConfigError
-
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in (2, 3):
-        raise ConfigError(f"--pose {text}: give X,Y or X,Y,YAW, separated by commas, in m and rad")
-    x, y, yaw = (*numbers, 0.0)[:3]
-    return x, y, yaw
-
-
-EPISODES = 5
-"""Episodes of a policy without a page."""
-
-
-def _run_policy(
-    file: Path,
-    *,
-    steps: int | None,
-    seed: int,
-    record: Path | None,
-    browser: bool,
-    host: str,
-    port: int,
-    open_browser: bool,
-    as_json: bool,
-) -> None:
-    """Run a policy and print the result of each episode."""
-    from roboyard.envs.play import play
-    from roboyard.envs.policy import load_policy
-
-    policy = load_policy(file)
-    if not as_json:
-        say(f"{policy.task}" + "".join(f", {key} {value}" for key, value in policy.options.items()))
-    episodes = play(
-        policy,
-        steps=steps,
-        seed=seed,
-        record=record,
-        viewer=browser,
-        host=host,
-        port=port,
-        open_browser=open_browser,
-    )
-    played: list[Episode] = []
-    try:
-        for episode in episodes:
-            played.append(episode)
-            goal = "" if episode.success is None else ", goal " + ("reached" if episode.success else "missed")
-            if not as_json:
-                say(
-                    f"episode {episode.number}: {episode.steps} steps, reward {episode.reward:.1f}, "
-                    f"end: {episode.end}{goal}"
-                )
-            if not browser and episode.number == EPISODES:
-                break
-    except KeyboardInterrupt:
-        pass
-    finally:
-        episodes.close()
-    written = [str(record)] if record is not None and record.is_file() else []
-    if as_json:
-        done = {"task": policy.task, "options": dict(policy.options)}
-        print(json_text({**done, "episodes": [asdict(episode) for episode in played], "files": written}))
-    elif written:
-        say(f"wrote {record}")
+    return _Choices(robot=robot, scene=scene, file=given, mode=control_mode, controllers=controllers)

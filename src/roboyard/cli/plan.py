@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roboyard.cli.completion import scene_names, viewed_names
+from roboyard.cli.numbers import read_numbers
 from roboyard.cli.packages import PackageOption
 from roboyard.cli.robot_argument import robot_source
 from roboyard.cli.xacro_args import XacroArgOption
@@ -100,7 +101,7 @@ def plan(
         raise ConfigError("give ROBOT and --to X,Y,Z, or --problems FILE and --out FILE")
     if plot.suffix != ".png":
         raise ConfigError(f"--plot {plot}: the file of a plot must end in .png")
-    numbers = _numbers(to)
+    numbers = read_numbers("--to", to, (3, 6), "X,Y,Z or X,Y,Z,R,P,Y, separated by commas")
     subject = _in_scene(robot_source(robot, package, xacro_arg), scene)
     group = {"arm": arm, "torso": torso, "base": base}
     made = _plan_one(subject, numbers, link, group, video, plot, time_limit, seed)
@@ -121,18 +122,6 @@ def plan(
         f"wrote {video}",
         f"wrote {plot}",
     )
-
-
-def _numbers(text: str) -> list[float]:
-    from roboyard.errors import ConfigError
-
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in (3, 6):
-        raise ConfigError(f"--to {text}: give X,Y,Z or X,Y,Z,R,P,Y, separated by commas")
-    return numbers
 
 
 def _in_scene(source: str | RobotDescription, scene: str | None) -> Robot:

@@ -47,11 +47,6 @@ class GivenRobot:
     """Of a public robot, whose file may be that of many."""
 
 
-def robot_file(robot: str) -> Path:
-    """Return the file of a robot that is given by path or by name, as `given_robot`."""
-    return given_robot(robot).file
-
-
 def given_robot(
     robot: str, package: Sequence[str] | None = None, xacro_arg: Sequence[str] | None = None
 ) -> GivenRobot:
@@ -120,9 +115,9 @@ def _robot_of(folder: Path) -> Path:
 
 def named_robot(robot: str) -> str | None:
     """Return a registered name or a definition file as `add_robot` takes it; None for other robots."""
-    from roboyard.robots import REGISTERED_ROBOTS
+    from roboyard.robots.registry import REGISTERED_ROBOTS, is_definition_file
 
-    if Path(robot).suffix.lower() in (".yaml", ".yml"):
+    if is_definition_file(robot):
         return robot
     return next((name for name in (robot, robot.lower()) if name in REGISTERED_ROBOTS), None)
 
@@ -151,31 +146,24 @@ def robot_source(
 
 
 @contextmanager
-def driven_robot(
-    robot: str, package: Sequence[str] | None = None, xacro_arg: Sequence[str] | None = None
-) -> Iterator[str]:
-    """Give a robot that can be driven, as `roboyard.recording.set_up` takes it; arguments as `robot_source`.
+def imported_robot(robot: str, given: GivenRobot) -> Iterator[str]:
+    """Import a robot file into a temporary folder, give the path of its definition, and delete the folder.
 
-    A robot file is imported into a temporary folder, which is deleted at the end.
+    Args:
+        robot: what the user gave, for the message.
+        given: its file.
 
     Raises:
-        ConfigError: the name is unknown.
         DescriptionError: the file cannot be imported.
     """
-    name = named_robot(robot)
-    if name is not None:
-        yield name
-        return
     from tempfile import TemporaryDirectory
 
     from roboyard.importer.pipeline import import_robot
 
-    given = given_robot(robot, package, xacro_arg)
-    file = given.file
     with TemporaryDirectory(prefix="roboyard-drive-") as folder:
-        say(f"importing {file.name} for this run; `roboyard import {robot}` keeps it", to_errors=True)
+        say(f"importing {given.file.name} for this run; `roboyard import {robot}` keeps it", to_errors=True)
         made = import_robot(
-            file,
+            given.file,
             out=folder,
             packages=given.packages,
             xacro_args=given.xacro_args,

@@ -17,10 +17,6 @@ if TYPE_CHECKING:
 
 ABOVE = 1.0
 """Height above the scene's spawn pose from which the surface at a given pose is sought (m)."""
-TOUCHES = 2e-3
-"""Depth up to which a robot may start in the ground (m)."""
-HIGHEST = 0.4
-"""Height by which a robot is raised at most where the ground around its pose is higher (m)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -59,6 +55,7 @@ def set_up(setup: Mapping[str, Any]) -> SceneSetup:
     robot = None
     if setup.get("robot") is not None:
         from roboyard.robots import add_robot
+        from roboyard.robots.placement import raise_out_of_ground
 
         pose = _pose(setup.get("pose"))
         position, quaternion = scene.spawn, scene.spawn_orientation
@@ -73,8 +70,12 @@ def set_up(setup: Mapping[str, Any]) -> SceneSetup:
             controllers=setup.get("controllers") or None,
             on_floor=None if pose is None else True,
         )
-        if pose is not None:
-            _raise_out_of_ground(robot, pose)
+        if pose is not None and (inside := raise_out_of_ground(robot)) is not None:
+            where = ", ".join(f"{number:g}" for number in pose)
+            raise ConfigError(
+                f"pose ({where}): {inside.link_a.name} of the robot would start inside "
+                f"{inside.body_b.name!r}; choose another pose"
+            )
     return SceneSetup(scene=scene, robot=robot, setup=dict(setup))
 
 
@@ -90,33 +91,3 @@ def _pose(given: Any) -> tuple[float, float, float] | None:
         raise ConfigError(f"pose: must be 3 finite numbers, x and y in m and yaw in rad, got {given!r}")
     x, y, yaw = numbers.tolist()
     return x, y, yaw
-
-
-def _raise_out_of_ground(robot: Robot, pose: tuple[float, float, float]) -> None:
-    """Raise a robot until it is out of uneven ground.
-
-    Raises:
-        ConfigError: it is inside something that it cannot stand on.
-    """
-    raised = 0.0
-    while True:
-        robot.world.detect_contacts()
-        deep = [
-            contact
-            for contact in robot.world.contacts(robot.body)
-            if contact.body_b is not robot.body and contact.distance < -TOUCHES
-        ]
-        if not deep:
-            return
-        worst = min(deep, key=lambda contact: contact.distance)
-        step = max(-1.5 * worst.distance, TOUCHES)
-        raised += step
-        if raised > HIGHEST:
-            where = ", ".join(f"{number:g}" for number in pose)
-            raise ConfigError(
-                f"pose ({where}): {worst.link_a.name} of the robot would start inside {worst.body_b.name!r}; "
-                "choose another pose"
-            )
-        position, quaternion = robot.body.pose
-        robot.body.set_pose(position + np.array([0.0, 0.0, step]), quaternion)
-        robot.loop.invalidate()

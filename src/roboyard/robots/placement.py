@@ -1,7 +1,8 @@
 """Where a robot stands: its lowest point, and the floor below a point.
 
 A vendor's root frame is at the floor, in the pelvis or at the top of a lift. A robot whose root frame is put
-on the floor therefore starts in it, or above it; `stand_on_floor` puts its lowest point there.
+on the floor therefore starts in it, or above it; `stand_on_floor` puts its lowest point there. Where the
+ground is uneven, `raise_out_of_ground` raises it further.
 """
 
 from __future__ import annotations
@@ -14,11 +15,16 @@ from roboyard.description.model import Mesh
 from roboyard.errors import MeshError
 from roboyard.robots.robot import Robot
 from roboyard.sim.body import Body
+from roboyard.sim.queries.contacts import Contact
 from roboyard.sim.world import World
 from roboyard.transforms import Array, matrix_from_quaternion, pose_matrix
 
 ON_FLOOR = 1e-3
 """A root frame this near to the floor stands on it (m)."""
+TOUCHES = 2e-3
+"""Depth up to which a robot may start in the ground (m)."""
+HIGHEST = 0.4
+"""Height by which a robot is raised at most where the ground around it is higher (m)."""
 _VISUAL_GROUP, _HIDDEN_GROUP = 2, 5
 _SOLID = np.array([1, 1, 0, 1, 1, 0], dtype=np.uint8)
 """MuJoCo's groups of geoms that a floor may be in: neither visual shapes nor the robot's own."""
@@ -44,6 +50,32 @@ def stand_on_floor(robot: Robot, always: bool | None = None) -> float:
     robot.body.set_pose(position - [0.0, 0.0, gap], robot.body.pose[1])
     robot.loop.invalidate()
     return -float(gap)
+
+
+def raise_out_of_ground(robot: Robot) -> Contact | None:
+    """Raise a robot until it is out of uneven ground, by `HIGHEST` at most.
+
+    Returns:
+        The deepest contact with what it is still inside of, a wall for instance; None where it is free.
+    """
+    raised = 0.0
+    while True:
+        robot.world.detect_contacts()
+        deep = [
+            contact
+            for contact in robot.world.contacts(robot.body)
+            if contact.body_b is not robot.body and contact.distance < -TOUCHES
+        ]
+        if not deep:
+            return None
+        worst = min(deep, key=lambda contact: contact.distance)
+        step = max(-1.5 * worst.distance, TOUCHES)
+        raised += step
+        if raised > HIGHEST:
+            return worst
+        position, quaternion = robot.body.pose
+        robot.body.set_pose(position + np.array([0.0, 0.0, step]), quaternion)
+        robot.loop.invalidate()
 
 
 def floor_below(robot: Robot, position: Array) -> float | None:

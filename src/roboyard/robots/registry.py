@@ -114,6 +114,14 @@ class RegisteredRobot:
         return found if found.is_file() else None
 
 
+DEFINITION_SUFFIXES = (".yaml", ".yml")
+
+
+def is_definition_file(robot: str | Path) -> bool:
+    """Return whether a text is the path of a robot's definition, by its ending."""
+    return Path(robot).suffix.lower() in DEFINITION_SUFFIXES
+
+
 def packaged_robot(file: Path | str) -> RegisteredRobot:
     """Return the robot of a definition file in any folder.
 

@@ -22,7 +22,7 @@ from roboyard.robots.definition.load import check_fits, load_definition, parse_d
 from roboyard.robots.definition.postures import ResetMode
 from roboyard.robots.definition.schema import RobotDefinition
 from roboyard.robots.placement import stand_on_floor
-from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot, packaged_robot
+from roboyard.robots.registry import REGISTERED_ROBOTS, RegisteredRobot, is_definition_file, packaged_robot
 from roboyard.robots.robot import Robot
 from roboyard.robots.sensor_set import ObsModalities, SensorOptions
 from roboyard.robots.stability.casters import with_casters
@@ -147,6 +147,19 @@ def add_robot(
     return added
 
 
+def found_robot(robot: RobotSource) -> RobotSource:
+    """Return the registered robot of a name or a definition file; any other source unchanged.
+
+    Raises:
+        ConfigError: there is no robot of this name, or no such definition file.
+    """
+    if isinstance(robot, (str, Path)) and is_definition_file(robot):
+        return packaged_robot(robot)
+    if isinstance(robot, str) and not is_robot_file(robot):
+        return REGISTERED_ROBOTS.find(robot)
+    return robot
+
+
 def load_source(
     robot: RobotSource, definition: DefinitionSource | None = None, end_effector: str | None = None
 ) -> Source:
@@ -156,10 +169,7 @@ def load_source(
         ConfigError: the definition is wrong, or the robot or its end effector unknown.
         DescriptionError: the robot file cannot be loaded.
     """
-    if isinstance(robot, (str, Path)) and Path(robot).suffix.lower() in (".yaml", ".yml"):
-        robot = packaged_robot(robot)
-    elif isinstance(robot, str) and not is_robot_file(robot):
-        robot = REGISTERED_ROBOTS.find(robot)
+    robot = found_robot(robot)
     own, file = (None, None) if definition is None else _read(definition)
     sensor_file = None
     if isinstance(robot, RegisteredRobot):

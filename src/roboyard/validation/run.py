@@ -14,11 +14,10 @@ from roboyard.description.robot_model import RobotModel
 from roboyard.description.understanding import understanding
 from roboyard.errors import ConfigError, MeshError, RoboyardError, unknown_name
 from roboyard.morphology.analyze import infer_semantics
-from roboyard.robots import REGISTERED_ROBOTS, RegisteredRobot
+from roboyard.robots import RegisteredRobot
 from roboyard.robots.definition.load import check_fits
-from roboyard.robots.registry import packaged_robot
 from roboyard.robots.sensor_frames import camera_frames
-from roboyard.robots.spawn import DefinitionSource, RobotSource, Source, is_robot_file, load_source
+from roboyard.robots.spawn import DefinitionSource, RobotSource, Source, found_robot, load_source
 from roboyard.untrusted.files import read_file
 from roboyard.validation.gates import GATES
 from roboyard.validation.report import Gate, ValidationReport
@@ -135,10 +134,7 @@ def _test_world(
     options: Mapping[str, Any],
 ) -> TestWorld:
     """Return the worlds that gates run in; the definition is checked first."""
-    if isinstance(robot, (str, Path)) and Path(robot).suffix.lower() in (".yaml", ".yml"):
-        robot = packaged_robot(robot)
-    elif isinstance(robot, str) and not is_robot_file(robot):
-        robot = REGISTERED_ROBOTS.find(robot)
+    robot = found_robot(robot)
     source = load_source(robot, definition)
     file, model = source.definition_file, source.model
     check_fits(
