@@ -130,11 +130,17 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
             "(document.querySelector('[data-bar=quality]'))"  # thin lines in full resolution
         )
         orange = [240, 140, 20]
-        # the pyramid of the selected camera is orange
-        until(
-            inspector.tick,
-            lambda: (np.abs(page.picture() - orange).max(axis=2) < 40).mean() > 1e-4,
-        )
+
+        def orange_pixels() -> bool:
+            return (np.abs(page.picture() - orange).max(axis=2) < 40).mean() > 1e-4
+
+        try:  # the pyramid of the selected camera is orange
+            until(inspector.tick, orange_pixels)
+        except BaseException:
+            picked = inspector.overlays.is_on("sensors and tools"), len(inspector.panels.edits.sensors)
+            state = page.evaluate("document.body.innerText.slice(0, 400)")
+            print(picked, state, page.picture().mean(axis=(0, 1)), page.picture().std())
+            raise
         click("Sensors")
         field = "[...document.querySelectorAll('input')].find(e => /^0[.]30*$/.test(e.value))"
         until(inspector.tick, lambda: page.place_of(field))

@@ -71,11 +71,15 @@
     return !!info && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL));
   };
   const BIAS = 0.04;  // m
-  let applied = "";
+  const CHOICE = "roboyard quality";
+  const chosen = () => {  // in an earlier page of this browser
+    try { const q = localStorage.getItem(CHOICE); return ["low", "normal", "high"].includes(q) ? q : null; } catch { return null; }
+  };
+  let applied = "", redraws = 0;
   const applyQuality = () => {
     const three = store();
     if (!three?.gl) return;
-    if (!quality.dataset.chosen) { quality.dataset.chosen = "1"; if (isSoftware()) quality.value = "low"; }
+    if (!quality.dataset.chosen) { quality.dataset.chosen = "1"; quality.value = chosen() ?? (isSoftware() ? "low" : "normal"); }
     const ratio = {low: 0.5, normal: 1, high: 2}[quality.value] * (quality.value === "high" ? 1 : window.devicePixelRatio);
     let again = false;
     const shadows = quality.value !== "low", wanted = `${ratio} ${shadows}`;
@@ -83,17 +87,23 @@
     three.scene.traverse(o => {  // curved surfaces would shade themselves in bands
       if (o.isDirectionalLight && o.castShadow && o.shadow.normalBias !== BIAS) { o.shadow.normalBias = BIAS; again = true; }
     });
-    if (again) window.__viserMutable.requestRender?.();
+    if (again) redraws = 3;
+    if (redraws > 0) { redraws -= 1; window.__viserMutable.requestRender?.(); }  // the canvas takes its new size later
     if (wanted === applied && three.gl.shadowMap.enabled === shadows) return;
     applied = wanted;
     three.gl.shadowMap.enabled = shadows;
     three.scene.traverse(o => { if (o.isLight && o.shadow) { o.userData.casts ??= o.castShadow; o.castShadow = shadows && o.userData.casts; }
       if (o.material) for (const m of [o.material].flat()) m.needsUpdate = true; });
+    redraws = 3;
     window.__viserMutable.requestRender?.();
   };
   const quality = select("quality", "Quality", [["low", "low quality"], ["normal", "normal"], ["high", "high quality"]],
-    () => { quality.dataset.chosen = "1"; applyQuality(); });
-  quality.value = "normal";
+    () => {
+      quality.dataset.chosen = "1";
+      try { localStorage.setItem(CHOICE, quality.value); } catch { /* no storage: the choice holds for this page */ }
+      applyQuality();
+    });
+  quality.value = chosen() ?? "normal";
   const forces = button("forces", "Contact forces", () => say(["forces", !state.forces]));
   const stamp = () => new Date().toISOString().slice(0, 19).replace(/[:T]/g, "-");
   const keep = (blob, ending) => {
