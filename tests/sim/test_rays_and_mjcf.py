@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roboyard.errors import DescriptionError
+from roboyard.errors import DescriptionError, RoboyardError
 from roboyard.sim import World
 
 
@@ -17,6 +17,27 @@ def test_a_ray_returns_the_link_it_hits():
     np.testing.assert_allclose(hit.normal, [0, 0, 1], atol=1e-9)
     assert hit.fraction == pytest.approx(2.5 / 6) and hit.distance == pytest.approx(2.5)
     assert world.ray((5, 5, 5), (5, 5, 4)) is None
+
+
+def test_rays_without_length_hit_nothing_and_others_still_do():
+    """MuJoCo ends the process for a direction without length."""
+    world = World()
+    world.add_sphere(0.5, (0, 0, 2), mass=0)
+    starts = [(0, 0, 0), (0, 0, 0), (0, 0, 2), (0, 0, 0)]
+    ends = [(0, 0, 3), (0, 0, 0), (0, 0, 2), (0, 0, 1e-310)]
+    hits = world.rays(starts, ends)
+    np.testing.assert_array_equal(hits.hit, [True, False, False, False])
+    np.testing.assert_allclose(hits.position[0], [0, 0, 1.5], atol=1e-9)
+    assert world.ray((1, 1, 1), (1, 1, 1)) is None
+    assert not world.rays([(0, 0, 0)], [(0, 0, 0), (0, 0, 1)]).hit.any()
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 1.7e308])
+def test_rays_that_are_not_finite_are_refused(wrong):
+    world = World()
+    world.add_sphere(0.5, (0, 0, 2), mass=0)
+    with pytest.raises(RoboyardError, match=r"ray 1: .* must be finite"):
+        world.rays([(0, 0, 0), (-wrong, 0, 0)], [(0, 0, 3), (wrong, 0, 3)])
 
 
 @pytest.mark.parametrize("shared", [True, False])

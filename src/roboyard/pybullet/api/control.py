@@ -279,7 +279,7 @@ def _drive_many(
         raise failure(_FAILED, f"force must be numbers, got {forces}")
     speeds = [0.0] * size if velocity is None else [number(v) for v in velocity]
     if kind != 2:
-        where = 0.0 if position is None else number(next(iter(position)))
+        where = number(next(iter(() if position is None else position), 0.0))
         _drive(scene, record, joint, mode, where, speeds[0] if speeds else 0.0, forces[0], kp, kd, fastest)
         return
     if mode == c.TORQUE_CONTROL:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 
 DEFAULT_LOG_DOFS = 12
+MAX_LOG_DOFS = 10_000
+"""Most joints in a record; each takes 8 bytes or more of every record, used or not."""
 
 
 @command()
@@ -43,7 +45,7 @@ def startStateLogging(
         STATE_REPLAY_ALL_COMMANDS calls again, all at once.
         fileName: file to write.
         objectUniqueIds: bodies to log; empty for all.
-        maxLogDof: largest number of joints in a generic robot's record; the default is 12.
+        maxLogDof: largest number of joints in a generic robot's record, at most 10,000; the default is 12.
         bodyUniqueIdA: for contacts, only those of this body.
         bodyUniqueIdB: for contacts, only those that also involve this body.
         linkIndexA: for contacts, only those of this link.
@@ -53,7 +55,7 @@ def startStateLogging(
         torques of motors and of scripts.
 
     Raises:
-        error: the file cannot be opened.
+        error: the file cannot be opened, or maxLogDof is too large.
     """
     name = text(fileName)
     kind = whole(loggingType)
@@ -90,6 +92,9 @@ def startStateLogging(
         flags = whole(logFlags)
         bodies = indices(objectUniqueIds, "expected a sequence of object ids")
         dofs = whole(maxLogDof) if whole(maxLogDof) >= 0 else DEFAULT_LOG_DOFS
+        if dofs > MAX_LOG_DOFS:
+            remedy = f"maxLogDof is at most {MAX_LOG_DOFS}, got {dofs}"
+            raise failure("startStateLogging failed.", remedy)
         torques = flags & c.STATE_LOG_JOINT_TORQUES if flags > 0 else 0
         log = RobotLog(client, name, bodies, dofs, torques)
         client.scene.records_user_torques |= log.records_user_torques

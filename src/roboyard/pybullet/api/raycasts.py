@@ -180,9 +180,17 @@ def _points(values: Sequence[Vector]) -> np.ndarray:
 def _cast(
     scene: PhysicsScene, starts: np.ndarray, ends: np.ndarray, mask: int, wanted: int
 ) -> tuple[Hit, ...]:
-    """Return the hits of (k, 3) rays (m); rays pass shapes that they start in and shapes outside the mask."""
+    """Return the hits of (k, 3) rays (m); rays pass shapes that they start in and shapes outside the mask.
+
+    Rays that are not finite hit nothing, as in Bullet.
+    """
     if not scene.bodies or not len(starts):
         return (_MISS,) * len(starts)
+    with np.errstate(over="ignore", invalid="ignore"):
+        finite: np.ndarray = np.isfinite(ends - starts).all(axis=1)
+    if not finite.all():
+        found_hits = iter(_cast(scene, starts[finite], ends[finite], mask, wanted))
+        return tuple(next(found_hits) if is_finite else _MISS for is_finite in finite)
     if wanted >= 0:
         rays = zip(starts.tolist(), (ends - starts).tolist(), strict=True)
         return tuple(_numbered_hit(scene, start, way, mask, wanted) for start, way in rays)

@@ -11,12 +11,19 @@ the same test.
 from __future__ import annotations
 
 import ctypes
+import functools
 import inspect
 import platform
 import types
+import typing
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from roboyard.errors import RoboyardError
+from roboyard.pybullet.face.errors import error, world_failure
+
+REFUSED = (RoboyardError, ValueError)
+"""Errors of the layers below for values that they refuse; scripts get them as `error`."""
 _FASTCALL_WITH_KEYWORDS = 0x0080 | 0x0002
 _MODULE = __name__.removesuffix(".face.calling")
 
@@ -103,7 +110,8 @@ def public(
 
     Returns:
         `name(a, b=..., ..., physicsClientId=0)`, which calls `clients[physicsClientId].name(a, b, ...)`.
-        It also accepts the aliases as keywords. Wrong or missing arguments raise TypeError.
+        It also accepts the aliases as keywords. Wrong or missing arguments raise TypeError; what the world
+        refuses raises `error`.
     """
     name = command.__name__
     parameters = list(inspect.signature(command).parameters.values())[1:]
@@ -128,13 +136,36 @@ def public(
     if required:
         missing = " or ".join(f"{p} is _missing" for p in required)
         lines.append(f"if {missing}: _required({name!r}, {', '.join(f'{p}={p}' for p in required)})")
-    lines.append(f"return _clients[physicsClientId].{name}({', '.join(passed)})")
+    values |= {"_error": error, "_refused": REFUSED, "_world_failure": world_failure}
+    lines += [
+        "try:",
+        f"    return _clients[physicsClientId].{name}({', '.join(passed)})",
+        "except _error:",
+        "    raise",
+        "except _refused as problem:",
+        f"    raise _world_failure({name!r}, problem) from problem",
+    ]
     source = f"def {name}({', '.join(shown)}):\n    " + "\n    ".join(lines)
     exec(compile(source, f"<{_MODULE}.{name}>", "exec"), values)  # noqa: S102 - source built from our own signatures
     made: types.FunctionType = values[name]
     made.__doc__ = command.__doc__
     made.__module__ = module
     return made
+
+
+def refusing(function: types.FunctionType) -> types.FunctionType:
+    """Return a free function that raises `error` for what the world refuses, as those of commands do."""
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return function(*args, **kwargs)
+        except error:
+            raise
+        except REFUSED as problem:
+            raise world_failure(function.__name__, problem) from problem
+
+    return typing.cast(types.FunctionType, call)
 
 
 def _required(name: str, **given: object) -> None:

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from roboyard.pybullet.client import Client
+from roboyard.pybullet.face.calling import REFUSED
 from roboyard.pybullet.face.commands import COMMANDS
-from roboyard.pybullet.face.errors import error
+from roboyard.pybullet.face.errors import error, world_failure
 from roboyard.pybullet.face.wire import WireError, encode, shortened
 from roboyard.pybullet.state.output_files import OutputFiles
 
@@ -48,6 +49,9 @@ class Dispatcher:
             return encode([number, "error", str(problem), list(getattr(problem, "__notes__", []))])
         except TypeError as problem:
             return encode([number, "type", str(problem), []])
+        except REFUSED as problem:
+            refusal = world_failure(name, problem)
+            return encode([number, "error", str(refusal), list(getattr(refusal, "__notes__", []))])
         except Exception as problem:
             traceback.print_exc(file=sys.stderr)
             text = f"{name} failed on the server: {type(problem).__name__}: {problem}"

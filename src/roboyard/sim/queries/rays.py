@@ -70,7 +70,7 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
         visual: cast against the visual shapes instead of the collision shapes.
 
     Raises:
-        RoboyardError: points do not have three coordinates.
+        RoboyardError: points do not have three coordinates, or a coordinate is not finite.
     """
     import mujoco
 
@@ -78,12 +78,11 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
     if origins.shape[-1] != 3 or targets.shape[-1] != 3:
         raise RoboyardError(f"rays need (k, 3) starts and ends, got {origins.shape} and {targets.shape}")
     k = max(len(origins), len(targets))
+    vectors = np.ascontiguousarray(np.broadcast_to(_difference(targets, origins), (k, 3)))
+    lengths, directions = _lengths_and_directions(vectors)
     world.kinematics()
     model, data = world.live_model, world.live_data
     groups = np.array([1, 1, int(visual), int(not visual), 1, 1], dtype=np.uint8)
-    vectors = np.ascontiguousarray(np.broadcast_to(targets - origins, (k, 3)))
-    lengths = np.linalg.norm(vectors, axis=1)
-    directions = vectors / np.where(lengths > 0, lengths, 1.0)[:, None]
     geoms = np.full(k, -1, dtype=np.int32)
     distances = np.full(k, -1.0)
     normals = np.zeros((k, 3))
@@ -110,8 +109,8 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
         for i in range(k):
             distances[i] = ray(model, data, origins[i], directions[i], groups, True, -1, geom, normals[i])
             geoms[i] = geom[0]
-    hit = (geoms >= 0) & (distances >= 0) & (distances <= lengths)
-    fraction = np.where(hit, distances / np.where(lengths > 0, lengths, 1.0), 1.0)
+    hit = (geoms >= 0) & (distances >= 0) & (distances <= lengths) & (lengths > 0)
+    fraction = np.divide(distances, lengths, out=np.ones(k), where=hit)
     owners = np.full((k, 2), -1, dtype=np.int32)
     owners[hit] = world.geom_owners[geoms[hit]]
     normals[~hit] = 0.0
@@ -122,6 +121,36 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
         normal=normals,
         geoms=np.where(hit, geoms, -1).astype(np.int32),
     )
+
+
+def _difference(ends: Array, starts: Array) -> Array:
+    """Return `ends - starts` (m).
+
+    Raises:
+        RoboyardError: a coordinate or a difference is not finite.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        vectors = ends - starts
+    wrong = ~np.isfinite(vectors).all(axis=1)
+    if wrong.any():
+        row = int(wrong.argmax())
+        start, end = (points[row if len(points) > 1 else 0].tolist() for points in (starts, ends))
+        raise RoboyardError(f"ray {row}: start {start} and end {end} must be finite")
+    return vectors
+
+
+def _lengths_and_directions(vectors: Array) -> tuple[Array, Array]:
+    """Return (k,) lengths and (k, 3) unit vectors of finite `vectors`; for a vector of length 0, along +x.
+
+    MuJoCo ends the process for directions without a length, so that each ray gets one.
+    """
+    largest = np.abs(vectors).max(axis=1, initial=0.0)
+    scale = np.where(largest > 0.0, largest, 1.0)[:, None]
+    directions = vectors / scale
+    directions[largest == 0.0] = (1.0, 0.0, 0.0)
+    norms = np.linalg.norm(directions, axis=1)
+    with np.errstate(over="ignore"):
+        return norms * largest, directions / norms[:, None]
 
 
 ShapeHit = tuple[int, float, tuple[float, ...]]
@@ -140,12 +169,15 @@ def first_shape(
         start: (3,) point in the world frame (m).
         way: (3,) vector from there to the ray's end (m).
         behind: fraction of the ray that is skipped; fractions of hits still count from `start`.
+
+    Returns:
+        The shape, or None: the ray has no hit, no length, or is not finite.
     """
     import mujoco
 
     x, y, z = way
-    length = math.sqrt(x * x + y * y + z * z)
-    if length == 0.0 or behind >= 1.0:
+    length = math.hypot(x, y, z)
+    if length == 0.0 or behind >= 1.0 or not math.isfinite(length + start[0] + start[1] + start[2]):
         return None
     data = world.kinematics()
     geom, normal = np.zeros(1, dtype=np.int32), np.zeros(3)
@@ -164,7 +196,7 @@ def cast_one(world: Engine[Body], start: ArrayLike, end: ArrayLike, *, visual: b
     if not hits.hit[0]:
         return None
     body_id, link = (int(v) for v in hits.owners[0])
-    length = float(np.linalg.norm(np.asarray(end, dtype=float) - np.asarray(start, dtype=float)))
+    length = math.dist(np.asarray(start, dtype=float), np.asarray(end, dtype=float))
     return RayHit(
         link=world.body_by_id[body_id].links[link],
         position=hits.position[0],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -142,8 +143,8 @@ class Constraints:
             RoboyardError: the axis is zero.
         """
         direction = np.array(axis, dtype=float)
-        length = np.linalg.norm(direction)
-        if direction.shape != (3,) or not 0 < length < np.inf:
+        length = math.hypot(*direction) if direction.shape == (3,) else 0.0
+        if not 0 < length < np.inf:
             raise RoboyardError(f"a slide needs a non-zero axis of three numbers, got {axis}")
         made = self._between(
             "slide",

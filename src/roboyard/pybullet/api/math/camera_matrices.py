@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import copysign, cos, inf, nan, pi, sin, sqrt, tan
+from math import copysign, cos, inf, isfinite, nan, pi, sin, sqrt, tan
 from struct import Struct, error
 
+from roboyard.pybullet.face.arguments import number
 from roboyard.pybullet.face.errors import failure
 
 Vector = Sequence[float]
@@ -83,8 +84,11 @@ def computeProjectionMatrix(
 def computeProjectionMatrixFOV(
     fov: float, aspect: float, nearVal: float, farVal: float, physicsClientId: int = 0
 ) -> Numbers:
-    """Return the projection matrix of a vertical field of view (degrees) and aspect = width / height."""
-    scale = _ratio(1.0, tan(fov * pi / 360.0))
+    """Return the projection matrix of a vertical field of view (degrees) and aspect = width / height.
+
+    It is NaN for an angle that is not finite.
+    """
+    scale = _ratio(1.0, tan(fov * pi / 360.0)) if isfinite(fov) else nan
     depth = nearVal - farVal
     return _rounded(
         *(_ratio(scale, aspect), 0.0, 0.0, 0.0),
@@ -97,8 +101,11 @@ def computeProjectionMatrixFOV(
 def orbit(
     target: Vector, distance: float, yaw: float, pitch: float, roll: float, up_axis: int
 ) -> tuple[Numbers, Numbers]:
-    """Return eye (m) and up vector of a camera at `distance` (m) from the target, angles in degrees."""
-    y, p, r = (angle * pi / 180.0 for angle in (yaw, pitch, roll))
+    """Return eye (m) and up vector of a camera at `distance` (m) from the target, angles in degrees.
+
+    Both are NaN for an angle that is not finite.
+    """
+    y, p, r = (angle * pi / 180.0 if isfinite(angle) else nan for angle in (yaw, pitch, roll))
     if up_axis == 1:
         columns = _euler_matrix(-p, y, r)
         back, up = columns[2], columns[1]
@@ -126,7 +133,7 @@ def _three(vector: Vector, message: str) -> Numbers:
         x, y, z = vector
     except (TypeError, ValueError):
         raise failure(message, f"expected three numbers, got {vector!r}") from None
-    return float(x), float(y), float(z)
+    return number(x), number(y), number(z)
 
 
 def _rounded(*numbers: float) -> Numbers:

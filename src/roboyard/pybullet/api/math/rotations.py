@@ -14,6 +14,8 @@ _PITCH_LIMIT = 0.99999  # sine of the pitch beyond which roll and yaw are not un
 def getQuaternionFromEuler(eulerAngles: Vector, physicsClientId: int = 0) -> tuple[float, ...]:
     """Return the quaternion (x, y, z, w) of roll, pitch and yaw (rad) about the fixed axes x, y, z.
 
+    It is NaN for an infinite angle.
+
     Raises:
         error: there are not three angles.
     """
@@ -24,7 +26,10 @@ def getQuaternionFromEuler(eulerAngles: Vector, physicsClientId: int = 0) -> tup
             "Euler angles need a 3 coordinates [roll, pitch, yaw].", f"got {eulerAngles!r}"
         ) from None
     roll, pitch, yaw = roll / 2.0, pitch / 2.0, yaw / 2.0
-    sr, cr, sp, cp, sy, cy = sin(roll), cos(roll), sin(pitch), cos(pitch), sin(yaw), cos(yaw)
+    try:
+        sr, cr, sp, cp, sy, cy = sin(roll), cos(roll), sin(pitch), cos(pitch), sin(yaw), cos(yaw)
+    except ValueError:  # of infinity
+        return (nan,) * 4
     crcp, srsp, srcp, crsp = cr * cp, sr * sp, sr * cp, cr * sp
     return (
         srcp * cy - crsp * sy,

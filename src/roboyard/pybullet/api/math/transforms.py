@@ -7,7 +7,7 @@ its own rounding error (1e-7), including its special cases.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import acos, asin, atan2, cos, nan, pi, sin, sqrt
+from math import acos, asin, atan2, cos, isfinite, nan, pi, sin, sqrt
 from struct import Struct, error
 
 from roboyard.pybullet.bullet_rules.single_precision import canonical, rounded
@@ -124,12 +124,14 @@ def getQuaternionSlerp(
 def getQuaternionFromAxisAngle(axis: Vector, angle: float, physicsClientId: int = 0) -> Numbers:
     """Return the quaternion of a rotation by `angle` (rad) about an axis of any length; x for length 0.
 
+    It is NaN for an infinite angle.
+
     Raises:
         error: the axis does not have three numbers.
     """
     x, y, z = _joined("Require axis [x,y,z] and angle.", (axis, 3))
     (half,) = rounded(angle)
-    half *= 0.5
+    half = half * 0.5 if isfinite(half) else nan
     length = sqrt(x * x + y * y + z * z)
     if length < _EPSILON:
         x, y, z, length = 1.0, 0.0, 0.0, 1.0
