@@ -158,7 +158,7 @@ def build_package(
         )
         log = ImportLog(progress=progress)
         if loaded.file is not None:
-            log.facts["configuration"] = str(loaded.file.absolute())
+            log.facts["configuration"] = loaded.file.name
         for note in loaded.notes:
             log.warn(note)
         with building(folders, overwrite=loaded.config.overwrite) as build:
@@ -206,7 +206,7 @@ def _build(context: ImportContext, finish: Finish | None) -> RobotModel:
         mark_resolved(robot, context, written)
     if finish is not None:
         finish(robot, context)
-    log.write(context.build / "import_log.json")
+    log.write(context.build / "import_log.json", context.portable)
     return robot
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from roboyard.description.urdf.parse import UrdfElements
 from roboyard.importer.config.schema import ImportConfig
 from roboyard.importer.import_log import ImportLog
+from roboyard.importer.machine_paths import portable_texts
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -35,3 +37,8 @@ class ImportContext:
     def urdf_folder(self) -> Path:
         """Folder of the new URDF and its meshes."""
         return self.build / "urdf"
+
+    @property
+    def portable(self) -> Callable[[Any], Any]:
+        """Function of texts and plain data for files of the package: it takes the machine's folders out."""
+        return portable_texts(self.urdf, self.build, self.packages)

@@ -89,9 +89,10 @@ class ImportLog:
             ],
         }
 
-    def write(self, path: Path) -> None:
-        """Write `import_log.json`."""
-        text = json.dumps(self.to_json(), indent=2, ensure_ascii=False, allow_nan=False)
+    def write(self, path: Path, portable: Callable[[Any], Any] | None = None) -> None:
+        """Write `import_log.json`; `portable` takes the machine's folders out of its texts."""
+        data = self.to_json() if portable is None else portable(self.to_json())
+        text = json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)
         path.write_text(text + "\n", encoding="utf-8", errors="backslashreplace")
 
 

@@ -75,7 +75,9 @@ def write_import_page(
         validation,
         source=context.source,
     )
-    (context.build / "import_report.html").write_text(text, encoding="utf-8", errors="backslashreplace")
+    (context.build / "import_report.html").write_text(
+        context.portable(text), encoding="utf-8", errors="backslashreplace"
+    )
 
 
 def import_page(

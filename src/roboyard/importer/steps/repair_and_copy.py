@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import replace
 
 from roboyard.audit import ERROR, Finding
@@ -51,11 +50,12 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     if remaining:
         raise DescriptionError.collect([_error(context, made, finding) for finding in remaining])
     description = load_description(made.elements)
-    for unused in ("renames.json", "repair_log.json", made.urdf.name):
+    for unused in ("renames.json", "repair_log.json", "repair.diff", made.urdf.name):
         (context.urdf_folder / unused).unlink(missing_ok=True)
     misc = context.build / "misc"
     misc.mkdir(exist_ok=True)
-    shutil.move(context.urdf_folder / "repair.diff", misc / "repair.diff")
+    diff = context.portable(made.diff)
+    (misc / "repair.diff").write_text(diff, encoding="utf-8", errors="backslashreplace")
     renames = planned_names(description)
     for kind, plan in (("link", renames.links), ("joint", renames.joints)):
         for old, new in plan.items():

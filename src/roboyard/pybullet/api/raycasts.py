@@ -187,7 +187,7 @@ def _cast(
     if not scene.bodies or not len(starts):
         return (_MISS,) * len(starts)
     with np.errstate(over="ignore", invalid="ignore"):
-        finite: np.ndarray = np.isfinite(ends - starts).all(axis=1)
+        finite = np.logical_and.reduce(np.isfinite(ends - starts), axis=1)
     if not finite.all():
         found_hits = iter(_cast(scene, starts[finite], ends[finite], mask, wanted))
         return tuple(next(found_hits) if is_finite else _MISS for is_finite in finite)

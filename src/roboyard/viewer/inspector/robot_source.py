@@ -103,21 +103,30 @@ def package_source(folder: Path, name: str, config: Path | None = None) -> Robot
         name=name,
         urdf=folder / "urdf" / f"{name}.urdf",
         planner_file=planner_files[0] if planner_files else None,
-        config=config or _imported_with(folder),
+        config=config or _imported_with(folder, name),
         definition=folder / f"{name}.yaml",
         cameras=mjcf if mjcf.is_file() else None,
         folder=folder,
     )
 
 
-def _imported_with(folder: Path) -> Path | None:
-    """Return the configuration in the log of an import; None if that file no longer exists."""
+def _imported_with(folder: Path, name: str) -> Path | None:
+    """Return the configuration of an import if it is in the working folder; its log holds the file's name."""
     import json
 
+    from roboyard.config.yaml_lines import read_yaml
+    from roboyard.errors import ConfigError
     from roboyard.untrusted.files import read_file
 
     try:
         said = json.loads(read_file(folder / "import_log.json", 64 << 20)).get("configuration")
     except (OSError, ValueError, AttributeError):
         return None
-    return Path(said) if isinstance(said, str) and Path(said).is_file() else None
+    file = Path(Path(said).name) if isinstance(said, str) and said else None
+    if file is None or not file.is_file():
+        return None
+    try:
+        data = read_yaml(file).data
+    except ConfigError:
+        return None
+    return file if isinstance(data, dict) and data.get("name") == name else None
