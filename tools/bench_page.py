@@ -41,6 +41,12 @@ class Benchmark:
 
 BENCHMARKS = (
     Benchmark(
+        name="programs",
+        title="Whole PyBullet programs",
+        reading="CPU time of whole processes, start-up included; a ratio below 1: Roboyard takes less.",
+        quick=("--rounds", "1"),
+    ),
+    Benchmark(
         name="step",
         title="Physics steps",
         reading="`times PyBullet` above 1: Roboyard makes more steps in the same time. "

@@ -59,6 +59,16 @@ def arm(arm_description):
 
 
 @pytest.fixture(scope="session")
+def straight_arm():
+    axes = [Z, Y, Z, (0.0, -1.0, 0.0), Z, Y, Z]
+    joints = [
+        joint(f"joint{i}", "revolute", f"link{i - 1}", f"link{i}", (0, 0, 0.2), axis=axis, limits=(-3, 3))
+        for i, axis in enumerate(axes, start=1)
+    ]
+    return robot("straight", joints)
+
+
+@pytest.fixture(scope="session")
 def home():
     return np.array([0.1, 0.5, -0.2, -1.2, 0.1, 0.9, 0.3])
 

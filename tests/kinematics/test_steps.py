@@ -189,3 +189,25 @@ def test_plain_descent_does_not_change_its_start(arm, home):
 def test_invalid_arguments_raise(arm, home, call, message):
     with pytest.raises(ValueError, match=message):
         call(arm, home)
+
+
+# PyBullet 3.2.7 from zero; the target is half a turn away, and rounding decides which way round it goes.
+HALF_TURNS = {
+    (0.0, -1.0, 0.0, 6e-17): [0.214437431, 1.061258868, -0.044259396, 1.179199202, -0.268517914, -3.016933434,
+                              -0.075248655],
+    (1.0, 0.0, 0.0, 6e-17): [0.968800198, 0.420992804, -1.576402768, -0.571423746, -2.43964123, -2.457759139,
+                             -0.028613474],
+    (0.0, 0.0, 1.0, 6e-17): [-0.705932722, 1.124323101, -1.132729763, 1.715876376, -1.060189584, 1.248403803,
+                             -1.178624355],
+    (4e-17, 0.5**0.5, 0.5**0.5, 4e-17): [-0.711993975, 1.308361126, -0.371485336, 1.443306088, -0.747328089,
+                                         -1.234768186, -1.735110168],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("turn", HALF_TURNS)
+def test_half_a_turn_goes_round_as_in_pybullet(straight_arm, turn):
+    chain = from_description(straight_arm, "link7")
+    found = damped_step_ik(chain, np.zeros(7), [0.3, 0.1, 0.8, *turn])
+    assert np.allclose(found, HALF_TURNS[turn], atol=2e-8)
+    other_sign = damped_step_ik(chain, np.zeros(7), [0.3, 0.1, 0.8, *(-v for v in turn)])
+    assert np.allclose(other_sign, HALF_TURNS[turn], atol=2e-8)

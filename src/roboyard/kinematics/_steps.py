@@ -11,7 +11,6 @@ from roboyard.kinematics._kernels import (
     place_links,
     place_nodes,
     read_targets,
-    rotation_log,
     task_errors,
 )
 from roboyard.kinematics._linear import bounded_step, normal_equations, solve_free
@@ -19,6 +18,9 @@ from roboyard.kinematics._lm import WORK
 from roboyard.native import compiled
 
 PROJECTOR_DAMPING = 1e-4  # of the null-space projector: singular values above 0.01 are task directions
+
+HALF_TURN = 1.6e-8
+"""Real part below which PyBullet takes the other way round: it compares a single-precision angle with π."""
 
 
 def bounded_motion(jac, rhs, damping_square, low, high, pull, hessian, factor, vectors, free, out):
@@ -90,6 +92,40 @@ def step_with_twists(whole, real, node, local, twists, weights, q, damping_squar
     bounded_motion(jac, rhs, damping_square, low, high, pull, hessian, factor, vectors, free, out)
 
 
+def frame_quaternion(frames, k):
+    """Quaternion (x, y, z, w) of the rotation of a frame; its largest part, or w, is positive."""
+    m00, m01, m02 = frames[k, 3], frames[k, 4], frames[k, 5]
+    m10, m11, m12 = frames[k, 6], frames[k, 7], frames[k, 8]
+    m20, m21, m22 = frames[k, 9], frames[k, 10], frames[k, 11]
+    if m00 + m11 + m22 > 0.0:
+        x, y, z, w = m21 - m12, m02 - m20, m10 - m01, 1.0 + m00 + m11 + m22
+    elif m00 >= m11 and m00 >= m22:
+        x, y, z, w = 1.0 + m00 - m11 - m22, m10 + m01, m20 + m02, m21 - m12
+    elif m11 >= m22:
+        x, y, z, w = m10 + m01, 1.0 + m11 - m00 - m22, m21 + m12, m02 - m20
+    else:
+        x, y, z, w = m20 + m02, m21 + m12, 1.0 + m22 - m00 - m11, m10 - m01
+    length = math.sqrt(x * x + y * y + z * z + w * w)
+    return x / length, y / length, z / length, w / length
+
+
+def turn_to_target(target, tip, k):
+    """Rotation vector (rad, base axes) from a tip to its target; half a turn goes as in PyBullet."""
+    a, b, c, d = frame_quaternion(target, k)
+    i, j, l, r = frame_quaternion(tip, k)
+    x = a * r - d * i - b * l + c * j
+    y = b * r - d * j - c * i + a * l
+    z = c * r - d * l - a * j + b * i
+    w = d * r + a * i + b * j + c * l
+    if w < HALF_TURN:
+        x, y, z, w = -x, -y, -z, -w
+    sine = math.sqrt(x * x + y * y + z * z)
+    scale = 2.0
+    if sine > 1e-12:
+        scale = 2.0 * math.atan2(sine, w) / sine
+    return scale * x, scale * y, scale * z
+
+
 @compiled(
     f"{CHAIN} f8[:,::1] f8[::1] f8[::1] f8[::1] f8[::1] f8[::1] f8 f8 f8 f8 i8 f8[:,::1] f8[:,::1] {WORK} "
     "f8[::1] -> f8",
@@ -120,10 +156,7 @@ def plain_descent(whole, real, node, local, targets, damping, rest, lower, upper
                 rhs[per * k + r] = target[k, r] - tip[k, r]
                 left += rhs[per * k + r] ** 2
             if per == 6:
-                x, y, z = rotation_log(target, k, tip, k)
-                for r in range(3):
-                    turned = target[k, 3 + 3 * r] * x + target[k, 4 + 3 * r] * y + target[k, 5 + 3 * r] * z
-                    rhs[6 * k + 3 + r] = -turned
+                rhs[6 * k + 3], rhs[6 * k + 4], rhs[6 * k + 5] = turn_to_target(target, tip, k)
         normal_equations(rows, rhs, hessian, gradient)
         if rest.shape[0] == n:
             for i in range(n):

@@ -159,10 +159,11 @@ def damped_step_ik(
 ) -> Array:
     """Return joint positions after a fixed number of damped steps, as PyBullet's inverse kinematics does.
 
-    Every step from q0 solves (JᵀJ + D) d = Jᵀ e, where D is 0.5 or the joint damping given, and is scaled so
-    that no joint moves by more than 45 degrees. It ignores joint limits and
-    does not check convergence: use `solve_ik` where these matter. With all four null-space arguments D is
-    0.36, and a weak motion towards `rest` and a strong one back into `lower`..`upper` are projected on the
+    Every step from q0 solves (JᵀJ + D) d = Jᵀ e, where D is 0.5 or the joint damping given, and is scaled
+    so that no joint moves by more than 45 degrees. A target half a turn away is approached from the side
+    that PyBullet takes. It ignores joint limits and does not check convergence: use `solve_ik` where
+    these matter. With all four null-space arguments D is 0.36, and a weak motion towards `rest` and a
+    strong one back into `lower`..`upper` are projected on the
     null space of the damped pseudo-inverse. Constants were measured on PyBullet 3.2.7.
 
     Args:
