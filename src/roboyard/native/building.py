@@ -12,6 +12,7 @@ from numba import carray, cfunc, njit, types
 from numba.extending import intrinsic
 
 from roboyard.native.called import called_functions
+from roboyard.native.objects import FIRST_ITEM
 from roboyard.native.signatures import Argument, Signature
 
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
@@ -41,16 +42,23 @@ def _jit(function: FunctionType, fast_math: bool, made: dict[FunctionType, Any])
 def machine_code(function: FunctionType, signature: Signature, name: str) -> bytes:
     """Return an object file with a loop as the function `name`, which has no other public name.
 
-    Its arguments are: place of the result, place of an error, then numbers and addresses of array objects.
+    Its arguments are: place of the result, place of an error, a tuple of all arrays, the numbers.
     """
     arguments = signature.arguments
-    names = [f"a{k}" for k in range(len(arguments))]
-    passed = [f"{_view_name(a)}({n})" if a.dimensions else n for n, a in zip(names, arguments, strict=True)]
+    passed, names, kinds = [], ["arrays"], [types.CPointer(types.int64)]
+    for k, argument in enumerate(arguments):
+        if argument.dimensions:
+            place = FIRST_ITEM + k - (len(names) - 1)
+            passed.append(f"{_view_name(argument)}(carray(_pointer(arrays[{place}]), (6,), np.int64))")
+        else:
+            names.append(f"number{k}")
+            passed.append(names[-1])
+            kinds.append(getattr(types, argument.dtype))
     values: dict[str, Any] = {"_loop": jit(function, fast_math=signature.fast_math)}
+    values |= {"carray": carray, "_pointer": _pointer, "np": np}
     values |= {_view_name(a): _view(a) for a in set(arguments) if a.dimensions}
     source = f"def {name}({', '.join(names)}):\n    return _loop({', '.join(passed)})"
     exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
-    kinds = [types.CPointer(types.int64) if a.dimensions else getattr(types, a.dtype) for a in arguments]
     result = types.float64 if signature.returns_number else types.void
     made: Any = cfunc(result(*kinds), error_model="numpy")(values[name])
     return _object_file(made.inspect_llvm(), made.native_name.removeprefix("cfunc."), name)

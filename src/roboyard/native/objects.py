@@ -19,12 +19,14 @@ from roboyard._lazy import paused_collection
 from roboyard.native.called import source_of
 from roboyard.native.signatures import Signature
 
-_LAYOUT = 3
+_LAYOUT = 4
 """Increased whenever the way in which arguments are passed changes."""
 _DIGEST = 32
 """Bytes of the hash before the machine code: LLVM ends the process at damaged code."""
 _DATA, _SHAPE, _STRIDES = 2, 4, 5
 """Places of the addresses in NumPy's array objects, in words."""
+FIRST_ITEM = 3
+"""Place of the first item in tuple objects, in words."""
 _engines: list[Any] = []  # they own the machine code
 
 
@@ -51,14 +53,17 @@ def jitted(function: FunctionType, signature: Signature) -> Callable[..., Any]:
 
 @cache
 def arrays_have_the_known_layout() -> bool:
-    """Return whether NumPy's array objects have data, shape and strides where the machine code reads them."""
+    """Return whether tuples and NumPy's array objects are laid out as the machine code reads them."""
     if sys.implementation.name != "cpython" or ctypes.sizeof(ctypes.c_void_p) != 8:
         return False
     probe = np.zeros((2, 3, 4))[:, ::2, 1:]
     words = ctypes.cast(id(probe), ctypes.POINTER(ctypes.c_int64))
+    pair = probe, None
+    items = ctypes.cast(id(pair), ctypes.POINTER(ctypes.c_int64))
     shape, strides = (ctypes.cast(words[k], ctypes.POINTER(ctypes.c_int64)) for k in (_SHAPE, _STRIDES))
     return (
-        words[_DATA] == probe.ctypes.data
+        (items[FIRST_ITEM], items[FIRST_ITEM + 1]) == (id(probe), id(None))
+        and words[_DATA] == probe.ctypes.data
         and tuple(shape[k] for k in range(3)) == probe.shape
         and tuple(strides[k] for k in range(3)) == probe.strides
     )
