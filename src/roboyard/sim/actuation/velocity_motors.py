@@ -43,7 +43,7 @@ class VelocityMotors:
         self._joints: Any = ()
         """Arguments of the kernel that describe the joints."""
         self._bound_timestep = 0.0
-        self._gathered = False
+        self._gathered = self._has_spherical = False
 
     @property
     def is_active(self) -> bool:
@@ -146,10 +146,16 @@ class VelocityMotors:
             model.dof_frictionloss[driven] = self._bounds[driven] @ (1.0, 1.0 / timestep)
             self._bound_timestep = timestep
 
-    def apply(self, data: Any, timestep: float) -> None:
-        """Write requested accelerations into the motors' rows, between the halves of a step."""
+    def apply(self, data: Any, timestep: float, *, alone: bool = False) -> None:
+        """Write requested accelerations into the motors' rows, between the halves of a step.
+
+        Args:
+            data: MjData.
+            timestep: duration of the step (s).
+            alone: whether all rows are solved in turn, which reads the references of spherical joints only.
+        """
         count = data.nf
-        if count == 0:
+        if count == 0 or (alone and not self._has_spherical):
             return
         motors, targets, dof_joint, types, qpos_places, dof_places, qpos, qvel = self._joints
         kernels().drive_motors(
@@ -227,6 +233,7 @@ class VelocityMotors:
         )
         self._bound_timestep = 0.0
         self._gathered = True
+        self._has_spherical = bool((model.jnt_type == 1).any())
 
     def _place(self, model: Any, body: LinkBody, own: BodyMotors) -> None:
         here = slice(body.first_dof, body.first_dof + len(own.motors))

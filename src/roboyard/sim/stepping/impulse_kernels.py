@@ -5,181 +5,66 @@ from __future__ import annotations
 import numpy as np
 
 from roboyard.native import compiled
-
-LARGEST_LIMIT_IMPULSE = 100.0
-"""Bullet's bound on the impulse of a joint limit in a step (N m s or N s)."""
-
-
-@compiled("i4[:] i4[:] i4[:,:] i4[:] i4[:] i4[:] i4[:] i4[:] i4[:] i4[:] i8 u1[:] -> f8")
-def choose_trees(  # pragma: no cover
-    kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, count, taken
-):
-    """Choose the kinematic trees with motors or exceeded joint limits, and what touches them.
-
-    kind, index: type and dof or joint of each constraint row; rows 0 ... count are dry friction (the motors)
-    and limits. geom: (ncon, 2). address: (ncon,) first row of each contact, -1 for none. geom_tree: (ngeom,)
-    tree, -1 for what is fixed. slot, limit_slot: (nv,) place of each motor and limit, -1 for none. taken:
-    (ntree,) 1 for the chosen trees, written. Returns 0 where a row is of another kind, else 1.
-    """
-    taken[:] = 0
-    for row in range(count):
-        if kind[row] == 1 and slot[index[row]] >= 0:
-            taken[dof_tree[index[row]]] = 1
-        elif kind[row] == 3 and joint_type[index[row]] >= 2 and limit_slot[joint_dof[index[row]]] >= 0:
-            taken[dof_tree[joint_dof[index[row]]]] = 1
-        else:
-            return 0.0
-    grows = True
-    while grows:
-        grows = False
-        for i in range(geom.shape[0]):
-            if address[i] < 0:
-                continue
-            if geom[i, 0] < 0 or geom[i, 1] < 0:
-                return 0.0
-            a, b = geom_tree[geom[i, 0]], geom_tree[geom[i, 1]]
-            if a >= 0 and b >= 0 and taken[a] != taken[b]:
-                taken[a] = taken[b] = 1
-                grows = True
-    return 1.0
+from roboyard.sim.stepping.impulse_rows import choose_trees, contact_rows, order_rows, set_goals
 
 
 @compiled(
-    "i4[:] i4[:] i4[:,:] i4[:] i4[:] i4[:] i4[:] i4[:] i4[:] f8[:] i4[:] i4[:] f8[:,:] u1[:] i8"
-    " i4[:] i4[:,:] i4[:] -> f8"
+    "i4[::1] i4[::1] i4[:,:] i4[:] i4[:] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] i4[::1] i4[::1]"
+    " f8[:,::1] i8 u1[::1] i4[::1] i4[:,::1] i4[::1] f8[::1] f8[:,::1] -> f8"
 )
-def order_rows(  # pragma: no cover
-    kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_qpos, qpos, slot, limit_slot,
-    limits, taken, count, places, rows, ends,
+def arrange(  # pragma: no cover
+    kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_type, joint_qpos, qpos, slot,
+    limit_slot, limits, count, taken, places, rows, ends, every, jacobian,
 ):  # fmt: skip
-    """List the rows of the chosen trees in the order of solution.
+    """Choose the trees to solve, list their rows and copy their Jacobian.
 
-    Motors and limits come by their places, then the normals of all contacts, their spinning rows, the pairs
-    of their rolling rows, the pairs of their sliding rows. limits: (njnt, 2). places: work array. rows:
-    (n, 4) row, its trees (-1 for none) and the contact's place in the list of normals (-1 for none), written.
-    ends: (5,) ends of the five groups, written. Returns the number of rows.
+    every: (nefc nv,) Jacobian of all rows. jacobian: (n, nv) of the rows listed, written. The rest is that of
+    `choose_trees` and `order_rows`. Returns the number of rows, -1 where a row is of another kind.
     """
-    places[:] = -1
-    for row in range(count):
-        dof = index[row] if kind[row] == 1 else joint_dof[index[row]]
-        if taken[dof_tree[dof]] == 0:
-            continue
-        if kind[row] == 1:
-            places[slot[dof]] = row
-        else:
-            joint = index[row]
-            q = qpos[joint_qpos[joint]]
-            upper = limits[joint, 1] - q < q - limits[joint, 0]
-            place = limit_slot[dof] + (1 if upper else 0)
-            if places[place] >= 0:
-                place = 2 * limit_slot[dof] + 1 - place
-            places[place] = row
-    n = 0
-    for place in range(places.shape[0]):
-        row = places[place]
-        if row >= 0:
-            dof = index[row] if kind[row] == 1 else joint_dof[index[row]]
-            rows[n, 0], rows[n, 1], rows[n, 2], rows[n, 3] = row, dof_tree[dof], -1, -1
-            n += 1
-    ends[0] = n
-    for group in range(4):
-        normal = ends[0]
-        for i in range(geom.shape[0]):
-            if address[i] < 0:
-                continue
-            a, b = geom_tree[geom[i, 0]], geom_tree[geom[i, 1]]
-            if not ((a >= 0 and taken[a] == 1) or (b >= 0 and taken[b] == 1)):
-                continue
-            if b == a:
-                b = -1
-            first, size = 0, 1
-            if group == 1:
-                first = 3
-                size = 1 if dim[i] > 3 else 0
-            elif group == 2:
-                first = 4
-                size = 2 if dim[i] > 5 else 0
-            elif group == 3:
-                first = 1
-                size = 2 if dim[i] > 2 else 0
-            for k in range(size):
-                rows[n, 0], rows[n, 1], rows[n, 2], rows[n, 3] = address[i] + first + k, a, b, normal
-                n += 1
-            normal += 1
-        ends[group + 1] = n
-    return n
-
-
-@compiled("i4[:,:] i4[:] i4[:] f8[:,:] f8[:,:] f8[:] f8[:] f8[:]")
-def contact_rows(geom, address, dim, friction, compliance, R, mu, soft):  # pragma: no cover
-    """Write the coefficients of contacts' friction rows and the compliance of their normals.
-
-    friction: (ncon, 5). compliance: (ngeom, 2) stiffness, 0 for a rigid surface, and damping. R: (nefc,).
-    mu, soft: (nefc,) or more, written; soft in m/s by N s, 0 for rigid contacts.
-    """
-    for i in range(address.shape[0]):
-        row = address[i]
-        if row < 0:
-            continue
-        soft[row] = 0.0
-        if compliance[geom[i, 0], 0] > 0.0 or compliance[geom[i, 1], 0] > 0.0:
-            soft[row] = R[row]
-        for k in range(1, dim[i]):
-            mu[row + k] = friction[i, k - 1]
+    if not choose_trees(
+        kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, count, taken
+    ):
+        return -1.0
+    found = order_rows(
+        kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_qpos, qpos, slot, limit_slot,
+        limits, taken, count, places, rows, ends,
+    )  # fmt: skip
+    width = jacobian.shape[1]
+    for n in range(found):
+        start = rows[n, 0] * width
+        for d in range(width):
+            jacobian[n, d] = every[start + d]
+    return found
 
 
 @compiled(
-    "i4[:,:] i4[:] i4[:] f8[:] f8[:] f8[:] f8[:] f8[:] f8[:] i4[:] i4[:] i4[:] f8[:,:] f8[:,:] f8[:] f8[:]"
-    " f8[:] f8[:,:] i4[:] i4[:] i4[:] f8 f8[:,:]"
+    "i4[:,::1] i4[::1] i4[::1] f8[::1] f8[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] f8[:,::1]"
+    " f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] i4[::1] i4[::1] i4[::1] f8[:,::1] f8[::1] f8[::1]"
+    " i4[:,:] i4[:] i4[:] f8[:,:] f8[:,::1] f8[::1] f8[::1] f8[:,::1] f8[::1] f8[::1] f8 i8 f8",
+    fast_math=True,
 )
-def set_goals(  # pragma: no cover
-    rows, kind, index, velocity, aref, base, loss, mu, soft, dof_joint, joint_type, joint_qpos, motors,
-    targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, timestep, goals,
+def solve(  # pragma: no cover
+    rows, kind, index, velocity, aref, base, loss, dof_joint, joint_type, joint_qpos, motors, targets, qpos,
+    qvel, smooth, jacobian, response, ends, tree_dof, tree_dofs, goals, mu, soft, geom, address, dim, friction,
+    compliance, R, own, influence, step, change, timestep, rounds, residual,
 ):  # fmt: skip
-    """Write what each row asks for: change of velocity, least and largest impulse, impulse 0,
-    compliance.
-
-    A motor asks for v' = kp (q* - q) / dt + v + kd (v* - v) with v the velocity that forces alone lead to,
-    limits and normals for at least their reference, friction for none. base: (nefc,) references of normals
-    without the correction for sliding. loss: (nefc,) bounds of motors. mu: (nefc,) coefficients of friction
-    rows. smooth: (nv,) accelerations by forces alone. soft: (nefc,) compliance of normals. jacobian: (n, nv)
-    of the rows listed. goals: (n, 5).
-    """
-    for n in range(ends[4]):
-        row = rows[n, 0]
-        speed = velocity[row]
-        for side in range(1, 3):
-            tree = rows[n, side]
-            if tree >= 0:
-                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                    speed += timestep * jacobian[n, d] * smooth[d]
-        low, high, goal = 0.0, 1e10, 0.0
-        goals[n, 4] = soft[row] if ends[0] <= n < ends[1] else 0.0
-        if n >= ends[1]:
-            low = high = mu[row]
-        elif n >= ends[0]:
-            goal = velocity[row] + timestep * base[row]
-        elif kind[row] == 3:
-            goal = velocity[row] + timestep * aref[row]
-            high = LARGEST_LIMIT_IMPULSE
-        else:
-            dof = index[row]
-            joint = dof_joint[dof]
-            high = loss[row] * timestep
-            low = -high
-            if joint_type[joint] >= 2:
-                goal = speed + motors[dof, 3] * (motors[dof, 2] - speed)
-                if motors[dof, 0] >= 2.0:
-                    goal += motors[dof, 1] * (targets[dof, 0] - qpos[joint_qpos[joint]]) / timestep
-                largest = motors[dof, 4]
-                if largest > 0.0:
-                    goal = min(max(goal, -largest), largest)
-            else:
-                goal = qvel[dof] + timestep * aref[row]
-        goals[n, 0], goals[n, 1], goals[n, 2], goals[n, 3] = goal - speed, low, high, 0.0
+    """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`."""
+    contact_rows(geom, address, dim, friction, compliance, R, mu, soft)
+    set_goals(
+        rows, kind, index, velocity, aref, base, loss, mu, soft, dof_joint, joint_type, joint_qpos, motors,
+        targets, qpos, qvel, smooth, jacobian, ends, tree_dof, tree_dofs, timestep, goals,
+    )  # fmt: skip
+    if ends[4] <= influence.shape[0]:
+        solve_by_table(
+            rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence, step,
+            change,
+        )  # fmt: skip
+    else:
+        solve_in_turn(
+            rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, step, change
+        )
 
 
-@compiled("i4[:,:] f8[:,:] i4[:] f8[:,:] f8[:,:] i4[:] i4[:] i8 f8 f8[:] f8[:] f8[:] -> f8")
 def solve_in_turn(  # pragma: no cover
     rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, step, change
 ):
@@ -190,10 +75,11 @@ def solve_in_turn(  # pragma: no cover
     at their largest impulse, have not converged by then. The two sliding rows of a contact share one bound,
     the normal's impulse in this round times the coefficient. Returns the number of rounds.
 
-    response: (n, nv) changes of velocity by unit impulses. own: (n,) and step: (2,) work arrays. change:
-    (nv,) change of velocity, written.
+    response: (n, nv) changes of velocity by unit impulses. own: (n,) and step: (2,) or longer, work arrays.
+    change: (nv,) change of velocity, written.
     """
-    change[:] = 0.0
+    for d in range(change.shape[0]):
+        change[d] = 0.0
     for n in range(ends[4]):
         total = 0.0
         for side in range(1, 3):
@@ -256,7 +142,83 @@ def solve_in_turn(  # pragma: no cover
     return done
 
 
-@compiled("i4[:,:] f8[:,:] i4[:] f8[:,:] f8[:] f8[:] u1[:] i4[:] i4[:] i4[:] f8 f8[:] f8[:] f8[:]")
+def solve_by_table(
+    rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence, speeds, change
+):  # fmt: skip
+    """Do what `solve_in_turn` does, for a bounded number of rows: each tells the others what it changes.
+
+    influence: (n, n) or larger, change of each row's velocity by unit impulses of the others, written. own,
+    speeds: (n,) or longer, work arrays. The sixth column of goals is one, too.
+    """
+    count = ends[4]
+    for n in range(count):
+        speeds[n] = 0.0
+        for k in range(n + 1):
+            total = 0.0
+            for side in range(1, 3):
+                tree = rows[n, side]
+                if tree >= 0:
+                    for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                        total += jacobian[n, d] * response[k, d]
+            influence[n, k] = influence[k, n] = total
+        own[n] = influence[n, n] + goals[n, 4]
+        goals[n, 5] = 1.0 / own[n] if own[n] > 1e-15 else 0.0
+    done = 0.0
+    for turn in range(rounds):
+        worst = 0.0
+        for i in range(ends[1]):
+            n = ends[0] - 1 - i if i < ends[0] and turn % 2 == 0 else i
+            delta = min(max(wished(goals, speeds, n), goals[n, 1]), goals[n, 2]) - goals[n, 3]
+            worst = max(worst, push(goals, speeds, own, influence, n, delta, count))
+        for n in range(ends[1], ends[2]):
+            bound = goals[n, 2] * max(goals[rows[n, 3], 3], 0.0)
+            if bound > 0.0:
+                delta = min(max(wished(goals, speeds, n), -bound), bound) - goals[n, 3]
+                worst = max(worst, push(goals, speeds, own, influence, n, delta, count))
+        for n in range(ends[2], count, 2):
+            bound = goals[n, 2] * max(goals[rows[n, 3], 3], 0.0)
+            if bound <= 0.0 and n < ends[3]:
+                continue
+            x, y = wished(goals, speeds, n), wished(goals, speeds, n + 1)
+            length = np.sqrt(x * x + y * y)
+            if length > bound:
+                x *= bound / length
+                y *= bound / length
+            x, y = x - goals[n, 3], y - goals[n + 1, 3]
+            worst = max(worst, push(goals, speeds, own, influence, n, x, count))
+            worst = max(worst, push(goals, speeds, own, influence, n + 1, y, count))
+        done += 1.0
+        if worst <= residual:
+            break
+    for d in range(change.shape[0]):
+        change[d] = 0.0
+    for n in range(count):
+        for side in range(1, 3):
+            tree = rows[n, side]
+            if tree >= 0:
+                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                    change[d] += goals[n, 3] * response[n, d]
+    return done
+
+
+def wished(goals, speeds, n):
+    """Impulse with which a row would get what it asks for."""
+    return goals[n, 3] + (goals[n, 0] - goals[n, 4] * goals[n, 3] - speeds[n]) * goals[n, 5]
+
+
+def push(goals, speeds, own, influence, n, delta, count):
+    """Add to a row's impulse; return the square of the change of its velocity."""
+    if delta == 0.0:
+        return 0.0
+    goals[n, 3] += delta
+    for k in range(count):
+        speeds[k] += delta * influence[n, k]
+    return (delta * own[n]) ** 2
+
+
+@compiled(
+    "i4[:,::1] f8[:,::1] i4[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] f8 f8[::1] f8[::1] f8[::1]"
+)
 def write_solution(  # pragma: no cover
     rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc, force,
     constraint,

@@ -9,6 +9,7 @@ worlds with equalities or with so many degrees of freedom that their Jacobian is
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -19,8 +20,14 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.surfaces import Surfaces
+from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
+
+DENSE = 128
+"""Most rows whose influence on each other is kept as a table."""
+_NOTHING = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros(0, np.int32)
+_NO_FRICTION = np.zeros((0, 5))
 
 
 class SequentialMotors:
@@ -32,103 +39,171 @@ class SequentialMotors:
         """Rounds in a step; 0 leaves all trees to MuJoCo."""
         self.residual: float = world.profile.motor_residual
         """Square of the change of velocity (rad/s or m/s) below which the rounds end."""
-        self._bound: tuple[Any, ...] | None = None
-        self._is_solved = False
-        self._rows, self._goals = np.zeros((0, 4), np.int32), np.zeros((0, 5))
-        self._own, self._mu, self._soft, self._step = np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2)
-        self._jacobian = np.zeros((0, 0))
+        self._bound: _Bound | None = None
+        self._found = -1
+        self._work = _work(0, 0)
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new, or that bodies were added or removed."""
         self._bound = None
 
-    def solve(self, model: Any, data: Any, timestep: float) -> bool:
-        """Solve robots with motors, and what touches them, between `mj_fwdAcceleration` and the solver.
+    def arrange(self, model: Any, data: Any) -> bool:
+        """List the rows of robots with motors, and of what touches them, after MuJoCo has made the rows.
 
         Returns:
-            Whether that are all rows, so that MuJoCo's solver has nothing left to do.
+            Whether these are all rows, so that MuJoCo's solver has nothing left to do.
         """
-        self._is_solved = False
+        self._found = -1
         count = data.nf + data.nl
-        if not self.rounds or data.ne or not count or mujoco.mj_isSparse(model):
+        if not self.rounds or data.ne or not count:
             return False
         bound = self._bound
-        if bound is None or len(bound[0]) != model.nv:
-            bound = self._bound = self._bind(model)
-        slot, limit_slot, geom_tree, taken, places, ends, change = bound
-        contact, nefc = data.contact, data.nefc
-        if data.ncon and not self._world.hard_contacts:
+        if bound is None:
+            bound = self._bound = _bind(model, data, list(self._world.body_by_id.values()))
+        if bound.is_sparse or (data.ncon and not self._world.hard_contacts):
             return False
-        kind, index = data.efc_type, data.efc_id
-        geom, address = contact.geom, contact.efc_address
-        joint_dof, dof_tree = model.jnt_dofadr, model.dof_treeid
-        tables = kind, index, geom, address
-        if not kernels().choose_trees(
-            *(*tables, geom_tree, dof_tree, joint_dof, model.jnt_type, slot, limit_slot, count, taken)
-        ):
-            return False
-        if len(self._rows) < nefc:
-            self._rows, self._goals = np.zeros((2 * nefc, 4), np.int32), np.zeros((2 * nefc, 5))
-            self._own, self._mu, self._soft = (np.zeros(2 * nefc) for _ in range(3))
-        rows, goals, mu = self._rows, self._goals, self._mu
-        found = int(
-            kernels().order_rows(
-                *(*tables, contact.dim, geom_tree, dof_tree, joint_dof, model.jnt_qposadr, data.qpos),
-                *(slot, limit_slot, model.jnt_range, taken, count, places, rows, ends),
+        nefc = data.nefc
+        if len(self._work.rows) < nefc or self._work.jacobian.shape[1] != bound.nv:
+            self._work = _work(2 * nefc, bound.nv)
+        work = self._work
+        if data.ncon:
+            contact = data.contact
+            touching = contact.geom, contact.efc_address, contact.dim
+        else:
+            touching = _NOTHING
+        self._found = int(
+            kernels().arrange(
+                *(data.efc_type, data.efc_id, *touching, *bound.trees, bound.qpos, bound.slot),
+                *(bound.limit_slot, bound.limits, count, bound.taken, bound.places, work.rows, bound.ends),
+                *(data.efc_J, work.jacobian),
             )
         )
-        jacobian = data.efc_J.reshape(nefc, model.nv)[rows[:found, 0]]
-        response = np.empty_like(jacobian)
+        return self._found == nefc
+
+    def solve(self, model: Any, data: Any, timestep: float) -> None:
+        """Solve the rows that are arranged, between `mj_fwdAcceleration` and MuJoCo's solver."""
+        found, bound, work = self._found, self._bound, self._work
+        if found < 0 or bound is None:
+            return
+        jacobian, response = work.jacobian[:found], work.response[:found]
         mujoco.mj_solveM(model, data, response, jacobian)
+        nefc = data.nefc
         base = self._surfaces.normal_references(nefc)
         if data.ncon:
-            compliance = self._surfaces.compliance_of_geoms
-            kernels().contact_rows(
-                geom, address, contact.dim, contact.friction, compliance, data.efc_R, mu, self._soft
-            )
-        motors, targets = self._motors.arrays
-        trees = model.tree_dofadr, model.tree_dofnum
-        kernels().set_goals(
-            *(rows, kind, index, data.efc_vel, data.efc_aref, base, data.efc_frictionloss, mu, self._soft),
-            *(model.dof_jntid, model.jnt_type, model.jnt_qposadr, motors, targets, data.qpos, data.qvel),
-            *(data.qacc_smooth, jacobian, ends, *trees, timestep, goals),
+            contact = data.contact
+            touching = contact.geom, contact.efc_address, contact.dim, contact.friction
+        else:
+            touching = (*_NOTHING, _NO_FRICTION)
+        kernels().solve(
+            *(work.rows, data.efc_type, data.efc_id, data.efc_vel, data.efc_aref, base),
+            *(data.efc_frictionloss, *bound.joints, *self._motors.arrays, bound.qpos, bound.qvel),
+            *(bound.smooth, jacobian, response, bound.ends, *bound.spans, work.goals, work.mu, work.soft),
+            *(*touching, self._surfaces.compliance_of_geoms, data.efc_R, work.own, work.influence, work.step),
+            *(bound.change, timestep, self.rounds, self.residual),
         )
-        kernels().solve_in_turn(
-            *(rows, goals, ends, jacobian, response, *trees, self.rounds, self.residual),
-            *(self._own, self._step, change),
-        )
-        self._jacobian, self._is_solved = jacobian, True
-        if found < nefc:
-            return False
-        data.qacc[:] = data.qacc_smooth  # of trees that nothing holds
-        data.qfrc_constraint[:] = 0.0
-        return True
+        if found == nefc:
+            bound.qacc[:] = bound.smooth  # of trees that nothing holds
+            bound.constraint[:] = 0.0
 
-    def write(self, model: Any, data: Any, timestep: float) -> None:
+    def write(self, data: Any, timestep: float) -> None:
         """Write the solution over MuJoCo's, after the solver."""
-        if not self._is_solved or self._bound is None:
+        bound, work = self._bound, self._work
+        if self._found < 0 or bound is None:
             return
-        taken, _, ends, change = self._bound[3:]
         kernels().write_solution(
-            *(self._rows, self._goals, ends, self._jacobian, change, data.qacc_smooth, taken),
-            *(model.dof_treeid, model.tree_dofadr, model.tree_dofnum, timestep),
-            *(data.qacc, data.efc_force, data.qfrc_constraint),
+            *(work.rows, work.goals, bound.ends, work.jacobian, bound.change, bound.smooth, bound.taken),
+            *(bound.dof_tree, *bound.spans, timestep, bound.qacc, data.efc_force, bound.constraint),
         )
 
-    def _bind(self, model: Any) -> tuple[Any, ...]:
-        nv = model.nv
-        slot, limit_slot = np.full(nv, -1, np.int32), np.full(nv, -1, np.int32)
-        place = 0
-        for dof, is_limit in solution_order(list(self._world.body_by_id.values()), model):
-            if is_limit:
-                limit_slot[dof] = place
-                place += 2
-            else:
-                slot[dof] = place
-                place += 1
-        geom_tree = model.body_treeid[model.geom_bodyid].astype(np.int32)
-        taken, ends = np.zeros(model.ntree, np.uint8), np.zeros(5, np.int32)
-        return slot, limit_slot, geom_tree, taken, np.full(place, -1, np.int32), ends, np.zeros(nv)
+
+@dataclass(frozen=True, slots=True)
+class _Bound:
+    """What stays the same until the next compile: MuJoCo's arrays, the order of motors, small results."""
+
+    nv: int
+    is_sparse: bool
+    slot: Array
+    limit_slot: Array
+    trees: tuple[Any, ...]
+    """Tree of each geom and dof, and the joints' dofs, types and places in qpos."""
+    limits: Array
+    joints: tuple[Any, ...]
+    spans: tuple[Any, ...]
+    """First dof and number of dofs of each tree."""
+    dof_tree: Array
+    qpos: Array
+    qvel: Array
+    smooth: Array
+    qacc: Array
+    constraint: Array
+    taken: Array
+    places: Array
+    ends: Array
+    change: Array
+
+
+def _bind(model: Any, data: Any, bodies: list[Body]) -> _Bound:
+    nv = model.nv
+    slot, limit_slot = np.full(nv, -1, np.int32), np.full(nv, -1, np.int32)
+    place = 0
+    for dof, is_limit in solution_order(bodies, model):
+        if is_limit:
+            limit_slot[dof] = place
+            place += 2
+        else:
+            slot[dof] = place
+            place += 1
+    geom_tree = model.body_treeid[model.geom_bodyid].astype(np.int32)
+    return _Bound(
+        nv=nv,
+        is_sparse=bool(mujoco.mj_isSparse(model)),
+        slot=slot,
+        limit_slot=limit_slot,
+        trees=(geom_tree, model.dof_treeid, model.jnt_dofadr, model.jnt_type, model.jnt_qposadr),
+        limits=model.jnt_range,
+        joints=(model.dof_jntid, model.jnt_type, model.jnt_qposadr),
+        spans=(model.tree_dofadr, model.tree_dofnum),
+        dof_tree=model.dof_treeid,
+        qpos=data.qpos,
+        qvel=data.qvel,
+        smooth=data.qacc_smooth,
+        qacc=data.qacc,
+        constraint=data.qfrc_constraint,
+        taken=np.zeros(model.ntree, np.uint8),
+        places=np.full(place, -1, np.int32),
+        ends=np.zeros(5, np.int32),
+        change=np.zeros(nv),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Work:
+    """Arrays for the rows of a step, which grow with the number of rows."""
+
+    rows: Array
+    jacobian: Array
+    response: Array
+    goals: Array
+    mu: Array
+    soft: Array
+    own: Array
+    step: Array
+    influence: Array
+
+
+def _work(count: int, nv: int) -> _Work:
+    dense = min(count, DENSE)
+    return _Work(
+        rows=np.zeros((count, 4), np.int32),
+        jacobian=np.zeros((count, nv)),
+        response=np.zeros((count, nv)),
+        goals=np.zeros((count, 6)),
+        mu=np.zeros(count),
+        soft=np.zeros(count),
+        own=np.zeros(count),
+        step=np.zeros(max(count, 2)),
+        influence=np.zeros((dense, dense)),
+    )
 
 
 def solution_order(bodies: list[Body], model: Any) -> list[tuple[int, bool]]:

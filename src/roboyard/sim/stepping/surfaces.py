@@ -149,8 +149,15 @@ class Surfaces:
         """Note that MuJoCo's arrays are new."""
         self._restitution_rows = self._damping_rows = None
 
-    def apply(self, model: Any, data: Any, timestep: float) -> None:
-        """Add drag to xfrc_applied and bounce to the contacts' references, between mj_step1 and mj_step2."""
+    def apply(self, model: Any, data: Any, timestep: float, *, alone: bool = False) -> None:
+        """Add drag to xfrc_applied and bounce to the contacts' references, between mj_step1 and mj_step2.
+
+        Args:
+            model: MjModel.
+            data: MjData.
+            timestep: duration of the step (s).
+            alone: whether all rows are solved in turn, so that nothing need be prepared for MuJoCo's solver.
+        """
         if self._damping_rows is None or self._restitution_rows is None:
             self._look_up(model, data)
         if self._damping:
@@ -166,9 +173,9 @@ class Surfaces:
                 *(timestep, profile.erp, profile.deep, data.efc_aref),
             )
         if data.ncon and (hard or profile.product_friction or self._restitution):
-            self._apply_contacts(data, timestep)
+            self._apply_contacts(data, timestep, alone=alone)
 
-    def _apply_contacts(self, data: Any, timestep: float) -> None:
+    def _apply_contacts(self, data: Any, timestep: float, *, alone: bool) -> None:
         """Apply friction and restitution of contacts."""
         profile = self._world.profile
         contact = data.contact
@@ -191,6 +198,8 @@ class Surfaces:
                     *(self._compliance_rows, geom, dim, address, contact.dist, friction, contact.mu),
                     *(timestep, profile.erp, self._base, reference, *weights),
                 )
+            if alone:
+                return
             kernels().estimate_sliding(dim, address, friction, velocity, timestep, self._base, reference)
             self._sliding = dim, address, friction, velocity, self._acceleration[:rows]
             self._references = self._base, reference

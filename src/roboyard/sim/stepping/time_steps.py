@@ -134,7 +134,7 @@ class Stepping:
         if stops:
             self.stops.approach(data, model.opt.timestep)
         if self.sliding.slides(data):
-            self._solve(model, data, model.opt.timestep, None, slides=True)
+            self._solve(model, data, model.opt.timestep, None, slides=True, alone=False)
         else:
             mujoco.mj_step2(model, data)
 
@@ -165,20 +165,24 @@ class Stepping:
             self._windows.correct_contacts(data)
         if stops:
             self.stops.approach(data, timestep)
+        alone = self._has_motors and self.in_turn.arrange(model, data)
         if self._has_surfaces:
-            self.surfaces.apply(model, data, timestep)
+            self.surfaces.apply(model, data, timestep, alone=alone)
         if self._has_motors:
-            self.motors.apply(data, timestep)
+            self.motors.apply(data, timestep, alone=alone)
         slides = not world.hard_contacts and self.sliding.slides(data)
         if slides or world.hard_contacts or self._is_bounded or world.profile.largest_velocity is not None:
-            self._solve(model, data, timestep, compiled[-1], slides=slides)
+            self._solve(model, data, timestep, compiled[-1], slides=slides, alone=alone)
         else:
             mujoco.mj_step2(model, data)
 
     def _solve(
-        self, model: Any, data: Any, timestep: float, limits: np.ndarray | None, *, slides: bool
+        self, model: Any, data: Any, timestep: float, limits: np.ndarray | None, *, slides: bool, alone: bool
     ) -> None:
-        """Execute the second half in parts, with the solver repeated where the rules require it."""
+        """Execute the second half in parts, with the solver repeated where the rules require it.
+
+        `alone`: robots with motors, and what touches them, have all rows.
+        """
         world = self._world
         if self._is_bounded:
             self.constraints.free_axes(model, data)
@@ -186,11 +190,12 @@ class Stepping:
             self.sliding.prepare(data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
-        in_turn = self._has_motors and world.profile.motor_rounds > 0
-        if not (in_turn and self.in_turn.solve(model, data, timestep)):
+        if self._has_motors:
+            self.in_turn.solve(model, data, timestep)
+        if not alone:
             self._solve_together(model, data, timestep, slides=slides)
-        if in_turn:
-            self.in_turn.write(model, data, timestep)
+        if self._has_motors:
+            self.in_turn.write(data, timestep)
         if limits is not None:
             kernels().bound_velocity(data.qvel, data.qacc, timestep, limits)
         if slides:  # as in mj_step2
