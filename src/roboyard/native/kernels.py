@@ -98,9 +98,9 @@ def compiled(text: str, *, fast_math: bool = False, releases_gil: bool = False) 
 def _caller(kernel: Kernel, address: int) -> Callable[..., Any]:
     """Return the Python function that calls machine code of numba's calling convention.
 
-    That is: place of the result, place of an error, arguments. All arrays are passed as one tuple, since each
-    argument of a foreign function costs a tenth of a microsecond; the code finds data, shape and strides in the
-    array objects.
+    That is: place of the result, place of an error, arguments. All arrays are passed as one tuple, since
+    each argument of a foreign function costs a tenth of a microsecond; the code finds data, shape and strides
+    in the array objects.
     """
     types = [_CTYPES[a.dtype] for a in kernel.signature.arguments if not a.dimensions]
     kind = ctypes.CFUNCTYPE if kernel.releases_gil else ctypes.PYFUNCTYPE

@@ -45,8 +45,8 @@ def arrange(  # pragma: no cover
 )
 def solve(  # pragma: no cover
     rows, kind, index, velocity, aref, base, loss, dof_joint, joint_type, joint_qpos, motors, targets, qpos,
-    qvel, smooth, jacobian, response, ends, tree_dof, tree_dofs, goals, mu, soft, geom, address, dim, friction,
-    compliance, R, own, influence, step, change, timestep, rounds, residual,
+    qvel, smooth, jacobian, response, ends, tree_dof, tree_dofs, goals, mu, soft, geom, address, dim,
+    friction, compliance, R, own, influence, step, change, timestep, rounds, residual,
 ):  # fmt: skip
     """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`."""
     contact_rows(geom, address, dim, friction, compliance, R, mu, soft)
@@ -56,8 +56,8 @@ def solve(  # pragma: no cover
     )  # fmt: skip
     if ends[4] <= influence.shape[0]:
         solve_by_table(
-            rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence, step,
-            change,
+            rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence,
+            step, change,
         )  # fmt: skip
     else:
         solve_in_turn(
@@ -143,7 +143,8 @@ def solve_in_turn(  # pragma: no cover
 
 
 def solve_by_table(
-    rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence, speeds, change
+    rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence, speeds,
+    change,
 ):  # fmt: skip
     """Do what `solve_in_turn` does, for a bounded number of rows: each tells the others what it changes.
 
@@ -217,7 +218,8 @@ def push(goals, speeds, own, influence, n, delta, count):
 
 
 @compiled(
-    "i4[:,::1] f8[:,::1] i4[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] f8 f8[::1] f8[::1] f8[::1]"
+    "i4[:,::1] f8[:,::1] i4[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] f8 f8[::1]"
+    " f8[::1] f8[::1]"
 )
 def write_solution(  # pragma: no cover
     rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc, force,

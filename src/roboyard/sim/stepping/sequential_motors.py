@@ -20,7 +20,6 @@ from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.stepping.surfaces import Surfaces
-from roboyard.transforms import Array
 
 kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
@@ -122,24 +121,24 @@ class _Bound:
 
     nv: int
     is_sparse: bool
-    slot: Array
-    limit_slot: Array
+    slot: np.ndarray
+    limit_slot: np.ndarray
     trees: tuple[Any, ...]
     """Tree of each geom and dof, and the joints' dofs, types and places in qpos."""
-    limits: Array
+    limits: np.ndarray
     joints: tuple[Any, ...]
     spans: tuple[Any, ...]
     """First dof and number of dofs of each tree."""
-    dof_tree: Array
-    qpos: Array
-    qvel: Array
-    smooth: Array
-    qacc: Array
-    constraint: Array
-    taken: Array
-    places: Array
-    ends: Array
-    change: Array
+    dof_tree: np.ndarray
+    qpos: np.ndarray
+    qvel: np.ndarray
+    smooth: np.ndarray
+    qacc: np.ndarray
+    constraint: np.ndarray
+    taken: np.ndarray
+    places: np.ndarray
+    ends: np.ndarray
+    change: np.ndarray
 
 
 def _bind(model: Any, data: Any, bodies: list[Body]) -> _Bound:
@@ -180,15 +179,15 @@ def _bind(model: Any, data: Any, bodies: list[Body]) -> _Bound:
 class _Work:
     """Arrays for the rows of a step, which grow with the number of rows."""
 
-    rows: Array
-    jacobian: Array
-    response: Array
-    goals: Array
-    mu: Array
-    soft: Array
-    own: Array
-    step: Array
-    influence: Array
+    rows: np.ndarray
+    jacobian: np.ndarray
+    response: np.ndarray
+    goals: np.ndarray
+    mu: np.ndarray
+    soft: np.ndarray
+    own: np.ndarray
+    step: np.ndarray
+    influence: np.ndarray
 
 
 def _work(count: int, nv: int) -> _Work:
