@@ -15,6 +15,7 @@ import pytest
 
 from roboyard.native import Kernel, compiled
 from roboyard.native.building import jit
+from roboyard.native.builtin import source_function
 from roboyard.native.called import source_of
 
 SOURCE = """
@@ -46,7 +47,8 @@ def arguments():
 
 if __name__ == "__main__":
     given, plain = arguments(), arguments()
-    assert np.isclose(mixed(*given), mixed.py_func(*plain))
+    expected = mixed.py_func(*plain)
+    assert np.isclose(mixed(*given), expected)
     assert np.allclose(given[2], plain[2], rtol=1e-14) and given[2].any()
     mixed(*given)
     print("numba" in sys.modules)
@@ -157,14 +159,9 @@ def test_other_threads_run_during_a_call() -> None:
 
 
 def test_arrays_out_of_order_are_rejected() -> None:
-    loop = compiled("f8[:,::1] i8")(count_up.py_func)
+    loop = compiled("f8[:,::1] i8")(source_function(count_up))
     with pytest.raises(TypeError, match="argument 0 is not in C order"):
         loop(np.zeros((4, 2)).T, 1)
-
-
-def test_loops_that_release_the_gil_return_nothing() -> None:
-    with pytest.raises(TypeError, match="returns nothing"):
-        compiled("f8[:] -> f8", releases_gil=True)
 
 
 def test_machine_code_of_files_without_source_depends_on_their_code() -> None:
@@ -199,8 +196,25 @@ def fill(values, count, number):
         values[k] = 1.0 / number
 
 
+@compiled("f8[:] i8 f8")
+def spread(values, count, number):
+    for k in range(count):
+        values[k] = 1.0 / number
+
+
+def test_loaded_loops_reject_what_is_no_number_and_another_count_of_arguments() -> None:
+    values = np.zeros(3)
+    spread(values, 2, 4)
+    assert values.tolist() == [0.25, 0.25, 0.0]
+    for wrong in ((values, 2), (values, 2, "4"), (values, 2.5, 4.0), (values, 2, 4.0, 1)):
+        with pytest.raises(TypeError):
+            spread(*wrong)
+    spread(values, np.int64(3), np.float32(8.0))
+    assert values.tolist() == [0.125] * 3
+
+
 def test_wrong_arguments_are_rejected_with_their_place() -> None:
-    loop = Kernel(fill.py_func, fill.signature, fill.text)
+    loop = Kernel(source_function(fill), fill.signature, fill.text)
     with pytest.raises(TypeError, match="argument 0 is float32 instead of float64"):
         loop(np.zeros(3, dtype=np.float32), 3, 1.0)
     with pytest.raises(TypeError, match="argument 0 has 2 dimensions instead of 1"):
@@ -208,10 +222,10 @@ def test_wrong_arguments_are_rejected_with_their_place() -> None:
     with pytest.raises(TypeError, match="2 arguments instead of 3"):
         loop(np.zeros(3), 3)
     with pytest.raises(TypeError, match="signature"):
-        compiled("f8[:] i8")(fill.py_func)
+        compiled("f8[:] i8")(source_function(fill))
 
 
 def test_numbas_own_function_takes_over_where_stored_code_cannot_be_used() -> None:
     values = np.zeros(3)
-    jit(fill.py_func)(values, 2, 0.0)
+    jit(source_function(fill))(values, 2, 0.0)
     assert values.tolist() == [np.inf, np.inf, 0.0]

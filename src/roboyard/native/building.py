@@ -12,7 +12,6 @@ from numba import carray, cfunc, njit, types
 from numba.extending import intrinsic
 
 from roboyard.native.called import called_functions
-from roboyard.native.objects import FIRST_ITEM
 from roboyard.native.signatures import Argument, Signature
 
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
@@ -39,35 +38,51 @@ def _jit(function: FunctionType, fast_math: bool, made: dict[FunctionType, Any])
     return made[function]
 
 
-def machine_code(function: FunctionType, signature: Signature, name: str) -> bytes:
+def machine_code(function: FunctionType, signature: Signature, name: str, *, is_small: bool) -> bytes:
     """Return an object file with a loop as the function `name`, which has no other public name.
 
-    Its arguments are: place of the result, place of an error, a tuple of all arrays, the numbers.
+    The function is what Python calls METH_FASTCALL: its arguments are the object None, the address of a list
+    of objects and their number; it returns an object, or 0 after it has set an exception.
+
+    Args:
+        function: Python source of the loop.
+        signature: its arguments.
+        name: name in the object file.
+        is_small: whether code and constants stand within 2 GiB of each other, else anywhere.
     """
-    arguments = signature.arguments
-    passed, names, kinds = [], ["arrays"], [types.CPointer(types.int64)]
-    for k, argument in enumerate(arguments):
-        if argument.dimensions:
-            place = FIRST_ITEM + k - (len(names) - 1)
-            passed.append(f"{_view_name(argument)}(carray(_pointer(arrays[{place}]), (6,), np.int64))")
-        else:
-            names.append(f"number{k}")
-            passed.append(names[-1])
-            kinds.append(getattr(types, argument.dtype))
-    values: dict[str, Any] = {"_loop": jit(function, fast_math=signature.fast_math)}
-    values |= {"carray": carray, "_pointer": _pointer, "np": np}
-    values |= {_view_name(a): _view(a) for a in set(arguments) if a.dimensions}
-    source = f"def {name}({', '.join(names)}):\n    return _loop({', '.join(passed)})"
-    exec(compile(source, f"<{name}>", "exec"), values)  # noqa: S102 - our own source
-    result = types.float64 if signature.returns_number else types.void
-    made: Any = cfunc(result(*kinds), error_model="numpy")(values[name])
-    return _object_file(made.inspect_llvm(), made.native_name.removeprefix("cfunc."), name)
+    values: dict[str, Any] = {"_loop": jit(function, fast_math=signature.fast_math), "np": np, **_PYTHON}
+    values |= {_view_name(a): _view(a) for a in set(signature.arguments) if a.dimensions}
+    exec(compile(_entry_source(signature), f"<{name}>", "exec"), values)  # noqa: S102 - our own source
+    made: Any = cfunc(_WORD(_WORD, types.CPointer(_WORD), _WORD), error_model="numpy")(values["entry"])
+    return _object_file(made.inspect_llvm(), made.native_name.removeprefix("cfunc."), name, is_small)
 
 
-def _object_file(assembly: str, function: str, name: str) -> bytes:
+def _entry_source(signature: Signature) -> str:
+    """Return the source of the function that converts Python's objects and calls the loop."""
+    lines = [f"if count != {len(signature.arguments)}:", "    PyErr_BadArgument()", "    return 0"]
+    for k, a in enumerate(signature.arguments):
+        if a.dimensions:
+            lines.append(f"a{k} = {_view_name(a)}(given[{k}])")
+            continue
+        read = "PyFloat_AsDouble" if a.dtype.startswith("f") else "PyLong_AsLongLong"
+        lines += [f"n{k} = {read}(given[{k}])", f"if n{k} == -1 and PyErr_Occurred() != 0:", "    return 0"]
+        lines.append(f"a{k} = np.{a.dtype}(n{k})")
+    call = f"_loop({', '.join(f'a{k}' for k in range(len(signature.arguments)))})"
+    lines += ["thread = PyEval_SaveThread()"] if signature.releases_gil else []
+    lines.append(f"result = {call}" if signature.returns_number else call)
+    lines += ["PyEval_RestoreThread(thread)"] if signature.releases_gil else []
+    if signature.returns_number:
+        lines.append("return PyFloat_FromDouble(result)")
+    else:
+        lines += ["Py_IncRef(none)", "return none"]
+    return "\n    ".join(["def entry(none, given, count):", *lines])
+
+
+def _object_file(assembly: str, function: str, name: str, is_small: bool) -> bytes:
     """Return the object file of one function of a module, without what the function does not use."""
-    assembly = assembly.replace(f'"{function}"', f'"{name}"').replace(f"@{function}(", f"@{name}(")
-    module = llvm.parse_assembly(_UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly))
+    module = llvm.parse_assembly(
+        _UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly) + _entry(assembly, function, name)
+    )
     for other in (*module.functions, *module.global_variables):
         if other.name != name and not other.is_declaration:
             other.linkage = "internal"
@@ -76,8 +91,8 @@ def _object_file(assembly: str, function: str, name: str) -> bytes:
         features=llvm.get_host_cpu_features().flatten(),
         opt=3,
         reloc="pic",
-        codemodel="jitdefault",
-        jit=True,
+        codemodel="small" if is_small else "jitdefault",
+        jit=not is_small,
     )
     passes = llvm.create_new_module_pass_manager()
     passes.add_global_dead_code_eliminate_pass()
@@ -85,8 +100,43 @@ def _object_file(assembly: str, function: str, name: str) -> bytes:
     return machine.emit_object(module)
 
 
+def _entry(assembly: str, function: str, name: str) -> str:
+    """Return the public function, which calls numba's: that takes places of result and error first."""
+    (head,) = re.findall(rf'^define [^\n]*@"?{re.escape(function)}"?\([^\n]*', assembly, re.MULTILINE)
+    has_types = "i64*" in head  # pointers, before LLVM 17
+    word, problem = ("i64*", "{ i8*, i32, i8*, i8*, i32 }*") if has_types else ("ptr", "ptr")
+    place = f"{problem}*" if has_types else "ptr"
+    return f"""
+define i64 @{name}(i64 %none, {word} %given, i64 %count) {{
+  %result = alloca i64
+  %problem = alloca {problem}
+  store i64 0, {word} %result
+  %status = call i32 @"{function}"({word} %result, {place} %problem, i64 %none, {word} %given, i64 %count)
+  %object = load i64, {word} %result
+  ret i64 %object
+}}
+"""
+
+
 _UNUSED = re.compile(r"declare void @(NRT_MemInfo_call_dtor)\((ptr|i8\*)[^)]*\)[^\n]*")
 """Called by numba for the last owner of an array's memory; arrays that are passed have no owner here."""
+
+
+_WORD = types.int64
+_PYTHON: dict[str, Any] = {
+    name: types.ExternalFunction(name, signature)
+    for name, signature in {
+        "PyErr_BadArgument": types.int32(),
+        "PyErr_Occurred": _WORD(),
+        "PyEval_RestoreThread": types.void(_WORD),
+        "PyEval_SaveThread": _WORD(),
+        "PyFloat_AsDouble": types.float64(_WORD),
+        "PyFloat_FromDouble": _WORD(types.float64),
+        "PyLong_AsLongLong": _WORD(_WORD),
+        "Py_IncRef": types.void(_WORD),
+    }.items()
+}
+"""Functions of Python's C interface; an object is its address."""
 
 
 @intrinsic
@@ -109,7 +159,8 @@ def _view(argument: Argument) -> Any:
     kind = getattr(np, argument.dtype)
     shape = ", ".join(f"shape[{k}]" for k in range(dimensions))
     strides = ", ".join(f"strides[{k}]" for k in range(dimensions))
-    source = f"""def view(words):
+    source = f"""def view(address):
+    words = carray(_pointer(address), (6,), np.int64)
     shape = carray(_pointer(words[4]), ({dimensions},), np.int64)
 """
     if argument.is_contiguous:

@@ -10,13 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from roboyard.native.builtin import source_function
+
 
 def called_functions(function: FunctionType) -> Iterator[tuple[str, FunctionType]]:
     """Yield name and source of each Python function of the same package that a function names directly."""
     package = function.__module__.partition(".")[0]
     for name in function.__code__.co_names:
         called = function.__globals__.get(name)
-        source = getattr(called, "py_func", called)  # of a loop, also where it is loaded already
+        source = source_function(called) if callable(called) else None
         if isinstance(source, FunctionType) and source.__module__.partition(".")[0] == package:
             yield name, source
 

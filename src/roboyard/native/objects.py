@@ -17,16 +17,18 @@ import numpy as np
 
 from roboyard._lazy import paused_collection
 from roboyard.native.called import source_of
+from roboyard.native.images import image_from_bytes, image_of
+from roboyard.native.memory import images_can_be_loaded, load_image
+from roboyard.native.processor import processor
 from roboyard.native.signatures import Signature
 
-_LAYOUT = 4
+_LAYOUT = 5
 """Increased whenever the way in which arguments are passed changes."""
 _DIGEST = 32
 """Bytes of the hash before the machine code: LLVM ends the process at damaged code."""
 _DATA, _SHAPE, _STRIDES = 2, 4, 5
 """Places of the addresses in NumPy's array objects, in words."""
-FIRST_ITEM = 3
-"""Place of the first item in tuple objects, in words."""
+_IMAGE = b"image of roboyard"
 _engines: list[Any] = []  # they own the machine code
 
 
@@ -37,11 +39,22 @@ def address_of(function: FunctionType, signature: Signature) -> int:
     path, name = _stored_at(function, signature)
     content = _stored(path)
     if content is None:
-        from roboyard.native.building import machine_code
-
-        content = machine_code(function, signature, name)
+        content = _built(function, signature, name)
         _store(path, content)
+    if content.startswith(_IMAGE):
+        return load_image(image_from_bytes(content[len(_IMAGE) :]))
     return _load(content, name)
+
+
+def _built(function: FunctionType, signature: Signature, name: str) -> bytes:
+    """Compile a loop and return its image, or an object file where this machine does not execute images."""
+    from roboyard.native.building import machine_code
+
+    if images_can_be_loaded():
+        image = image_of(machine_code(function, signature, name, is_small=True), name)
+        if image is not None and load_image(image):
+            return _IMAGE + image.to_bytes()
+    return machine_code(function, signature, name, is_small=False)
 
 
 def jitted(function: FunctionType, signature: Signature) -> Callable[..., Any]:
@@ -53,17 +66,14 @@ def jitted(function: FunctionType, signature: Signature) -> Callable[..., Any]:
 
 @cache
 def arrays_have_the_known_layout() -> bool:
-    """Return whether tuples and NumPy's array objects are laid out as the machine code reads them."""
+    """Return whether NumPy's array objects have data, shape and strides where the machine code reads them."""
     if sys.implementation.name != "cpython" or ctypes.sizeof(ctypes.c_void_p) != 8:
         return False
     probe = np.zeros((2, 3, 4))[:, ::2, 1:]
     words = ctypes.cast(id(probe), ctypes.POINTER(ctypes.c_int64))
-    pair = probe, None
-    items = ctypes.cast(id(pair), ctypes.POINTER(ctypes.c_int64))
     shape, strides = (ctypes.cast(words[k], ctypes.POINTER(ctypes.c_int64)) for k in (_SHAPE, _STRIDES))
     return (
-        (items[FIRST_ITEM], items[FIRST_ITEM + 1]) == (id(probe), id(None))
-        and words[_DATA] == probe.ctypes.data
+        words[_DATA] == probe.ctypes.data
         and tuple(shape[k] for k in range(3)) == probe.shape
         and tuple(strides[k] for k in range(3)) == probe.strides
     )
@@ -71,14 +81,12 @@ def arrays_have_the_known_layout() -> bool:
 
 def _stored_at(function: FunctionType, signature: Signature) -> tuple[Path, str]:
     """Return the file of a loop's machine code, and the name of the function in it."""
-    source = Path(function.__code__.co_filename)
-    with paused_collection():
-        import llvmlite
-        import llvmlite.binding as llvm
+    import llvmlite
 
+    source = Path(function.__code__.co_filename)
     parts = (
         *(_LAYOUT, sys.version_info[:2], np.__version__, llvmlite.__version__),
-        *(llvm.get_process_triple(), llvm.get_host_cpu_name(), function.__name__, signature),
+        *(processor(), function.__name__, signature),
     )
     key = hashlib.sha256(repr(parts).encode() + b"".join(source_of(function))).hexdigest()[:16]
     return _folder(
@@ -123,7 +131,8 @@ def _store(path: Path, content: bytes) -> None:
 
 def _load(content: bytes, name: str) -> int:
     """Return the address of a function in an object file."""
-    import llvmlite.binding as llvm
+    with paused_collection():
+        import llvmlite.binding as llvm
 
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(content))

@@ -30,6 +30,8 @@ class Signature:
     """Whether it returns a float64; otherwise it returns nothing."""
     fast_math: bool = False
     """Whether the order of sums and products may be changed."""
+    releases_gil: bool = False
+    """Whether other Python threads run meanwhile."""
 
     def problem_with(self, values: tuple[Any, ...]) -> str:
         """Return why values cannot be passed, "" where they can."""

@@ -60,7 +60,6 @@ PRELOADED = (
     "roboyard.pybullet.api.control",
     "roboyard.pybullet.api.stepping",
     "roboyard.pybullet.api.parameters",
-    "llvmlite.binding",
 )
 """Modules that almost every script needs."""
 

@@ -1,0 +1,49 @@
+"""Machine code as builtin functions of Python, which are called without any work in Python."""
+
+from __future__ import annotations
+
+import ctypes
+from types import FunctionType
+from typing import Any
+
+_FASTCALL = 0x80  # METH_FASTCALL of Python's C interface
+
+
+class _Definition(ctypes.Structure):
+    """PyMethodDef of Python's C interface."""
+
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        ("call", ctypes.c_void_p),
+        ("flags", ctypes.c_int),
+        ("doc", ctypes.c_char_p),
+    )
+
+
+_new = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.POINTER(_Definition), ctypes.py_object, ctypes.py_object)(
+    ("PyCFunction_NewEx", ctypes.pythonapi)
+)
+_made: dict[Any, tuple[FunctionType, _Definition]] = {}
+"""Builtin function to its Python source, and to the definition that it refers to."""
+
+
+def builtin_function(function: FunctionType, address: int) -> Any:
+    """Return a builtin function with the name of a Python function, which calls machine code.
+
+    Args:
+        function: Python source of the machine code.
+        address: of the machine code, whose arguments are None, the address of the objects and their number.
+    """
+    definition = _Definition(
+        function.__name__.encode(), address, _FASTCALL, (function.__doc__ or "").encode() or None
+    )
+    made = _new(ctypes.byref(definition), None, function.__module__)
+    _made[made] = function, definition
+    return made
+
+
+def source_function(called: Any) -> Any:
+    """Return the Python source of a loop, loaded or not; any other object as it is."""
+    if called in _made:
+        return _made[called][0]
+    return getattr(called, "py_func", called)
