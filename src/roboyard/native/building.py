@@ -95,7 +95,8 @@ def _object_file(assembly: str, function: str, name: str, is_small: bool) -> byt
         jit=not is_small,
     )
     passes = llvm.create_new_module_pass_manager()
-    passes.add_global_dead_code_eliminate_pass()
+    if hasattr(passes, "add_global_dead_code_eliminate_pass"):  # llvmlite 0.45
+        passes.add_global_dead_code_eliminate_pass()
     passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
     return machine.emit_object(module)
 
