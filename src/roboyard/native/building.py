@@ -81,7 +81,7 @@ def _entry_source(signature: Signature) -> str:
 def _object_file(assembly: str, function: str, name: str, is_small: bool) -> bytes:
     """Return the object file of one function of a module, without what the function does not use."""
     module = llvm.parse_assembly(
-        _UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly) + _entry(assembly, function, name)
+        _UNUSED.sub(r"define void @\1(\2 %0) { ret void }", assembly) + _entry(function, name)
     )
     for other in (*module.functions, *module.global_variables):
         if other.name != name and not other.is_declaration:
@@ -95,25 +95,20 @@ def _object_file(assembly: str, function: str, name: str, is_small: bool) -> byt
         jit=not is_small,
     )
     passes = llvm.create_new_module_pass_manager()
-    if hasattr(passes, "add_global_dead_code_eliminate_pass"):  # llvmlite 0.45
-        passes.add_global_dead_code_eliminate_pass()
+    passes.add_global_dead_code_eliminate_pass()
     passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
     return machine.emit_object(module)
 
 
-def _entry(assembly: str, function: str, name: str) -> str:
+def _entry(function: str, name: str) -> str:
     """Return the public function, which calls numba's: that takes places of result and error first."""
-    (head,) = re.findall(rf'^define [^\n]*@"?{re.escape(function)}"?\([^\n]*', assembly, re.MULTILINE)
-    has_types = "i64*" in head  # pointers, before LLVM 17
-    word, problem = ("i64*", "{ i8*, i32, i8*, i8*, i32 }*") if has_types else ("ptr", "ptr")
-    place = f"{problem}*" if has_types else "ptr"
     return f"""
-define i64 @{name}(i64 %none, {word} %given, i64 %count) {{
+define i64 @{name}(i64 %none, ptr %given, i64 %count) {{
   %result = alloca i64
-  %problem = alloca {problem}
-  store i64 0, {word} %result
-  %status = call i32 @"{function}"({word} %result, {place} %problem, i64 %none, {word} %given, i64 %count)
-  %object = load i64, {word} %result
+  %problem = alloca ptr
+  store i64 0, ptr %result
+  %status = call i32 @"{function}"(ptr %result, ptr %problem, i64 %none, ptr %given, i64 %count)
+  %object = load i64, ptr %result
   ret i64 %object
 }}
 """
