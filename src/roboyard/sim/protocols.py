@@ -121,13 +121,9 @@ class LinkSurfaces(Protocol):
 class LinkWrenches(Protocol):
     """External forces, as `Link` uses them; see `roboyard.sim.stepping.wrenches`."""
 
-    @property
-    def pending(self) -> bool:
-        """Whether an external force acts in the next step."""
+    def find(self) -> None:
+        """Note which forces MuJoCo's arrays hold, after they were written in other ways."""
         ...
-
-    @pending.setter
-    def pending(self, value: bool) -> None: ...
 
     def add(self, link: Any, force: Any, torque: Any, point: Any, local: bool) -> None:
         """Add a force (N) and a torque (N m) on a link for the next step."""

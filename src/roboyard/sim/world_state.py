@@ -64,7 +64,7 @@ def restore(world: Engine[Body], state: WorldState) -> None:
             f"{tuple(world.body_by_id)}; save again after adding or removing bodies"
         )
     mujoco.mj_setState(world.model, world.data, state.values, kind)
-    world.wrenches.pending = bool(world.data.xfrc_applied.any() or world.data.qfrc_applied.any())
+    world.wrenches.find()
     if state.friction is not None:
         _restore_friction(world, state.friction)
     world.model.body_pos[:] = state.static_positions

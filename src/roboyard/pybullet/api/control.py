@@ -63,6 +63,11 @@ def setJointMotorControl2(
         error: the joint does not exist, or the mode is unknown.
     """
     scene = client.scene
+    if controlMode == c.TORQUE_CONTROL and type(force) in (float, int) and force - force == 0.0:
+        record = joint_of(client, bodyUniqueId, jointIndex)
+        if record.is_scalar[jointIndex]:
+            scene.world.wrenches.add_effort(record.velocity_addresses[jointIndex], force)
+        return
     record = scene.bodies.get(bodyUniqueId)
     if record is not None and record.motor_commands is not None:
         try:

@@ -333,7 +333,7 @@ class PhysicsScene:
         for part in range(parts):
             if part and applied is not None:
                 world.live_data.xfrc_applied[:], world.live_data.qfrc_applied[:] = applied
-                world.wrenches.pending = True
+                world.wrenches.find()
             for effort in self.spring_dampers.values():
                 effort()
             if self.records_user_torques:

@@ -40,15 +40,20 @@ def arrange(  # pragma: no cover
 @compiled(
     "i4[:,::1] i4[::1] i4[::1] f8[::1] f8[::1] f8[::1] f8[::1] i4[::1] i4[::1] i4[::1] f8[:,::1] f8[:,::1]"
     " f8[::1] f8[::1] f8[::1] f8[:,::1] f8[:,::1] i4[::1] i4[::1] i4[::1] f8[:,::1] f8[::1] f8[::1]"
-    " i4[:,:] i4[:] i4[:] f8[:,:] f8[:,::1] f8[::1] f8[::1] f8[:,::1] f8[::1] f8[::1] f8 i8 f8",
+    " i4[:,:] i4[:] i4[:] f8[:,:] f8[:,::1] f8[::1] f8[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1]"
+    " f8[::1] f8[::1] f8[::1] f8 i8 f8 i8",
     fast_math=True,
 )
 def solve(  # pragma: no cover
     rows, kind, index, velocity, aref, base, loss, dof_joint, joint_type, joint_qpos, motors, targets, qpos,
     qvel, smooth, jacobian, response, ends, tree_dof, tree_dofs, goals, mu, soft, geom, address, dim,
-    friction, compliance, R, own, influence, step, change, timestep, rounds, residual,
+    friction, compliance, R, own, influence, step, change, taken, dof_tree, qacc, force, constraint, timestep,
+    rounds, residual, alone,
 ):  # fmt: skip
-    """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`."""
+    """Write what each row asks for and solve the rows in turn; see `set_goals` and `solve_in_turn`.
+
+    alone: 1 where these are all rows; the solution is written then.
+    """
     contact_rows(geom, address, dim, friction, compliance, R, mu, soft)
     set_goals(
         rows, kind, index, velocity, aref, base, loss, mu, soft, dof_joint, joint_type, joint_qpos, motors,
@@ -63,6 +68,14 @@ def solve(  # pragma: no cover
         solve_in_turn(
             rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, step, change
         )
+    if alone == 1:
+        for dof in range(qacc.shape[0]):
+            qacc[dof] = smooth[dof]  # of trees that nothing holds
+            constraint[dof] = 0.0
+        write_rows(
+            rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc,
+            force, constraint,
+        )  # fmt: skip
 
 
 def solve_in_turn(  # pragma: no cover
@@ -146,7 +159,7 @@ def solve_by_table(
     rows, goals, ends, jacobian, response, tree_dof, tree_dofs, rounds, residual, own, influence, speeds,
     change,
 ):  # fmt: skip
-    """Do what `solve_in_turn` does, for a bounded number of rows: each tells the others what it changes.
+    """Do what `solve_in_turn` does, for a bounded number of rows, with their effect on each other.
 
     influence: (n, n) or larger, change of each row's velocity by unit impulses of the others, written. own,
     speeds: (n,) or longer, work arrays. The sixth column of goals is one, too.
@@ -155,13 +168,17 @@ def solve_by_table(
     for n in range(count):
         speeds[n] = 0.0
         for k in range(n + 1):
-            total = 0.0
-            for side in range(1, 3):
-                tree = rows[n, side]
-                if tree >= 0:
-                    for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
-                        total += jacobian[n, d] * response[k, d]
-            influence[n, k] = influence[k, n] = total
+            influence[n, k] = 0.0
+        for side in range(1, 3):
+            tree = rows[n, side]
+            if tree >= 0:
+                for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
+                    part = jacobian[n, d]
+                    if part != 0.0:
+                        for k in range(n + 1):
+                            influence[n, k] += part * response[k, d]
+        for k in range(n):
+            influence[k, n] = influence[n, k]
         own[n] = influence[n, n] + goals[n, 4]
         goals[n, 5] = 1.0 / own[n] if own[n] > 1e-15 else 0.0
     done = 0.0
@@ -186,8 +203,12 @@ def solve_by_table(
                 x *= bound / length
                 y *= bound / length
             x, y = x - goals[n, 3], y - goals[n + 1, 3]
-            worst = max(worst, push(goals, speeds, own, influence, n, x, count))
-            worst = max(worst, push(goals, speeds, own, influence, n + 1, y, count))
+            if x != 0.0 or y != 0.0:
+                goals[n, 3] += x
+                goals[n + 1, 3] += y
+                for k in range(count):
+                    speeds[k] += x * influence[n, k] + y * influence[n + 1, k]
+                worst = max(worst, max((x * own[n]) ** 2, (y * own[n + 1]) ** 2))
         done += 1.0
         if worst <= residual:
             break
@@ -217,11 +238,7 @@ def push(goals, speeds, own, influence, n, delta, count):
     return (delta * own[n]) ** 2
 
 
-@compiled(
-    "i4[:,::1] f8[:,::1] i4[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] f8 f8[::1]"
-    " f8[::1] f8[::1]"
-)
-def write_solution(  # pragma: no cover
+def write_rows(
     rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc, force,
     constraint,
 ):  # fmt: skip
@@ -238,3 +255,18 @@ def write_solution(  # pragma: no cover
             if tree >= 0:
                 for d in range(tree_dof[tree], tree_dof[tree] + tree_dofs[tree]):
                     constraint[d] += jacobian[n, d] * value
+
+
+@compiled(
+    "i4[:,::1] f8[:,::1] i4[::1] f8[:,::1] f8[::1] f8[::1] u1[::1] i4[::1] i4[::1] i4[::1] f8 f8[::1]"
+    " f8[::1] f8[::1]"
+)
+def write_solution(  # pragma: no cover
+    rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc, force,
+    constraint,
+):  # fmt: skip
+    """Write the solution over that of MuJoCo's solver; see `write_rows`."""
+    write_rows(
+        rows, goals, ends, jacobian, change, smooth, taken, dof_tree, tree_dof, tree_dofs, timestep, qacc,
+        force, constraint,
+    )  # fmt: skip

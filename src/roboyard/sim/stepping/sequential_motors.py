@@ -40,6 +40,8 @@ class SequentialMotors:
         """Square of the change of velocity (rad/s or m/s) below which the rounds end."""
         self._bound: _Bound | None = None
         self._found = -1
+        self._views: tuple[Any, ...] = ()
+        """Kinds of the step's rows, and its contacts."""
         self._work = _work(0, 0)
 
     def invalidate(self) -> None:
@@ -70,9 +72,11 @@ class SequentialMotors:
             touching = contact.geom, contact.efc_address, contact.dim
         else:
             touching = _NOTHING
+        kinds = data.efc_type, data.efc_id
+        self._views = kinds, touching
         self._found = int(
             kernels().arrange(
-                *(data.efc_type, data.efc_id, *touching, *bound.trees, bound.qpos, bound.slot),
+                *(*kinds, *touching, *bound.trees, bound.qpos, bound.slot),
                 *(bound.limit_slot, bound.limits, count, bound.taken, bound.places, work.rows, bound.ends),
                 *(data.efc_J, work.jacobian),
             )
@@ -80,7 +84,10 @@ class SequentialMotors:
         return self._found == nefc
 
     def solve(self, model: Any, data: Any, timestep: float) -> None:
-        """Solve the rows that are arranged, between `mj_fwdAcceleration` and MuJoCo's solver."""
+        """Solve the rows that are arranged, after `mj_fwdAcceleration`.
+
+        The solution is written where these are all rows; `write` does it otherwise, after MuJoCo's solver.
+        """
         found, bound, work = self._found, self._bound, self._work
         if found < 0 or bound is None:
             return
@@ -88,24 +95,27 @@ class SequentialMotors:
         mujoco.mj_solveM(model, data, response, jacobian)
         nefc = data.nefc
         base = self._surfaces.normal_references(nefc)
-        if data.ncon:
-            contact = data.contact
-            touching = contact.geom, contact.efc_address, contact.dim, contact.friction
-        else:
-            touching = (*_NOTHING, _NO_FRICTION)
+        kinds, touching = self._views  # MuJoCo does not move them within a step
+        friction = data.contact.friction if data.ncon else _NO_FRICTION
         kernels().solve(
-            *(work.rows, data.efc_type, data.efc_id, data.efc_vel, data.efc_aref, base),
+            *(work.rows, *kinds, data.efc_vel, data.efc_aref, base),
             *(data.efc_frictionloss, *bound.joints, *self._motors.arrays, bound.qpos, bound.qvel),
             *(bound.smooth, jacobian, response, bound.ends, *bound.spans, work.goals, work.mu, work.soft),
-            *(*touching, self._surfaces.compliance_of_geoms, data.efc_R, work.own, work.influence, work.step),
-            *(bound.change, timestep, self.rounds, self.residual),
+            *(
+                *touching,
+                friction,
+                self._surfaces.compliance_of_geoms,
+                data.efc_R,
+                work.own,
+                work.influence,
+                work.step,
+            ),
+            *(bound.change, bound.taken, bound.dof_tree, bound.qacc, data.efc_force, bound.constraint),
+            *(timestep, self.rounds, self.residual, int(found == nefc)),
         )
-        if found == nefc:
-            bound.qacc[:] = bound.smooth  # of trees that nothing holds
-            bound.constraint[:] = 0.0
 
     def write(self, data: Any, timestep: float) -> None:
-        """Write the solution over MuJoCo's, after the solver."""
+        """Write the solution over MuJoCo's, after its solver, which had other rows."""
         bound, work = self._bound, self._work
         if self._found < 0 or bound is None:
             return
@@ -117,7 +127,7 @@ class SequentialMotors:
 
 @dataclass(frozen=True, slots=True)
 class _Bound:
-    """What stays the same until the next compile: MuJoCo's arrays, the order of motors, small results."""
+    """MuJoCo's arrays, the order of motors and small results, which hold until the next compile."""
 
     nv: int
     is_sparse: bool

@@ -75,9 +75,7 @@ class Stepping:
         """Joints that pass their stops within a step, where limits are soft."""
         self.in_turn = SequentialMotors(world, motors, surfaces)
         """Robots with motors, where they are solved row by row as Bullet does."""
-        self.is_plain = True
-        """Whether MuJoCo's own step has all the rules of this world, but for sliding."""
-        self._has_surfaces = self._has_motors = self._is_bounded = False
+        self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = False
         self._velocity_limits: dict[tuple[int, int], float] = {}
         self._compiled: tuple[Any, ...] | None = None
         """MuJoCo's options, velocities, accelerations and the bounds on velocities, if there are any."""
@@ -87,9 +85,12 @@ class Stepping:
         self._has_surfaces = self.surfaces.is_active
         self._has_motors = self.motors.is_active
         self._is_bounded = self.constraints.is_bounded
-        self.is_plain = not (
-            self._has_surfaces or self._has_motors or self._is_bounded or self.wrenches.pending
-        )
+        self._has_rules = self._has_surfaces or self._has_motors or self._is_bounded
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether MuJoCo's own step has all the rules of this world, but for sliding."""
+        return not (self._has_rules or self.wrenches.pending)
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
@@ -194,8 +195,8 @@ class Stepping:
             self.in_turn.solve(model, data, timestep)
         if not alone:
             self._solve_together(model, data, timestep, slides=slides)
-        if self._has_motors:
-            self.in_turn.write(data, timestep)
+            if self._has_motors:
+                self.in_turn.write(data, timestep)
         if limits is not None:
             kernels().bound_velocity(data.qvel, data.qacc, timestep, limits)
         if slides:  # as in mj_step2

@@ -20,22 +20,18 @@ class Wrenches:
 
     def __init__(self, world: Engine[Body]) -> None:
         self._world = world
-        self._pending = False
+        self.pending = False
+        """Whether an external force acts in the next step."""
+        self._pushes = False
+        """Whether it acts on a link."""
         self._viewed: Any = None
         self._view: Any = None
         """MuJoCo's forces and torques of all bodies as plain numbers, and the data whose they are."""
+        self._efforts: Any = None
+        """MuJoCo's efforts of all degrees of freedom as plain numbers."""
+        self._arrays: tuple[np.ndarray, np.ndarray] = np.zeros((0, 6)), np.zeros(0)
         self.of_last_push: tuple[float, np.ndarray] | None = None
         """Simulated time after the last step with external forces, and (nbody, 6) forces and torques."""
-
-    @property
-    def pending(self) -> bool:
-        """Whether an external force acts in the next step."""
-        return self._pending
-
-    @pending.setter
-    def pending(self, value: bool) -> None:
-        self._pending = value
-        self._world.refresh_stepping()
 
     def add(
         self, link: Link, force: ArrayLike, torque: ArrayLike, point: ArrayLike | None, local: bool
@@ -65,7 +61,7 @@ class Wrenches:
             t = t + np.cross(at - data.xipos[row], f)
         data.xfrc_applied[row, :3] += f
         data.xfrc_applied[row, 3:] += t
-        self.pending = True
+        self.pending = self._pushes = True
 
     def push(self, row: int, fx: float, fy: float, fz: float, tx: float, ty: float, tz: float) -> None:
         """Add force (N) and torque (N m) about the centre of mass, in the world frame, on a body.
@@ -97,29 +93,46 @@ class Wrenches:
             y: the same of y.
             z: the same of z.
         """
-        data = self._world.live_data
-        if self._viewed is not data:
-            self._viewed, self._view = data, data.xfrc_applied.reshape(-1).data
+        if self._viewed is not self._world.live_data:
+            self._look_up()
         view = self._view
         view[start] += x
         view[start + 1] += y
         view[start + 2] += z
-        if not self._pending:
-            self.pending = True
+        self.pending = self._pushes = True
 
     def add_joint_effort(self, joint: Joint, effort: float) -> None:
         """Add an effort (N m or N) on a joint of one degree of freedom, for one step."""
         if not np.isfinite(effort):
             raise RoboyardError(f"joint {joint.name!r}: an effort must be finite, got {effort}")
         self._world.ensure_compiled()
-        self._world.live_data.qfrc_applied[joint.body.dof_addresses[joint.index]] += effort
+        self.add_effort(int(joint.body.dof_addresses[joint.index]), effort)
+
+    def add_effort(self, dof: int, effort: float) -> None:
+        """Add a finite effort (N m or N) to one of MuJoCo's degrees of freedom; the world is compiled."""
+        if self._viewed is not self._world.live_data:
+            self._look_up()
+        self._efforts[dof] += effort
         self.pending = True
+
+    def find(self) -> None:
+        """Note which forces MuJoCo's arrays hold, after they were written in other ways."""
+        data = self._world.live_data
+        self._pushes = bool(data.xfrc_applied.any())
+        self.pending = self._pushes or bool(data.qfrc_applied.any())
 
     def clear(self) -> None:
         """Clear all external forces."""
-        if self._pending:
-            self.of_last_push = (self._world.time, self._world.live_data.xfrc_applied.copy())
-        self._world.live_data.xfrc_applied[:] = 0.0
-        self._world.live_data.qfrc_applied[:] = 0.0
-        if self._pending:
-            self.pending = False
+        if self._viewed is not self._world.live_data:
+            self._look_up()
+        wrenches, efforts = self._arrays
+        if self._pushes:
+            self.of_last_push = (self._world.time, wrenches.copy())
+        wrenches.fill(0.0)
+        efforts.fill(0.0)
+        self.pending = self._pushes = False
+
+    def _look_up(self) -> None:
+        data = self._world.live_data
+        self._viewed, self._arrays = data, (data.xfrc_applied, data.qfrc_applied)
+        self._view, self._efforts = data.xfrc_applied.reshape(-1).data, data.qfrc_applied.data
