@@ -12,7 +12,7 @@ SOURCE = ROOT / "src"
 PACKAGE = "roboyard"
 
 LAYERS = (
-    ("errors", "_lazy", "_mujoco", "_numba", "_version", "untrusted"),
+    ("errors", "_lazy", "_mujoco", "_numba", "_records", "_version", "untrusted"),
     ("transforms", "paths", "config", "assets", "pybullet_data"),
     ("shapes", "native", "whole_moves"),
     ("description", "rendering"),

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
+from roboyard._records import dataclass
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import RobotDescription
 from roboyard.description.urdf.build import build_description

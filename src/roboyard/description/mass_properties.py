@@ -7,10 +7,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.model import Inertial, RobotDescription
 from roboyard.transforms import Array, matrix_from_quaternion, quaternion_from_matrix
 

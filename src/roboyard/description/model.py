@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.transforms import Array, pose_matrix
 

@@ -18,12 +18,12 @@ entry.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._records import dataclass
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import unknown_name
 from roboyard.kinematics._folding import Transform, about_z, along_z, z_to

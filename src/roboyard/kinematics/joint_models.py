@@ -12,11 +12,11 @@ Both implementations of forward kinematics use this file. They differ in their i
 from __future__ import annotations
 
 from collections.abc import Container
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._records import dataclass
 from roboyard.description.model import Joint, RobotDescription
 from roboyard.errors import DescriptionError, unknown_name
 from roboyard.transforms import Array, normalized, pose_matrix, quaternion_from_axis_angle

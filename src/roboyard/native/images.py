@@ -5,9 +5,9 @@ LLVM, which loads object files, takes 0.03 s to load itself.
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
 from struct import calcsize, iter_unpack, pack_into, unpack_from
+
+from roboyard._records import dataclass
 
 _SECTION, _SYMBOL, _RELOCATION = "<IIQQQQIIQQ", "<IBBHQQ", "<QQq"
 _IN_MEMORY, _WRITABLE = 0x2, 0x1
@@ -32,15 +32,22 @@ class Image:
 
     def to_bytes(self) -> bytes:
         """Return the image as the content of a file."""
-        head = json.dumps([self.entry, self.own, self.others]).encode()
+        pairs = (" ".join(f"{place}:{target}" for place, target in part) for part in (self.own, self.others))
+        head = "\n".join((str(self.entry), *pairs)).encode()
         return len(head).to_bytes(8, "little") + head + self.code
 
 
 def image_from_bytes(data: bytes) -> Image:
     """Return the image that `Image.to_bytes` wrote."""
     size = 8 + int.from_bytes(data[:8], "little")
-    entry, own, others = json.loads(data[8:size])
-    return Image(data[size:], entry, tuple(map(tuple, own)), tuple(map(tuple, others)))
+    entry, *parts = data[8:size].decode().split("\n")
+    own, others = ([pair.split(":") for pair in part.split()] for part in parts)
+    return Image(
+        code=data[size:],
+        entry=int(entry),
+        own=tuple((int(place), int(target)) for place, target in own),
+        others=tuple((int(place), name) for place, name in others),
+    )
 
 
 def image_of(file: bytes, name: str) -> Image | None:

@@ -22,7 +22,7 @@ from roboyard.native.memory import images_can_be_loaded, load_image
 from roboyard.native.processor import processor
 from roboyard.native.signatures import Signature
 
-_LAYOUT = 5
+_LAYOUT = 6
 """Increased whenever the way in which arguments are passed changes."""
 _DIGEST = 32
 """Bytes of the hash before the machine code: LLVM ends the process at damaged code."""

@@ -13,17 +13,20 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 _PACKAGES = ("omnigibson", "omnigibson.utils")
 _MODULES = ("omnigibson.utils.urdf_preprocessing", "omnigibson.macros")
 
 
-class _Alias(MetaPathFinder, Loader):
-    """Finds the few modules of OmniGibson that Roboyard stands in for."""
+class _Alias:
+    """Finds the few modules of OmniGibson that Roboyard stands in for.
+
+    It has the methods of finders and loaders without their base classes, which take long to load.
+    """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
@@ -33,7 +36,12 @@ class _Alias(MetaPathFinder, Loader):
         parent = sys.modules.get(fullname.rpartition(".")[0])
         if parent is not None and not isinstance(getattr(parent, "__loader__", None), _Alias):
             return None  # a real OmniGibson without this module
-        return ModuleSpec(fullname, self, origin="roboyard", is_package=fullname in _PACKAGES)
+        loader: Any = self
+        return ModuleSpec(fullname, loader, origin="roboyard", is_package=fullname in _PACKAGES)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        """Let Python create the module."""
+        return None
 
     def exec_module(self, module: ModuleType) -> None:
         name = module.__name__

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType, TracebackType
 
-from roboyard._lazy import paused_collection
+from roboyard._lazy import freeze, paused_collection
 from roboyard.omnigibson.import_alias import install_omnigibson_alias
 
 REPLACEMENTS = {
@@ -64,6 +64,10 @@ PRELOADED = (
 """Modules that almost every script needs."""
 
 
+YOUNG_OBJECTS = 10_000
+"""New objects, those that are gone not counted, after which Python's collector passes through them."""
+
+
 def preload() -> None:
     """Import what almost every script needs, and except it from later garbage collections.
 
@@ -73,7 +77,7 @@ def preload() -> None:
     with paused_collection():
         for name in PRELOADED:
             import_module(name)
-    gc.freeze()
+    freeze()
 
 
 def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
@@ -82,9 +86,11 @@ def run_script(script: str | Path, arguments: Sequence[str] = ()) -> int:
     Returns:
         The exit code of the script; 1 after an exception, whose traceback starts in the script.
     """
-    install()
-    install_omnigibson_alias()
-    preload()
+    with paused_collection():
+        install()
+        install_omnigibson_alias()
+        preload()
+    gc.set_threshold(max(gc.get_threshold()[0], YOUNG_OBJECTS), *gc.get_threshold()[1:])
     path = str(script)
     sys.argv = [path, *arguments]
     sys.path.insert(0, str(Path(script).resolve().parent))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roboyard import transforms
+from roboyard._records import dataclass
 from roboyard.rendering.matrices import check_range, look_at_view, orbit_view, perspective
 
 Array = NDArray[np.float64]

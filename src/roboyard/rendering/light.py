@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from roboyard._records import dataclass
 
 RGB = tuple[float, float, float]
 

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from platformdirs import user_cache_path
 
 from roboyard.untrusted.arrays import ArraysError, read_arrays
 
@@ -25,7 +23,11 @@ MAX_BYTES = 256 << 20
 def cache_folder() -> Path:
     """Return the folder of the cache; it may not exist yet."""
     named = os.environ.get("ROBOYARD_CACHE")
-    return Path(named).expanduser() if named else user_cache_path("roboyard", appauthor=False)
+    if named:
+        return Path(named).expanduser()
+    from platformdirs import user_cache_path
+
+    return user_cache_path("roboyard", appauthor=False)
 
 
 def mesh_folder() -> Path:
@@ -56,6 +58,8 @@ def load_arrays(kind: str, key: str) -> dict[str, NDArray] | None:
 
 def store_arrays(kind: str, key: str, arrays: Mapping[str, NDArray]) -> bool:
     """Store (...) arrays under `key`; return False, without an error, if the folder is not writable."""
+    import tempfile
+
     entry = _entry(kind, key)
     try:
         entry.parent.mkdir(parents=True, exist_ok=True)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from roboyard._records import dataclass
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.transforms import Array
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.errors import ModelError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine

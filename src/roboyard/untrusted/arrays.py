@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import io
 import math
-import zipfile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roboyard.untrusted.files import read_file
+
+if TYPE_CHECKING:
+    import zipfile
 
 
 class ArraysError(Exception):
@@ -37,6 +39,8 @@ def unpack_arrays(data: bytes, max_bytes: int) -> dict[str, np.ndarray]:
     Raises:
         ArraysError: as for `read_arrays`.
     """
+    import zipfile
+
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             members = archive.infolist()

@@ -26,11 +26,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
+from roboyard._records import dataclass
 from roboyard.description.files.beside import matching_files, moveit_configurations, nearest_name
 from roboyard.description.files.moved_files import LEAST_SHARED, is_mesh_or_image, moved_file
 from roboyard.description.files.workspaces import (
@@ -328,11 +328,15 @@ class Resolver:
             roots.append(_package_root(self.real_base))
         return tuple(dict.fromkeys(roots))
 
+    @cached_property
+    def _workspaces(self) -> tuple[Path, ...]:
+        return workspace_sources(self._above)
+
     def _is_allowed(self, found: Path, root: Path) -> bool:
         """True where `found`, symbolic links resolved, stays inside `root` or another trusted folder."""
         if found.is_relative_to(root) and any(root.is_relative_to(share) for share in self._installed):
             return True
-        if is_inside(found, (*workspace_sources(self._above), root, *self._trusted)):
+        if is_inside(found, (*self._workspaces, root, *self._trusted)):
             return True
         real = found.resolve()
         return any(_is_in_mesh_folder(real, folder.resolve()) for folder in self._above[1:3])

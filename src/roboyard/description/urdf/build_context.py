@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
+from roboyard._records import dataclass
 from roboyard.description.model import Attributes
 from roboyard.description.urdf.elements import MaterialElement
 from roboyard.description.urdf.problems import Problems

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.files.resolver import Resolved
 from roboyard.description.model import INERTIA_KEYS, JointType, Pose
 from roboyard.description.urdf.xml import line_of

@@ -6,9 +6,9 @@ import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal, cast
 
+from roboyard._records import dataclass
 from roboyard.description.model import INERTIA_KEYS, Quaternion
 from roboyard.description.urdf.xml import line_of
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.urdf.elements import (
     MOVING_TYPES,

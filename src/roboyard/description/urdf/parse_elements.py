@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
+from roboyard._records import dataclass
 from roboyard.description.files.resolver import Resolver
 from roboyard.description.model import CONTACT_TAGS, INERTIA_KEYS, Pose, Quaternion, Vector3
 from roboyard.description.urdf.elements import (

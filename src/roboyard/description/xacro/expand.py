@@ -6,8 +6,6 @@ time, memory and files, which reads only the robot's folders.
 
 from __future__ import annotations
 
-import json
-import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -127,6 +125,9 @@ def expand_xacro(
 
 
 def _run_worker(file: Path, resolver: Resolver, arguments: Mapping[str, str]) -> dict[str, Any]:
+    import json
+    import subprocess
+
     request = {
         "file": str(file),
         "packages": {name: str(folder) for name, folder in (resolver.packages or {}).items()},

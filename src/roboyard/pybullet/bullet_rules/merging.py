@@ -6,11 +6,12 @@ moves the last joint to the place of a removed one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.model import Collision, Inertial, Joint, Link, Pose, RobotDescription, Visual
 from roboyard.transforms import Array, quaternion_from_matrix
 

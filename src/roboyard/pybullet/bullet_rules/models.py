@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 
+from roboyard._records import dataclass
 from roboyard.description.mass_properties import mass_properties
 from roboyard.description.model import (
     Box,

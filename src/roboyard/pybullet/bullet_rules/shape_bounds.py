@@ -7,11 +7,11 @@ rotates as a whole. Boxes, spheres, cylinders and capsules include their margin 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.model import (
     Box,
     Capsule,

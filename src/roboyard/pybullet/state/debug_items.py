@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._records import dataclass
 from roboyard.pybullet.state.ids import Counter
 
 Triple = tuple[float, float, float]

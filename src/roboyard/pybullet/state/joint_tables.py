@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._records import dataclass
 from roboyard.description.model import Joint
 from roboyard.pybullet.bullet_rules.models import BodyModel, LinkModel
 from roboyard.pybullet.bullet_rules.single_precision import canonical_quaternion

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from roboyard._records import dataclass
 from roboyard.untrusted.files import FileRefusedError, is_inside
 
 

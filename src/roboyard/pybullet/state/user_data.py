@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
+from roboyard._records import dataclass
 from roboyard.pybullet.state.ids import IdPool
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from roboyard._records import dataclass
 from roboyard.pybullet.face.arguments import Vector3
 
 WIDTH, HEIGHT = 1024, 768

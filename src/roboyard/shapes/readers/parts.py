@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._records import dataclass
 from roboyard.shapes.mesh import TriangleMesh, read_only, shared
 from roboyard.shapes.readers.texture_atlas import pack_textures
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._records import dataclass
 from roboyard.shapes.readers.external_files import find_external_file, load_image
 from roboyard.untrusted.files import read_file
 

@@ -28,10 +28,11 @@ The users of the law differ in constants only; each has a `DriveProfile`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from roboyard._records import dataclass
 
 SATURATED_SPEED = 0.1
 """Share of the velocity limit at which a velocity drive may reach its effort limit."""

@@ -6,7 +6,7 @@ pictures of MuJoCo's own renderer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from roboyard._records import dataclass
 from roboyard.rendering.textures import as_rgba
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.sim.appearance.cube_texture import wrap_in_cube

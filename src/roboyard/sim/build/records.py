@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from roboyard._records import dataclass
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Heightfield, Joint, Link
 from roboyard.sim.build.triangle_windows import TriangleWindow

@@ -9,11 +9,12 @@ without contacts holds all triangles for rays.
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.model import Pose
 from roboyard.shapes.mesh import TriangleMesh, read_only
 from roboyard.shapes.triangle_tree import TriangleTree, triangle_tree

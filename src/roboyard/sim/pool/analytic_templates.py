@@ -6,13 +6,13 @@ few arrays, which are known functions of those numbers.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import dist, hypot, sqrt
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.mass_properties import MassProperties, mass_properties
 from roboyard.description.model import RGBA, Box, Capsule, Cylinder, Pose, RobotDescription, Sphere
 from roboyard.sim.build.geoms import SMALLEST, paint, plain_size

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.sim.build.bodies import build
 from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.pool.templates import BodyTemplate, row_starts

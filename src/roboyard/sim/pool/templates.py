@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.description.mass_properties import MassProperties
 from roboyard.description.model import Heightfield, Mesh, Plane, RobotDescription
 from roboyard.errors import MeshError

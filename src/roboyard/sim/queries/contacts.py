@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import typing
-from dataclasses import dataclass
 
 import numpy as np
 
+from roboyard._records import dataclass
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import typing
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboyard._records import dataclass
 from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
