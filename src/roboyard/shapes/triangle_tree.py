@@ -16,6 +16,8 @@ _SMALLEST = 1e-12
 """Twice the area of the smallest triangle that is kept (m²)."""
 _WELD = 1e-6
 """Distance, as a fraction of the mesh's size, up to which vertices count as one."""
+_WELD_BITS = 21
+"""Bits of each coordinate in such steps: 1 / `_WELD` of them."""
 _BITS = 10
 """Bits of each coordinate by which triangles are sorted along a curve that fills space."""
 
@@ -104,7 +106,10 @@ def _smooth(corners: Array, sides: Array) -> np.ndarray:
         return smooth
     points = corners.reshape(-1, 3)
     unit = max(float(np.ptp(points, axis=0).max()), 1e-300) * _WELD
-    _, number = np.unique(np.round(points / unit).astype(np.int64), axis=0, return_inverse=True)
+    cells = np.round(points / unit).astype(np.int64)
+    cells -= cells.min(axis=0)
+    cells = (cells[:, 0] << _WELD_BITS | cells[:, 1]) << _WELD_BITS | cells[:, 2]
+    _, number = np.unique(cells, return_inverse=True)
     one = number.reshape(-1, 3)
     other = np.roll(one, -1, axis=1)
     keys = (np.minimum(one, other) * (int(one.max()) + 1) + np.maximum(one, other)).ravel()
