@@ -67,7 +67,7 @@ def test_the_ball_of_a_task_of_ones_own_goes_over_the_line(example: ModuleType, 
 
 @of("pick_and_place")
 def test_the_can_is_placed_on_its_spot(example: ModuleType) -> None:
-    assert example.main() < 0.03
+    assert example.main() < 0.01
 
 
 @of("plan_around_shelf")

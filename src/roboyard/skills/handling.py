@@ -43,6 +43,10 @@ MOST_LEAN = 0.7
 """Largest lean of a gripper on a line, as the tangent of an angle."""
 MOST_TRACKS = 4
 """Tracks of which one must be within reach of the base's path."""
+ASIDE = 50.0
+"""Cost of placing an object a metre beside where it was asked to be."""
+MOST_ASIDE = 0.03
+"""Largest distance of a placed object from where the gripper let it go (m)."""
 
 
 # ---------------------------------------------------------------------------------------------- tracks
@@ -241,7 +245,7 @@ def carry(worker: Worker, arm: str) -> bool:
 
 
 def place(worker: Worker, arm: str, support: Body, random: np.random.Generator, at: Array | None) -> Array:
-    """Place what an arm holds on top of a body; return the (3,) spot (m).
+    """Place what an arm holds on top of a body, near (2,) `at` (m); return the (3,) point below it (m).
 
     Raises:
         SkillError: there is no free spot within reach, or the object did not stay.
@@ -262,10 +266,12 @@ def place(worker: Worker, arm: str, support: Body, random: np.random.Generator, 
     heights, backs = (0.12, 0.06, DROP), (-0.06, -0.12)
     stages = [full, full, bare, bare, bare]
 
-    def draw(draws: Array) -> Drawn:
+    def draw(spots: Sequence[Array], draws: Array) -> Drawn:
         grips, facing = np.empty((len(draws), len(stages), 4, 4)), np.empty(len(draws))
+        cost = np.zeros(len(draws))
         for s, (which, turn) in enumerate(draws[:, 4:6]):
             spot = spots[int(min(len(spots) - 1, which * len(spots)))]
+            cost[s] = 0.0 if at is None else ASIDE * float(np.hypot(*(spot[:2] - at)))
             c, n = np.cos(2 * np.pi * turn), np.sin(2 * np.pi * turn)
             motion = np.eye(4)
             motion[:2, :2] = ((c, -n), (n, c))
@@ -278,13 +284,23 @@ def place(worker: Worker, arm: str, support: Body, random: np.random.Generator, 
             facing[s] = heading(row[0])
         bases = bases_around(worker, grips[:, 2, :3, 3], facing, draws)
         bases = np.repeat(bases[:, None], len(stages), axis=1)
-        return Drawn(grips=grips, bases=bases, cost=np.zeros(len(draws)))
+        return Drawn(grips=grips, bases=bases, cost=cost)
 
     height = float(spots[0][2] + grip[2, 3] - bottom[2])
-    tracks = find_tracks(worker, arm, draw, trunk_postures(worker, arm, height), stages, random)
-    if not tracks:
-        raise SkillError(f'no free spot on "{support.name}" is within reach; clear one near its edge')
-    track = _approach(worker, tracks)
+    trunks = trunk_postures(worker, arm, height)
+
+    def approach(choice: Sequence[Array]) -> Track:
+        tracks = find_tracks(worker, arm, partial(draw, choice), trunks, stages, random)
+        if not tracks:
+            raise SkillError(f'no free spot on "{support.name}" is within reach; clear one near its edge')
+        return _approach(worker, tracks)
+
+    try:
+        track = approach(spots if at is None else spots[:1])  # the nearest spot before all others
+    except SkillError:
+        if at is None or len(spots) == 1:
+            raise
+        track = approach(spots)
     _run(worker, track, 0, 2, robot)
     if not is_between_fingers(worker, arm, body):
         worker.release(arm)
@@ -298,16 +314,23 @@ def place(worker: Worker, arm: str, support: Body, random: np.random.Generator, 
             f"it was let go, but the gripper did not come away: {error}", is_final=True
         ) from None
     worker.wait(0.5)
-    wanted = (track.grips[2] @ inverse_pose(grip))[:3, :3] @ bottom + (track.grips[2] @ inverse_pose(grip))[
-        :3, 3
-    ]
+    motion = track.grips[2] @ inverse_pose(grip)
+    wanted = motion[:3, :3] @ bottom + motion[:3, 3]
     now = body_points(body)
     gap = abs(float(now[:, 2].min()) - float(wanted[2]) + DROP)
     if gap > 0.02:
         raise SkillError(
             f'it does not stand on "{support.name}": it is {100 * gap:.0f} cm off in height', is_final=True
         )
-    return wanted
+    foot = now[now[:, 2] < now[:, 2].min() + 0.02]
+    stands = 0.5 * (foot.min(axis=0) + foot.max(axis=0))
+    aside = float(np.hypot(*(stands - wanted)[:2]))
+    if aside > MOST_ASIDE:
+        raise SkillError(
+            f'it moved on "{support.name}" when it was let go: it is {100 * aside:.0f} cm beside its spot',
+            is_final=True,
+        )
+    return stands
 
 
 # ---------------------------------------------------------------------------------------------- joints

@@ -70,16 +70,17 @@ def surface_spots(
         footprint: radius of the object (m).
         random: source of the draws.
         count: number of points to draw.
-        near: (2,) point in the world frame that spots are to be near (m); anywhere by default.
+        near: (2,) point in the world frame that spots are to be near (m); anywhere by default. It is tried
+            itself, and spots are sorted by their distance from it.
     """
     points = body_points(support, 1000)
     low, high = points.min(axis=0), points.max(axis=0)
     found = []
-    for _ in range(count):
+    for k in range(count):
         if near is None:
             x, y = random.uniform(low[:2] + footprint, np.maximum(high[:2] - footprint, low[:2] + footprint))
         else:
-            x, y = near + random.normal(size=2) * 0.02
+            x, y = near + random.normal(size=2) * (0.02 if k else 0.0)
         heights = []
         for dx, dy in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)):
             at = (x + dx * footprint, y + dy * footprint)
@@ -89,4 +90,4 @@ def surface_spots(
             heights.append(float(hit.position[2]))
         if len(heights) == 5 and np.ptp(heights) < 0.003:
             found.append(np.array([x, y, max(heights)]))
-    return found
+    return found if near is None else sorted(found, key=lambda spot: float(np.hypot(*(spot[:2] - near))))
