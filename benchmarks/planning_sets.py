@@ -32,7 +32,15 @@ from roboyard.assets import assets_root
 from roboyard.description import load_description
 from roboyard.description.model import Box, Pose
 from roboyard.kinematics import forward_kinematics
-from roboyard.planning import Obstacle, Plan, Planner, SphereModel, fitted_model, load_planner_file
+from roboyard.planning import (
+    Obstacle,
+    Plan,
+    Planner,
+    SphereModel,
+    covering_model,
+    fitted_model,
+    load_planner_file,
+)
 from roboyard.planning.hull_judge import judge_of
 from roboyard.planning.sphere_model import SphereRobot, sphere_robot
 
@@ -80,7 +88,7 @@ def groups(urdfs: Sequence[Path], only: Sequence[str]) -> Iterator[Group]:
     if not only or "r1" in only:
         folder = assets_root() / "r1"
         description = load_description(next((folder / "urdf").glob("*.urdf")))
-        model = load_planner_file(folder / "curobo" / "r1.yml", description)
+        model = covering_model(load_planner_file(folder / "curobo" / "r1.yml", description))
         arms = {s: tuple(f"{s}_arm_joint{k}" for k in range(1, 7)) for s in ("left", "right")}
         torso = tuple(f"torso_joint{k}" for k in range(1, 5))
         base = tuple(f"base_footprint_{axis}_joint" for axis in ("x", "y", "rz"))

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import logging
+from dataclasses import replace
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -17,8 +21,9 @@ from roboyard.description.model import (
     RobotDescription,
     Sphere,
 )
+from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError
-from roboyard.planning import Obstacle, Planner, PoseGoal, SphereModel, fitted_model
+from roboyard.planning import Obstacle, Planner, PoseGoal, SphereModel, covering_model, fitted_model
 
 LENGTHS = (0.25, 0.3, 0.3, 0.25, 0.15, 0.1)
 
@@ -218,3 +223,35 @@ def test_an_obstacle_that_moved_is_avoided(model: SphereModel) -> None:
     plan = planner.plan(START, GOAL)
     assert plan.solved
     assert len(plan.path) > 2
+
+
+def test_spheres_of_a_file_that_leave_links_out_are_completed(model: SphereModel) -> None:
+    tiny = {"link3": (CollisionSphere(center=(0.0, 0.0, 0.05), radius=0.01),)}
+    file = replace(model, spheres=tiny, gaps={}, self_buffer={}, ignore=frozenset({("link0", "link5")}))
+    made = covering_model(file)
+    assert made.spheres["link3"][0] == tiny["link3"][0], "the file's own spheres stay"
+    assert set(made.spheres) == set(model.spheres)
+    assert ("link0", "link5") in made.ignore
+    assert ("link1", "link2") in made.ignore
+    covered, bare = (Planner(one, obstacles=[WALL, FLOOR]) for one in (made, file))
+    lower, upper = covered.bounds
+    qs = np.random.default_rng(4).uniform(lower, upper, (800, len(lower)))
+    touching = np.array([bool(covered.judge.clashes(q)) for q in qs])
+    assert 100 < touching.sum() < 700
+    assert bare.checker.free(qs)[touching].any()
+    rough = [covered.judge.first_pair_clash(q[None]) is not None for q in qs]
+    assert not (covered.checker.free(qs) & touching & ~np.array(rough)).any()
+
+
+def test_fitting_is_announced_once_and_cached(
+    model: SphereModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("ROBOYARD_CACHE", str(tmp_path))
+    with caplog.at_level(logging.WARNING):
+        cold = fitted_model(model.description)
+        assert [r.getMessage().split(":")[0] for r in caplog.records] == [
+            f"fitting spheres to the links of {model.description.name}"
+        ]
+        warm = fitted_model(model.description)
+    assert len(caplog.records) == 1
+    assert warm.spheres == cold.spheres

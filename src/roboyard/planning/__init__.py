@@ -26,6 +26,7 @@ _HOMES = {
     "SphereModel": "roboyard.planning.sphere_model",
     "Trajectory": "roboyard.planning.trajectory",
     "cloud_field": "roboyard.planning.distance_fields",
+    "covering_model": "roboyard.planning.link_fit",
     "fitted_model": "roboyard.planning.link_fit",
     "keep_upright": "roboyard.planning.constraints",
     "load_planner_file": "roboyard.planning.planner_files",
@@ -53,6 +54,7 @@ __all__ = [
     "Trajectory",
     "attached_body",
     "cloud_field",
+    "covering_model",
     "fitted_model",
     "keep_upright",
     "load_planner_file",
@@ -70,7 +72,7 @@ if TYPE_CHECKING:
     from roboyard.planning.constraints import PathConstraint, keep_upright, on_line
     from roboyard.planning.distance_fields import DistanceField, cloud_field
     from roboyard.planning.goals import PoseGoal, turned_goals
-    from roboyard.planning.link_fit import fitted_model
+    from roboyard.planning.link_fit import covering_model, fitted_model
     from roboyard.planning.obstacles import Obstacle, Obstacles
     from roboyard.planning.planner import Planner
     from roboyard.planning.planner_files import load_planner_file

@@ -82,4 +82,4 @@ def with_attached(model: SphereModel, held: Sequence[Attached]) -> SphereModel:
     for one in held:
         spheres[one.link] = (*spheres.get(one.link, ()), *one.spheres)
         pairs |= {(min(one.link, other), max(one.link, other)) for other in one.touching if other != one.link}
-    return replace(model, spheres=spheres, ignore=frozenset(pairs)) if held else model
+    return replace(model, spheres=spheres, ignore=frozenset(pairs), is_loose=True) if held else model

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from roboyard.description.geometry import geometry_mesh, transformed_mesh
 from roboyard.description.model import Collision, Link, Mesh, RobotDescription, Sphere, Visual
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError
-from roboyard.planning.self_pairs import ignored_pairs, rough_pairs
+from roboyard.planning.self_pairs import adjacent_pairs, ignored_pairs, rough_pairs
 from roboyard.planning.sphere_model import SphereModel
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.mesh import TriangleMesh
@@ -42,24 +43,14 @@ def fitted_model(
         description: the robot; where no link has a collision shape, visual ones are used.
         rest: joint name to rest position (rad or m); zero, or the nearest limit, by default.
         tools: end-effector links; links without children by default.
-        progress: called with the name of each link that is fitted and not cached.
+        progress: called with the name of each link that is fitted and not cached; logs one line
+            by default.
 
     Raises:
         ConfigError: no link has a shape.
         MeshError: a mesh cannot be read.
     """
-    shapes: dict[str, Sequence[Collision | Visual]] = {l.name: l.collisions for l in description.links}
-    if not any(shapes.values()):
-        shapes = {l.name: l.visuals for l in description.links}
-    spheres, gaps = {}, {}
-    for link in description.links:
-        own = _link_spheres(link, shapes[link.name], progress)
-        if len(own):
-            spheres[link.name] = tuple(
-                CollisionSphere(center=(float(x), float(y), float(z)), radius=float(r)) for x, y, z, r in own
-            )
-            exact = all(isinstance(s.geometry, Sphere) for s in shapes[link.name])
-            gaps[link.name] = 0.0 if exact else SLACK
+    spheres, gaps = _spheres(description, progress)
     if not spheres:
         raise ConfigError(f"{description.name}: no link has a collision or visual shape; add one to plan for")
     leaves = [l.name for l in description.links if not description.child_joints[l.name]]
@@ -75,6 +66,55 @@ def fitted_model(
     )
     model = replace(model, ignore=ignored_pairs(model))
     return replace(model, rough=rough_pairs(model))
+
+
+def covering_model(model: SphereModel, progress: Progress | None = None) -> SphereModel:
+    """Return a planner file's robot with fitted spheres added, so that its spheres contain its hulls.
+
+    Files leave parts of links without spheres; among their spheres alone, paths are found that the robot
+    cannot take. Pairs that the file ignores stay ignored.
+
+    Args:
+        model: as `load_planner_file` returns it.
+        progress: called with the name of each link that is fitted and not cached; logs one line
+            by default.
+
+    Raises:
+        MeshError: a mesh cannot be read.
+    """
+    fitted, gaps = _spheres(model.description, progress)
+    names = [
+        link.name for link in model.description.links if link.name in fitted or link.name in model.spheres
+    ]
+    pairs = adjacent_pairs(model.description, [name for name in names if name in fitted])
+    made = replace(
+        model,
+        spheres={name: (*model.spheres.get(name, ()), *fitted.get(name, ())) for name in names},
+        ignore=model.ignore | pairs,
+        gaps={name: gaps.get(name, 0.0) for name in names},
+        self_buffer={name: model.self_buffer.get(name, BUFFER / 2) for name in names},
+    )
+    return replace(made, rough=rough_pairs(made))
+
+
+def _spheres(
+    description: RobotDescription, progress: Progress | None
+) -> tuple[dict[str, tuple[CollisionSphere, ...]], dict[str, float]]:
+    """Return spheres around the hulls of each link's shapes, and how far those end outside (m)."""
+    progress = progress or _logged_once(description.name)
+    shapes: dict[str, Sequence[Collision | Visual]] = {l.name: l.collisions for l in description.links}
+    if not any(shapes.values()):
+        shapes = {l.name: l.visuals for l in description.links}
+    spheres, gaps = {}, {}
+    for link in description.links:
+        own = _link_spheres(link, shapes[link.name], progress)
+        if len(own):
+            spheres[link.name] = tuple(
+                CollisionSphere(center=(float(x), float(y), float(z)), radius=float(r)) for x, y, z, r in own
+            )
+            exact = all(isinstance(s.geometry, Sphere) for s in shapes[link.name])
+            gaps[link.name] = 0.0 if exact else SLACK
+    return spheres, gaps
 
 
 def _link_spheres(link: Link, shapes: Sequence[Collision | Visual], progress: Progress | None) -> Array:
@@ -100,6 +140,20 @@ def _link_spheres(link: Link, shapes: Sequence[Collision | Visual], progress: Pr
             store_arrays("spheres", key, stored)
         rows.extend(stored["spheres"])
     return np.array(rows, dtype=float).reshape(-1, 4)
+
+
+def _logged_once(robot: str) -> Progress:
+    """Return a progress callback that logs one line when the first link of a robot is fitted."""
+    links: list[str] = []
+
+    def note(link: str) -> None:
+        if not links:
+            logging.getLogger("roboyard").warning(
+                "fitting spheres to the links of %s: once, about 2 seconds", robot
+            )
+        links.append(link)
+
+    return note
 
 
 def _solids(shapes: Sequence[Collision | Visual]) -> list[TriangleMesh]:

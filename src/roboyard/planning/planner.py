@@ -142,7 +142,7 @@ class Planner:
     @property
     def _covers(self) -> bool:
         """Whether spheres contain the exact shapes: what is free of spheres is free, but for rough pairs."""
-        return bool(self.robot.model.gaps)
+        return bool(self.robot.model.gaps) and not self.robot.model.is_loose
 
     def warm_up(self) -> None:
         """Load the kernels, or compile them on their first use on this machine, and build the judge."""

@@ -26,7 +26,7 @@ from roboyard.description import load_description
 from roboyard.description.model import Box, Capsule, Cylinder, Mesh, Pose, Sphere
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.planning.goals import Goal, PoseGoal
-from roboyard.planning.link_fit import fitted_model
+from roboyard.planning.link_fit import covering_model, fitted_model
 from roboyard.planning.obstacles import Obstacle, Shape
 from roboyard.planning.planner import Planner
 from roboyard.planning.planner_files import load_planner_file
@@ -157,7 +157,7 @@ def load_model(problems: ProblemFile, progress: Callable[[str], None] | None = N
         raise ConfigError(f"{problems.path.name}: urdf: there is no file {problems.urdf}; check the path")
     description = load_description(problems.urdf)
     if problems.planner is not None:
-        return load_planner_file(problems.planner, description)
+        return covering_model(load_planner_file(problems.planner, description), progress)
     return fitted_model(description, rest=problems.hold, progress=progress)
 
 

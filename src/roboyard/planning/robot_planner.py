@@ -13,7 +13,7 @@ from roboyard.planning.attached import Attached, with_attached
 from roboyard.planning.depth_cloud import depth_obstacle
 from roboyard.planning.goals import Goal, PoseGoal, PostureSolution
 from roboyard.planning.hull_judge import HullJudge
-from roboyard.planning.link_fit import fitted_model
+from roboyard.planning.link_fit import covering_model, fitted_model
 from roboyard.planning.live_world import WorldObstacles
 from roboyard.planning.obstacles import Obstacle, Obstacles
 from roboyard.planning.planner import Planner
@@ -139,7 +139,8 @@ def planner_for(
 ) -> RobotPlanner:
     """Return a planner for a group of a robot's joints, in the robot's world.
 
-    Spheres come from the robot's cuRobo file where its package has one; otherwise they are fitted and cached.
+    Spheres come from the robot's cuRobo file where its package has one; spheres that are fitted and cached
+    fill what it leaves open.
 
     Args:
         robot: a robot in a world.
@@ -187,12 +188,15 @@ def _group(robot: RobotBody, arm: str | None, torso: bool, base: bool) -> list[s
 
 
 def model_of(robot: RobotBody) -> SphereModel:
-    """Return a robot's spheres and pairs: of its package's cuRobo file, else fitted to its description."""
+    """Return a robot's spheres and pairs, of its package's cuRobo file where it has one.
+
+    Spheres fitted to its shapes complete them.
+    """
     registered = REGISTERED_ROBOTS.get(robot.model)
     if registered is not None and robot.body.scale == 1.0:
         file = registered.folder / "curobo" / f"{registered.name}.yml"
         if file.is_file():
-            return load_planner_file(file, robot.description)
+            return covering_model(load_planner_file(file, robot.description))
     return fitted_model(robot.description)
 
 

@@ -37,6 +37,8 @@ class SphereModel:
     """Link name to the padding against other links (m)."""
     gaps: Mapping[str, float] = field(default_factory=dict)
     """Link name to the largest distance of its collision shapes' surface outside its spheres (m)."""
+    is_loose: bool = False
+    """Whether some shapes, such as those of held bodies, may end farther outside their spheres."""
     rough: frozenset[Pair] = frozenset()
     """Pairs of links, names sorted, that only exact shapes judge: their spheres are too rough."""
     retract: Mapping[str, float] = field(default_factory=dict)
