@@ -240,12 +240,12 @@ def add_obstacle(world: World, obstacle: Obstacle) -> None:
 
 def is_judged(obstacle: Obstacle) -> bool:
     """Whether `judge_of` knows an obstacle: all but distance fields and concave meshes."""
-    from roboyard.description.geometry import geometry_mesh
-    from roboyard.shapes.convex.hulls import is_convex
-
     if isinstance(obstacle.shape, DistanceField):
         return False
     if isinstance(obstacle.shape, Mesh):
+        from roboyard.description.geometry import geometry_mesh
+        from roboyard.shapes.convex.hulls import is_convex
+
         data = geometry_mesh(obstacle.shape)
         return data is not None and is_convex(data, 0.02)
     return True

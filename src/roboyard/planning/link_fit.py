@@ -18,7 +18,7 @@ from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.mesh import TriangleMesh
 from roboyard.transforms import Array
 
-VERSION = 1
+VERSION = 2
 """Cache version: increase it when the same shapes give other spheres or pairs than before."""
 SLACK = 0.001
 """Largest distance of a shape's surface outside the fitted spheres (m)."""
@@ -124,18 +124,17 @@ def _link_spheres(link: Link, shapes: Sequence[Collision | Visual], progress: Pr
         for shape in shapes
         if isinstance(shape.geometry, Sphere) and shape.geometry.radius > 0
     ]
-    meshes = _solids([shape for shape in shapes if not isinstance(shape.geometry, Sphere)])
-    if meshes:
-        key = content_key(
-            "planning", VERSION, SLACK, *(part for m in meshes for part in (m.vertices, m.faces))
-        )
+    surfaces = _surfaces([shape for shape in shapes if not isinstance(shape.geometry, Sphere)])
+    if surfaces:
+        parts = [part for mesh, is_hull in surfaces for part in (mesh.vertices, mesh.faces, is_hull)]
+        key = content_key("planning", VERSION, SLACK, *parts)
         stored = load_arrays("spheres", key)
         if stored is None:
             from roboyard.shapes.spheres.fit import fit_spheres
 
             if progress is not None:
                 progress(link.name)
-            fit = fit_spheres(meshes, preset="safe")
+            fit = fit_spheres(_solids(surfaces), preset="safe")
             stored = {"spheres": np.concatenate([fit.centers, fit.radii[:, None]], axis=1)}
             store_arrays("spheres", key, stored)
         rows.extend(stored["spheres"])
@@ -156,16 +155,19 @@ def _logged_once(robot: str) -> Progress:
     return note
 
 
-def _solids(shapes: Sequence[Collision | Visual]) -> list[TriangleMesh]:
-    """Return the convex solids that physics sees: hulls of meshes, and primitives, in the link's frame."""
-    from roboyard.shapes.convex.hulls import convex_hull
-
+def _surfaces(shapes: Sequence[Collision | Visual]) -> list[tuple[TriangleMesh, bool]]:
+    """Return shapes in the link's frame, and whether physics sees their hulls."""
     found = []
     for shape in shapes:
         mesh = geometry_mesh(shape.geometry)
         if mesh is None or not len(mesh.faces) or np.ptp(mesh.vertices, axis=0).max() < SMALLEST:
             continue
-        if isinstance(shape.geometry, Mesh):
-            mesh = convex_hull(mesh, None).mesh
-        found.append(transformed_mesh(mesh, shape.origin))
+        found.append((transformed_mesh(mesh, shape.origin), isinstance(shape.geometry, Mesh)))
     return found
+
+
+def _solids(surfaces: Sequence[tuple[TriangleMesh, bool]]) -> list[TriangleMesh]:
+    """Return the convex solids that physics sees: hulls of meshes, and primitives."""
+    from roboyard.shapes.convex.hulls import convex_hull
+
+    return [convex_hull(mesh, None).mesh if is_hull else mesh for mesh, is_hull in surfaces]
