@@ -163,7 +163,7 @@ def test_pinocchio_reads_the_srdf(written: Callable[[str], tuple[RobotModel, Pat
     pinocchio.loadReferenceConfigurations(model, srdf, False)
     assert {entry.key() for entry in model.referenceConfigurations} >= set(robot.semantic.postures)
     geometry = pinocchio.buildGeomFromUrdf(
-        model, str(made), pinocchio.GeometryType.COLLISION, str(made.parent)
+        model, str(made), pinocchio.GeometryType.COLLISION, package_dirs=[str(made.parent)]
     )
     geometry.addAllCollisionPairs()
     before = len(geometry.collisionPairs)
