@@ -253,3 +253,11 @@ def test_the_option_is_name_and_value():
     assert read_xacro_args(["ur_type:=ur5e", "tool:="]) == {"ur_type": "ur5e", "tool": ""}
     with pytest.raises(ConfigError, match="write NAME:=VALUE"):
         read_xacro_args(["ur_type=ur5e"])
+
+
+def test_an_installation_without_xacro_is_named(arm: Path, monkeypatch: pytest.MonkeyPatch):
+    from roboyard.description.xacro import expand
+
+    monkeypatch.setattr(expand, "_WORKER", "roboyard.no_such_module")
+    with pytest.raises(DescriptionError, match=r"No module named .*; install Roboyard again"):
+        load_description(arm)

@@ -151,9 +151,10 @@ def _run_worker(file: Path, resolver: Resolver, arguments: Mapping[str, str]) ->
         ) from None
     if done.returncode != 0:
         last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
-        raise DescriptionError(
-            f"xacro: the expansion stopped ({last[0][:200]}); look for macros or loops without end", file=file
-        )
+        remedy = "look for macros or loops without end"
+        if "No module named" in last[0]:
+            remedy = f"install Roboyard again in the environment of {sys.executable}"
+        raise DescriptionError(f"xacro: the expansion stopped ({last[0][:200]}); {remedy}", file=file)
     return json.loads(done.stdout)
 
 
