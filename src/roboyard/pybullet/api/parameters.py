@@ -98,8 +98,9 @@ def setPhysicsEngineParameter(
 ) -> None:
     """Change the given engine settings.
 
-    Time step, substeps, friction cone, restitution threshold, joint feedback and file caching have an effect.
-    The settings of Bullet's own solver (error reduction, warm starting, islands, ...) are stored only.
+    Time step, substeps, iterations and their residual (for robots with motors), friction cone, restitution
+    threshold, joint feedback and file caching have an effect. Other settings of Bullet's own solver (error
+    reduction, warm starting, islands, ...) are stored only.
 
     Raises:
         error: there are more than MAX_SUB_STEPS substeps, or the time step is not finite.

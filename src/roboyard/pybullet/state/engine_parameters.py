@@ -7,6 +7,8 @@ from dataclasses import field
 from roboyard._records import dataclass
 
 DEFAULT_ITERATIONS = 50
+RESIDUAL = "solverResidualThreshold"
+"""Name of the setting below which iterations end."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -18,7 +20,7 @@ class EngineParameters:
     sub_steps: int = 0
     """Number of substeps of a step; 0 and 1 mean one undivided step."""
     iterations: int = DEFAULT_ITERATIONS
-    """Solver iterations; read back, without effect on this engine."""
+    """Rounds in which robots with motors are solved."""
     inner_iterations: int = 1
     """Inner solver iterations; read back, without effect on this engine."""
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -38,12 +40,13 @@ class EngineParameters:
     report_analytics: int = 0
     """1 asks for solver statistics; read back only."""
     others: dict[str, float] = field(default_factory=dict)
-    """Settings of Bullet's own solver: stored, without effect on this engine."""
+    """Settings of Bullet's own solver, stored; only `RESIDUAL` has an effect on this engine."""
     revision: int = 0
     """Number of changes so far; the scene applies the settings when it differs."""
 
     def reset(self) -> None:
         """Restore what resetSimulation resets: gravity and iterations."""
+        self.others.pop(RESIDUAL, None)
         self.gravity = (0.0, 0.0, 0.0)
         self.iterations = DEFAULT_ITERATIONS
         self.inner_iterations = 1

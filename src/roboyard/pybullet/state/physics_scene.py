@@ -13,7 +13,7 @@ from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTI
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord
-from roboyard.pybullet.state.engine_parameters import EngineParameters
+from roboyard.pybullet.state.engine_parameters import RESIDUAL, EngineParameters
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
 from roboyard.pybullet.state.pair_filters import PairFilters
 from roboyard.pybullet.state.textures import Textures
@@ -244,7 +244,10 @@ class PhysicsScene:
         self._applied_revision = p.revision
         self.world.gravity = p.gravity
         self.world.timestep = p.time_step / max(1, p.sub_steps)
-        profile = self.world.profile
+        solver, profile = self.world.stepping.in_turn, self.world.profile
+        if profile.motor_rounds:
+            solver.rounds = max(p.iterations, 1)
+            solver.residual = p.others.get(RESIDUAL, profile.motor_residual)
         slow = p.restitution_velocity_threshold
         if profile.slow != slow:
             self.world.profile = replace(profile, slow=slow)

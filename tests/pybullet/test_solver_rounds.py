@@ -1,0 +1,64 @@
+"""Settings of the solver change what motors reach in a step, as recorded from PyBullet 3.2.7."""
+
+import math
+
+import numpy as np
+import pytest
+
+from roboyard import pybullet as p
+
+AXES = ("0 0 1", "0 1 0", "0 0 1", "0 -1 0", "0 0 1", "0 1 0", "0 0 1")
+RECORDED = {
+    ("numSolverIterations", 1): (0.340272, 0.06997, 0.203964, -0.108731, 0.138115, -0.349052, 0.210667),
+    ("numSolverIterations", 3): (0.222363, 0.038537, 0.203964, -0.196815, -0.170053, -0.278637, 0.182213),
+    ("numSolverIterations", 10): (0.163346, 0.059974, 0.66013, -0.190486, -0.423514, -0.24897, 0.139026),
+    ("numSolverIterations", 50): (0.238373, 0.042705, 0.358663, -0.202804, -0.423514, -0.253661, 0.143504),
+    ("solverResidualThreshold", 0.01): (
+        *(0.23838, 0.042711, 0.358678, -0.202803, -0.423599, -0.253672, 0.143486),
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture
+def arm(tmp_path):
+    inertial = (
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    links = "".join(f'<link name="link{i}">{inertial}</link>' for i in range(8))
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="link{i}"/><child link="link{i + 1}"/>'
+        f'<origin xyz="0 0 0.2"/><axis xyz="{axis}"/>'
+        '<limit lower="-3" upper="3" effort="1" velocity="1"/></joint>'
+        for i, axis in enumerate(AXES)
+    )
+    file = tmp_path / "arm.urdf"
+    file.write_text(f'<robot name="a">{links}{joints}</robot>')
+    number = p.connect(p.DIRECT)
+    yield str(file)
+    p.disconnect(number)
+
+
+def positions_after(body: int) -> list[float]:
+    for step in range(20):
+        for j in range(7):
+            goal = 0.5 * math.sin(0.05 * step + j)
+            p.setJointMotorControl2(body, j, p.POSITION_CONTROL, goal, force=60)
+        p.stepSimulation()
+    return [state[0] for state in p.getJointStates(body, range(7))]
+
+
+@pytest.mark.parametrize(("name", "value"), RECORDED)
+def test_rounds_and_residual_are_pybullets(arm, name, value):
+    p.setGravity(0, 0, -9.81)
+    p.setPhysicsEngineParameter(**{name: value})
+    body = p.loadURDF(arm, useFixedBase=True)
+    assert np.allclose(positions_after(body), RECORDED[name, value], atol=2e-6)
+
+
+def test_a_reset_restores_them(arm):
+    p.setPhysicsEngineParameter(numSolverIterations=1, solverResidualThreshold=1.0)
+    p.stepSimulation()
+    p.resetSimulation()
+    p.setGravity(0, 0, -9.81)
+    body = p.loadURDF(arm, useFixedBase=True)
+    assert np.allclose(positions_after(body), RECORDED["numSolverIterations", 50], atol=2e-6)
