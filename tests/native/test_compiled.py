@@ -8,12 +8,12 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
-from roboyard.native import Kernel, compiled
+from roboyard.native import Kernel, compiled, record
 from roboyard.native.building import jit
 from roboyard.native.builtin import source_function
 from roboyard.native.called import source_of
@@ -229,3 +229,48 @@ def test_numbas_own_function_takes_over_where_stored_code_cannot_be_used() -> No
     values = np.zeros(3)
     jit(source_function(fill))(values, 2, 0.0)
     assert values.tolist() == [np.inf, np.inf, 0.0]
+
+
+class Pieces(NamedTuple):
+    """A record of arrays and a number."""
+
+    weights: np.ndarray
+    rows: np.ndarray
+    scale: float
+
+
+PIECES = record(Pieces, "f8[::1] i8[:,::1] f8")
+
+
+def share_of(pieces, row):
+    return pieces.scale * pieces.weights[pieces.rows[row, 0]]
+
+
+@compiled("i8", PIECES, "f8[::1] -> i8", fast_math=True, no_nan=True, releases_gil=True)
+def sum_up(first, pieces, out):
+    count = 0
+    for k in range(first, pieces.rows.shape[0]):
+        out[k] = max(share_of(pieces, k), 0.0)
+        count += 1 if out[k] > 0.0 else 0
+    return count
+
+
+def test_records_are_passed_field_by_field_and_whole_numbers_come_back() -> None:
+    pieces = Pieces(np.array([1.0, -2.0, 3.0]), np.array([[2], [1], [0], [2]]), 0.5)
+    for _ in range(2):  # the first call checks, the second is the machine code itself
+        out = np.full(4, -1.0)
+        count = sum_up(1, pieces, out)
+        assert type(count) is int and count == 2
+        assert out.tolist() == [-1.0, 0.0, 0.5, 1.5]
+    assert not isinstance(sum_up, Kernel), "it was not loaded"
+
+
+def test_wrong_records_are_rejected_by_field() -> None:
+    pieces = Pieces(np.array([1.0, -2.0, 3.0]), np.array([[2], [1]]), 0.5)
+    loop = compiled("i8", PIECES, "f8[::1] -> i8")(source_function(sum_up))
+    with pytest.raises(TypeError, match="argument 1 rows is int32 instead of int64"):
+        loop(0, pieces._replace(rows=pieces.rows.astype(np.int32)), np.zeros(2))
+    with pytest.raises(TypeError, match="argument 1 is a tuple instead of a Pieces"):
+        loop(0, tuple(pieces), np.zeros(2))
+    with pytest.raises(TypeError, match="3 fields"):
+        record(Pieces, "f8[::1]")

@@ -12,30 +12,35 @@ from numba import carray, cfunc, njit, types
 from numba.extending import intrinsic
 
 from roboyard.native.called import called_functions
-from roboyard.native.signatures import Argument, Signature
+from roboyard.native.signatures import Argument, Record, Signature
 
 FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
 """LLVM's freedoms that keep infinite and undefined numbers as they are."""
 
 
-def jit(function: FunctionType, *, fast_math: bool = False) -> Any:
+_made: dict[tuple[FunctionType, bool, bool], Any] = {}
+"""Source and options to numba's function, which several loops may call."""
+
+
+def jit(function: FunctionType, *, fast_math: bool = False, no_nan: bool = False) -> Any:
     """Return a Python function compiled by numba, with the functions of its package that it calls.
 
     Args:
         function: its Python source.
         fast_math: whether LLVM may change the order of sums and products; see `FAST_MATH`.
+        no_nan: whether LLVM may assume that no number is undefined.
     """
-    return _jit(function, fast_math, {})
-
-
-def _jit(function: FunctionType, fast_math: bool, made: dict[FunctionType, Any]) -> Any:
-    if function not in made:
+    key = function, fast_math, no_nan
+    if key not in _made:
         names = dict(function.__globals__)
         for name, source in called_functions(function):
-            names[name] = _jit(source, fast_math, made)
+            names[name] = jit(source, fast_math=fast_math, no_nan=no_nan)
         copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
-        made[function] = njit(error_model="numpy", fastmath=FAST_MATH if fast_math else False)(copy)
-    return made[function]
+        freedoms = (FAST_MATH if fast_math else set()) | ({"nnan"} if no_nan else set())
+        # Arrays that are passed have no owner here, and none are created: references are not counted.
+        options: dict[str, Any] = {"error_model": "numpy", "fastmath": freedoms or False, "_nrt": False}
+        _made[key] = njit(**options)(copy)
+    return _made[key]
 
 
 def machine_code(function: FunctionType, signature: Signature, name: str, *, is_small: bool) -> bytes:
@@ -50,8 +55,14 @@ def machine_code(function: FunctionType, signature: Signature, name: str, *, is_
         name: name in the object file.
         is_small: whether code and constants stand within 2 GiB of each other, else anywhere.
     """
-    values: dict[str, Any] = {"_loop": jit(function, fast_math=signature.fast_math), "np": np, **_PYTHON}
-    values |= {_view_name(a): _view(a) for a in set(signature.arguments) if a.dimensions}
+    loop = jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
+    values: dict[str, Any] = {"_loop": loop, "np": np, **_PYTHON}
+    for k, argument in enumerate(signature.arguments):
+        if isinstance(argument, Record):
+            values[f"_record{k}"] = argument.made_by
+        for a in argument.fields if isinstance(argument, Record) else (argument,):
+            if a.dimensions and _view_name(a) not in values:
+                values[_view_name(a)] = _view(a)
     exec(compile(_entry_source(signature), f"<{name}>", "exec"), values)  # noqa: S102 - our own source
     made: Any = cfunc(_WORD(_WORD, types.CPointer(_WORD), _WORD), error_model="numpy")(values["entry"])
     return _object_file(made.inspect_llvm(), made.native_name.removeprefix("cfunc."), name, is_small)
@@ -60,22 +71,35 @@ def machine_code(function: FunctionType, signature: Signature, name: str, *, is_
 def _entry_source(signature: Signature) -> str:
     """Return the source of the function that converts Python's objects and calls the loop."""
     lines = [f"if count != {len(signature.arguments)}:", "    PyErr_BadArgument()", "    return 0"]
-    for k, a in enumerate(signature.arguments):
-        if a.dimensions:
-            lines.append(f"a{k} = {_view_name(a)}(given[{k}])")
+    for k, argument in enumerate(signature.arguments):
+        if not isinstance(argument, Record):
+            lines += _read(argument, f"a{k}", f"given[{k}]")
             continue
-        read = "PyFloat_AsDouble" if a.dtype.startswith("f") else "PyLong_AsLongLong"
-        lines += [f"n{k} = {read}(given[{k}])", f"if n{k} == -1 and PyErr_Occurred() != 0:", "    return 0"]
-        lines.append(f"a{k} = np.{a.dtype}(n{k})")
+        names = [f"a{k}_{place}" for place in range(len(argument.fields))]
+        for place, (name, field) in enumerate(zip(names, argument.fields, strict=True)):
+            lines += _read(field, name, f"PyTuple_GetItem(given[{k}], {place})")
+        lines.append(f"a{k} = _record{k}({', '.join(names)})")
     call = f"_loop({', '.join(f'a{k}' for k in range(len(signature.arguments)))})"
     lines += ["thread = PyEval_SaveThread()"] if signature.releases_gil else []
-    lines.append(f"result = {call}" if signature.returns_number else call)
+    lines.append(f"result = {call}" if signature.returns else call)
     lines += ["PyEval_RestoreThread(thread)"] if signature.releases_gil else []
-    if signature.returns_number:
-        lines.append("return PyFloat_FromDouble(result)")
+    if signature.returns:
+        kind = "PyFloat_FromDouble" if signature.returns.startswith("f") else "PyLong_FromLongLong"
+        lines.append(f"return {kind}(result)")
     else:
         lines += ["Py_IncRef(none)", "return none"]
     return "\n    ".join(["def entry(none, given, count):", *lines])
+
+
+def _read(argument: Argument, name: str, given: str) -> list[str]:
+    """Return the lines that convert one object of Python; `given` is its address."""
+    if argument.dimensions:
+        return [f"{name} = {_view_name(argument)}({given})"]
+    read = "PyFloat_AsDouble" if argument.dtype.startswith("f") else "PyLong_AsLongLong"
+    return [
+        *(f"n_{name} = {read}({given})", f"if n_{name} == -1 and PyErr_Occurred() != 0:", "    return 0"),
+        f"{name} = np.{argument.dtype}(n_{name})",
+    ]
 
 
 def _object_file(assembly: str, function: str, name: str, is_small: bool) -> bytes:
@@ -129,6 +153,8 @@ _PYTHON: dict[str, Any] = {
         "PyFloat_AsDouble": types.float64(_WORD),
         "PyFloat_FromDouble": _WORD(types.float64),
         "PyLong_AsLongLong": _WORD(_WORD),
+        "PyLong_FromLongLong": _WORD(_WORD),
+        "PyTuple_GetItem": _WORD(_WORD, _WORD),
         "Py_IncRef": types.void(_WORD),
     }.items()
 }

@@ -11,7 +11,7 @@ from typing import Any
 
 from roboyard.native import objects
 from roboyard.native.builtin import builtin_function
-from roboyard.native.signatures import Signature, parse_signature
+from roboyard.native.signatures import Record, Signature, parse_signature
 
 
 class Kernel:
@@ -50,6 +50,11 @@ class Kernel:
             return self.load()(*values)
         return self._loaded(*values)
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether the loop is loaded, or its code is stored: its first call does not compile it."""
+        return self._loaded is not None or objects.is_stored(self.py_func, self.signature)
+
     def load(self) -> Callable[..., Any]:
         """Compile the loop or load its stored code, and return the function that executes it."""
         if self._loaded is not None:
@@ -68,20 +73,27 @@ class Kernel:
         return loaded
 
 
-def compiled(text: str, *, fast_math: bool = False, releases_gil: bool = False) -> Callable[[Any], Any]:
+def compiled(
+    *parts: str | Record, fast_math: bool = False, no_nan: bool = False, releases_gil: bool = False
+) -> Callable[[Any], Any]:
     """Return a decorator that makes a function a compiled loop.
 
     The function may use numbers, the arrays that it is given, NumPy's mathematics and other functions of its
     package, which are plain Python functions or loops; it creates no arrays. Divisions by zero give infinity.
 
     Args:
-        text: types of the arguments, separated by spaces: f8, i8, i4 for numbers (float64, int64, int32) and
+        parts: types of the arguments, separated by spaces: f8, i8, i4 for numbers (float64, int64, int32) and
             f8[:], i4[:,:], ... for arrays, f8[:,::1] for those in C order, which are faster (only the first
-            call checks); "-> f8" at the end where it returns a number.
+            call checks); "-> f8" or "-> i8" at the end where it returns a number. A `record` stands between
+            texts for a named tuple.
         fast_math: whether the order of sums and products may be changed.
+        no_nan: whether no number is ever undefined.
         releases_gil: whether other Python threads run during a call; for calls of a microsecond and more.
     """
-    signature = replace(parse_signature(text), fast_math=fast_math, releases_gil=releases_gil)
+    signature = replace(
+        parse_signature(*parts), fast_math=fast_math, no_nan=no_nan, releases_gil=releases_gil
+    )
+    text = " ".join(part.made_by.__name__ if isinstance(part, Record) else part for part in parts)
 
     def decorate(function: Any) -> Kernel:
         given = function.__code__.co_argcount

@@ -22,7 +22,7 @@ from roboyard.native.memory import images_can_be_loaded, load_image
 from roboyard.native.processor import processor
 from roboyard.native.signatures import Signature
 
-_LAYOUT = 6
+_LAYOUT = 7
 """Increased whenever the way in which arguments are passed changes."""
 _DIGEST = 32
 """Bytes of the hash before the machine code: LLVM ends the process at damaged code."""
@@ -46,6 +46,11 @@ def address_of(function: FunctionType, signature: Signature) -> int:
     return _load(content, name)
 
 
+def is_stored(function: FunctionType, signature: Signature) -> bool:
+    """Return whether a loop's machine code is stored, so that loading it compiles nothing."""
+    return _stored_at(function, signature)[0].exists()
+
+
 def _built(function: FunctionType, signature: Signature, name: str) -> bytes:
     """Compile a loop and return its image, or an object file where this machine does not execute images."""
     from roboyard.native.building import machine_code
@@ -61,7 +66,7 @@ def jitted(function: FunctionType, signature: Signature) -> Callable[..., Any]:
     """Return the loop as numba's own function, where stored code cannot be used."""
     from roboyard.native.building import jit
 
-    return jit(function, fast_math=signature.fast_math)
+    return jit(function, fast_math=signature.fast_math, no_nan=signature.no_nan)
 
 
 @cache

@@ -21,16 +21,49 @@ class Argument:
     is_contiguous: bool = False
     """Whether the array is in C order without gaps; its strides are then not passed."""
 
+    def problem_with(self, value: Any) -> str:
+        """Return why a value cannot be passed, "" where it can."""
+        given = getattr(value, "ndim", 0)
+        if given != self.dimensions:
+            return f"has {given} dimensions instead of {self.dimensions}"
+        if given and value.dtype != self.dtype:
+            return f"is {value.dtype} instead of {self.dtype}"
+        if self.is_contiguous and not value.flags.c_contiguous:
+            return "is not in C order; use numpy.ascontiguousarray"
+        return ""
+
+
+@dataclass(frozen=True)
+class Record:
+    """One argument: a named tuple of arrays and numbers."""
+
+    made_by: type
+    """Its class."""
+    names: tuple[str, ...]
+    fields: tuple[Argument, ...]
+
+    def problem_with(self, value: Any) -> str:
+        """Return why a value cannot be passed, "" where it can."""
+        if type(value) is not self.made_by:
+            return f"is a {type(value).__name__} instead of a {self.made_by.__name__}"
+        for name, wanted, field in zip(self.names, self.fields, value, strict=True):
+            problem = wanted.problem_with(field)
+            if problem:
+                return f"{name} {problem}"
+        return ""
+
 
 @dataclass(frozen=True)
 class Signature:
     """Arguments and result of a loop."""
 
-    arguments: tuple[Argument, ...]
-    returns_number: bool
-    """Whether it returns a float64; otherwise it returns nothing."""
+    arguments: tuple[Argument | Record, ...]
+    returns: str
+    """`float64` or `int64` where it returns a number, "" where it returns nothing."""
     fast_math: bool = False
     """Whether the order of sums and products may be changed."""
+    no_nan: bool = False
+    """Whether no number is ever undefined, which lets minima and maxima be fast."""
     releases_gil: bool = False
     """Whether other Python threads run meanwhile."""
 
@@ -39,20 +72,37 @@ class Signature:
         if len(values) != len(self.arguments):
             return f"{len(values)} arguments instead of {len(self.arguments)}"
         for place, (wanted, value) in enumerate(zip(self.arguments, values, strict=True)):
-            given = getattr(value, "ndim", 0)
-            if given != wanted.dimensions:
-                return f"argument {place} has {given} dimensions instead of {wanted.dimensions}"
-            if given and value.dtype != wanted.dtype:
-                return f"argument {place} is {value.dtype} instead of {wanted.dtype}"
-            if wanted.is_contiguous and not value.flags.c_contiguous:
-                return f"argument {place} is not in C order; use numpy.ascontiguousarray"
+            problem = wanted.problem_with(value)
+            if problem:
+                return f"argument {place} {problem}"
         return ""
 
 
-def parse_signature(text: str) -> Signature:
-    """Return the signature that `text` describes, such as "f8[:,:] i4[::1] f8 -> f8"."""
-    before, _, after = text.partition("->")
-    return Signature(tuple(_argument(word) for word in before.split()), after.strip() == "f8")
+def record(made_by: type, text: str) -> Record:
+    """Return a named tuple as an argument; `text` has the types of its fields, as a signature has.
+
+    Raises:
+        TypeError: the tuple has another number of fields.
+    """
+    fields = tuple(_argument(word) for word in text.split())
+    names: tuple[str, ...] = getattr(made_by, "_fields", ())
+    if len(fields) != len(names):
+        raise TypeError(f"{made_by.__name__} has {len(names)} fields, {text!r} has {len(fields)}")
+    return Record(made_by, names, fields)
+
+
+def parse_signature(*parts: str | Record) -> Signature:
+    """Return the signature of texts such as "f8[:,:] i4[::1] f8 -> f8" and of records between them."""
+    arguments: list[Argument | Record] = []
+    returns = ""
+    for part in parts:
+        if isinstance(part, Record):
+            arguments.append(part)
+            continue
+        before, _, after = part.partition("->")
+        arguments += [_argument(word) for word in before.split()]
+        returns = DTYPES[after.strip()] if after.strip() else ""
+    return Signature(tuple(arguments), returns)
 
 
 def _argument(word: str) -> Argument:

@@ -55,7 +55,7 @@ class CollisionChecker:
         values = self._rows(q)
         out = np.empty(len(values), dtype=np.bool_)
         robot, world = self.robot.arrays, self.obstacles.arrays
-        _checker().free_batch(robot, world, values, float(margin), self.work, out)
+        _checker().free_batch(robot, world, values, float(margin), self.work, out.view(np.uint8))
         return out.reshape(np.shape(q)[:-1])
 
     def distance(self, q: ArrayLike, reach: float = 1.0) -> tuple[Array, Array]:

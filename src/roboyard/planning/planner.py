@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from roboyard._lazy import lazy_module
 from roboyard.description.model import Mesh
 from roboyard.errors import ConfigError
+from roboyard.native import Kernel
 from roboyard.planning.checking import CollisionChecker
 from roboyard.planning.constrained_search import ConstrainedSearch
 from roboyard.planning.constraints import BoundConstraint, PathConstraint, why_outside
@@ -397,7 +398,7 @@ class Planner:
     def _clash(self, q: Array) -> str:
         """Return the overlap at q as text; "" for none. Exact shapes decide where spheres overlap."""
         arrays, world = self.robot.arrays, self.obstacles.arrays
-        free = np.empty(1, dtype=np.bool_)
+        free = np.empty(1, dtype=np.uint8)
         checker = self.checker
         _checker().free_batch(arrays, world, q[None].copy(), 0.0, checker.work, free)
         if free[0] and self._covers and not self.robot.rough:
@@ -518,9 +519,8 @@ def announce_compilation() -> None:
     if _announced:
         return
     _announced = True
-    from roboyard.rendering.compile_notice import is_cold
-
-    if is_cold(_sampling().search):
+    search = _sampling().search  # a builtin function, once it is loaded
+    if isinstance(search, Kernel) and not search.is_ready:
         logging.getLogger("roboyard").warning(
             "compiling the planner for this machine: once, about 20 seconds"
         )

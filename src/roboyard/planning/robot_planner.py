@@ -20,7 +20,6 @@ from roboyard.planning.planner import Planner
 from roboyard.planning.planner_files import load_planner_file
 from roboyard.planning.sphere_model import SphereModel, sphere_robot
 from roboyard.planning.trajectory import Plan
-from roboyard.robots.registry import REGISTERED_ROBOTS
 from roboyard.transforms import pose_matrix
 
 if TYPE_CHECKING:
@@ -192,6 +191,8 @@ def model_of(robot: RobotBody) -> SphereModel:
 
     Spheres fitted to its shapes complete them.
     """
+    from roboyard.robots.registry import REGISTERED_ROBOTS  # loads MuJoCo, which plans from files do not need
+
     registered = REGISTERED_ROBOTS.get(robot.model)
     if registered is not None and robot.body.scale == 1.0:
         file = registered.folder / "curobo" / f"{registered.name}.yml"

@@ -1,1 +1,1 @@
-"""Collision checking, sampling, shortcuts and timing as numba functions over plain arrays."""
+"""Collision checking, sampling, shortcuts and timing as compiled loops over plain arrays."""

@@ -5,10 +5,13 @@ All lengths are metres in the frame of the robot's root link. Angles are radians
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from roboyard.native import Kernel, Record, compiled, record
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -79,6 +82,23 @@ class Work(NamedTuple):
     """(b,) squared distances from one point to all boxes."""
     near: Indices
     """(b,) boxes near one link."""
+
+
+ROBOT = record(
+    RobotArrays,
+    "i8[:,::1] f8[:,::1] i8[::1] i8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] i8[:,::1] f8[:,::1] f8[:,::1] "
+    "f8[::1] f8[::1]",
+)
+WORLD = record(WorldArrays, "f8[:,::1] i8[::1] f8[:,::1] f8[:,::1] i8[:,::1] f8[:,::1] f4[::1]")
+WORK = record(Work, "f8[:,::1] f8[:,::1] f8[:,::1] u1[::1] f8[::1] i8[::1]")
+
+
+def kernel(*parts: str | Record) -> Callable[[Any], Kernel]:
+    """Return the decorator of a compiled planning loop, with a signature as for `native.compiled`.
+
+    Limits and the spheres around half spaces may be infinite; no planning loop computes with NaN.
+    """
+    return compiled(*parts, fast_math=True, no_nan=True, releases_gil=True)
 
 
 CAPSULE, CYLINDER, HALF_SPACE, FIELD = 0, 1, 2, 3

@@ -8,19 +8,11 @@ from __future__ import annotations
 
 import math
 
-from roboyard.kinematics import _kernels
-from roboyard.native.building import jit
-from roboyard.planning.kernels.distances import (
-    box_distance,
-    box_squares,
-    kernel,
-    obstacle_distance,
-)
-
-place_nodes = jit(_kernels.place_nodes)
+from roboyard.kinematics._kernels import place_nodes
+from roboyard.planning.kernels.arrays import ROBOT, WORK, WORLD, kernel
+from roboyard.planning.kernels.distances import box_distance, box_squares, obstacle_distance
 
 
-@kernel
 def place(robot, q, work):
     """Place nodes and the spheres around links for q (n,)."""
     place_nodes(robot.whole, robot.real, q, work.frames)
@@ -41,7 +33,6 @@ def place(robot, q, work):
         work.fresh[l] = 0
 
 
-@kernel
 def place_spheres(robot, l, work):
     """Place the spheres of link l, once for each `place`."""
     if work.fresh[l] == 1:
@@ -62,7 +53,6 @@ def place_spheres(robot, l, work):
             work.placed[s, 0], work.placed[s, 1], work.placed[s, 2] = x, y, z
 
 
-@kernel
 def link_gap(robot, world, l, reach, margin, work):
     """Smallest distance of link l's padded spheres to obstacles, exact below `reach`; stops below 0."""
     x, y, z = work.centers[l, 0], work.centers[l, 1], work.centers[l, 2]
@@ -103,7 +93,6 @@ def link_gap(robot, world, l, reach, margin, work):
     return least
 
 
-@kernel
 def pair_gap(robot, p, reach, margin, work):
     """Smallest distance between the padded spheres of pair p, exact below `reach`; stops below 0."""
     a, b = robot.pairs[p, 0], robot.pairs[p, 1]
@@ -135,7 +124,7 @@ def pair_gap(robot, p, reach, margin, work):
     return least
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[::1] f8", WORK, "-> i8")
 def is_free(robot, world, q, margin, work):
     """Whether no padded sphere of a moving link touches anything at q (n,)."""
     place(robot, q, work)
@@ -148,14 +137,13 @@ def is_free(robot, world, q, margin, work):
     return True
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[:,::1] f8", WORK, "u1[::1]")
 def free_batch(robot, world, qs, margin, work, out):
     """out (b,): `is_free` of each row of qs (b, n)."""
     for i in range(qs.shape[0]):
         out[i] = is_free(robot, world, qs[i], margin, work)
 
 
-@kernel
 def add_motion(robot, work, l, s, gx, gy, gz, slope):
     """Add to slope (n,) the derivative by q of g · centre, for placed sphere s of link l."""
     x, y, z = work.placed[s, 0], work.placed[s, 1], work.placed[s, 2]
@@ -173,7 +161,6 @@ def add_motion(robot, work, l, s, gx, gy, gz, slope):
         node = robot.whole[node, 0]
 
 
-@kernel
 def nearest(robot, world, q, reach, work, slope, found):
     """Signed distance of the nearest two surfaces at q (n,), exact below `reach`; negative for overlap.
 
@@ -236,7 +223,6 @@ def nearest(robot, world, q, reach, work, slope, found):
     return least
 
 
-@kernel
 def link_of(robot, s):
     """Link that sphere s belongs to."""
     l = 0
@@ -245,14 +231,14 @@ def link_of(robot, s):
     return l
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[:,::1] f8", WORK, "f8[::1] f8[:,::1] i8[:,::1]")
 def nearest_batch(robot, world, qs, reach, work, out, slopes, found):
     """`nearest` of each row of qs (b, n): out (b,), slopes (b, n), found (b, 3)."""
     for i in range(qs.shape[0]):
         out[i] = nearest(robot, world, qs[i], reach, work, slopes[i], found[i])
 
 
-@kernel
+@kernel(ROBOT, "f8[:,::1] f8", WORK, "i8[::1] i8[::1]")
 def count_pairs(robot, qs, close, work, touching, near):
     """Add to touching and near (p,) the configurations (b, n) in which a pair overlaps, or is that close."""
     for i in range(qs.shape[0]):
@@ -265,7 +251,7 @@ def count_pairs(robot, qs, close, work, touching, near):
                 near[p] += 1
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[::1] f8 f8", WORK, "f8[::1] f8[::1]")
 def all_gaps(robot, world, q, margin, reach, work, links, pairs):
     """Exact signed gaps below `reach` of each link to obstacles, links (l,), and of each pair, pairs (p,)."""
     place(robot, q, work)

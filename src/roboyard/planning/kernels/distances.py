@@ -3,24 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from roboyard._numba import njit
 from roboyard.planning.kernels.arrays import CAPSULE, CYLINDER, HALF_SPACE
 
-# Limits and the spheres around half spaces may be infinite; no kernel computes with NaN. Kernels allocate
-# nothing, so that reference counting is off: with it, passing tuples of arrays costs most of the time.
-_OPTIONS: dict[str, Any] = {
-    "cache": True,
-    "nogil": True,
-    "_nrt": False,
-    "error_model": "numpy",
-    "fastmath": {"reassoc", "contract", "arcp", "nsz", "nnan"},
-}
-kernel = njit(**_OPTIONS)
 
-
-@kernel
 def box_squares(boxes, x, y, z, out):
     """out (b,): squared distance from a point to each box, 0 inside."""
     for b in range(boxes.shape[1]):
@@ -32,7 +18,6 @@ def box_squares(boxes, x, y, z, out):
         out[b] = u * u + v * v + w * w
 
 
-@kernel
 def box_distance(boxes, b, x, y, z):
     """Signed distance from a point to box b, and the unit direction away from it."""
     dx, dy, dz = x - boxes[0, b], y - boxes[1, b], z - boxes[2, b]
@@ -62,7 +47,6 @@ def box_distance(boxes, b, x, y, z):
     )
 
 
-@kernel
 def capsule_distance(radius, half, x, y, z):
     """Signed distance and direction from a capsule along z; half 0 is a sphere."""
     z = z - min(max(z, -half), half)
@@ -72,7 +56,6 @@ def capsule_distance(radius, half, x, y, z):
     return length - radius, x / length, y / length, z / length
 
 
-@kernel
 def cylinder_distance(radius, half, x, y, z):
     """Signed distance and direction from a cylinder along z with flat ends."""
     flat = math.sqrt(x * x + y * y)
@@ -87,7 +70,6 @@ def cylinder_distance(radius, half, x, y, z):
     return w, 0.0, 0.0, side
 
 
-@kernel
 def field_distance(values, first, nx, ny, nz, x, y, z):
     """Trilinear value of a grid of distances at a point in cells, its gradient, and how far outside it is.
 
@@ -121,7 +103,6 @@ def field_distance(values, first, nx, ny, nz, x, y, z):
     return p0 + fx * (p1 - p0), gx / length, gy / length, gz / length, out
 
 
-@kernel
 def obstacle_distance(world, o, x, y, z):
     """Signed distance from a point to obstacle o (not a box), and the unit direction away from it."""
     frame = world.frame[o]

@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roboyard.planning.kernels.arrays import Array, Indices, RobotArrays
+from roboyard.native import record
+from roboyard.planning.kernels.arrays import ROBOT, WORK, WORLD, Array, Indices, RobotArrays, kernel
 from roboyard.planning.kernels.checker import place, place_spheres
-from roboyard.planning.kernels.distances import box_squares, kernel, obstacle_distance
+from roboyard.planning.kernels.distances import box_squares, obstacle_distance
 
 FINE = 0.001
 """Motion of a point between checks that padding covers (m)."""
@@ -37,6 +38,9 @@ class Sweep(NamedTuple):
     """(n,) configuration."""
 
 
+SWEEP = record(Sweep, "f8[::1] f8[::1] f8[::1] i8[:,::1] i8[::1] f8[::1]")
+
+
 def sweep_for(robot: RobotArrays, intervals: int = 4096) -> Sweep:
     """Return space for motion checks of up to `intervals` intervals; longer searches count as blocked."""
     items = len(robot.node) + len(robot.pairs)
@@ -50,7 +54,6 @@ def sweep_for(robot: RobotArrays, intervals: int = 4096) -> Sweep:
     )
 
 
-@kernel
 def link_state(robot, world, l, need, margin, work):
     """BLOCKED, NEAR (closer than `need`) or CLEAR for link l against all obstacles."""
     x, y, z = work.centers[l, 0], work.centers[l, 1], work.centers[l, 2]
@@ -105,7 +108,6 @@ def link_state(robot, world, l, need, margin, work):
     return state
 
 
-@kernel
 def pair_state(robot, p, need, margin, work):
     """BLOCKED, NEAR (closer than `need`) or CLEAR for a pair of links."""
     a, b = robot.pairs[p, 0], robot.pairs[p, 1]
@@ -137,7 +139,7 @@ def pair_state(robot, p, need, margin, work):
     return state
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[::1] f8[::1] f8", WORK, SWEEP, "-> i8")
 def motion_free(robot, world, a, b, margin, work, sweep):
     """Whether the straight motion from a (n,) to b (n,) is free; the ends themselves are not checked."""
     links = robot.node.shape[0]

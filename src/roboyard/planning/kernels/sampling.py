@@ -7,14 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roboyard.kinematics import _lm
-from roboyard.native.building import jit
-from roboyard.planning.kernels.arrays import Array, Indices
+from roboyard.kinematics._lm import next_random
+from roboyard.native import record
+from roboyard.planning.kernels.arrays import ROBOT, WORK, WORLD, Array, Indices, kernel
 from roboyard.planning.kernels.checker import is_free
-from roboyard.planning.kernels.distances import kernel
-from roboyard.planning.kernels.motion import motion_free
-
-next_random = jit(_lm.next_random)
+from roboyard.planning.kernels.motion import SWEEP, motion_free
 
 LOCAL = 0.08
 """Share of samples near starts and goals: tight goals need small steps around them."""
@@ -35,6 +32,9 @@ class Trees(NamedTuple):
     """(2, n) sample and new configuration."""
 
 
+TREES = record(Trees, "f8[:,:,::1] i8[:,::1] i8[::1] u8[::1] f8[:,::1]")
+
+
 def trees_for(joints: int, nodes: int, seed: int) -> Trees:
     """Return empty trees with room for `nodes` configurations each."""
     state = np.array([np.uint64((seed * 0x9E3779B97F4A7C15 + 0x632BE59BD9B4E019) % 2**64 | 1)])
@@ -47,7 +47,6 @@ def trees_for(joints: int, nodes: int, seed: int) -> Trees:
     )
 
 
-@kernel
 def nearest_node(q, count, to):
     """Index of the row of q nearest to `to` (n,), and the distance."""
     best, least = 0, 1e300
@@ -60,7 +59,6 @@ def nearest_node(q, count, to):
     return best, math.sqrt(least)
 
 
-@kernel
 def add_node(trees, side, q, parent):
     """Add a configuration to a tree; return its index."""
     i = trees.counts[side]
@@ -71,7 +69,6 @@ def add_node(trees, side, q, parent):
     return i
 
 
-@kernel
 def draw_sample(robot, trees, roots, spread):
     """Write a random configuration to trees.sample[0]: uniform, or near a root."""
     local = next_random(trees.random) < LOCAL
@@ -88,7 +85,6 @@ def draw_sample(robot, trees, roots, spread):
             trees.sample[0, j] = low + u * (high - low)
 
 
-@kernel
 def extend(robot, world, trees, side, to, step, margin, work, sweep):
     """Grow a tree from its nearest node towards `to`; return the new node and whether it is there.
 
@@ -110,7 +106,6 @@ def extend(robot, world, trees, side, to, step, margin, work, sweep):
     return -1, False
 
 
-@kernel
 def connect(robot, world, trees, side, to, step, margin, work, sweep):
     """Grow a tree towards `to` until it is there or blocked; return the node that reached it, or -1."""
     i, distance = nearest_node(trees.q[side], trees.counts[side], to)
@@ -132,7 +127,6 @@ def connect(robot, world, trees, side, to, step, margin, work, sweep):
     return -1
 
 
-@kernel
 def trace(trees, ends, path):
     """Write the path through nodes ends (2,) to path (k, n); return its length, 0 if too long."""
     count = 0
@@ -162,7 +156,7 @@ def trace(trees, ends, path):
     return count
 
 
-@kernel
+@kernel(ROBOT, WORLD, TREES, "i8[::1] i8[::1] i8 f8 f8", WORK, SWEEP, "f8[:,::1] -> i8")
 def search(robot, world, trees, roots, ends, steps, step, margin, work, sweep, path):
     """Grow both trees for up to `steps` samples; return the number of way points of a path, or 0.
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
+from roboyard.kinematics._lm import next_random
+from roboyard.planning.kernels.arrays import ROBOT, WORK, WORLD, kernel
 from roboyard.planning.kernels.checker import is_free
-from roboyard.planning.kernels.distances import kernel
-from roboyard.planning.kernels.motion import motion_free
-from roboyard.planning.kernels.sampling import next_random
+from roboyard.planning.kernels.motion import SWEEP, motion_free
 
 
-@kernel
 def apart(a, b):
     """Distance between two configurations."""
     total = 0.0
@@ -19,7 +18,6 @@ def apart(a, b):
     return math.sqrt(total)
 
 
-@kernel
 def path_length(path, count):
     """Length of a path of `count` way points (rad)."""
     total = 0.0
@@ -28,7 +26,7 @@ def path_length(path, count):
     return total
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[:,::1] i8 f8", WORK, SWEEP, "-> i8")
 def prune(robot, world, path, count, margin, work, sweep):
     """Connect each way point to the last one that a straight motion reaches; return the number left."""
     kept, i = 1, 0
@@ -44,7 +42,6 @@ def prune(robot, world, path, count, margin, work, sweep):
     return kept
 
 
-@kernel
 def point_at(path, count, s, out):
     """Write the point at length s to out (n,); return the index of its segment."""
     for i in range(count - 1):
@@ -58,7 +55,7 @@ def point_at(path, count, s, out):
     return count - 2
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[:,::1] i8 i8 f8 u8[::1] f8[:,::1]", WORK, SWEEP, "-> i8")
 def cut(robot, world, path, count, rounds, margin, random, points, work, sweep):
     """Random shortcuts (Geraerts and Overmars, 2007); return the number of way points.
 
@@ -116,7 +113,7 @@ def cut(robot, world, path, count, rounds, margin, random, points, work, sweep):
     return count
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[:,::1] i8 i8 f8 f8[:,::1]", WORK, SWEEP, "-> i8")
 def pull(robot, world, path, count, rounds, margin, points, work, sweep):
     """Move each way point towards the chord of its neighbours while that is free; return the number left."""
     new = points[0]

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roboyard.planning.kernels.arrays import Array
-from roboyard.planning.kernels.distances import kernel
-from roboyard.planning.kernels.motion import motion_free
+from roboyard.native import record
+from roboyard.planning.kernels.arrays import ROBOT, WORK, WORLD, Array, kernel
+from roboyard.planning.kernels.motion import SWEEP, motion_free
 
 PHASES = 7
 STARTS, REFINEMENTS = 24, 6
@@ -44,6 +44,9 @@ class Segments(NamedTuple):
     """(4, n) work space."""
 
 
+SEGMENTS = record(Segments, "f8[:,::1] f8[::1] f8[:,::1] f8[:,::1] f8[::1] f8[::1] f8[::1] f8[:,::1]")
+
+
 def segments_for(count: int, limits: Array, shares: Array) -> Segments:
     """Return space for `count` way points, (3, n) limits and (count,) shares as in `Segments`."""
     n = limits.shape[1]
@@ -59,7 +62,6 @@ def segments_for(count: int, limits: Array, shares: Array) -> Segments:
     )
 
 
-@kernel
 def rest_to_rest(velocity, acceleration, jerk, out):
     """Durations of the 7 phases of the fastest unit motion between rests: out (7,) (s)."""
     if velocity * jerk >= acceleration * acceleration:
@@ -80,7 +82,6 @@ def rest_to_rest(velocity, acceleration, jerk, out):
     out[4], out[5], out[6] = rise, hold, rise
 
 
-@kernel
 def unit_motion(phase, jerk, t):
     """σ and its first two derivatives at time t of a unit motion with phases (7,)."""
     if t <= 0.0:
@@ -98,7 +99,6 @@ def unit_motion(phase, jerk, t):
     return 1.0, 0.0, 0.0
 
 
-@kernel
 def phase_sign(k):
     """Sign of the third derivative in phase k."""
     if k == 0 or k == 6:
@@ -108,7 +108,6 @@ def phase_sign(k):
     return 0.0
 
 
-@kernel
 def unit_jerk(phase, jerk, t):
     """Third derivative of a unit motion just after time t."""
     if t < 0.0:
@@ -120,7 +119,6 @@ def unit_jerk(phase, jerk, t):
     return 0.0
 
 
-@kernel
 def sum_at(segments, first, last, t, q, v, a):
     """Add segments first..last - 1 at time t to q, v, a (n,)."""
     for i in range(first, last):
@@ -131,7 +129,6 @@ def sum_at(segments, first, last, t, q, v, a):
             a[j] += segments.steps[i, j] * dds
 
 
-@kernel
 def knots_between(segments, first, last, low, high):
     """Write the sorted times of phase changes from low to high to `knots`; return the number."""
     out = segments.knots
@@ -155,7 +152,6 @@ def knots_between(segments, first, last, low, high):
     return count
 
 
-@kernel
 def within_limits(segments, first, last, low, high):
     """Whether the sum of segments first..last - 1 keeps the limits from time low to high."""
     limits, rows, knots = segments.limits, segments.rows, segments.knots
@@ -185,7 +181,6 @@ def within_limits(segments, first, last, low, high):
     return True
 
 
-@kernel
 def corner_free(robot, world, path, segments, first, last, low, high, margin, work, sweep):
     """Whether the sum of segments first..last - 1 is free from time low to high."""
     rows = segments.rows
@@ -210,7 +205,6 @@ def corner_free(robot, world, path, segments, first, last, low, high, margin, wo
     return True
 
 
-@kernel
 def total(values):
     """Sum of values (k,)."""
     out = 0.0
@@ -219,7 +213,6 @@ def total(values):
     return out
 
 
-@kernel
 def may_start(robot, world, path, segments, first, i, done, margin, work, sweep):
     """Whether segment i may start at its time in `begin`, while segments from `first` on may still move."""
     begin = segments.begin
@@ -233,7 +226,7 @@ def may_start(robot, world, path, segments, first, i, done, margin, work, sweep)
     )
 
 
-@kernel
+@kernel(ROBOT, WORLD, "f8[:,::1]", SEGMENTS, "f8", WORK, SWEEP, "-> f8")
 def time_path(robot, world, path, segments, margin, work, sweep):
     """Start each segment of a path as early as limits and obstacles allow; return the duration (s).
 
@@ -284,7 +277,7 @@ def time_path(robot, world, path, segments, margin, work, sweep):
     return done
 
 
-@kernel
+@kernel("f8[:,::1]", SEGMENTS, "f8 f8[:,:,::1] -> i8")
 def integrate(path, segments, done, out):
     """Write position, velocity, acceleration and jerk at all knots to out (4, k, n); return the number."""
     n, count = path.shape[1], path.shape[0]

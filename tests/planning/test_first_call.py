@@ -1,0 +1,53 @@
+"""The first plan of a process: compiled loops are loaded without numba, and robots without their packages."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+
+from roboyard.assets import assets_root
+from roboyard.description import load_description
+from roboyard.description.model import Box, Pose
+from roboyard.planning import Obstacle, Planner, PoseGoal, fitted_model
+
+HEAVY = ("numba", "mujoco", "scipy", "trimesh", "matplotlib", "roboyard.robots", "roboyard.sim")
+
+
+def run(program: str) -> list[str]:
+    """Return which heavy modules a program has loaded in a new process."""
+    text = f"{program}\nimport json, sys\nprint(json.dumps([m for m in {HEAVY} if m in sys.modules]))"
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def test_all_public_names_load_no_robots_and_no_numba() -> None:
+    assert run("from roboyard.planning import *\nplanner_for, Planner, Follower") == []
+
+
+def test_a_plan_is_made_without_numba_once_the_loops_are_stored() -> None:
+    box = Obstacle(name="o", shape=Box(size=(0.1, 0.1, 0.4)), pose=Pose(position=(0.4, 0.3, 0.3)))
+    planner = Planner(fitted_model(load_description(assets_root() / "arm7" / "arm7.urdf")), obstacles=[box])
+    planner.warm_up()  # compiles and stores what is not stored yet
+    start = np.zeros(7)
+    goal = PoseGoal(link=planner.robot.links[-1], position=(0.3, 0.3, 0.7))
+    expected = planner.plan(start, goal)
+    assert expected.trajectory is not None
+
+    loaded = run(
+        "import numpy as np\n"
+        "from roboyard.assets import assets_root\n"
+        "from roboyard.description import load_description\n"
+        "from roboyard.description.model import Box, Pose\n"
+        "from roboyard.planning import Obstacle, Planner, PoseGoal, fitted_model\n"
+        "box = Obstacle(name='o', shape=Box(size=(0.1, 0.1, 0.4)), pose=Pose(position=(0.4, 0.3, 0.3)))\n"
+        "model = fitted_model(load_description(assets_root() / 'arm7' / 'arm7.urdf'))\n"
+        "planner = Planner(model, obstacles=[box])\n"
+        "goal = PoseGoal(link=planner.robot.links[-1], position=(0.3, 0.3, 0.7))\n"
+        "plan = planner.plan(np.zeros(7), goal)\n"
+        f"assert np.allclose(plan.path, np.array({expected.path.tolist()}), atol=1e-9), plan\n"
+    )
+    assert "numba" not in loaded and "roboyard.robots" not in loaded
