@@ -9,10 +9,10 @@ from roboyard._lazy import paused_collection
 from roboyard.pybullet.bullet_rules.picture_light import PictureLight
 from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.commands import COMMANDS
+from roboyard.pybullet.logs.log_set import LogSet
 from roboyard.pybullet.state.debug_items import DebugItems
 from roboyard.pybullet.state.engine_parameters import EngineParameters
 from roboyard.pybullet.state.input_events import Keyboard, Mouse
-from roboyard.pybullet.state.log_set import LogSet
 from roboyard.pybullet.state.output_files import OutputFiles
 from roboyard.pybullet.state.user_data import UserData
 from roboyard.pybullet.state.visualizer_camera import VisualizerCamera

@@ -94,6 +94,14 @@ class Engine(Generic[BodyT]):
         """External forces on links."""
         raise NotImplementedError
 
+    def flex_owners(self) -> dict[int, int]:
+        """Return the body id of each row of MuJoCo's flexes."""
+        return {}
+
+    def soft_surfaces(self) -> Sequence[tuple[int, Array, np.ndarray]]:
+        """Return body id, (n, 3) nodes (m) and (m, 3) surface triangles of each soft body."""
+        return ()
+
     def refresh_stepping(self) -> None:
         """Note that a rule of the time step was added, changed or removed."""
 

@@ -21,13 +21,14 @@ from roboyard.sim.build.records import BuildOptions, Built
 from roboyard.sim.build.solver_options import Solver
 from roboyard.sim.engine import Engine
 from roboyard.sim.physics_profile import PhysicsProfile
+from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.collision_filters import CollisionFilters
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.surfaces import Surfaces
 from roboyard.sim.stepping.time_steps import Stepping, solver_warning
 from roboyard.sim.stepping.triangle_windows import TriangleWindows
 from roboyard.sim.stepping.wrenches import Wrenches
-from roboyard.transforms import normalized
+from roboyard.transforms import Array, normalized
 
 _UNSTABLE_AT = re.compile(r"at (DOF|\w+) (\d+).*Time = ([-+.\deE]+\d)")
 """Of MuJoCo's warning: the degree of freedom and the time."""
@@ -55,8 +56,12 @@ class Simulation(Engine[Body]):
         """Welds, points, slides and gears between links."""
         self.windows = TriangleWindows(self)
         """Concave meshes of fixed bodies."""
+        self.soft = SoftBodies(self)
+        """Bodies that deform."""
+        self._surfaces.soft = self.soft
         self.stepping = Stepping(
             self,
+            soft=self.soft,
             windows=self.windows,
             surfaces=self._surfaces,
             motors=self.motors,
@@ -96,6 +101,14 @@ class Simulation(Engine[Body]):
         """External forces on links."""
         return self._wrenches
 
+    def flex_owners(self) -> dict[int, int]:
+        """Return the body id of each row of MuJoCo's flexes."""
+        return self.soft.owner_of_flex()
+
+    def soft_surfaces(self) -> Sequence[tuple[int, Array, np.ndarray]]:
+        """Return body id, (n, 3) nodes (m) and (m, 3) surface triangles of each soft body."""
+        return [(soft.body.id, soft.positions, soft.surface) for soft in self.soft.by_id.values()]
+
     def refresh_stepping(self) -> None:
         """Note that a rule of the time step was added, changed or removed."""
         self.stepping.refresh()
@@ -106,6 +119,7 @@ class Simulation(Engine[Body]):
     def _after_compile(self) -> None:
         for part in (self._surfaces, self.motors, self.constraints, self.stepping, self.render_shapes):
             part.invalidate()
+        self.soft.invalidate()
         self.windows.invalidate()
         self.stepping.refresh()
 
@@ -235,6 +249,7 @@ class Simulation(Engine[Body]):
         if body.is_removed or self.body_by_id.get(body.id) is not body:
             raise StaleHandleError(f"body {body.name!r} is not in this world")
         built = body.built
+        self.soft.forget(body.id)
         self.constraints.forget(body.id)
         self.filters.forget(body)
         self._surfaces.forget(body.id)

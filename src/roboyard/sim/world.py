@@ -25,6 +25,8 @@ from roboyard.transforms import Array
 if TYPE_CHECKING:
     from roboyard.rendering import Camera, Image
     from roboyard.rendering.scene import DebugLines, RenderScene
+    from roboyard.sim.soft.materials import NeoHookean, Springs
+    from roboyard.sim.soft.soft_body import SoftBody
 
 
 class World(Simulation):
@@ -277,6 +279,50 @@ class World(Simulation):
         """
         description = objects.heightfield(heights, cell, rgba=rgba, friction=friction, name=name)
         return self._add_object(description, position)
+
+    def add_soft_body(
+        self,
+        nodes: ArrayLike,
+        elements: ArrayLike,
+        position: ArrayLike = (0, 0, 0),
+        orientation: ArrayLike = (0, 0, 0, 1),
+        *,
+        mass: float = 1.0,
+        material: Springs | NeoHookean | Sequence[Springs | NeoHookean],
+        radius: float = 0.01,
+        friction: float = 0.5,
+        self_collision: bool = False,
+        skin: TriangleMesh | None = None,
+        rgba: RGBA | None = None,
+        name: str = "soft",
+    ) -> SoftBody:
+        """Add cloth, or a soft solid.
+
+        A time step is divided into as many parts as the stiffness of all soft bodies requires, at most 64.
+
+        Args:
+            nodes: (n, 3) nodes at rest (m).
+            elements: (m, 3) triangles or (m, 4) tetrahedra of nodes.
+            position: (3,) of the nodes' origin in the world frame (m).
+            orientation: (4,) quaternion x, y, z, w.
+            mass: kg, the same for each node.
+            material: springs, a solid, or both.
+            radius: distance from the nodes at which surfaces are (m).
+            friction: sliding friction coefficient.
+            self_collision: whether its parts touch each other.
+            skin: mesh that cameras see and that follows the nodes, in their frame; None for the elements.
+            rgba: colour, each 0 to 1; None for the skin's own.
+            name: its name in the world.
+
+        Raises:
+            RoboyardError: nodes, elements or parameters cannot be used; the message says which.
+        """
+        from roboyard.sim.soft.adding import add_soft_body
+
+        return add_soft_body(
+            self, nodes, elements, position, orientation, mass=mass, material=material, radius=radius,
+            friction=friction, self_collision=self_collision, skin=skin, rgba=rgba, name=name,
+        )  # fmt: skip
 
     def _add_object(
         self,

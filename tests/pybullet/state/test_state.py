@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from roboyard.pybullet.face import constants as c
+from roboyard.pybullet.logs.log_set import LogSet
 from roboyard.pybullet.state import debug_items, input_events
 from roboyard.pybullet.state.engine_parameters import EngineParameters
 from roboyard.pybullet.state.file_search import find_file, not_found_remedy
 from roboyard.pybullet.state.frames import inertial_pose
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
-from roboyard.pybullet.state.log_set import LogSet
 from roboyard.pybullet.state.user_data import UserData, UserDataKey
 
 

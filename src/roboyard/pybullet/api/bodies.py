@@ -98,6 +98,9 @@ def base_inertial_pose(record: BodyRecord) -> tuple[Triple, Triple]:
     if record.free is not None:
         x, y, z, w, i, j, k = record.free.tolist()
         return inertial_pose((x, y, z), (i, j, k, w), record.base_frame)
+    if record.soft is not None:
+        position, orientation = record.soft.pose
+        return tuple(position.tolist()), tuple(orientation.tolist())
     position, orientation = record.body.pose
     record.fixed_pose = inertial_pose(position.tolist(), orientation.tolist(), record.base_frame)
     return record.fixed_pose
@@ -127,6 +130,10 @@ def resetBasePositionAndOrientation(
             f"the quaternion {tuple(ornObj)} has length 0; give a unit quaternion",
         )
     q = (x / length, y / length, z / length, w / length)
+    if record.soft is not None:
+        record.soft.set_pose(p, q)
+        client.scene.frames_are_old = True
+        return
     if not record.base_is_plain:
         frame = record.base_frame
         link_q = multiply(q, conjugate(frame.quaternion))
@@ -161,6 +168,9 @@ def getBaseVelocity(client: Client, bodyUniqueId: int) -> tuple[Triple, Triple]:
         error: the body does not exist.
     """
     record = client.scene.ready(bodyUniqueId, "getBaseVelocity failed.")
+    if record.soft is not None:
+        mean = np.average(record.soft.velocities, axis=0, weights=record.soft.free_masses)
+        return tuple(mean.tolist()), (0.0, 0.0, 0.0)
     if record.free_velocity is None:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     linear, angular = _center_velocity(record)
@@ -188,6 +198,9 @@ def resetBaseVelocity(
     if whole(objectUniqueId) not in scene.bodies:
         return
     record = scene.ready(objectUniqueId, "error in resetJointState.")
+    if record.soft is not None and linear is not None:
+        record.soft.velocities = np.broadcast_to(linear, (len(record.soft.masses), 3))
+        scene.frames_are_old = True
     if record.free_velocity is None:
         return
     old_linear, old_angular = _center_velocity(record)

@@ -115,6 +115,14 @@ def changeDynamics(
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
         return
     state = record.links[linkIndex + 1]
+    if record.soft is not None:
+        if number(lateralFriction) >= 0:
+            state.friction = lateralFriction
+            record.soft.set_friction(lateralFriction)
+        if number(mass) > 0:
+            state.mass = mass
+            record.soft.set_mass(mass)
+        return
     if number(mass) >= 0 or localInertiaDiagonal is not None:
         moments = (
             None if localInertiaDiagonal is None else vector3(localInertiaDiagonal, "localInertiaDiagonal")

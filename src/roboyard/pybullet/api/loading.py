@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,9 +16,12 @@ from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import check_finite, number, quaternion, text, vector3, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.readers.deformable import mentions_deformable, read_deformable
 from roboyard.pybullet.state.body_records import MULTIBODY, RIGID_BODY
-from roboyard.pybullet.state.file_search import find_file, not_found_remedy
+from roboyard.pybullet.state.file_search import find_file, is_file, not_found_remedy
+from roboyard.pybullet.state.soft_records import add_soft_body
 from roboyard.transforms import conjugate, multiply, quaternion_from_matrix, rotate
+from roboyard.untrusted.files import is_inside
 
 if TYPE_CHECKING:
     from roboyard.description.model import RobotDescription
@@ -60,6 +64,10 @@ def _load_urdf_command(
     check_finite(_NO_URDF, basePosition=position, baseOrientation=orientation, globalScaling=scale)
     path = _existing(client, fileName, _NO_URDF)
     try:
+        if mentions_deformable(path):
+            soft = read_deformable(path, partial(_beside, client, path.parent), scale if scale > 0 else 1.0)
+            made = add_soft_body(client.scene, soft, position, orientation, link_name="", file=str(path))
+            return made.number
         description = read_description(client, path)
         model = bullet_model(
             description,
@@ -80,6 +88,14 @@ def _load_urdf_command(
     attach_from_file(client, record)
     _apply_file_filters(client, record)
     return record.number
+
+
+def _beside(client: Client, folder: Path, name: str) -> Path | None:
+    """Return the mesh of a soft body: a file in the folder of its URDF, or where scripts' files are."""
+    beside = folder / name
+    if is_file(beside) and is_inside(beside, [folder]):
+        return beside
+    return find_file(client.search_path, name, client.mounts)
 
 
 def _apply_file_filters(client: Client, record: BodyRecord) -> None:

@@ -127,7 +127,11 @@ def getAABB(
     record = scene.ready(bodyUniqueId, "getAABB failed.")
     if linkIndex >= record.joint_count:
         raise failure("getAABB failed.", f"body {bodyUniqueId} has no link {linkIndex}")
-    lower, upper = _box(record, linkIndex)
+    if record.soft is not None:
+        nodes = record.soft.positions
+        lower, upper = nodes.min(axis=0) - record.soft.radius, nodes.max(axis=0) + record.soft.radius
+    else:
+        lower, upper = _box(record, linkIndex)
     return tuple(lower.tolist()), tuple(upper.tolist())
 
 
@@ -235,9 +239,12 @@ def _numbered_hit(scene: PhysicsScene, start: Triple, way: Triple, mask: int, wa
 def _entering_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> Iterator[Hit]:
     """Yield the hits of all shapes that a ray enters and the mask selects, nearest first."""
     world = scene.world
+    soft = _soft_hits(scene, start, way, mask) if world.soft else []
     found = first_shape(world, start, way)
     while found is not None:
         geom, fraction, normal = found
+        while soft and soft[0][2] < fraction:
+            yield soft.pop(0)
         slope = way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]
         body, link = world.geom_owners[geom].tolist()
         number_ = scene.record_of(body).number
@@ -251,3 +258,19 @@ def _entering_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -
             at = (start[0] + nearer * way[0], start[1] + nearer * way[1], start[2] + nearer * way[2])
             yield number_, link - 1, nearer, at, normal
         found = first_shape(world, start, way, fraction + _RESUME_OFFSET)
+    yield from soft
+
+
+def _soft_hits(scene: PhysicsScene, start: Triple, way: Triple, mask: int) -> list[Hit]:
+    """Return the first hit of each soft body that the mask selects, nearest first."""
+    from roboyard.sim.soft.rays import first_hits
+
+    found = []
+    for surface in scene.world.soft_surfaces():
+        fraction, body, normal = first_hits([surface], np.array([start]), np.array([way]))
+        if body[0] >= 0:
+            number_ = scene.record_of(int(body[0])).number
+            if scene.filters.group_of(number_, -1) & mask:
+                at = tuple(s + fraction[0] * w for s, w in zip(start, way, strict=True))
+                found.append((number_, -1, float(fraction[0]), at, tuple(normal[0].tolist())))
+    return sorted(found, key=lambda hit: hit[2])

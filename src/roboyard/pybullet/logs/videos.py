@@ -10,7 +10,7 @@ from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
-    from roboyard.pybullet.state.log_set import Recorder
+    from roboyard.pybullet.logs.log_set import Recorder
 
 FRAMES_PER_SECOND = 60
 WIDTH, HEIGHT = 640, 480

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from roboyard.pybullet.bullet_rules.shape_bounds import LinkBounds
     from roboyard.sim.body import Body
     from roboyard.sim.link import Link
+    from roboyard.sim.soft.soft_body import SoftBody
     from roboyard.sim.world import World
 
 DEFAULT_FRICTION = 0.5
@@ -140,6 +141,8 @@ class BodyRecord:
         """Links that are read together, by link indices."""
         self.motor_commands: MotorCommands | None = None
         """Fast motor commands of this body, created when a script uses them."""
+        self.soft: SoftBody | None = None
+        """The nodes of a soft body."""
         self.fixed_pose: Any = None
         """Cached pose of the base's inertial frame, for a fixed base."""
         self.revision = -1

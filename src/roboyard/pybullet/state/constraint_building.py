@@ -78,6 +78,10 @@ def build(scene: PhysicsScene, record: ConstraintRecord) -> None:
 
 def remove(scene: PhysicsScene, record: ConstraintRecord) -> None:
     """Remove the World's constraint, if it exists."""
+    if record.anchor is not None:
+        soft, anchor = record.anchor
+        record.anchor = None
+        soft.release(anchor)
     made, record.made = record.made, None
     if made is not None:
         scene.world.constraints.remove(made)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from roboyard.pybullet.face.arguments import Quaternion, Vector3
+    from roboyard.sim.soft.soft_body import Anchor, SoftBody
     from roboyard.sim.stepping.constraints import Constraint
 
 DEFAULT_MAX_FORCE = 500.0
@@ -47,6 +48,8 @@ class ConstraintRecord:
     """Share of the position error of a gear corrected in a step."""
     made: Constraint | None = None
     """The World's constraint."""
+    anchor: tuple[SoftBody, Anchor] | None = None
+    """The anchor of a soft body."""
 
     def involves(self, body: int) -> bool:
         """Return whether a body is the parent or child."""

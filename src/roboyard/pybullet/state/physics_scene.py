@@ -23,6 +23,7 @@ from roboyard.sim.world import World
 
 if TYPE_CHECKING:
     from roboyard.pybullet.state.query_shapes import QueryShapes
+    from roboyard.sim.body import Body
 
 
 class PhysicsScene:
@@ -107,11 +108,7 @@ class PhysicsScene:
             drives=False,
             keep_link_order=True,
         )
-        number = self._ids.take()
-        record = BodyRecord(number, model, body, file=file, kind=kind)
-        self.bodies[number] = record
-        self.order.append(number)
-        self._records_by_world_id[body.id] = record
+        record = self.enter(model, body, file=file, kind=kind)
         for link, state in zip(body.links, record.links, strict=True):
             link.set_friction(
                 sliding=state.friction, spinning=state.spinning_friction, rolling=state.rolling_friction
@@ -124,6 +121,15 @@ class PhysicsScene:
         self._without_motors.append(record)
         self.filters.add_body(record, self_collision=self_collision)
         self.textures.add_body(record)
+        return record
+
+    def enter(self, model: BodyModel, body: Body, *, file: str, kind: int = MULTIBODY) -> BodyRecord:
+        """Return the record, with a new id, of a body that is in the World; see `add` for the arguments."""
+        number = self._ids.take()
+        record = BodyRecord(number, model, body, file=file, kind=kind)
+        self.bodies[number] = record
+        self.order.append(number)
+        self._records_by_world_id[body.id] = record
         return record
 
     def set_damping(self, record: BodyRecord, linear: float, angular: float) -> None:

@@ -87,6 +87,24 @@ def read_obj(data: bytes, file: Path) -> list[Part]:
     return parts
 
 
+def read_obj_surface(data: bytes) -> tuple[Floats, Indices]:
+    """Return the (n, 3) vertices of a file that faces use (m), in its order, and the (m, 3) triangles.
+
+    Unlike in `read_obj`, vertices are not split where normals or texture coordinates differ.
+
+    Raises:
+        ValueError: a number or index is wrong, or there is no face.
+    """
+    lines = _sort_lines(data)
+    positions, _ = _positions(lines.positions)
+    corners = _triangles(lines)[0][:, :, 0]
+    if not len(corners):
+        raise ValueError("it has no faces")
+    check_indices("vertex", corners, len(positions))
+    used, places = np.unique(corners, return_inverse=True)
+    return positions[used], places.reshape(-1, 3)
+
+
 def _sort_lines(data: bytes) -> _Lines:
     out = _Lines()
     material = 0

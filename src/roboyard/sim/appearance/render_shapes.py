@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from roboyard.description.model import Geometry
 from roboyard.rendering.scene import RenderScene
+from roboyard.shapes.mesh import TriangleMesh
 from roboyard.sim.appearance.mjcf_shapes import shapes_of_model
 from roboyard.sim.appearance.shape_appearance import ShapeAppearance, render_shape, triangles_of
 from roboyard.sim.body import Body
@@ -21,6 +23,8 @@ class RenderShapes:
         self._by_body: dict[int, dict[int, list[ShapeAppearance]]] = {}
         self._scene = RenderScene()
         self._dirty = True
+        self.deforming: dict[int, Callable[[], TriangleMesh]] = {}
+        """By body id: the mesh of a soft body as it is now; the same object while it keeps its shape."""
 
     def add(self, body: Body) -> None:
         """Note a new body; its shapes are collected for the next picture."""
@@ -30,6 +34,7 @@ class RenderShapes:
     def forget(self, body_id: int) -> None:
         """Remove the shapes of a body that is removed."""
         self._by_body.pop(body_id, None)
+        self.deforming.pop(body_id, None)
         self._dirty = True
 
     def invalidate(self) -> None:
@@ -64,6 +69,11 @@ class RenderShapes:
     def scene(self) -> RenderScene:
         """Return the scene with every shape on its present MuJoCo row."""
         self._world.ensure_compiled()
+        for body_id, drawn in self.deforming.items():
+            look, mesh = self.of(self._world.body_by_id[body_id])[0][0], drawn()
+            if look.shape.mesh is not mesh:
+                look.shape = replace(look.shape, mesh=mesh)
+                self._dirty = True
         if self._dirty:
             shapes = []
             for body in self._world.body_by_id.values():

@@ -72,7 +72,11 @@ def contact_arrays(world: Engine[Body]) -> ContactArrays:
             mujoco.mj_contactForce(model, data, i, wrench)
             force[i] = wrench[:3]
     geom = contact.geom.reshape(k, 2)
-    owners = world.geom_owners[geom].reshape(k, 4)
+    owners = world.geom_owners[geom]
+    if model.nflex:
+        for flex, body_id in world.flex_owners().items():
+            owners[contact.flex.reshape(k, 2) == flex] = body_id, 0
+    owners = owners.reshape(k, 4)
     return ContactArrays(
         owners=owners,
         position=contact.pos.reshape(k, 3).copy(),

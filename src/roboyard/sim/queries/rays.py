@@ -49,7 +49,7 @@ class RayHits:
     normal: Array
     """(k, 3) unit normals in the world frame; zeros for a miss."""
     geoms: np.ndarray
-    """(k,) int32: MuJoCo geoms; -1 for a miss."""
+    """(k,) int32: MuJoCo geoms; -1 for a miss or a soft body."""
 
     @property
     def hit(self) -> np.ndarray:
@@ -114,12 +114,21 @@ def cast(world: Engine[Body], starts: ArrayLike, ends: ArrayLike, *, visual: boo
     owners = np.full((k, 2), -1, dtype=np.int32)
     owners[hit] = world.geom_owners[geoms[hit]]
     normals[~hit] = 0.0
+    geoms = np.where(hit, geoms, -1).astype(np.int32)
+    surfaces = world.soft_surfaces()
+    if surfaces:
+        from roboyard.sim.soft.rays import first_hits
+
+        soft = first_hits(surfaces, np.broadcast_to(origins, (k, 3)), vectors)
+        nearer = soft.fraction < np.where(hit, fraction, np.inf)
+        fraction[nearer], normals[nearer], geoms[nearer] = soft.fraction[nearer], soft.normal[nearer], -1
+        owners[nearer, 0], owners[nearer, 1] = soft.body[nearer], 0
     return RayHits(
         owners=owners,
         fraction=fraction,
         position=origins + fraction[:, None] * vectors,
         normal=normals,
-        geoms=np.where(hit, geoms, -1).astype(np.int32),
+        geoms=geoms,
     )
 
 

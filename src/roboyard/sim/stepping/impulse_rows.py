@@ -14,8 +14,8 @@ def choose_trees(
     kind, index: type and dof or joint of each constraint row; rows 0 ... count are dry friction (the motors)
     and limits. geom: (ncon, 2). address: (ncon,) first row of each contact, -1 for none. geom_tree: (ngeom,)
     tree, -1 for what is fixed. slot, limit_slot: (nv,) place of each motor and limit, -1 for none. taken:
-    (ntree,) 1 for the chosen trees, written. Returns False where a row is of
-    another kind.
+    (ntree,) 1 for the chosen trees, written. Returns False where a row is of another kind, or a chosen tree
+    touches a soft body.
     """
     for tree in range(taken.shape[0]):
         taken[tree] = 0
@@ -33,11 +33,17 @@ def choose_trees(
             if address[i] < 0:
                 continue
             if geom[i, 0] < 0 or geom[i, 1] < 0:
-                return False
+                continue
             a, b = geom_tree[geom[i, 0]], geom_tree[geom[i, 1]]
             if a >= 0 and b >= 0 and taken[a] != taken[b]:
                 taken[a] = taken[b] = 1
                 grows = True
+    for i in range(geom.shape[0]):  # soft bodies touch none of these
+        if address[i] >= 0 and (geom[i, 0] < 0 or geom[i, 1] < 0):
+            for side in range(2):
+                tree = geom_tree[geom[i, side]] if geom[i, side] >= 0 else -1
+                if tree >= 0 and taken[tree] == 1:
+                    return False
     return True
 
 
@@ -79,7 +85,7 @@ def order_rows(
     for group in range(4):
         normal = ends[0]
         for i in range(geom.shape[0]):
-            if address[i] < 0:
+            if address[i] < 0 or geom[i, 0] < 0 or geom[i, 1] < 0:
                 continue
             a, b = geom_tree[geom[i, 0]], geom_tree[geom[i, 1]]
             if not ((a >= 0 and taken[a] == 1) or (b >= 0 and taken[b] == 1)):
@@ -112,7 +118,7 @@ def contact_rows(geom, address, dim, friction, compliance, R, mu, soft):
     """
     for i in range(address.shape[0]):
         row = address[i]
-        if row < 0:
+        if row < 0 or geom[i, 0] < 0 or geom[i, 1] < 0:
             continue
         soft[row] = 0.0
         if compliance[geom[i, 0], 0] > 0.0 or compliance[geom[i, 1], 0] > 0.0:

@@ -13,9 +13,12 @@ from roboyard.errors import RoboyardError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
 from roboyard.sim.link import Link
+from roboyard.sim.soft.soft_bodies import SoftBodies
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 
+_NO_PUSH = -1e3
+"""Normal velocity (m/s) that contacts which are ignored ask for."""
 SLIDING_ITERATIONS = 4
 SLIDING_TOLERANCE = 1e-3
 """Tolerance of the normal velocity of a sliding contact (m/s)."""
@@ -32,12 +35,13 @@ class Surfaces:
         self._compliance_rows = np.zeros((0, 2))
         self.margins_of: Callable[[], np.ndarray] | None = None
         """Function that returns the (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes."""
+        self.soft: SoftBodies | None = None
         self._no_margins = np.zeros(0)
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
         """Arguments of the drag kernel."""
-        self._friction = self._solution = np.zeros(0)
+        self._friction = self._flex_friction = self._solution = np.zeros(0)
         self._base = np.zeros(0)
         self._acceleration = np.zeros(0)
         self._sliding: tuple[Any, ...] = ()
@@ -173,39 +177,50 @@ class Surfaces:
                 *(timestep, profile.erp, profile.deep, data.efc_aref),
             )
         if data.ncon and (hard or profile.product_friction or self._restitution):
-            self._apply_contacts(data, timestep, alone=alone)
+            self._apply_contacts(model, data, timestep, alone=alone)
 
-    def _apply_contacts(self, data: Any, timestep: float, *, alone: bool) -> None:
+    def _apply_contacts(self, model: Any, data: Any, timestep: float, *, alone: bool) -> None:
         """Apply friction and restitution of contacts."""
         profile = self._world.profile
         contact = data.contact
         geom, dim, address, friction = contact.geom, contact.dim, contact.efc_address, contact.friction
         velocity, reference = data.efc_vel, data.efc_aref
         weights = data.efc_R, data.efc_D
+        coefficients, restitution, compliance = self._friction, self._restitution_rows, self._compliance_rows
+        margins = self.margins_of() if self.margins_of else self._no_margins
+        if self.soft:
+            geom = self.soft.surfaces_of(contact, len(coefficients))
+            coefficients = self.soft.with_flexes(coefficients, self._flex_friction)
+            restitution = self.soft.with_flexes(np.asarray(restitution), 0.0)
+            compliance = self.soft.with_flexes(compliance, 0.0)
+            margins = self.soft.with_flexes(margins, 0.0)
         if profile.product_friction:
-            kernels().product_friction(self._friction, geom, dim, address, friction, contact.mu, *weights)
+            kernels().product_friction(coefficients, geom, dim, address, friction, contact.mu, *weights)
         if self._world.hard_contacts:
             rows = data.nefc
             if len(self._base) < rows:
                 self._base, self._acceleration = np.zeros(2 * rows), np.zeros(2 * rows)
             kernels().hard_contacts(
-                *(self._restitution_rows, geom, dim, address, contact.dist, friction, velocity),
+                *(restitution, geom, dim, address, contact.dist, friction, velocity),
                 *(timestep, profile.erp, profile.slow, self._base, reference, *weights),
-                *(self.margins_of() if self.margins_of else self._no_margins, contact.pos, contact.frame),
+                *(margins, contact.pos, contact.frame),
             )
             if self._compliance:
                 kernels().compliant_contacts(
-                    *(self._compliance_rows, geom, dim, address, contact.dist, friction, contact.mu),
+                    *(compliance, geom, dim, address, contact.dist, friction, contact.mu),
                     *(timestep, profile.erp, self._base, reference, *weights),
                 )
             if alone:
                 return
+            if self.soft:
+                free = self.soft.rows_without_push(model, contact)
+                self._base[free] = reference[free] = _NO_PUSH / timestep
             kernels().estimate_sliding(dim, address, friction, velocity, timestep, self._base, reference)
             self._sliding = dim, address, friction, velocity, self._acceleration[:rows]
             self._references = self._base, reference
         elif self._restitution:
             kernels().add_bounce(
-                *(self._restitution_rows, geom, address, velocity, data.efc_KBIP),
+                *(restitution, geom, address, velocity, data.efc_KBIP),
                 *(timestep, profile.slow, reference),
             )
         if data.nisland and (profile.product_friction or self._world.hard_contacts):
@@ -233,6 +248,7 @@ class Surfaces:
             *(data.xipos, data.ximat, data.subtree_com, data.xfrc_applied),
         )
         self._friction, self._solution = model.geom_friction, data.qacc
+        self._flex_friction = model.flex_friction
 
     def _gather(self, model: Any) -> tuple[np.ndarray, np.ndarray]:
         damping, restitution = np.zeros((model.nbody, 4)), np.zeros(model.ngeom)

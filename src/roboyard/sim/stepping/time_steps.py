@@ -14,6 +14,7 @@ from roboyard._lazy import lazy_module
 from roboyard.sim.actuation.velocity_motors import VelocityMotors
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
@@ -64,8 +65,10 @@ class Stepping:
         constraints: Constraints,
         wrenches: Wrenches,
         windows: TriangleWindows,
+        soft: SoftBodies,
     ) -> None:
         self._world = world
+        self._soft = soft
         self._windows = windows
         self.surfaces, self.motors = surfaces, motors
         self.constraints, self.wrenches = constraints, wrenches
@@ -90,7 +93,7 @@ class Stepping:
     @property
     def is_plain(self) -> bool:
         """Whether MuJoCo's own step has all the rules of this world, but for sliding."""
-        return not (self._has_rules or self.wrenches.pending)
+        return not (self._has_rules or self.wrenches.pending or self._soft.by_id)
 
     def invalidate(self) -> None:
         """Note that MuJoCo's arrays are new."""
@@ -141,6 +144,29 @@ class Stepping:
 
     def step(self, model: Any, data: Any) -> None:
         """Execute one step with all rules."""
+        if self._soft.by_id:
+            self._step_in_parts(model, data)
+        else:
+            self._whole_step(model, data)
+        if self._has_surfaces or self.wrenches.pending:
+            self.wrenches.clear()
+
+    def _step_in_parts(self, model: Any, data: Any) -> None:
+        """Execute a step in as many parts as the stiffness of soft bodies requires."""
+        option = model.opt
+        whole = option.timestep
+        parts = self._soft.parts(whole)
+        kept = (data.xfrc_applied.copy(), data.qfrc_applied.copy()) if self._has_surfaces else None
+        option.timestep = whole / parts
+        try:
+            for part in range(parts):
+                if part and kept is not None:  # without this part's drag
+                    data.xfrc_applied[:], data.qfrc_applied[:] = kept
+                self._whole_step(model, data)
+        finally:
+            option.timestep = whole
+
+    def _whole_step(self, model: Any, data: Any) -> None:
         if self.stops.is_watching(model, data):
             self.stops.keep(data, forces=self._has_surfaces)
             self._attempt(model, data)
@@ -148,8 +174,6 @@ class Stepping:
                 self._repeat(model, data, self._attempt)
         else:
             self._attempt(model, data)
-        if self._has_surfaces or self.wrenches.pending:
-            self.wrenches.clear()
 
     def _attempt(self, model: Any, data: Any, *, stops: bool = False) -> None:
         world = self._world
@@ -162,6 +186,8 @@ class Stepping:
         if self._is_bounded:
             self.constraints.prepare(model)
         mujoco.mj_step1(model, data)
+        if self._soft.by_id:
+            self._soft.add_forces(model, data)
         if self._windows.is_active and world.hard_contacts:
             self._windows.correct_contacts(data)
         if stops:

@@ -248,19 +248,10 @@ def test_textures_are_loaded_and_replaced(client: int, tmp_path: Path) -> None:
         p.loadTexture(str(tmp_path / "no.png"))
 
 
-def test_scaling_and_soft_bodies_are_not_available(client: int) -> None:
+def test_scaling_and_headsets_are_not_available(client: int) -> None:
     body = p.createMultiBody(1)
     with pytest.raises(p.error, match="is not available"):
         p.unsupportedChangeScaling(body, 2)
-    for call in (
-        lambda: p.loadSoftBody("cloth.obj"),
-        lambda: p.createSoftBodyAnchor(body, 0),
-        lambda: p.getTetraMeshData(body),
-        lambda: p.resetMeshData(body, [[0, 0, 0]]),
-    ):
-        with pytest.raises(p.error) as caught:
-            call()
-        assert "soft bodies are not simulated" in caught.value.__notes__[0]
     assert p.getVREvents() == ()
     assert p.setVRCameraState() is None
     assert p.loadPlugin("some.so") == -1

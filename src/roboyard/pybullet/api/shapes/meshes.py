@@ -10,6 +10,7 @@ import numpy as np
 from roboyard.description.model import Collision, Cylinder, Mesh, Pose
 from roboyard.errors import RoboyardError
 from roboyard.pybullet.bullet_rules.mesh_objects import split_objects
+from roboyard.pybullet.face import constants as c
 from roboyard.pybullet.face.arguments import number, text, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure, unavailable
@@ -30,7 +31,7 @@ _DEFAULT_HULLS = 32
 def getMeshData(
     client: Client, bodyUniqueId: int, linkIndex: int = -1, collisionShapeIndex: int = -1, flags: int = -1
 ) -> tuple[int, tuple[tuple[float, ...], ...]]:
-    """Return the vertices of a link's collision meshes.
+    """Return the vertices of a link's collision meshes, or of a soft body in the world.
 
     For convex meshes these are the corners of the hull, for OBJ files those of each object's hull. Boxes,
     spheres, capsules and planes have no vertices.
@@ -39,7 +40,8 @@ def getMeshData(
         bodyUniqueId: body.
         linkIndex: link; -1 for the base.
         collisionShapeIndex: index of one of the link's shapes; -1 for all.
-        flags: flags of soft bodies; ignored.
+        flags: MESH_DATA_SIMULATION_MESH for the nodes of a soft body; otherwise it returns the corners of
+            all its visible triangles.
 
     Returns:
         Number of vertices k, and the (k, 3) vertices in the link's inertial frame (m).
@@ -47,10 +49,14 @@ def getMeshData(
     Raises:
         error: the body or link does not exist.
     """
-    whole(flags)
     record = client.scene.bodies.get(whole(bodyUniqueId))
     if record is None or not -1 <= whole(linkIndex) < record.joint_count:
         raise failure(_NO_MESH, f"there is no body {bodyUniqueId} with a link {linkIndex}")
+    if record.soft is not None:
+        from roboyard.pybullet.api.soft_bodies import soft_mesh
+
+        return soft_mesh(record.soft, simulated=whole(flags) == c.MESH_DATA_SIMULATION_MESH)
+    whole(flags)
     link = record.model.links[linkIndex + 1]
     shapes = split_objects(link.collisions)
     if whole(collisionShapeIndex) >= 0:

@@ -177,6 +177,10 @@ def getCollisionShapeData(client: Client, objectUniqueId: int, linkIndex: int) -
             "Error receiving collision shape info",
             f"there is no body {objectUniqueId} with a link {linkIndex}",
         )
+    if record.soft is not None:
+        raise failure(
+            "Error receiving collision shape info", "soft bodies have no shapes; getMeshData has their nodes"
+        )
     link = record.model.links[linkIndex + 1]
     back = conjugate(link.frame.quaternion)
     rows = []

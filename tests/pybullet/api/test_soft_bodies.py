@@ -1,0 +1,312 @@
+"""loadSoftBody and its like, compared with PyBullet 3.2.7."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+
+GRID = "# vtk DataFile Version 2.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID"
+
+
+def write_cloth(file: Path, n: int = 5, size: float = 1.0) -> str:
+    """Write a square of n by n vertices as OBJ."""
+    step = size / (n - 1)
+    lines = [f"v {i * step - size / 2:.6f} {j * step - size / 2:.6f} 0" for i in range(n) for j in range(n)]
+    for i in range(n - 1):
+        for j in range(n - 1):
+            a = i * n + j + 1
+            lines += [f"f {a} {a + n} {a + n + 1}", f"f {a} {a + n + 1} {a + 1}"]
+    file.write_text("\n".join(lines) + "\n")
+    return str(file)
+
+
+def write_block(file: Path, cells: tuple[int, int, int] = (2, 2, 3), h: float = 0.2) -> str:
+    """Write a block of cubes, six tetrahedra each, as VTK; its lower face is centred at the origin."""
+    nx, ny, nz = cells
+    points = [
+        (i * h - nx * h / 2, j * h - ny * h / 2, k * h)
+        for i in range(nx + 1)
+        for j in range(ny + 1)
+        for k in range(nz + 1)
+    ]
+    cut = ((0, 4, 6, 7), (0, 6, 2, 7), (0, 2, 3, 7), (0, 3, 1, 7), (0, 1, 5, 7), (0, 5, 4, 7))
+    rows = []
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                corners = [
+                    ((i + a) * (ny + 1) + j + b) * (nz + 1) + k + c
+                    for a in (0, 1)
+                    for b in (0, 1)
+                    for c in (0, 1)
+                ]
+                rows += [" ".join(str(corners[at]) for at in four) for four in cut]
+    lines = ["# vtk DataFile Version 2.0", "a block", "ASCII", "DATASET UNSTRUCTURED_GRID"]
+    lines += [f"POINTS {len(points)} double", *(f"{x:.6f} {y:.6f} {z:.6f}" for x, y, z in points), ""]
+    lines += [f"CELLS {len(rows)} {5 * len(rows)}", *("4 " + row for row in rows), ""]
+    lines += [f"CELL_TYPES {len(rows)}", *["10"] * len(rows)]
+    file.write_text("\n".join(lines) + "\n")
+    return str(file)
+
+
+def write_deformable(folder: Path) -> str:
+    write_block(folder / "block.vtk")
+    file = folder / "block.urdf"
+    file.write_text(
+        '<?xml version="1.0"?><robot name="soft"><deformable name="block">'
+        '<inertial><mass value="2"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
+        '<collision_margin value="0.005"/><friction value="0.5"/>'
+        '<neohookean mu="3000" lambda="4000" damping="0.005"/><visual filename="block.vtk"/>'
+        "</deformable></robot>"
+    )
+    return str(file)
+
+
+def nodes(p: Any, body: int) -> np.ndarray:
+    return np.array(p.getMeshData(body, -1, flags=p.MESH_DATA_SIMULATION_MESH)[1])
+
+
+def summary(points: np.ndarray) -> list[list[float]]:
+    return [points.min(axis=0).tolist(), points.max(axis=0).tolist(), points.mean(axis=0).tolist()]
+
+
+def pinned_cloth(p: Any, folder: Path, **options: Any) -> int:
+    p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
+    p.setGravity(0, 0, -9.81)
+    settings = {"springElasticStiffness": 40, "springDampingStiffness": 0.1, "springBendingStiffness": 0.5}
+    cloth = p.loadSoftBody(
+        write_cloth(folder / "cloth.obj"),
+        basePosition=[0, 0, 1],
+        mass=1.0,
+        useMassSpring=1,
+        **{**settings, "useBendingSprings": 1, "springDampingAllDirections": 1, **options},
+    )
+    p.createSoftBodyAnchor(cloth, 0, -1, -1)
+    p.createSoftBodyAnchor(cloth, 4, -1, -1)
+    return cloth
+
+
+def record_swing(p: Any, folder: Path) -> Any:
+    cloth = pinned_cloth(p, folder)
+    found = []
+    for count in (30, 30, 60, 240):
+        for _ in range(count):
+            p.stepSimulation()
+        found.append([nodes(p, cloth)[[12, 20, 24]].tolist(), p.getBasePositionAndOrientation(cloth)[0]])
+    return found
+
+
+def record_swing_without_bending_springs(p: Any, folder: Path) -> Any:
+    cloth = pinned_cloth(p, folder, useBendingSprings=0, springDampingAllDirections=0)
+    for _ in range(60):
+        p.stepSimulation()
+    return nodes(p, cloth)[[12, 20, 24]].tolist()
+
+
+def falling_block(p: Any, folder: Path, *, from_urdf: bool) -> list[Any]:
+    p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
+    p.setGravity(2, 0, -9.81)
+    p.setTimeStep(1 / 480)
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 0.5])
+    floor = p.createMultiBody(0, shape, -1, [0, 0, -0.5])
+    p.changeDynamics(floor, -1, lateralFriction=1)
+    if from_urdf:
+        block = p.loadURDF(write_deformable(folder), [0, 0, 0.3])
+    else:
+        block = p.loadSoftBody(
+            write_block(folder / "block.vtk"),
+            basePosition=[0, 0, 0.3],
+            mass=2.0,
+            useNeoHookean=1,
+            NeoHookeanMu=3000,
+            NeoHookeanLambda=4000,
+            NeoHookeanDamping=0.005,
+            frictionCoeff=0.5,
+            collisionMargin=0.005,
+        )
+    found = []
+    for count in (60, 60, 30, 50):
+        for _ in range(count):
+            p.stepSimulation()
+        found.append(summary(nodes(p, block)))
+    return found
+
+
+def record_block_that_falls_on_its_foot(p: Any, folder: Path) -> Any:
+    return falling_block(p, folder, from_urdf=False)
+
+
+def record_block_of_a_urdf(p: Any, folder: Path) -> Any:
+    found = falling_block(p, folder, from_urdf=True)
+    return [found[0], p.getNumBodies(), p.getBodyInfo(1)[1].decode(), p.getNumJoints(1)]
+
+
+def record_queries(p: Any, folder: Path) -> Any:
+    cloth = pinned_cloth(p, folder)
+    cube = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [0, 2, 1])
+    anchors = [p.createSoftBodyAnchor(cloth, 20, cube, -1, [0.5, -2.5, 0]), p.getNumConstraints()]
+    p.removeConstraint(1)
+    count, positions = p.getMeshData(cloth, -1, flags=p.MESH_DATA_SIMULATION_MESH)
+    p.stepSimulation()
+    p.resetBasePositionAndOrientation(cloth, [0, 0, 3], [0, 0, 0, 1])
+    moved = p.getBasePositionAndOrientation(cloth)[0][2]
+    return [
+        [p.getNumBodies(), p.getNumJoints(cloth), [name.decode() for name in p.getBodyInfo(cloth)]],
+        [anchors, p.getNumConstraints(), count, positions, moved],
+        p.getMeshData(cloth, -1)[0],
+        [p.rayTest([0.11, 0.1, 5], [0.11, 0.1, -5])[0][0], p.getClosestPoints(cloth, cube, 1.0)],
+    ]
+
+
+def record_errors(p: Any, folder: Path) -> Any:
+    cloth = pinned_cloth(p, folder)
+    cube = p.createMultiBody(1.0)
+    return [
+        message_of(lambda: p.loadSoftBody("there_is_no_such_file.obj")),
+        message_of(lambda: p.createSoftBodyAnchor(cloth, 99, -1, -1)),
+        message_of(lambda: p.createSoftBodyAnchor(cube, 0, -1, -1)),
+        message_of(lambda: p.getTetraMeshData(cube)),
+        message_of(lambda: p.resetMeshData(cube, [[0, 0, 0]])),
+        message_of(lambda: p.getJointInfo(cloth, 0)),
+        message_of(lambda: p.getCollisionShapeData(cloth, -1)),
+    ]
+
+
+def message_of(call: Callable[[], Any]) -> list[str]:
+    try:
+        return ["no error", repr(call())]
+    except Exception as problem:
+        return [type(problem).__name__, str(problem)]
+
+
+def test_a_pinned_cloth_swings_as_in_pybullet(agrees: Callable[..., None]) -> None:
+    agrees(record_swing, 1e-2)
+
+
+def test_dampers_along_springs_as_in_pybullet(agrees: Callable[..., None]) -> None:
+    agrees(record_swing_without_bending_springs, 1e-2)
+
+
+def test_a_soft_block_bounces_and_slides_as_in_pybullet(agrees: Callable[..., None]) -> None:
+    agrees(record_block_that_falls_on_its_foot, 1.5e-2)
+
+
+def test_urdf_files_of_soft_bodies(agrees: Callable[..., None]) -> None:
+    agrees(record_block_of_a_urdf, 1e-3)
+
+
+def test_queries_of_soft_bodies(agrees: Callable[..., None]) -> None:
+    agrees(record_queries, 1e-6)
+
+
+def test_refusals_of_soft_bodies(agrees: Callable[..., None]) -> None:
+    agrees(record_errors)
+
+
+def test_nodes_can_be_moved(client: int, tmp_path: Path) -> None:
+    cloth = pinned_cloth(p, tmp_path)
+    goal = nodes(p, cloth) + np.array([1.0, 0.0, 0.5])
+    p.resetMeshData(cloth, goal.tolist())
+    np.testing.assert_allclose(nodes(p, cloth), goal, atol=1e-12)
+    with pytest.raises(p.error, match="resetMeshData failed"):
+        p.resetMeshData(cloth, goal[:3].tolist())
+
+
+def test_friction_and_mass_change(client: int, tmp_path: Path) -> None:
+    """On a plane tilted by 0.3 rad, sliding begins below a coefficient of tan 0.3 = 0.309."""
+    slid = []
+    for friction in (0.2, 0.4):
+        p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
+        p.setGravity(9.81 * np.sin(0.3), 0, -9.81 * np.cos(0.3))
+        floor = p.createMultiBody(
+            0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 0.5]), -1, [0, 0, -0.5]
+        )
+        p.changeDynamics(floor, -1, lateralFriction=1.0)
+        cloth = p.loadSoftBody(
+            write_cloth(tmp_path / "cloth.obj"), [0, 0, 0.02], useMassSpring=1, springElasticStiffness=40
+        )
+        p.changeDynamics(cloth, -1, lateralFriction=friction, mass=2.0)
+        for _ in range(120):
+            p.stepSimulation()
+        slid.append(p.getBasePositionAndOrientation(cloth)[0][0])
+    expected = 0.5 * 9.81 * (np.sin(0.3) - 0.2 * np.cos(0.3)) * 0.5**2
+    assert slid[0] == pytest.approx(expected, rel=0.05)
+    assert abs(slid[1]) < 1e-3
+
+
+def test_states_of_soft_bodies_are_restored(client: int, tmp_path: Path) -> None:
+    cloth = pinned_cloth(p, tmp_path)
+    for _ in range(20):
+        p.stepSimulation()
+    state = p.saveState()
+    ends = []
+    for _ in range(2):
+        p.restoreState(state)
+        for _ in range(40):
+            p.stepSimulation()
+        ends.append(nodes(p, cloth))
+    np.testing.assert_array_equal(ends[0], ends[1])
+
+
+def test_removal_leaves_the_others_as_they_are(client: int, tmp_path: Path) -> None:
+    cloth = pinned_cloth(p, tmp_path)
+    cube = p.createMultiBody(1.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [0, 0, 5])
+    for _ in range(10):
+        p.stepSimulation()
+    height = p.getBasePositionAndOrientation(cube)[0][2]
+    p.removeBody(cloth)
+    assert p.getNumConstraints() == 0 and p.getNumBodies() == 1
+    assert p.getBasePositionAndOrientation(cube)[0][2] == height
+    p.stepSimulation()
+
+
+def test_cameras_see_the_deformed_surface(client: int, tmp_path: Path) -> None:
+    cloth = pinned_cloth(p, tmp_path)
+    view = p.computeViewMatrix([0, 0, 4], [0, 0, 0], [0, 1, 0])
+    lens = p.computeProjectionMatrixFOV(30, 1, 0.1, 10)
+
+    def seen() -> int:
+        return int((np.array(p.getCameraImage(64, 64, view, lens)[4]) == cloth).sum())
+
+    flat = seen()
+    for _ in range(150):
+        p.stepSimulation()
+    assert 0 < seen() < 0.8 * flat
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.vtk", "not a grid", "begin"),
+        ("a.vtk", GRID.replace("ASCII", "BINARY"), "binary"),
+        ("a.vtk", f"{GRID}\nPOINTS 9999999999 float\n", "vertices"),
+        ("a.obj", "v 0 0 0\n", "no faces"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "vertex 9"),
+        ("a.stl", "solid", ".obj or .vtk"),
+    ],
+)  # fmt: skip
+def test_files_that_are_refused(client: int, tmp_path: Path, name: str, content: str, message: str) -> None:
+    (tmp_path / name).write_text(content)
+    with pytest.raises(p.error, match="Cannot load soft body") as caught:
+        p.loadSoftBody(str(tmp_path / name))
+    assert message in " ".join(caught.value.__notes__)
+    assert p.getNumBodies() == 0
+
+
+def test_mesh_of_another_file_follows_the_nodes(client: int, tmp_path: Path) -> None:
+    """A visible box around the block keeps its distance from the nodes while these turn and move."""
+    block = write_block(tmp_path / "block.vtk")
+    skin = tmp_path / "skin.obj"
+    skin.write_text("v 0.1 0.1 0.1\nv 0.1 -0.1 0.5\nv -0.1 0.1 0.3\nf 1 2 3\n")
+    soft = p.loadSoftBody(str(skin), [0, 0, 1], simFileName=block, useNeoHookean=1, NeoHookeanMu=100, scale=1)
+    before = np.array(p.getMeshData(soft, -1)[1])
+    np.testing.assert_allclose(before, [[0.1, 0.1, 1.1], [0.1, -0.1, 1.5], [-0.1, 0.1, 1.3]], atol=1e-9)
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    p.resetMeshData(soft, (nodes(p, soft) @ turn.T).tolist())
+    np.testing.assert_allclose(p.getMeshData(soft, -1)[1], before @ turn.T, atol=1e-9)
