@@ -15,6 +15,8 @@ import pytest
 from roboyard.errors import RoboyardError
 from roboyard.recording import SceneSetup, set_up
 from roboyard.skills import Skills
+from roboyard.skills.track_moves import tracks_here, whole_planner
+from roboyard.skills.tracks import Drawn, Stage, stage_robot
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -68,6 +70,37 @@ def test_the_world_is_as_the_skills_say(played: tuple[SceneSetup, Any, list[floa
     assert max(heights) > 0.74 + 0.10, "it was lifted from the table of 0.74 m"
     x, y, z = scene.body("mug").position
     assert abs(x + 2.9) < 0.55 and abs(y + 1.8) < 0.3 and z == pytest.approx(0.42, abs=0.01)
+
+
+def test_a_straight_motion_goes_on_from_where_the_arm_is() -> None:
+    stage = set_up({"scene": "home", "robot": "r1"})
+    assert stage.robot is not None
+    worker = Skills(stage.robot, stage.scene).worker
+    for arm in worker.arm_names:
+        planner, _ = whole_planner(worker, arm)
+        stage_of = Stage(stage_robot(worker, planner, arm), planner.obstacles)
+        drawn = Drawn(
+            grips=np.array([[worker.grip_pose(arm)] * 2]),
+            bases=np.array([[worker.base] * 2]),
+            cost=np.zeros(1),
+        )
+        (track,) = tracks_here(worker, arm, drawn, worker.positions(worker.trunk_joints), stage_of)
+        now = worker.positions(worker.arm_joints(arm))
+        np.testing.assert_allclose(track.postures[:, -len(now) :], [now] * 2, atol=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [5, 8])
+def test_the_mug_is_lifted_among_chairs_and_near_the_end_of_reach(example: ModuleType, seed: int) -> None:
+    stage = set_up({"scene": "home", "robot": "r1"})
+    example.rearrange(stage, seed)
+    assert stage.robot is not None
+    skills = Skills(stage.robot, stage.scene, seed=seed)
+    mug = stage.scene.body("mug")
+    low = float(mug.position[2])
+    assert skills.navigate_to("kitchen") and skills.open(example.DRAWER)
+    assert skills.grasp("mug") and skills.lift("mug"), skills.log[-1].text
+    assert skills.holds("mug") and float(mug.position[2]) > low + 0.1
 
 
 def test_a_skill_that_fails_says_why_and_leaves_the_world_alone() -> None:

@@ -11,7 +11,7 @@ from roboyard.errors import RoboyardError, unknown_name
 from roboyard.planning.goals import PoseGoal
 from roboyard.robots.robot import Robot
 from roboyard.scenes.scene import Scene
-from roboyard.skills import driving, handling
+from roboyard.skills import driving, grasping, line_following, opening, placing
 from roboyard.skills.motion import go
 from roboyard.skills.outcome import SkillError, SkillResult
 from roboyard.skills.places import Names
@@ -150,7 +150,7 @@ class Skills:
 
         def act() -> str:
             arms = [arm] if arm is not None else worker.free_arms()
-            worst = handling.follow_line(worker, line, direction, arms, self._random)
+            worst = line_following.follow_line(worker, line, direction, arms, self._random)
             if worst > 0.02:
                 raise SkillError(f"the gripper left the line by {100 * worst:.0f} cm{_by(worker)}")
             return f"within {1e3 * worst:.0f} mm"
@@ -170,7 +170,7 @@ class Skills:
         def act() -> str:
             arms = [arm] if arm is not None else worker.free_arms()
             try:
-                chosen = handling.grasp(worker, target, arms, self._random)
+                chosen = grasping.grasp(worker, target, arms, self._random)
             except SkillError:
                 driving.withdraw(worker, self._random)
                 raise
@@ -184,8 +184,8 @@ class Skills:
 
         def act() -> str:
             arm = self._arm_with(body)
-            handling.lift(worker, arm, height)
-            near = " and brought near the body" if handling.carry(worker, arm) else ""
+            grasping.lift(worker, arm, height)
+            near = " and brought near the body" if grasping.carry(worker, arm) else ""
             return f"it was lifted by {100 * height:.0f} cm{near}"
 
         return self._try("lift", body, act, attempts=1)
@@ -201,7 +201,7 @@ class Skills:
 
         def act() -> str:
             arm = self._arm_with(body)
-            x, y, _ = handling.place(worker, arm, support, self._random, spot)
+            x, y, _ = placing.place(worker, arm, support, self._random, spot)
             driving.withdraw(worker, self._random)
             return f"it stands on {on} at {x:.2f}, {y:.2f} m"
 
@@ -211,7 +211,7 @@ class Skills:
         """Return whether a gripper holds a body: it was grasped, and fingers still touch it."""
         target = self.names.body(body)
         return any(
-            one.body is target and handling.is_between_fingers(self.worker, arm, target)
+            one.body is target and grasping.is_between_fingers(self.worker, arm, target)
             for arm, one in self.worker.held.items()
         )
 
@@ -256,7 +256,7 @@ class Skills:
                 if abs(goal - float(joint.position)) < 0.02 * abs(opened - closed):
                     return "it is there already"
                 try:
-                    reached = handling.move_joint(worker, joint, goal, arms, self._random)
+                    reached = opening.move_joint(worker, joint, goal, arms, self._random)
                 except SkillError as error:
                     last = error
                     if "reaches" in str(error):
@@ -305,7 +305,7 @@ class Skills:
         """Note that bodies which no finger touches any more are not held; return their names."""
         worker = self.worker
         lost = [
-            arm for arm, one in worker.held.items() if not handling.is_between_fingers(worker, arm, one.body)
+            arm for arm, one in worker.held.items() if not grasping.is_between_fingers(worker, arm, one.body)
         ]
         names = [worker.held[arm].body.name for arm in lost]
         for arm in lost:

@@ -26,8 +26,10 @@ JUMP = 0.9
 """Largest change of an arm joint from one pose of a track to the next (rad)."""
 DRAWS, DRAWN = 700, 10
 """Tracks drawn in one round, and numbers that each is made of."""
-ROUNDS, ENOUGH = 6, 4
+ROUNDS, ENOUGH = 12, 4
 """Rounds at most, and tracks that end the search."""
+VARIED, SPREAD, FRESH = 46, 0.06, 100
+"""Draws that came farthest and are varied, by how much, and how many of each round are new instead."""
 CLEAR = 0.015
 """Distance that a robot keeps where it parks (m)."""
 NEAREST, FARTHEST = 0.30, 1.05
@@ -148,15 +150,20 @@ def find_tracks(
     """
     for trunk in trunks:
         draws = random.random((DRAWS, DRAWN))
+        best, came = np.empty((0, DRAWN)), np.empty(0)
         found: list[Track] = []
         for _ in range(ROUNDS):
             more, depth = postures_of(worker, arm, draw(draws), trunk, stages)
             found = sorted([*found, *more], key=lambda track: track.cost)
-            if len(found) >= ENOUGH or depth.max() < 1:
+            if len(found) >= ENOUGH:
                 break
-            best = draws[np.argsort(-depth)[: max(10, DRAWS // 15)]]
-            varied = best[random.integers(len(best), size=DRAWS)]
-            draws = np.clip(varied + random.normal(size=varied.shape) * 0.06, 0.0, 1.0)
+            best, came = np.concatenate([best, draws[depth > 0]]), np.concatenate([came, depth[depth > 0]])
+            far = np.argsort(-came, kind="stable")[:VARIED]
+            best, came = best[far], came[far]
+            draws = random.random((DRAWS, DRAWN))
+            if len(best):
+                near = best[random.integers(len(best), size=DRAWS - FRESH)]
+                draws[FRESH:] = np.clip(near + random.normal(size=near.shape) * SPREAD, 0.0, 1.0)
         if found:
             return found
     return []
@@ -173,7 +180,8 @@ def postures_of(
         drawn: gripper poses and bases.
         trunk: positions of the trunk's joints during the track (rad or m).
         stages: one for each pose.
-        parked: the first base must also be free with arm and trunk as they are now.
+        parked: the first base must also be free with arm and trunk as they are now; otherwise the robot is at
+            the first pose already, and postures go on from where the arm is.
     """
     names = whole_group(worker, arm)
     order = _order(names, stages[0].checker.robot)
@@ -203,8 +211,13 @@ def postures_of(
             return [], depth
         motion = worker.root @ worker.base_matrix(drawn.bases[kept, k])
         targets = np.linalg.inv(motion) @ tools[kept, k]
-        q0 = found[-1] if found else np.repeat((rest if len(kept) % 2 else present)[None], len(kept), axis=0)
-        result = solve_ik_batch(chain, targets, q0, iterations=40, restarts=0 if found else 3, seed=k)
+        if found:
+            q0, restarts = found[-1], 0
+        elif parked:  # one half from either posture
+            q0, restarts = np.where(np.arange(len(kept))[:, None] % 2, present, rest), 3
+        else:  # the arm is there: another elbow would be a jump
+            q0, restarts = np.repeat(present[None], len(kept), axis=0), 0
+        result = solve_ik_batch(chain, targets, q0, iterations=40, restarts=restarts, seed=k)
         good = result.converged.copy()
         if found:
             good &= np.abs(result.q - found[-1]).max(axis=1) < JUMP
