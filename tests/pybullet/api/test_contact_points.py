@@ -196,3 +196,20 @@ def test_groups_and_masks(client: int, groups: Any, touches: bool) -> None:
         p.setCollisionFilterGroupMask(body, -1, group, mask)
     p.performCollisionDetection()
     assert bool(p.getContactPoints()) == touches
+
+
+def record_points_across_a_gap(p: Any, folder: Path) -> Any:
+    """A ball that bounces: PyBullet keeps the point while the gap is below 0.02 of the ball's reach."""
+    p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 1]), -1, [0, 0, -1])
+    found = []
+    for radius, gap in ((0.1, 0.0015), (0.1, 0.0036), (0.02, 0.0005), (0.02, 0.0009)):
+        shape = p.createCollisionShape(p.GEOM_SPHERE, radius=radius)
+        ball = p.createMultiBody(1.0, shape, -1, [0, 0, radius + gap])
+        p.performCollisionDetection()
+        found.append([[point[8], point[9]] for point in p.getContactPoints(ball)])
+        p.removeBody(ball)
+    return found
+
+
+def test_points_across_a_gap(agrees: Callable[..., None]) -> None:
+    agrees(record_points_across_a_gap, 1e-5)

@@ -238,3 +238,30 @@ def test_motors_report_the_torque_that_holds_a_pendulum(client: int) -> None:
     for _ in range(10):
         p.stepSimulation()
     assert p.getJointState(rod, 0)[3] == pytest.approx(1.5 * 9.81 * 0.5 * 0.5, rel=1e-3)
+
+
+def record_efforts_of_divided_steps(p: Any, folder: Path) -> Any:
+    """With substeps, PyBullet reports the last one's impulses over the time of the whole step."""
+    p.setGravity(0, 0, -10)
+    p.setPhysicsEngineParameter(fixedTimeStep=1 / 60, numSubSteps=4)
+    floor = p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 1]), -1, [0, 0, -1])
+    p.changeDynamics(floor, -1, lateralFriction=1.0)
+    ball = p.createMultiBody(2.0, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), -1, [1, 0, 0.1])
+    shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.2, 0.02, 0.02])
+    arm = p.createMultiBody(
+        0, -1, -1, [0, 0, 1], linkMasses=[1.0], linkCollisionShapeIndices=[shape],
+        linkVisualShapeIndices=[-1], linkPositions=[[0.2, 0, 0]], linkOrientations=[[0, 0, 0, 1]],
+        linkInertialFramePositions=[[0.1, 0, 0]], linkInertialFrameOrientations=[[0, 0, 0, 1]],
+        linkParentIndices=[0], linkJointTypes=[p.JOINT_REVOLUTE], linkJointAxis=[[0, 1, 0]],
+    )  # fmt: skip
+    p.enableJointForceTorqueSensor(arm, 0, 1)
+    p.setJointMotorControl2(arm, 0, p.POSITION_CONTROL, 0.3, force=50)
+    for _ in range(120):
+        p.stepSimulation()
+    state = p.getJointState(arm, 0)
+    pushing = sum(point[9] for point in p.getContactPoints(ball))
+    return [state[0], state[2][0], state[2][2], state[3], pushing]
+
+
+def test_efforts_of_divided_steps(agrees: Callable[..., None]) -> None:
+    agrees(record_efforts_of_divided_steps, 2e-3)

@@ -31,12 +31,20 @@ def _touching(scene: PhysicsScene) -> Iterator[tuple[tuple[Place, Place], Point]
     arrays = contact_arrays(scene.world)
     middles = arrays.position.tolist()
     normals = arrays.frame[:, 0].tolist()
+    if scene.parts > 1:
+        arrays.force[:] /= scene.parts
     forces = np.einsum("ij,ijk->ik", arrays.force, arrays.frame).tolist()
     kinds: dict[Place, int] = {}
+    geoms = scene.world.live_data.contact.geom.tolist()
+    reaches: Any = None
     for i, distance in enumerate(arrays.distance.tolist()):
         pushing = float(arrays.force[i, 0])
         if distance > 0.0 and pushing <= 0.0:
-            continue
+            if reaches is None:
+                reaches = scene.contact_reaches()
+            a, b = geoms[i]
+            if a < 0 or b < 0 or distance > min(reaches[a], reaches[b]):
+                continue
         world_a, link_a, world_b, link_b = arrays.owners[i].tolist()
         a, b = (scene.record_of(world_a).number, link_a - 1), (scene.record_of(world_b).number, link_b - 1)
         is_turned = _comes_second(scene, a, b, kinds)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from roboyard.pybullet.bullet_rules.contact_reaches import contact_reaches
 from roboyard.pybullet.bullet_rules.hull_margins import geom_margins
 from roboyard.pybullet.bullet_rules.models import BodyModel
 from roboyard.pybullet.bullet_rules.motor_commands import MotorCommands
@@ -67,6 +68,7 @@ class PhysicsScene:
         self.filters = PairFilters(self.world, self.bodies)
         self._query_shapes: QueryShapes | None = None
         self._geom_margins: Any = None
+        self._contact_reaches: Any = None
         self.world.surfaces.margins_of = self.geom_margins
         self._scratch: Any = None
         self._scratch_revision = -1
@@ -75,6 +77,8 @@ class PhysicsScene:
         self.frames_revision = self.motor_revision = -1
         """Revision of the World when frames were last computed, and when it last stepped."""
         self._motor_forces: Any = None
+        self.parts = 1
+        """Parts of the last step. Impulses of the last part are reported over the time of the whole step."""
         self._wrenches_known = False
 
     # ------------------------------------------------------------------------------------------------ bodies
@@ -240,6 +244,19 @@ class PhysicsScene:
             self._geom_margins = world.revision, geom_margins(world.live_model, cylinders, triangles)
         return self._geom_margins[1]
 
+    def contact_reaches(self) -> Any:
+        """Return the (ngeom,) gaps (m) up to which Bullet keeps the points of contacts."""
+        world = self.world
+        if self._contact_reaches is None or self._contact_reaches[0] != world.revision or world.is_stale:
+            bounds = [
+                (row, *record.bounds(link - 1))
+                for number in self.bodies
+                for record in (self.ready(number, ""),)
+                for link, row in enumerate(record.rows)
+            ]
+            self._contact_reaches = world.revision, contact_reaches(world.live_model, bounds)
+        return self._contact_reaches[1]
+
     # -------------------------------------------------------------------------------------------------- time
 
     def apply_parameters(self) -> None:
@@ -283,9 +300,13 @@ class PhysicsScene:
             self.add_default_motors()
 
     def motor_forces(self) -> Any:
-        """Return the (nv,) torques (N m) or forces (N) of all motors in the last step."""
+        """Return the (nv,) torques (N m) or forces (N) of all motors in the last step.
+
+        They are impulses of the last part of the step over the whole step, as in PyBullet.
+        """
         if self._motor_forces is None:
-            self._motor_forces = self.world.motors.forces()
+            forces = self.world.motors.forces()
+            self._motor_forces = forces / self.parts if self.parts > 1 else forces
         return self._motor_forces
 
     def joint_wrenches(self) -> Any:
@@ -337,7 +358,7 @@ class PhysicsScene:
         if self._without_motors:
             world.ensure_compiled()
             self.add_default_motors()
-        parts = max(1, self._parameters.sub_steps)
+        parts = self.parts = max(1, self._parameters.sub_steps)
         applied = self._applied_forces() if parts > 1 else None
         for part in range(parts):
             if part and applied is not None:

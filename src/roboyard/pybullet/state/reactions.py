@@ -33,7 +33,7 @@ def reaction(scene: PhysicsScene, record: BodyRecord, joint: int) -> tuple[float
     applied = scene.applied(record, joint)
     if isinstance(applied, float):
         pushed = force if record.joint_type(joint) == JOINT_PRISMATIC else torque
-        pushed -= applied * np.asarray(record.infos[joint][13])
+        pushed -= applied * scene.parts * np.asarray(record.infos[joint][13])
     return (*force.tolist(), *torque.tolist())
 
 
