@@ -84,7 +84,7 @@ def test_action_one_opens_a_gripper_whatever_its_limits(tmp_path: Path, right, i
         package = build_package(file, out=tmp_path / "data")
         stated = yaml.safe_load(package.definition.read_text())["manipulation"]["opening_direction"]
         (way,) = stated.values()
-        assert way == ("decreasing" if right is BOTH_DOWN else {"fl": "decreasing", "fr": "increasing"})
+        assert way == ("decreasing" if right is BOTH_DOWN else {"increasing": ["fr"], "decreasing": ["fl"]})
         file, definition = package.folder / "urdf" / "jaws.urdf", package.definition
     world = World()
     robot = add_robot(world, file, definition=definition)
@@ -100,6 +100,8 @@ def test_directions_of_joints_that_the_gripper_lacks_are_refused(tmp_path: Path)
     arm = data["manipulation"]["arm_names"][0]
     for wrong, message in (
         ({arm: {"fx": "increasing"}}, "'fx' is no finger joint"),
+        ({arm: {"increasing": ["fx"]}}, "'fx' is no finger joint"),
+        ({arm: {"opening": ["fl"]}}, "opening_direction"),
         ({"x": "increasing"}, "'x'"),
     ):
         data["manipulation"]["opening_direction"] = wrong

@@ -376,3 +376,24 @@ def test_shapes_that_are_spheres_are_kept_exactly(tmp_path: Path) -> None:
         CollisionSphere(center=(2.0, 0.0, 0.0), radius=0.2),
     )
     assert here.log.facts["spheres"]["a"] == {"spheres": 2, "exact": True}
+
+
+def test_a_point_that_collides_within_a_larger_body_keeps_its_sphere(tmp_path: Path) -> None:
+    """A collision sphere of 1 mm in a box that is seen: the box is covered, and the sphere is, too."""
+    text = (
+        '<robot name="r"><link name="head"><visual><origin xyz="0 0 0.3"/><geometry>'
+        '<box size="0.2 0.2 0.2"/></geometry></visual><collision><geometry><sphere radius="0.001"/></geometry>'
+        "</collision></link></robot>"
+    )
+    description = load_description(text)
+    robot = RobotModel(
+        name="r",
+        description=description,
+        semantic=SemanticDescription(base_link="head"),
+        solids={link.name: link.collisions for link in description.links},
+    )
+    made = add_planning_data(robot, context(tmp_path, text))
+    assert made.planning is not None
+    spheres = made.planning.spheres["head"]
+    assert inside(np.array([[0.0, 0.0, 0.0005]]), spheres).all()
+    assert inside(np.array([[0.0, 0.0, 0.3], [0.08, 0.08, 0.38]]), spheres).all()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -18,6 +19,9 @@ from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.point_model import PointModel
 from roboyard.morphology.support_mode import decide
 from roboyard.morphology.upright import turn_to_upright, turned
+from roboyard.robots import add_robot
+from roboyard.sim import World
+from roboyard.transforms import matrix_from_quaternion
 
 LINK = """<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>
 <inertia ixx="0.05" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial>
@@ -143,12 +147,50 @@ def test_an_import_of_a_file_with_y_up_stands(tmp_path: Path) -> None:
     file = tmp_path / "dog.urdf"
     file.write_text(dog("y"))
     built = build_package(file, name="dog", out=tmp_path / "data").robot
-    assert built.semantic.kind == "quadruped" and built.semantic.up == (0.0, 0.0, 1.0)
-    figure = PointModel(built.description)
+    assert built.semantic.kind == "quadruped" and built.semantic.up == (0.0, 1.0, 0.0)
+    turn = turn_to_upright(built.semantic)
+    assert turn is not None
+    figure = PointModel(turned(built.description, turn))
     figure.home |= {k: v for k, v in built.semantic.postures["rest"].items() if k in figure.home}
     assert decide(figure).margin > 0.05
     (log,) = (tmp_path / "data").rglob("objects/robot/dog/import_log.json")
     assert "the file has y up" in log.read_text()
+
+
+def test_a_package_keeps_the_frames_of_a_file_with_y_up(tmp_path: Path) -> None:
+    """Kinematics are the vendor's; the robot stands by the orientation that its definition states."""
+    file = tmp_path / "dog.urdf"
+    file.write_text(dog("y"))
+    made = build_package(file, name="dog", out=tmp_path / "data")
+    expected, found = (
+        forward_kinematics(load_description(file)),
+        forward_kinematics(load_description(made.folder / "urdf" / "dog.urdf")),
+    )
+    for name, pose in expected.items():
+        np.testing.assert_allclose(found[name], pose, atol=1e-9)
+    assert made.robot.planning is not None
+    spheres = {link: np.array([s.center for s in made.robot.planning.spheres[link]]) for link in expected}
+    assert np.ptp(spheres["trunk"], axis=0) == pytest.approx([0.45, 0.05, 0.15], abs=0.06)
+
+    model = mujoco.MjModel.from_xml_path(str(made.folder / "mjcf" / "dog.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    assert data.body("FL_calf").xpos[2] == pytest.approx(-0.2) and data.body("FL_calf").xpos[1] > 0.1
+
+    world = World()
+    world.add_plane()
+    turn = (0.0, 0.0, np.sin(0.3), np.cos(0.3))
+    robot = add_robot(world, made.definition, (0, 0, 0), turn)
+    up = matrix_from_quaternion(robot.orientation)[:, 1]
+    assert up == pytest.approx([0, 0, 1], abs=1e-6)
+    world.step(480)
+    up = matrix_from_quaternion(robot.orientation)[:, 1]
+    assert up[2] > 0.99 and robot.position[2] == pytest.approx(0.36, abs=0.05)
+
+    world = World()
+    world.add_plane()
+    drawn = add_robot(world, file)
+    assert matrix_from_quaternion(drawn.orientation)[:, 1] == pytest.approx([0, 0, 1], abs=1e-6)
 
 
 def test_joints_without_limits_turn_the_shorter_way() -> None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from roboyard.description.model import Collision, Pose, RobotDescription
+from roboyard.description.model import Collision, Pose, Quaternion, RobotDescription
 from roboyard.description.semantic import SemanticDescription
 
 ORIGIN = Pose()
@@ -85,6 +85,10 @@ class RobotModel:
     solids: Mapping[str, tuple[Collision, ...]] = field(default_factory=dict)
     """Link name to the shapes nearest to its real form (the vendor's collision shapes, else the visual ones),
     before hulls were made of them; spheres are fitted to these.
+    """
+    root_turn: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    """Rotation (x, y, z, w) from the root link's frame of the file to that of `description`, where an import
+    turned it upright.
     """
     original_names: Mapping[str, str] = field(default_factory=dict)
     """New name to the vendor's name, where they differ."""

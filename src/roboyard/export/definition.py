@@ -24,6 +24,7 @@ from roboyard.export.definition_blocks import DefinitionBlocks, definition_block
 from roboyard.export.export_result import ExportResult
 from roboyard.export.planner import Planner
 from roboyard.kinematics.joint_order import breadth_first_joints, single_dof_joints
+from roboyard.morphology.upright import standing_orientation
 
 if TYPE_CHECKING:
     from roboyard.description.model import Joint
@@ -67,6 +68,10 @@ def _general(robot: RobotModel) -> str:
     joints = _vector_joints(robot)
     data: dict[str, Any] = {"base_footprint_link_name": robot.semantic.base_link}
     text = "# The link that counts as the base, below virtual joints.\n" + dump(data)
+    standing = standing_orientation(robot.semantic)
+    if standing is not None and robot.semantic.base_link == robot.description.root.name:
+        text += "\n# Orientation (x, y, z, w) of the root link in which the robot stands and faces +x.\n"
+        text += dump({"standing_orientation": list(standing)})
     if joints and robot.planning is not None:
         planner = Planner(robot=robot, data=robot.planning)
         text += "\n# Rest posture, one number for each joint, level by level from the root; rad or m.\n"

@@ -119,8 +119,9 @@ def finger_joints(arm: Arm, child_of: Mapping[str, str]) -> tuple[str, ...]:
     return known or tuple(name for name, link in child_of.items() if link in effector.gripper_links)
 
 
-def opening_direction(arm: Arm, fingers: Iterable[str]) -> str | dict[str, str] | None:
-    """Return the direction of the finger joints that opens an arm's gripper; by joint where they differ.
+def opening_direction(arm: Arm, fingers: Iterable[str]) -> str | dict[str, list[str]] | None:
+    """Return the direction of the finger joints that opens an arm's gripper; the joints of each
+    direction where they differ.
 
     None where all increase, as drives take it by default, or where nothing is known.
     """
@@ -128,7 +129,10 @@ def opening_direction(arm: Arm, fingers: Iterable[str]) -> str | dict[str, str] 
     ways = {} if gripper is None else {name: way for name in fingers if (way := gripper.opening_of.get(name))}
     if not ways or all(ways.get(n) == "increasing" for n in fingers):
         return None
-    return "decreasing" if all(ways.get(n) == "decreasing" for n in fingers) else ways
+    if all(ways.get(n) == "decreasing" for n in fingers):
+        return "decreasing"
+    listed = {way: [name for name, own in ways.items() if own == way] for way in ("increasing", "decreasing")}
+    return {way: names for way, names in listed.items() if names}
 
 
 def wheel_sides(semantic: SemanticDescription) -> tuple[tuple[Wheel, ...], tuple[Wheel, ...]] | None:

@@ -19,6 +19,7 @@ from roboyard.importer.source import ConfigSource, Source, load_source, source_f
 from roboyard.importer.steps.canonical_frame import move_root_frame
 from roboyard.importer.steps.collision import make_collision_shapes
 from roboyard.importer.steps.drives import add_drives
+from roboyard.importer.steps.file_frame import restore_file_frame
 from roboyard.importer.steps.holonomic_base import add_virtual_joints
 from roboyard.importer.steps.merge_fixed import merge_fixed_links
 from roboyard.importer.steps.metadata import measure_size
@@ -49,6 +50,7 @@ STEPS: tuple[Step, ...] = (
     mount_sensors,
     add_planning_data,
     measure_quality,
+    restore_file_frame,
 )
 """Steps in order, after `repair_and_copy_files`, which makes the first `RobotModel`."""
 

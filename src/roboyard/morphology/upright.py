@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from roboyard.description.loops import reframed
-from roboyard.description.model import Link, Pose, RobotDescription, Vector3
+from roboyard.description.model import Collision, Link, Pose, Quaternion, RobotDescription, Vector3
 from roboyard.description.semantic import SemanticDescription
 from roboyard.morphology.skeleton import Skeleton, is_endless
 from roboyard.transforms import Array, multiply, quaternion_from_matrix
@@ -31,6 +31,17 @@ def turn_to_upright(semantic: SemanticDescription) -> Array | None:
     if up[2] >= UPRIGHT or abs(float(up @ forward)) > 1e-6 or not stands:
         return None
     return np.stack([forward, np.cross(up, forward), up])
+
+
+def standing_orientation(semantic: SemanticDescription) -> Quaternion | None:
+    """Return the orientation (x, y, z, w) of the root link's frame in which a robot stands with z up and
+    x forwards; None for a robot that is upright, or stands neither on legs nor on wheels.
+    """
+    rotation = turn_to_upright(semantic)
+    if rotation is None:
+        return None
+    x, y, z, w = (round(float(value), 9) + 0.0 for value in quaternion_from_matrix(rotation))
+    return (x, y, z, w)
 
 
 def sideways_wheels(skeleton: Skeleton) -> list[Array]:
@@ -81,26 +92,32 @@ def turned(description: RobotDescription, rotation: Array) -> RobotDescription:
         description,
         links=tuple(_turned_link(x, rotation) if x.name == root else x for x in description.links),
         joints=tuple(
-            replace(joint, origin=_turned_pose(joint.origin, rotation)) if joint.parent == root else joint
+            replace(joint, origin=turned_pose(joint.origin, rotation)) if joint.parent == root else joint
             for joint in description.joints
         ),
-        loops=reframed(description.loops, root, lambda pose: _turned_pose(pose, rotation)),
+        loops=reframed(description.loops, root, lambda pose: turned_pose(pose, rotation)),
     )
 
 
 def _turned_link(link: Link, rotation: Array) -> Link:
     inertial = link.inertial
     if inertial is not None:
-        inertial = replace(inertial, origin=_turned_pose(inertial.origin, rotation))
+        inertial = replace(inertial, origin=turned_pose(inertial.origin, rotation))
     return replace(
         link,
         inertial=inertial,
-        visuals=tuple(replace(v, origin=_turned_pose(v.origin, rotation)) for v in link.visuals),
-        collisions=tuple(replace(c, origin=_turned_pose(c.origin, rotation)) for c in link.collisions),
+        visuals=tuple(replace(v, origin=turned_pose(v.origin, rotation)) for v in link.visuals),
+        collisions=tuple(turned_collision(c, rotation) for c in link.collisions),
     )
 
 
-def _turned_pose(pose: Pose, rotation: Array) -> Pose:
+def turned_collision(collision: Collision, rotation: Array) -> Collision:
+    """Return a shape of a link whose frame turns by a (3, 3) rotation, from the old frame to the new one."""
+    return replace(collision, origin=turned_pose(collision.origin, rotation))
+
+
+def turned_pose(pose: Pose, rotation: Array) -> Pose:
+    """Return a pose in a frame that turns by a (3, 3) rotation, from the old frame to the new one."""
     position = rotation @ np.asarray(pose.position)
     quaternion = multiply(quaternion_from_matrix(rotation), np.asarray(pose.quaternion))
     x, y, z = (float(value) + 0.0 for value in position)

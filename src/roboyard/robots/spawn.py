@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from roboyard.description.loader import FORMATS
@@ -29,6 +30,7 @@ from roboyard.robots.stability.casters import with_casters
 from roboyard.robots.stability.wheels import driven_wheels
 from roboyard.sim.body import Body
 from roboyard.sim.world import World
+from roboyard.transforms import multiply
 
 RobotSource = str | Path | RegisteredRobot | RobotDescription | RobotModel
 """A registered name, a robot file, a definition file, a registered robot, a description or a model."""
@@ -80,7 +82,8 @@ def add_robot(
         robot: a registered name ("r1"), a robot file (see `load_description`), the definition file of an
             import (`models/mine/mine.yaml`), one of `REGISTERED_ROBOTS`, a description or a model.
         position: (3,) of the root link's frame in the world frame (m). See `on_floor`.
-        orientation: (4,) quaternion x, y, z, w of the root link's frame in the world frame.
+        orientation: (4,) quaternion x, y, z, w of the root link's frame in the world frame; where the file is
+            drawn with another axis up, of that frame after the definition's `standing_orientation`.
         controllers: group to a controller's name, or to its keys; the definition's by default.
         fixed_base: attach the root link to the world. None: robots that walk or drive on wheels float, all
             others are fixed (a holonomic base moves by its virtual joints).
@@ -223,10 +226,11 @@ def _add_body(
     if self_collision is None:
         self_collision = definition.self_collisions is not False
     edited = edit_description(definition, source.description)
+    standing = None if definition.standing_orientation is None else np.array(definition.standing_orientation)
     body = world.add_urdf(
         edited,
         position,
-        orientation,
+        orientation if standing is None else multiply(np.asarray(orientation, dtype=float), standing),
         fixed_base=not floats,
         scale=scale,
         self_collision=self_collision,

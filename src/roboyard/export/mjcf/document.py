@@ -16,7 +16,7 @@ from roboyard.description.mass_properties import (
     massless_parts,
     trace_mass,
 )
-from roboyard.description.model import Joint, RobotDescription
+from roboyard.description.model import Joint, Quaternion, RobotDescription
 from roboyard.export.export_result import ExportResult
 from roboyard.export.mjcf.assets import Assets
 from roboyard.export.mjcf.geoms import add_collisions, add_visuals
@@ -24,6 +24,7 @@ from roboyard.export.mjcf.joints import add_actuators, add_joint
 from roboyard.export.mjcf.loops import add_loops
 from roboyard.export.mjcf.xml import add, pose
 from roboyard.export.names import free_name
+from roboyard.morphology.upright import standing_orientation
 from roboyard.transforms import to_wxyz
 
 if TYPE_CHECKING:
@@ -104,7 +105,8 @@ def _add_bodies(
     masses = link_masses(description)
     weightless = set(massless_parts(description, masses, fixed_base=not floating))
     trace = trace_mass(description, masses)
-    top = add(add(root, "worldbody"), "body", name=names[description.root.name])
+    placed = pose((0.0, 0.0, 0.0), _standing(robot))
+    top = add(add(root, "worldbody"), "body", name=names[description.root.name], **placed)
     if floating:
         add(top, "freejoint", name=f"{description.root.name}_free")
     bodies = {description.root.name: top}
@@ -134,6 +136,12 @@ def _add_bodies(
         _add_sites(body, robot, name, used_sites)
         body.extend(child for child in children if child.tag == "body")
     return joints
+
+
+def _standing(robot: RobotModel) -> Quaternion:
+    """Return the orientation (x, y, z, w) in which the robot stands."""
+    fits = robot.semantic.base_link == robot.description.root.name
+    return (standing_orientation(robot.semantic) if fits else None) or (0.0, 0.0, 0.0, 1.0)
 
 
 def _add_inertial(body: ET.Element, mass: MassProperties) -> None:
@@ -235,7 +243,8 @@ def _add_home(
         return
     home = dict(robot.semantic.rest) | dict(robot.planning.lock_joints)
     description = robot.description
-    numbers: list[float] = [0, 0, 0, 1, 0, 0, 0] if floating else []
+    x, y, z, w = _standing(robot)
+    numbers: list[float] = [0, 0, 0, w, x, y, z] if floating else []
     value_of: dict[str, float] = {}
     for joint in description.depth_first_joints:
         if _is_scalar(joint):

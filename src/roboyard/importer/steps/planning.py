@@ -113,8 +113,10 @@ def _spheres(robot: RobotModel, context: ImportContext) -> dict[str, tuple[Colli
     bare = bare_links(robot.description.links, found)
     if bare:
         facts = context.log.facts["spheres"]
-        wider = {name: (*order[name], *shapes) for name, shapes in bare.items()}
-        found |= fit_links(wider, context, preset=preset)
+        exact = {name: found[name] for name in bare if facts.get(name, {}).get("exact")}
+        wider = {name: shapes if name in exact else (*order[name], *shapes) for name, shapes in bare.items()}
+        fitted = fit_links(wider, context, preset=preset)
+        found |= {name: (*exact.get(name, ()), *spheres) for name, spheres in fitted.items()}
         context.log.facts["spheres"] = {**facts, **context.log.facts["spheres"]}
         context.log.note(
             f"spheres of {len(bare)} links also cover their visual shapes, which reach far beyond the "

@@ -20,6 +20,7 @@ from roboyard.morphology.analyze import infer_semantics
 from roboyard.morphology.sensors.views import with_camera_views
 from roboyard.morphology.upright import turn_to_upright, turned
 from roboyard.repair import Repair, repair_urdf
+from roboyard.transforms import quaternion_from_matrix
 
 MAX_LINKS = 1000
 """Largest number of links; sphere fitting would take days for more."""
@@ -67,7 +68,7 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     turn = turn_to_upright(semantic) if semantic.base_link == description.root.name else None
     if turn is not None:
         up = _axis(semantic.up)
-        context.log.note(f"the file has {up} up: the root link's frame is turned, z up and x forwards")
+        context.log.note(f"the file has {up} up: planned with z up and x forwards")
         description = turned(description, turn)
         semantic = infer_semantics(description, evidence=evidence)
     semantic = with_names(semantic, renames.links, renames.joints)
@@ -78,8 +79,10 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     semantic = with_stated_parts(semantic, config.understanding, description, grippers)
     semantic = with_camera_views(semantic, description)
     description = _free_grippers(description, semantic, context)
+    x, y, z, w = (0.0, 0.0, 0.0, 1.0) if turn is None else quaternion_from_matrix(turn).tolist()
     return RobotModel(
         name=context.config.name,
+        root_turn=(x, y, z, w),
         description=description,
         semantic=semantic,
         category=context.config.category,

@@ -12,6 +12,7 @@ from roboyard.errors import MeshError
 from roboyard.export.definition_blocks import definition_blocks
 from roboyard.kinematics.joint_order import breadth_first_joints, single_dof_joints
 from roboyard.morphology.analyze import complete_semantics, infer_semantics
+from roboyard.morphology.upright import standing_orientation
 from roboyard.robots.definition.schema import VIRTUAL_JOINTS, RobotDefinition
 
 
@@ -30,6 +31,9 @@ def default_definition(
     semantic = _infer(description) if semantic is None else semantic
     blocks = definition_blocks(description, semantic, arm_controller="JointController")
     data: dict[str, Any] = {"base_footprint_link_name": semantic.base_link, **blocks.data}
+    standing = standing_orientation(semantic) if semantic.base_link == description.root.name else None
+    if standing is not None and not semantic.wheels:
+        data["standing_orientation"] = standing
     if semantic.rest:
         data["default_joint_pos"] = _vector(description, semantic)
     if semantic.disabled_collision_pairs:

@@ -65,7 +65,18 @@ LinkPoint = Annotated[tuple[Name, Point], _of_length(2)]
 Rotation = Annotated[tuple[Number, ...], _of_length(3, 4)]
 ByArm = dict[str, Names]
 Direction = Literal["increasing", "decreasing"]
-Opening = Direction | dict[Name, Direction]
+
+
+def _by_joint(data: Any) -> Any:
+    """Return lists of joints by direction as directions by joint; anything else unchanged."""
+    if not isinstance(data, Mapping) or not data or not set(data) <= {"increasing", "decreasing"}:
+        return data
+    if not all(isinstance(names, (list, tuple)) for names in data.values()):
+        return data
+    return {name: way for way, names in data.items() for name in names}
+
+
+Opening = Direction | Annotated[dict[Name, Direction], BeforeValidator(_by_joint)]
 
 
 class Section(BaseModel):
@@ -108,9 +119,9 @@ class Manipulation(Section):
     finger_joint_names: ByArm = {}
     gripper_link_names: ByArm | None = None
     opening_direction: dict[str, Opening] | None = None
-    """Arm to the direction of its finger joints that opens the gripper, for all of them or by joint;
-    increasing where not given. Joints that a mapping omits neither open nor close it. OmniGibson has no such
-    key.
+    """Arm to the direction of its finger joints that opens the gripper, for all of them, or `{increasing:
+    [...], decreasing: [...]}` with the joints of each direction; increasing where not given. Joints that no list
+    names neither open nor close it. OmniGibson has no such key.
     """
     arm_workspace_range: dict[str, Annotated[tuple[Number, Number], _of_length(2)]] | None = None
     """Yaw range seen from the base, right to left (degrees)."""
@@ -199,6 +210,9 @@ class RobotDefinition(Section):
     """Relative to the robot's dataset folder; `models/<name>/urdf/<name>.urdf` by default."""
     curobo_path: str | dict[str, str] | None = None
     base_footprint_link_name: Name | None = None
+    standing_orientation: Annotated[tuple[Number, Number, Number, Number], _of_length(4)] | None = None
+    """Quaternion (x, y, z, w) of the root link's frame in which the robot stands upright and faces +x, where
+    its file is drawn with another axis up. OmniGibson has no such key."""
     visual_only_eef_links: bool = False
     self_collisions: bool | None = None
     linear_velocity_gain_for_primitives: Number | None = None

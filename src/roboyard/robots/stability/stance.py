@@ -14,7 +14,7 @@ import numpy as np
 
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots.robot_body import RobotBody
-from roboyard.transforms import Array
+from roboyard.transforms import Array, pose_matrix
 
 GRAVITY = 9.81
 """Acceleration of free fall (m/s²)."""
@@ -50,6 +50,10 @@ def stance_of(robot: RobotBody, posture: Array) -> Stance | None:
         return None
     names, description, scale = set(block.joint_names), robot.description, robot.body.scale
     poses = forward_kinematics(description, dict(zip(robot.joint_names, posture.tolist(), strict=True)))
+    standing = robot.definition.standing_orientation
+    if standing is not None:
+        T_upright_root = pose_matrix(np.zeros(3), np.array(standing))
+        poses = {name: T_upright_root @ pose for name, pose in poses.items()}
     masses, centres = [], []
     for link in description.links:
         if link.inertial is not None and link.inertial.mass > 0:
