@@ -382,8 +382,8 @@ def test_a_point_that_collides_within_a_larger_body_keeps_its_sphere(tmp_path: P
     """A collision sphere of 1 mm in a box that is seen: the box is covered, and the sphere is, too."""
     text = (
         '<robot name="r"><link name="head"><visual><origin xyz="0 0 0.3"/><geometry>'
-        '<box size="0.2 0.2 0.2"/></geometry></visual><collision><geometry><sphere radius="0.001"/></geometry>'
-        "</collision></link></robot>"
+        '<box size="0.2 0.2 0.2"/></geometry></visual><collision><geometry>'
+        '<sphere radius="0.001"/></geometry></collision></link></robot>'
     )
     description = load_description(text)
     robot = RobotModel(

@@ -120,8 +120,8 @@ class Manipulation(Section):
     gripper_link_names: ByArm | None = None
     opening_direction: dict[str, Opening] | None = None
     """Arm to the direction of its finger joints that opens the gripper, for all of them, or `{increasing:
-    [...], decreasing: [...]}` with the joints of each direction; increasing where not given. Joints that no list
-    names neither open nor close it. OmniGibson has no such key.
+    [...], decreasing: [...]}` with the joints of each direction; increasing where not given. Joints that no
+    list names neither open nor close it. OmniGibson has no such key.
     """
     arm_workspace_range: dict[str, Annotated[tuple[Number, Number], _of_length(2)]] | None = None
     """Yaw range seen from the base, right to left (degrees)."""
