@@ -21,6 +21,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from quiet import quiet
 
 from roboyard.assets import asset_path
 from roboyard.errors import RoboyardError
@@ -69,7 +70,8 @@ def tiny_renderer(scene: Scene, camera: Camera) -> Callable[[], object]:
     client = pybullet.connect(pybullet.DIRECT)
     if scene.floor:
         pybullet.loadURDF(str(asset_path("plane.urdf")), physicsClientId=client)
-    pybullet.loadURDF(str(scene.robot), (0, 0, scene.height), useFixedBase=True, physicsClientId=client)
+    with quiet():
+        pybullet.loadURDF(str(scene.robot), (0, 0, scene.height), useFixedBase=True, physicsClientId=client)
     view, projection = camera.view.T.ravel().tolist(), camera.projection.T.ravel().tolist()
     return lambda: pybullet.getCameraImage(
         camera.width, camera.height, view, projection,

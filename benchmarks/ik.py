@@ -199,7 +199,7 @@ def main() -> None:
     start = time.perf_counter()
     solve_ik(chain, targets[0], home)
     print(f"{robot.name}: {chain.size} joints; first call {time.perf_counter() - start:.2f} s")
-    solvers: dict[str, Solver] = {"roboyard": with_roboyard(chain, home)}
+    solvers: dict[str, Solver] = {"Roboyard": with_roboyard(chain, home)}
     with tempfile.TemporaryDirectory() as folder:
         urdf = Path(folder) / "arm.urdf"
         urdf.write_text(skeleton(robot, chain, tip))
@@ -218,9 +218,9 @@ def main() -> None:
                     seconds[name].append(time.perf_counter() - start)
                     solved[name].append(holds(chain, q, target))
     print(f"{'':12s} {'solved':>8s} {'median':>9s}    {'p95':>9s}    {'median ratio':>9s}")
-    reference = statistics.median(seconds["roboyard"]) * 1e3
+    reference = statistics.median(seconds["Roboyard"]) * 1e3
     for name in solvers:
-        report(name, seconds[name], solved[name], 0.0 if name == "roboyard" else reference)
+        report(name, seconds[name], solved[name], 0.0 if name == "Roboyard" else reference)
 
     once = [solve_ik(chain, target, home, restarts=0) for target in targets]
     spent, reached = statistics.median(answer.iterations for answer in once), sum(a.converged for a in once)

@@ -25,6 +25,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from quiet import quiet
 
 from roboyard.assets import asset_path
 from roboyard.sim import World
@@ -100,7 +101,8 @@ def robot_scene(
     def build_pybullet(client: int) -> None:
         flat = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
         pybullet.createMultiBody(0, flat, physicsClientId=client)
-        body = pybullet.loadURDF(file, position, useFixedBase=fixed, physicsClientId=client)
+        with quiet():
+            body = pybullet.loadURDF(file, position, useFixedBase=fixed, physicsClientId=client)
         drive_pybullet(client, body, spin)
 
     return Scene(name=name, build=build, build_pybullet=build_pybullet, **options)
@@ -145,7 +147,8 @@ def husky_scene() -> Scene:
         )
         ground = pybullet.createMultiBody(0, shape, physicsClientId=client)
         pybullet.resetBasePositionAndOrientation(ground, [0, 0, 0], [0, 0, 0, 1], physicsClientId=client)
-        body = pybullet.loadURDF(file, position, physicsClientId=client)
+        with quiet():
+            body = pybullet.loadURDF(file, position, physicsClientId=client)
         drive_pybullet(client, body, "wheel")
 
     return Scene(name="husky on terrain", build=build, build_pybullet=build_pybullet)

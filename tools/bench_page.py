@@ -91,8 +91,14 @@ def machine() -> list[str]:
     absent = ", ".join(name for name, version in versions.items() if not version)
     return [
         f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d}, {model}, {count} cores, {platform.system()}, "
-        f"Python {platform.python_version()}; {present}." + (f" Not installed: {absent}." if absent else "")
+        f"Python {platform.python_version()}; {present}. "
+        f"Mean load while it ran: {_load():.1f}." + (f" Not installed: {absent}." if absent else "")
     ]
+
+
+def _load() -> float:
+    """Return the mean number of busy processes in the last quarter of an hour; 0 where it is not known."""
+    return os.getloadavg()[2] if hasattr(os, "getloadavg") else 0.0
 
 
 def _version(name: str) -> str:
@@ -139,12 +145,12 @@ def main(arguments: Sequence[str]) -> None:
         "Side by side with other programs in one run, in turns, written by `make bench`. "
         "[Moving from PyBullet](pybullet.md) says what the figures mean for whole programs.",
         "",
-        *machine(),
-        "",
     ]
+    body: list[str] = []
     for benchmark in BENCHMARKS:
         if benchmark.name in chosen:
-            lines += section(benchmark, quick=given.quick)
+            body += section(benchmark, quick=given.quick)
+    lines += [*machine(), "", *body]
     given.out.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
     print(f"wrote {given.out}", file=sys.stderr)
 

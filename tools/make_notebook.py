@@ -1,8 +1,8 @@
 """Run a script of `# %%` cells and write it as a notebook with its outputs.
 
-    python tools/make_notebook.py [examples/pybullet_tutorial.py]
+    python tools/make_notebook.py [tools/tutorial_cells.py [examples/pybullet_tutorial.ipynb]]
 
-The notebook is stored beside the script. Cells run in order in this process; what a cell prints and the
+Cells run in order in this process; what a cell prints and the
 picture in its last line become its outputs, pictures as small PNGs.
 """
 
@@ -20,7 +20,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-SCRIPT = Path(__file__).parent.parent / "examples" / "pybullet_tutorial.py"
+SCRIPT = Path(__file__).parent / "tutorial_cells.py"
+NOTEBOOK = Path(__file__).parent.parent / "examples" / "pybullet_tutorial.ipynb"
 _CELL = re.compile(r"^# %% ?(.*)$", re.MULTILINE)
 
 
@@ -99,14 +100,16 @@ def main() -> None:
     """Write the notebook."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("script", type=Path, nargs="?", default=SCRIPT)
-    path = options.parse_args().script.resolve()
+    options.add_argument("notebook", type=Path, nargs="?", default=NOTEBOOK)
+    given = options.parse_args()
+    path, target = given.script.resolve(), given.notebook.resolve()
     script = path.read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         outputs = run(script)
         os.chdir(path.parent)
     made = json.dumps(notebook(script, outputs), indent=1, ensure_ascii=False)
-    path.with_suffix(".ipynb").write_text(made + "\n", encoding="utf-8")
+    target.write_text(made + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ def stored() -> dict:
 
 
 def test_cells_are_those_of_the_script(tool: ModuleType, stored: dict) -> None:
-    script = (ROOT / "examples" / "pybullet_tutorial.py").read_text(encoding="utf-8")
+    script = (ROOT / "tools" / "tutorial_cells.py").read_text(encoding="utf-8")
     fresh = tool.notebook(script)
     assert [cell["source"] for cell in stored["cells"]] == [cell["source"] for cell in fresh["cells"]], (
         "run python tools/make_notebook.py"

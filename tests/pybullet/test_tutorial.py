@@ -50,7 +50,7 @@ FALLING = [
 def printed(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     folder = tmp_path_factory.mktemp("tutorial")
     done = subprocess.run(
-        [sys.executable, str(ROOT / "examples/pybullet_tutorial.py")],
+        [sys.executable, str(ROOT / "tools/tutorial_cells.py")],
         capture_output=True,
         text=True,
         timeout=300,
