@@ -163,6 +163,28 @@ def test_an_error_names_file_line_and_remedy(tmp_path: Path, body: str, message:
     assert message in refusal(write(tmp_path, arm__urdf__xacro=f"{HEAD}\n{body}</robot>"))
 
 
+def test_a_file_of_a_package_that_is_not_here_is_omitted_with_a_note(tmp_path: Path):
+    """Accessories of other packages are included by many robots that do not use them."""
+    include = '<xacro:include filename="$(find lidars)/urdf/lidar.xacro"/>'
+    file = write(tmp_path, arm__urdf__xacro=f'{HEAD}{include}<link name="base"/></robot>')
+    root, notes = expand_xacro(file, Resolver.of_file(file))
+    assert [link.get("name") for link in root.iter("link")] == ["base"]
+    (note,) = notes
+    assert "package://lidars/urdf/lidar.xacro is omitted" in note and "--package lidars=FOLDER" in note
+    file.write_text(f'{HEAD}{include}<link name="base"/><xacro:lidar parent="base"/></robot>')
+    root, notes = expand_xacro(file, Resolver.of_file(file))
+    assert [child.get("name") for child in root] == ["base"]
+    assert "<xacro:lidar> is omitted: a file that was omitted may define it" in notes[1]
+    file.write_text(f'{HEAD}<link name="base"/><xacro:lidar parent="base"/></robot>')
+    assert "unknown macro name: xacro:lidar" in refusal(file)
+    file.write_text(f'{HEAD}{include}<xacro:lidar parent="base"/></robot>')
+    assert "--package lidars=FOLDER" in refusal(file)
+    file.write_text(f'{HEAD}{include}<link name="base"/><xacro:lidar parent="base"/></robot>')
+    (tmp_path / "lidars").mkdir()
+    (tmp_path / "lidars" / "package.xml").write_text("<package><name>lidars</name></package>")
+    assert "no such file in the package's folder" in refusal(file)
+
+
 def test_an_error_in_a_macro_of_another_file_names_that_file(tmp_path: Path):
     macro = '<xacro:macro name="part" params="">\n<link name="${gone}"/></xacro:macro>'
     file = write(
@@ -261,3 +283,62 @@ def test_an_installation_without_xacro_is_named(arm: Path, monkeypatch: pytest.M
     monkeypatch.setattr(expand, "_WORKER", "roboyard.no_such_module")
     with pytest.raises(DescriptionError, match=r"No module named .*; install Roboyard again"):
         load_description(arm)
+
+
+XML_LAUNCH = """
+<launch>
+  <arg name="long" default="3"/>
+  <!-- <param command="xacro '$(find arm_description)/urdf/arm.urdf.xacro' size:=9"/> -->
+  <param name="robot_description"
+    command="$(find xacro)/xacro '$(find arm_description)/urdf/arm.urdf.xacro'
+      size:=$(arg long) side:='left'"/>
+</launch>
+"""
+PYTHON_LAUNCH = """
+from launch.actions import DeclareLaunchArgument
+
+def generate_launch_description():
+    raise SystemExit("launch files are not run")
+    declared = [
+        DeclareLaunchArgument("arm_size", description="(m)", default_value="3", choices=["3", "4"]),
+        DeclareLaunchArgument("side", choices=["left", "right"]),
+    ]
+    size = LaunchConfiguration("arm_size")
+    file = PathJoinSubstitution([share, "urdf", "arm.urdf.xacro"])
+    text = Command([FindExecutable(name="xacro"), " ", file, " ", "size:=", size, " ", "side:=", {side}])
+"""
+SIZED = f"""{HEAD}<xacro:arg name="side" default="none"/><link name="$(arg side)_link">
+<visual><geometry><sphere radius="$(arg size)"/></geometry></visual></link></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("show.launch", XML_LAUNCH), ("show.launch.py", PYTHON_LAUNCH.replace("{side}", '"left"'))],
+)
+@pytest.mark.parametrize("beside", [False, True])
+def test_arguments_without_value_are_those_of_a_launch_file(
+    tmp_path: Path, name: str, text: str, beside: bool
+):
+    file = write(tmp_path, arm__urdf__xacro=SIZED)
+    package = tmp_path / ("arm_bringup" if beside else "arm_description")
+    (package / "launch").mkdir(parents=True)
+    (package / "package.xml").write_text(f"<package><name>{package.name}</name></package>")
+    (package / "launch" / name).write_text(text)
+    root, notes = expand_xacro(file, Resolver.of_file(file))
+    assert root.find("link/visual/geometry/sphere").get("radius") == "3"  # type: ignore[union-attr]
+    (note,) = notes
+    assert f"arguments of {name} are used: size:=3" in note
+    given, _ = expand_xacro(file, Resolver.of_file(file), {"size": "7"})
+    assert given.find("link/visual/geometry/sphere").get("radius") == "7"  # type: ignore[union-attr]
+
+
+def test_arguments_that_a_launch_file_leaves_open_are_listed_with_their_choices(tmp_path: Path):
+    body = '<link name="a"/><xacro:include filename="$(arg side).xacro"/></robot>'
+    file = write(tmp_path, arm__urdf__xacro=f'{HEAD}<xacro:arg name="side" default="none"/>{body}')
+    launch = file.parent.parent / "launch"
+    launch.mkdir()
+    text = PYTHON_LAUNCH.replace("{side}", 'LaunchConfiguration("side")')
+    (launch / "show.launch.py").write_text(text)
+    message = refusal(file)
+    assert "none.xacro: no such file" in message
+    assert "show.launch.py passes arguments that have no default: side (left, right)" in message

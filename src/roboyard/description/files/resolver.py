@@ -198,7 +198,7 @@ class Resolver:
         looked = f" (looked in {', '.join(places[:3])}{', ...' if len(places) > 3 else ''})" if places else ""
         if scheme in ("package", "model"):
             name = rest.lstrip("/").partition("/")[0]
-            home = self._folder_of(name)
+            home = self.package_folder(name)
             if home is not None:
                 return (
                     f"no such file in the package's folder {home}; add it (`git lfs pull` fetches large ones)"
@@ -220,8 +220,8 @@ class Resolver:
         near = None if name is None else missing.with_name(name)
         return near if near is not None and self._is_allowed(near, missing.parent) else None
 
-    def _folder_of(self, name: str) -> Path | None:
-        """The folder of a package; None where it is not known."""
+    def package_folder(self, name: str) -> Path | None:
+        """Return the folder of a package; None where it is not known."""
         for candidate in self._in_package(f"{name}/."):
             root = candidate.root
             if candidate.note is None and _is_folder(root) and name in (root.name, package_name(root)):

@@ -67,6 +67,8 @@ def _is_robot(file: Path) -> bool:
     root = _ROOT.search(text)
     if root is None:
         return False
+    if ".srdf" in file.suffixes:
+        return False
     if root[1] == b"mujoco":
         return b"<body" in text and not file.stem.lower().startswith("scene")
     if root[1] == b"sdf":

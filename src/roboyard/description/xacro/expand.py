@@ -19,6 +19,8 @@ from roboyard.errors import DescriptionError
 
 SUFFIX = ".xacro"
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+_MAX_TRIES = 4
+"""Launch files whose arguments are tried."""
 _TIMEOUT = 60.0
 """Wall time of the child process (s); its CPU time has a bound of its own."""
 _OWN = {"arg", "attribute", "call", "element", "if", "include", "insert_block", "macro", "property", "unless"}
@@ -104,24 +106,62 @@ def expand_xacro(
 ) -> tuple[ET.Element, tuple[str, ...]]:
     """Return the root element of an expanded xacro file, and notes on each correction.
 
-    `$(find NAME)` becomes `package://NAME`. Elements of the file itself keep their line, those of included
-    files have none.
+    Where the file cannot be expanded with the arguments given, those that a launch file of its packages
+    passes to it are taken, with a note. `$(find NAME)` becomes `package://NAME`. Elements of the file itself
+    keep their line, those of included files have none.
 
     Raises:
         DescriptionError: the file cannot be read or expanded; `file` and `line` are those of the element.
     """
     if not file.is_file():
         read_xml(file)  # raises with the reason
-    answer = _run_worker(file, resolver, arguments or {})
+    answer, used = _run_worker(file, resolver, arguments or {}), ""
+    if "error" in answer:
+        answer, used = _with_launch_arguments(file, resolver, arguments or {}, answer)
     if "error" in answer:
         raise _error(file, answer)
     root, notes = read_xml(_plain_uris(answer["xml"]))
+    notes = (*notes, used) if used else notes
+    notes = (*notes, *(f"xacro: {name} is omitted: {reason}" for name, reason in answer.get("absent", ())))
     elements = [element for element in root.iter() if isinstance(element.tag, str)]
     if len(elements) == len(answer["lines"]):
         for element, (source, line) in zip(elements, answer["lines"], strict=True):
             if isinstance(element, LocatedElement):
                 element.line = line if source == str(file) else None
     return root, notes
+
+
+def _with_launch_arguments(
+    file: Path, resolver: Resolver, arguments: Mapping[str, str], failed: dict[str, Any]
+) -> tuple[dict[str, Any], str]:
+    """Return the answer with the arguments of a launch file and a note on them; else the failure, with the
+    arguments that launch files pass added to its message.
+    """
+    from roboyard.description.xacro.launch_arguments import launch_arguments
+
+    found = launch_arguments(file)
+    for launch in found[:_MAX_TRIES]:
+        added = {name: value for name, value in launch.values.items() if name not in arguments}
+        if not added:
+            continue
+        answer = _run_worker(file, resolver, {**added, **arguments})
+        if "error" not in answer:
+            listed = " ".join(f"{name}:={value}" for name, value in added.items())
+            return answer, f"xacro: arguments of {launch.file.name} are used: {listed}; see --xacro-arg"
+    open_choices = {
+        name: (launch.file.name, values)
+        for launch in reversed(found)
+        for name, values in launch.choices.items()
+        if name not in arguments
+    }
+    if open_choices:
+        listed = ", ".join(
+            f"{name} ({', '.join(values)})" if values else name for name, (_, values) in open_choices.items()
+        )
+        launched = next(iter(open_choices.values()))[0]
+        text = f"; {launched} passes arguments that have no default: {listed}; give them with --xacro-arg"
+        failed = {**failed, "error": f"{failed['error']}{text}"}
+    return failed, ""
 
 
 def _run_worker(file: Path, resolver: Resolver, arguments: Mapping[str, str]) -> dict[str, Any]:

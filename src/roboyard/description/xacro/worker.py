@@ -1,5 +1,8 @@
 """The child process of `roboyard.description.xacro.expand`: expand one file, as JSON from stdin to stdout.
 
+Files to include whose package is not on this machine are omitted, and so are calls of macros that nothing
+defines then: most are accessories. What is omitted is noted; a file of which no link is left is an error.
+
 It runs the `xacro` package with four replacements: expressions are evaluated by
 `roboyard.description.xacro.expressions`, files are opened through the `Resolver` of the robot, `$(find NAME)`
 gives `package://NAME`, and environment variables that look like secrets count as unset. The process may not
@@ -67,6 +70,13 @@ class _Files:
             error = FileNotFoundError(2, found.problem or "no such file", _uri(name))
             raise error
         return found.path
+
+    def has_package(self, name: str) -> bool:
+        """Return whether the package of a file named by xacro is known; True for one without package."""
+        uri = _uri(name)
+        if not uri.startswith(_FOUND):
+            return True
+        return self.resolver.package_folder(uri.removeprefix(_FOUND).partition("/")[0]) is not None
 
     def glob(self, pattern: str) -> list[str]:
         """Names of the files that match a pattern in the last part of a path."""
@@ -139,14 +149,15 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
     """Expand a file.
 
     Returns:
-        `{"xml": text, "lines": [[file, line], ...]}`, one entry an element in document order; or the
-        failure: `error`, `kind`, `file` and `line`.
+        `{"xml": text, "lines": [[file, line], ...], "absent": [[what, reason], ...]}`, `lines` with one entry
+        an element in document order, `absent` with what was omitted: files whose package is not known, calls
+        of their macros; or the failure: `error`, `kind`, `file` and `line`.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import xacro
         import xacro.substitution_args as substitution
-    files = _Files(main, resolver)
+    files, absent = _Files(main, resolver), list[tuple[str, str]]()
     mappings = (xacro.NameSpace, xacro.YamlDictWrapper)
 
     def safe_eval(expression: str, names: Any, more: Any = None) -> Any:
@@ -159,6 +170,9 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
         try:
             return _parse(files.read(filename), filename)
         except OSError as error:
+            if not files.has_package(filename):
+                absent.append((_uri(filename), str(error.strerror)))
+                return _parse(b"<robot/>", filename)
             xacro.filestack.pop()
             raise xacro.XacroException(str(error.strerror), exc=error) from None
 
@@ -196,6 +210,19 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
         (xacro, "root_dir", str(main.parent)),
     ):
         setattr(module, name, value)
+    call_macro = xacro.handle_macro_call
+
+    def handle_macro_call(node: Any, macros: Any, symbols: Any) -> bool:
+        try:
+            return call_macro(node, macros, symbols)
+        except xacro.XacroException as error:
+            if not absent or str(error) != f"unknown macro name: {node.tagName}":
+                raise
+            absent.append((f"<{node.tagName}>", "a file that was omitted may define it"))
+            xacro.replace_node(node, by=None)
+            return True
+
+    xacro.handle_macro_call = handle_macro_call
     for name in ("vars", "type", "hash"):
         xacro._global_symbols["python"].pop(name, None)
     xacro.init_stacks(str(main))
@@ -204,8 +231,15 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
         arguments = _with_name(document.documentElement, arguments, main)
         xacro.process_doc(document, mappings=dict(arguments), verbosity=0)
     except Exception as error:
-        return _failure(error, str(main), list(xacro.filestack or ()))
-    return {"xml": document.documentElement.toxml(), "lines": _lines(document.documentElement)}
+        failure = _failure(error, str(main), list(xacro.filestack or ()))
+        if absent:
+            omitted = "; ".join(f"{name}: {reason}" for name, reason in absent[:3])
+            failure["error"] += f"; it may be in a file that was omitted: {omitted}"
+        return failure
+    if absent and not document.getElementsByTagName("link"):
+        return {"error": ": ".join(absent[0]), "kind": "FileNotFoundError", "file": str(main), "line": None}
+    xml, lines = document.documentElement.toxml(), _lines(document.documentElement)
+    return {"xml": xml, "lines": lines, "absent": absent}
 
 
 def _with_name(root: Any, arguments: dict[str, str], main: Path) -> dict[str, str]:
