@@ -23,6 +23,7 @@ from roboyard.shapes.readers.parts import (
     check_triangles,
     part_from_corners,
 )
+from roboyard.shapes.readers.plain_obj import LARGE, read_plain
 from roboyard.shapes.readers.read_mtl import SurfaceMaterial, read_mtl
 
 _KEYWORDS = (b"v", b"vn", b"vt", b"f", b"usemtl", b"mtllib")
@@ -54,21 +55,27 @@ class _Lines:
 
 def read_obj(data: bytes, file: Path) -> list[Part]:
     """Return one part for each material in use (m)."""
-    lines = _sort_lines(data)
-    positions, vertex_colors = _positions(lines.positions)
-    uv = _table(lines.uvs, 2)
-    normals = _table(lines.normals, 3)
-    triangles, face_of_triangle = _triangles(lines)
+    plain = read_plain(data) if len(data) >= LARGE else None
+    if plain is not None:
+        positions, uv, normals, vertex_colors = plain.positions, plain.uvs, plain.normals, None
+        triangles, material = plain.triangles, plain.face_material[plain.face_of_triangle]
+        names, libraries = plain.materials, plain.libraries
+    else:
+        lines = _sort_lines(data)
+        positions, vertex_colors = _positions(lines.positions)
+        uv, normals = _table(lines.uvs, 2), _table(lines.normals, 3)
+        triangles, face_of_triangle = _triangles(lines)
+        material = np.array(lines.face_material, dtype=np.int64)[face_of_triangle]
+        names, libraries = lines.materials, lines.libraries
     if not len(triangles):
         return []
-    material = np.array(lines.face_material, dtype=np.int64)[face_of_triangle]
     in_use = np.unique(material)
-    materials = read_mtl(file, lines.libraries, {lines.materials[number] for number in in_use})
+    materials = read_mtl(file, libraries, {names[number] for number in in_use})
     parts: list[Part] = []
     for number in in_use:
         own = triangles[material == number]
         check_indices("vertex", own[:, :, 0], len(positions))
-        surface = materials.get(lines.materials[number], SurfaceMaterial())
+        surface = materials.get(names[number], SurfaceMaterial())
         color = surface.color
         if color is None and vertex_colors is not None:
             color = np.rint(255 * vertex_colors[own[:, :, 0]].mean(axis=1)).clip(0, 255).astype(np.uint8)
