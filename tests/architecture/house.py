@@ -13,8 +13,8 @@ PACKAGE = "roboyard"
 
 LAYERS = (
     ("errors", "_lazy", "_mujoco", "_numba", "_records", "_version", "untrusted"),
-    ("transforms", "paths", "config", "assets", "pybullet_data"),
-    ("shapes", "native", "whole_moves"),
+    ("transforms", "paths", "config", "assets", "native", "pybullet_data"),
+    ("shapes", "whole_moves"),
     ("description", "rendering"),
     ("kinematics", "audit"),
     ("repair", "morphology"),

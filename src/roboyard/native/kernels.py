@@ -55,6 +55,11 @@ class Kernel:
         """Whether the loop is loaded, or its code is stored: its first call does not compile it."""
         return self._loaded is not None or objects.is_stored(self.py_func, self.signature)
 
+    @property
+    def is_cheap(self) -> bool:
+        """Whether it is stored, or is compiled once and for all; loops that are convenient only ask."""
+        return self._loaded is not None or objects.can_be_kept(self.py_func, self.signature)
+
     def load(self) -> Callable[..., Any]:
         """Compile the loop or load its stored code, and return the function that executes it."""
         if self._loaded is not None:

@@ -51,6 +51,17 @@ def is_stored(function: FunctionType, signature: Signature) -> bool:
     return _stored_at(function, signature)[0].exists()
 
 
+def can_be_kept(function: FunctionType, signature: Signature) -> bool:
+    """Return whether a loop is stored, or can be compiled and stored for later processes."""
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0") or not arrays_have_the_known_layout():
+        return False
+    path, _ = _stored_at(function, signature)
+    folder = path.parent
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return path.exists() or os.access(folder, os.W_OK)
+
+
 def _built(function: FunctionType, signature: Signature, name: str) -> bytes:
     """Compile a loop and return its image, or an object file where this machine does not execute images."""
     from roboyard.native.building import machine_code

@@ -106,7 +106,7 @@ def read_lines(  # pragma: no cover
         c = data[i]
         second = data[i + 1] if i + 1 < end else NEWLINE
         third = data[i + 2] if i + 2 < end else NEWLINE
-        kind = -1
+        kind, size = -1, 0
         if c == 118:  # v
             if second == SPACE:
                 kind, size, i = 0, 3, i + 2

@@ -6,12 +6,13 @@ import numpy as np
 
 from roboyard._lazy import lazy_module
 from roboyard._records import dataclass
+from roboyard.native import Kernel
 from roboyard.shapes.readers.parts import Floats, Indices, check_triangles
 
 kernels = lazy_module("roboyard.shapes.readers.obj_kernels")
 
-LARGE = 100_000
-"""Bytes from which a file is worth the loading of compiled loops (a few milliseconds)."""
+LARGE = 500_000
+"""Bytes from which a file is worth the loading of compiled loops, which are compiled once."""
 _POWERS = 10.0 ** np.arange(23)
 
 
@@ -39,6 +40,8 @@ class PlainObj:
 def read_plain(data: bytes) -> PlainObj | None:
     """Return the contents of a file, or None for one that is not plain; see `obj_kernels.read_lines`.
 
+    Also None where compiled loops cannot be stored: to compile one takes longer than to read most files.
+
     Raises:
         TooManyTrianglesError: there are too many.
     """
@@ -46,6 +49,8 @@ def read_plain(data: bytes) -> PlainObj | None:
     at, counts = np.zeros(1, dtype=np.int64), np.zeros(6, dtype=np.int64)
     arrays = _arrays(counts)
     read = kernels().read_lines
+    if isinstance(read, Kernel) and not read.is_cheap:
+        return None
     if not read(text, 0, _POWERS, at, counts, *arrays):
         return None
     check_triangles(int(counts[3]) // 3)
