@@ -4,9 +4,9 @@
 
 A robot file is a xacro file that makes links and that no other xacro file of the repository includes. Each is
 expanded, read and its meshes are looked for, in a process of its own, with the arguments' own defaults or
-those of a launch file; packages are searched in the repository, then in all folders given, as in a workspace.
-With `--import one` (the default) the smallest robot of each repository is also imported as a package, without
-validation; meshes that a repository lacks are omitted.
+those of a launch file (the first choice where it leaves one open); packages are searched in the repository,
+then in all folders given, as in a workspace. With `--import one` (the default) the smallest robot of each
+repository is also imported as a package, without validation; meshes that a repository lacks are omitted.
 
 A row is `robot`, or why it is none: `part` (expands to no link), `argument` (an argument without default),
 `package` (a package that no folder given holds), `file` (a file that the repository lacks), `error`. The last
@@ -102,12 +102,36 @@ def read_robot(file: Path, folders: Sequence[Path], action: str) -> dict[str, An
         action: `read` expands and reads it, `import` makes a package.
     """
     from roboyard.description.files.workspaces import packages_below
-    from roboyard.errors import ConfigError, DescriptionError
 
     packages: dict[str, Path] = {}
     for folder in folders:
         packages = {**packages_below(folder), **packages}
     began = time.perf_counter()
+    row = _tried(file, packages, action, {})
+    for arguments in first_choices(file) if row["outcome"] != "robot" else ():
+        chosen = _tried(file, packages, action, arguments)
+        if chosen["outcome"] == "robot":
+            row = {**chosen, "arguments": arguments}
+            break
+    row["seconds"] = round(time.perf_counter() - began, 2)
+    return row
+
+
+def first_choices(file: Path) -> list[dict[str, str]]:
+    """Return the arguments of each launch file that leaves some open, with the first of their choices."""
+    from roboyard.description.xacro.launch_arguments import launch_arguments
+
+    found = launch_arguments(file)
+    return [
+        {**launch.values, **{name: values[0] for name, values in launch.choices.items() if values}}
+        for launch in found
+        if any(launch.choices.values())
+    ]
+
+
+def _tried(file: Path, packages: dict[str, Path], action: str, arguments: dict[str, str]) -> dict[str, Any]:
+    from roboyard.errors import ConfigError, DescriptionError
+
     row: dict[str, Any] = {"outcome": "robot", "message": "", "links": 0}
     try:
         if action == "import":
@@ -115,12 +139,13 @@ def read_robot(file: Path, folders: Sequence[Path], action: str) -> dict[str, An
 
             with tempfile.TemporaryDirectory() as out:
                 options: dict[str, Any] = {"missing_meshes": "warn", "validate": False, "report": False}
+                options["xacro_args"] = arguments or None
                 made = import_robot(file, name="robot", out=out, packages=packages, **options)
                 row["links"] = len(made.robot.description.links)
         else:
             from roboyard.description import load_description
 
-            found = load_description(file, packages=packages, missing_meshes="note")
+            found = load_description(file, packages=packages, missing_meshes="note", xacro_args=arguments)
             row["links"] = len(found.links)
             row["missing_meshes"] = sum(
                 not _has_file(item.geometry)
@@ -131,7 +156,6 @@ def read_robot(file: Path, folders: Sequence[Path], action: str) -> dict[str, An
         row |= {"outcome": outcome_of(str(error)), "message": str(error).splitlines()[0][:300]}
     except Exception as error:
         row |= {"outcome": "error", "message": f"{type(error).__name__}: {error}"[:300]}
-    row["seconds"] = round(time.perf_counter() - began, 2)
     return row
 
 

@@ -29,6 +29,8 @@ def test_the_tree_of_files_is_the_documents(r1):
         "urdf/r1.urdf",
         "usd/r1.usda",
         "mjcf/r1.xml",
+        "sdf/r1.sdf",
+        "sdf/model.config",
         "curobo/r1_description_curobo_default.yaml",
         "curobo/r1_description_curobo_base.yaml",
         "curobo/r1_description_curobo_arm.yaml",
