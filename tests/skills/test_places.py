@@ -22,3 +22,14 @@ def test_the_spot_that_was_asked_for_is_first_where_it_is_free() -> None:
     rest = np.array(surface_spots(world, block, 0.02, np.random.default_rng(0), 60, near))
     assert len(rest) > 5
     assert (np.abs(rest[:, :2] - near).max(axis=1) > 0.015).all()
+
+
+def test_what_is_held_above_a_spot_does_not_take_its_room() -> None:
+    world = World()
+    block = world.add_box((0.4, 0.4, 0.1), (0, 0, 0.05), mass=0.0, name="block")
+    held = world.add_box((0.1, 0.1, 0.1), (0, 0, 0.25), mass=0.0, name="held")
+    near = np.zeros(2)
+    blocked = surface_spots(world, block, 0.02, np.random.default_rng(0), 40, near)
+    assert all(np.hypot(*spot[:2]) > 0.0 for spot in blocked)
+    free = surface_spots(world, block, 0.02, np.random.default_rng(0), 40, near, [held])
+    np.testing.assert_allclose(free[0], (0.0, 0.0, 0.1), atol=1e-9)

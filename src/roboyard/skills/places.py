@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,11 +11,16 @@ from roboyard.planning.body_points import body_points
 from roboyard.scenes.scene import Scene
 from roboyard.sim.body import Body
 from roboyard.sim.joint import Joint
+from roboyard.sim.queries.rays import RayHit
 from roboyard.sim.world import World
 from roboyard.transforms import Array
 
 DROP = 0.004
 """Height above a surface at which an object is let go (m)."""
+
+
+_BEHIND = 1e-4
+"""Distance behind a surface from which rays go on (m)."""
 
 
 class Names:
@@ -60,7 +65,13 @@ class Names:
 
 
 def surface_spots(
-    world: World, support: Body, footprint: float, random: np.random.Generator, count: int, near: Array | None
+    world: World,
+    support: Body,
+    footprint: float,
+    random: np.random.Generator,
+    count: int,
+    near: Array | None,
+    ignored: Sequence[Body] = (),
 ) -> list[Array]:
     """Return (3,) free points on top of a body (m), where a round object of a radius (m) stands level.
 
@@ -72,6 +83,7 @@ def surface_spots(
         count: number of points to draw.
         near: (2,) point in the world frame that spots are to be near (m); anywhere by default. It is tried
             itself, and spots are sorted by their distance from it.
+        ignored: bodies above the surface that do not take room, such as the robot and what it holds.
     """
     points = body_points(support, 1000)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -84,10 +96,23 @@ def surface_spots(
         heights = []
         for dx, dy in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)):
             at = (x + dx * footprint, y + dy * footprint)
-            hit = world.ray((*at, high[2] + 0.3), (*at, low[2] - 0.01))
+            hit = _first_hit(world, (*at, float(high[2]) + 0.3), float(low[2]) - 0.01, ignored)
             if hit is None or hit.body is not support:
                 break
             heights.append(float(hit.position[2]))
         if len(heights) == 5 and np.ptp(heights) < 0.003:
             found.append(np.array([x, y, max(heights)]))
     return found if near is None else sorted(found, key=lambda spot: float(np.hypot(*(spot[:2] - near))))
+
+
+def _first_hit(
+    world: World, start: tuple[float, float, float], end: float, ignored: Sequence[Body]
+) -> RayHit | None:
+    """Return the first surface below a point (3,) down to a height (m), but for those of some bodies."""
+    x, y, z = start
+    while z > end:
+        hit = world.ray((x, y, z), (x, y, end))
+        if hit is None or hit.body not in ignored:
+            return hit
+        z = float(hit.position[2]) - _BEHIND
+    return None

@@ -36,7 +36,8 @@ def place(worker: Worker, arm: str, support: Body, random: np.random.Generator, 
     foot = points[points[:, 2] < points[:, 2].min() + 0.02]
     middle = 0.5 * (foot.min(axis=0) + foot.max(axis=0))
     radius = 0.5 * float(np.ptp(foot, axis=0)[:2].max())
-    spots = surface_spots(worker.world, support, max(radius, 0.01), random, 150, at)
+    above = (body, worker.robot.body)
+    spots = surface_spots(worker.world, support, max(radius, 0.01), random, 150, at, above)
     if not spots:
         raise SkillError(f'"{support.name}" has no free level spot for it; clear one')
     grip, bottom = worker.grip_pose(arm), np.array([middle[0], middle[1], points[:, 2].min()])
