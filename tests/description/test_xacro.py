@@ -163,6 +163,12 @@ def test_an_error_names_file_line_and_remedy(tmp_path: Path, body: str, message:
     assert message in refusal(write(tmp_path, arm__urdf__xacro=f"{HEAD}\n{body}</robot>"))
 
 
+def test_a_property_may_be_stated_after_its_use_as_in_old_xacro(tmp_path: Path):
+    text = f'{HEAD}<link name="${{base}}_link"/><xacro:property name="base" value="first"/></robot>'
+    root = expand(write(tmp_path, arm__urdf__xacro=text))
+    assert [link.get("name") for link in root.iter("link")] == ["first_link"]
+
+
 def test_a_file_of_a_package_that_is_not_here_is_omitted_with_a_note(tmp_path: Path):
     """Accessories of other packages are included by many robots that do not use them."""
     include = '<xacro:include filename="$(find lidars)/urdf/lidar.xacro"/>'

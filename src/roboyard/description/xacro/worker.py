@@ -225,21 +225,52 @@ def expand(main: Path, resolver: Resolver, arguments: dict[str, str]) -> dict[st
     xacro.handle_macro_call = handle_macro_call
     for name in ("vars", "type", "hash"):
         xacro._global_symbols["python"].pop(name, None)
-    xacro.init_stacks(str(main))
-    try:
+
+    def processed(*, properties_first: bool) -> minidom.Document:
+        xacro.init_stacks(str(main))
+        absent.clear()
         document = parse(None, str(main))
-        arguments = _with_name(document.documentElement, arguments, main)
-        xacro.process_doc(document, mappings=dict(arguments), verbosity=0)
+        if properties_first:
+            _move_properties_first(document.documentElement)
+        given = _with_name(document.documentElement, arguments, main)
+        xacro.process_doc(document, mappings=dict(given), verbosity=0)
+        return document
+
+    try:
+        try:
+            document = processed(properties_first=False)
+        except xacro.XacroException as error:
+            if "is not defined" not in str(error):
+                raise
+            first = error, list(xacro.filestack or ())
+            try:
+                document = processed(properties_first=True)
+            except Exception:
+                xacro.filestack[:] = first[1]
+                raise first[0] from None
     except Exception as error:
         failure = _failure(error, str(main), list(xacro.filestack or ()))
         if absent:
             omitted = "; ".join(f"{name}: {reason}" for name, reason in absent[:3])
             failure["error"] += f"; it may be in a file that was omitted: {omitted}"
         return failure
+    assert document.documentElement is not None
     if absent and not document.getElementsByTagName("link"):
         return {"error": ": ".join(absent[0]), "kind": "FileNotFoundError", "file": str(main), "line": None}
     xml, lines = document.documentElement.toxml(), _lines(document.documentElement)
     return {"xml": xml, "lines": lines, "absent": absent}
+
+
+def _move_properties_first(root: Any) -> None:
+    """Move the properties at the top of a document before all else: xacro of before 2019 read them first."""
+    properties = [
+        child
+        for child in root.childNodes
+        if child.nodeType == Node.ELEMENT_NODE and child.tagName == "xacro:property"
+    ]
+    for child in reversed(properties):
+        root.removeChild(child)
+        root.insertBefore(child, root.firstChild)
 
 
 def _with_name(root: Any, arguments: dict[str, str], main: Path) -> dict[str, str]:
