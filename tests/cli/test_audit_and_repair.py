@@ -50,10 +50,27 @@ def test_many_alike_are_counted(tmp_path: Path, capsys) -> None:
     file = write_case(robot(link("base"), *[link(name, "") for name in names], *joints), tmp_path)
     assert main(["audit", str(file)]) == 0
     out = capsys.readouterr().out
-    assert out.count("[link-name-odd, repair fixes it]") == 12
-    assert "and 18 more of [link-name-odd]" in out
+    assert out.count("[link-name-odd, repair fixes it]") == 1
+    assert "and 29 more of [link-name-odd]" in out
     assert main(["audit", "--all", str(file)]) == 0
     assert capsys.readouterr().out.count("[link-name-odd, repair fixes it]") == 30
+    assert main(["repair", str(file), "--out", str(tmp_path / "repaired")]) == 0
+    out = capsys.readouterr().out
+    assert out.count("[link-name-odd]") == 2 and "and 29 more of [link-name-odd], see renames.json" in out
+
+
+def test_other_findings_that_are_alike_are_shown_a_dozen_times(tmp_path: Path, capsys) -> None:
+    joints = [
+        f'<joint name="j{k}" type="fixed"><parent link="base"/><child link="l{k}"/></joint>'
+        for k in range(30)
+    ]
+    shape = '<visual><geometry><box size="0 1 1"/></geometry></visual>'
+    links = [link(f"l{k}", shape) for k in range(30)]
+    main(["audit", str(write_case(robot(link("base"), *links, *joints), tmp_path))])
+    lines = capsys.readouterr().out.splitlines()
+    (more,) = (line for line in lines if "and 18 more of [" in line)
+    code = more.rpartition("[")[2]
+    assert sum(f"[{code.rstrip(']')}" in line for line in lines) == 13
 
 
 def test_json_has_the_documented_keys(tmp_path: Path, capsys) -> None:

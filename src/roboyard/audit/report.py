@@ -8,6 +8,8 @@ from roboyard.audit.findings import Audit, Finding
 
 MAX_ALIKE = 12
 """Findings of one code shown in full; the others are counted."""
+SHOWN_ONCE = ("link-name-odd", "joint-name-odd")
+"""Codes of which one finding is shown: a file that has one name of a kind often has a hundred."""
 
 
 def shown_findings(audit: Audit, *, everything: bool = False) -> Iterator[tuple[Finding, int]]:
@@ -15,10 +17,11 @@ def shown_findings(audit: Audit, *, everything: bool = False) -> Iterator[tuple[
     counts: dict[str, int] = {}
     for finding in audit.findings:
         counts[finding.code] = counts.get(finding.code, 0) + 1
-    most = max(counts.values(), default=0) if everything else MAX_ALIKE
     shown: dict[str, int] = {}
     for finding in audit.findings:
         shown[finding.code] = shown.get(finding.code, 0) + 1
+        most = 1 if finding.code in SHOWN_ONCE else MAX_ALIKE
+        most = counts[finding.code] if everything else most
         if shown[finding.code] <= most:
             is_last = shown[finding.code] == most
             yield finding, (counts[finding.code] - most if is_last else 0)

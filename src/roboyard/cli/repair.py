@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -45,6 +46,7 @@ def repair(
     Makes and logs every fix that needs no guess, then reports the remaining findings; the original does not
     change. Exit code 0: the result is usable; 1: it is not.
     """
+    from roboyard.audit.report import SHOWN_ONCE, report_lines
     from roboyard.repair import repair_urdf
 
     given = given_robot(robot, package, xacro_arg)
@@ -60,12 +62,16 @@ def repair(
     if as_json:
         print(json_text(result.to_json()))
     else:
+        counts = Counter(fix.code for fix in result.fixes)
         for fix in result.fixes:
+            if fix.code in SHOWN_ONCE and fix.code not in counts:
+                continue
             where = f"{file.name}:{fix.line}" if fix.line else file.name
             element = f"{fix.element}: " if fix.element else ""
             say(f"{where}: {element}{fix.before} -> {fix.after} [{fix.code}]")
-        from roboyard.audit.report import report_lines
-
+            more = counts.pop(fix.code) - 1 if fix.code in SHOWN_ONCE else 0
+            if more:
+                say(f"{file.name}: and {more} more of [{fix.code}], see renames.json")
         say(f"{len(result.fixes)} fixes, {len(result.staged)} files copied; wrote {result.urdf}")
         say(*report_lines(result.after))
     raise typer.Exit(0 if result.after.is_usable else 1)

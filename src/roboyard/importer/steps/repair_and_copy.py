@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from roboyard.audit import ERROR, Finding
@@ -59,10 +60,9 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
     (misc / "repair.diff").write_text(diff, encoding="utf-8", errors="backslashreplace")
     renames = planned_names(description)
     for kind, plan in (("link", renames.links), ("joint", renames.joints)):
-        for old, new in plan.items():
-            context.log.warn(
-                f"renamed from {old!r}, a name that other tools do not accept", f'{kind} "{new}"'
-            )
+        if plan:
+            context.log.warn(_renamed(kind, plan))
+            context.log.facts.setdefault("renamed", {})[kind] = dict(plan)
     evidence = read_evidence(description, context.urdf)
     semantic = infer_semantics(description, evidence=evidence)
     turn = turn_to_upright(semantic) if semantic.base_link == description.root.name else None
@@ -88,6 +88,14 @@ def repair_and_copy_files(context: ImportContext) -> RobotModel:
         category=context.config.category,
         original_names={new: old for plan in (renames.links, renames.joints) for old, new in plan.items()},
     )
+
+
+def _renamed(kind: str, plan: Mapping[str, str]) -> str:
+    """Return one line about all renamed links or joints."""
+    some = ", ".join(f"{old!r} is {new}" for old, new in list(plan.items())[:3])
+    more = f" and {len(plan) - 3} more" if len(plan) > 3 else ""
+    parts = f"{kind}s have names" if len(plan) > 1 else f"{kind} has a name"
+    return f"{len(plan)} {parts} that other tools do not accept: {some}{more}"
 
 
 def _axis(direction: Vector3) -> str:
