@@ -124,6 +124,11 @@ def _raised(worker: Worker, arm: str, height: float, inward: float) -> list[Arra
 
 
 def held_body(worker: Worker, arm: str) -> Body:
+    """Return what an arm holds.
+
+    Raises:
+        SkillError: nothing.
+    """
     if arm not in worker.held:
         raise SkillError(f'arm "{arm}" holds nothing; grasp something first')
     return worker.held[arm].body

@@ -23,6 +23,7 @@ MOST_TRACKS = 4
 
 
 def whole_planner(worker: Worker, arm: str, ignored: Sequence[Body] = ()) -> tuple[Planner, WorldObstacles]:
+    """Return the planner of base, trunk and an arm, and its obstacles but for some bodies."""
     made = worker.planner(arm, torso=True, base=True, ignored=ignored)
     return made.planner(), made.surroundings
 
@@ -85,4 +86,13 @@ def slide(worker: Worker, arm: str, grips: Sequence[Array]) -> bool:
 
 
 def tracks_here(worker: Worker, arm: str, drawn: Drawn, trunk: Array, stage: Stage) -> list[Track]:
+    """Return the tracks that an arm can follow from where the robot stands, the present posture first.
+
+    Args:
+        worker: the robot.
+        arm: name of the arm.
+        drawn: gripper poses, with the base where it is.
+        trunk: (n,) positions of the trunk's joints (rad or m).
+        stage: robot and obstacles.
+    """
     return postures_of(worker, arm, drawn, trunk, [stage] * drawn.grips.shape[1], parked=False)[0]
