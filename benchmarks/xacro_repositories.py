@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import Any
 
 ROW = "row: "
-INCLUDE = re.compile(r"<xacro:include[^>]*filename\s*=\s*[\"']([^\"']+)")
+INCLUDE = re.compile(r"<(?:xacro:)?include[^>]*filename\s*=\s*[\"']([^\"']+)")
 NEEDS = {
     "argument": r"has no value; give it with|is required",
     "package": r"--package \w+=FOLDER",

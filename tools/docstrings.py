@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "roboyard"
 
-DOCUMENTED, SHAPED, QUOTED = 1.0, 0.9, 0.9
+DOCUMENTED, SHAPED, QUOTED = 1.0, 1.0, 0.9
 """Least shares: names with a docstring, array functions that state a shape, raises that quote a value."""
 
 ARRAY = re.compile(r"\b(Array|ArrayLike|NDArray|ndarray|Floats|Ints|Indices)\b")

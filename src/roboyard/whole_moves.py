@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from roboyard.paths import models_folder, objects_folder
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import read_json
 
 READY = "ready"
 """File in a build folder whose parts are whole: they may be moved in. It holds the file system's number of
@@ -75,8 +75,8 @@ def _sync(path: Path) -> None:
 def marked(build: Path) -> Mapping[str, int] | None:
     """The numbers in a mark; None without one. A mark that is empty, cut or of other content is none."""
     try:
-        numbers = json.loads(read_file(build / READY, _MAX_MARK))
-    except (OSError, ValueError, RecursionError):
+        numbers = read_json(build / READY, _MAX_MARK)
+    except (OSError, ValueError):
         return None
     if not isinstance(numbers, dict) or set(numbers) != set(_PARTS):
         return None

@@ -49,6 +49,45 @@ def test_readers_open_files_in_one_place() -> None:
     assert not others, f"read with roboyard.untrusted.files.read_file: {others}"
 
 
+OWN_JSON = {
+    "roboyard.description.xacro.expand": "what our own child process wrote",
+    "roboyard.description.xacro.worker": "what our own parent process wrote",
+    "roboyard.demo.output": "the summary that the demo wrote",
+    "roboyard.importer.collection.pool": "what our own child process wrote",
+    "roboyard.importer.collection.worker": "what our own parent process wrote",
+    "roboyard.pybullet.face.wire": "messages that are bounded before",
+    "roboyard.recording.state_log": "an array that is bounded before",
+    "roboyard.shapes.convex.coacd_worker": "what our own parent process wrote",
+    "roboyard.shapes.convex.decomposition": "an array that is bounded before",
+    "roboyard.untrusted.json_reading": "the one place",
+    "roboyard.viewer.page.page_script": "messages of a page, which are bounded before",
+}
+"""Modules that parse JSON by themselves, and why."""
+
+
+def parses_of(path: Path) -> list[int]:
+    """Lines on which a module parses JSON by itself."""
+    calls = [
+        node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)
+    ]
+    return [
+        call.lineno
+        for call in calls
+        if isinstance(call.func, ast.Attribute)
+        and call.func.attr in ("load", "loads")
+        and isinstance(call.func.value, ast.Name)
+        and call.func.value.id == "json"
+    ]
+
+
+def test_readers_parse_json_in_one_place() -> None:
+    parses = {name: parses_of(path) for name, path in modules().items()}
+    found = {name for name, lines in parses.items() if lines}
+    others = found - set(OWN_JSON)
+    assert not others, f"parse with roboyard.untrusted.json_reading: {sorted(others)}"
+    assert set(OWN_JSON) - found <= {"roboyard.pybullet.face.wire"}
+
+
 def test_every_exception_is_one() -> None:
     assert set(OWN_FILES) <= set(modules())
     assert SOURCE.is_dir()

@@ -118,6 +118,18 @@ def test_robots_of_a_folder(collection: Path) -> None:
     assert found == ["a/urdf/a.urdf", "b.urdf.xacro"]
 
 
+def test_a_xacro_file_of_includes_alone_is_a_robot_where_it_has_a_name(tmp_path: Path) -> None:
+    head = '<robot {} xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
+    include = '<xacro:include filename="body_macro.xacro"/>'
+    macro = '<xacro:macro name="body" params=""><link name="a"/></xacro:macro>'
+    (tmp_path / "whole.urdf.xacro").write_text(head.format('name="whole"', include))
+    (tmp_path / "old.urdf.xacro").write_text(head.format('name="old"', include.replace("xacro:", "")))
+    (tmp_path / "nameless.xacro").write_text(head.format("", include))
+    (tmp_path / "macro.xacro").write_text(head.format('name="part"', include + macro))
+    (tmp_path / "groups.srdf.xacro").write_text(head.format('name="whole"', include))
+    assert [file.name for file in robot_files(tmp_path)] == ["old.urdf.xacro", "whole.urdf.xacro"]
+
+
 def test_a_folder_with_several_robots_lists_them(
     collection: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -163,6 +163,15 @@ def test_an_error_names_file_line_and_remedy(tmp_path: Path, body: str, message:
     assert message in refusal(write(tmp_path, arm__urdf__xacro=f"{HEAD}\n{body}</robot>"))
 
 
+def test_a_property_may_begin_with_an_underscore(tmp_path: Path):
+    text = f'{HEAD}<xacro:property name="_base" value="first"/><link name="${{_base}}"/></robot>'
+    root = expand(write(tmp_path, arm__urdf__xacro=text))
+    assert [link.get("name") for link in root.iter("link")] == ["first"]
+    assert "two underscores" in refusal(
+        write(tmp_path / "b", arm__urdf__xacro=f'{HEAD}<link name="${{__builtins__}}"/></robot>')
+    )
+
+
 def test_a_property_may_be_stated_after_its_use_as_in_old_xacro(tmp_path: Path):
     text = f'{HEAD}<link name="${{base}}_link"/><xacro:property name="base" value="first"/></robot>'
     root = expand(write(tmp_path, arm__urdf__xacro=text))
@@ -212,6 +221,9 @@ def test_an_error_in_a_macro_of_another_file_names_that_file(tmp_path: Path):
         "__import__('os').system('touch hit')",
         "open('/etc/hostname')",
         "python.vars(python)",
+        "__attribute(xacro, '__class__')",
+        "_attribute(xacro, '__class__')",
+        "(lambda __attribute: xacro.load_yaml)(1)",
         "python.type(1)",
         "xacro.load_yaml.func_globals",
         "getattr(1, 'real')",
@@ -347,4 +359,8 @@ def test_arguments_that_a_launch_file_leaves_open_are_listed_with_their_choices(
     (launch / "show.launch.py").write_text(text)
     message = refusal(file)
     assert "none.xacro: no such file" in message
+    other = file.with_name("arm.urdf.xacro")
+    other.write_text(file.read_text().replace('<link name="a"/>', '<link name="$(arg missing)"/>'))
+    assert "the argument 'missing' has no value; give it with --xacro-arg missing:=VALUE; " in refusal(other)
+    other.write_text(file.read_text().replace("$(arg missing)", "a"))
     assert "show.launch.py passes arguments that have no default: side (left, right)" in message

@@ -13,6 +13,7 @@ import pytest
 
 from roboyard.description import Collision, Cylinder, Limit, Link, Mesh, Visual
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.semantic import TUCK
 from roboyard.export import mjcf
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.shapes import primitives
@@ -216,6 +217,35 @@ def test_the_rest_posture_is_a_keyframe(robot: RobotModel, model: mujoco.MjModel
     assert data.joint("grip_follower").qpos[0] == pytest.approx(0.07)
     assert np.allclose(data.joint("ball").qpos, [1, 0, 0, 0])
     assert data.actuator("0").ctrl[0] == 0.25
+
+
+def test_keyframes_stand_on_the_floor(robot: RobotModel, tmp_path: Path) -> None:
+    """`home` and `tuck`, with the lowest point of the collision shapes at z = 0."""
+    tucked = replace(
+        robot, semantic=replace(robot.semantic, postures={**robot.semantic.postures, TUCK: {"0": 1.0}})
+    )
+    model = load(tucked, tmp_path, floating=True)
+    data = mujoco.MjData(model)
+    assert [model.key(k).name for k in range(model.nkey)] == ["home", "tuck"]
+    for name, expected in (("home", 0.25), ("tuck", 1.0)):
+        mujoco.mj_resetDataKeyframe(model, data, model.key(name).id)
+        mujoco.mj_forward(model, data)
+        assert data.joint("0").qpos[0] == expected and data.joint("grip").qpos[0] == 0.04
+        lows = []
+        for geom in np.flatnonzero(model.geom_contype):
+            kind, size, up = model.geom_type[geom], model.geom_size[geom], data.geom_xmat[geom][6:]
+            height = data.geom_xpos[geom, 2]
+            if kind == mujoco.mjtGeom.mjGEOM_BOX:
+                lows.append(height - np.abs(up) @ size)
+            elif kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+                lows.append(height - size[0])
+            elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+                lows.append(height - size[0] - abs(up[2]) * size[1])
+            elif kind == mujoco.mjtGeom.mjGEOM_MESH:
+                mesh = model.geom_dataid[geom]
+                first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+                lows.append(height + float((model.mesh_vert[first : first + count] @ up).min()))
+        assert min(lows) == pytest.approx(0.0, abs=2e-3)
 
 
 def test_floating_falls_and_fixed_stays(robot: RobotModel, tmp_path: Path) -> None:

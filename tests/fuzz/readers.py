@@ -15,7 +15,9 @@ import numpy as np
 from roboyard.audit import audit_urdf
 from roboyard.config.yaml_lines import read_yaml
 from roboyard.description import load_description
+from roboyard.envs.policy import load_policy
 from roboyard.errors import RoboyardError
+from roboyard.planning import load_problems
 from roboyard.pybullet.face import wire
 from roboyard.pybullet.remote.datagram import Datagram
 from roboyard.pybullet.remote.dispatch import Dispatcher
@@ -262,6 +264,36 @@ def _read_sdf(file: Path) -> None:
         client.close()
 
 
+_POLICY = json.dumps(
+    {
+        "format": "roboyard-policy 1",
+        "task": "roboyard/Reach-v0",
+        "options": {"robot": "arm7"},
+        "activation": "tanh",
+        "mean": [0.0, 0.5],
+        "deviation": [1.0, 2.0],
+        "layers": [
+            {"weight": [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]], "bias": [0, 0, 1]},
+            {"weight": [[1, 2, 3]], "bias": [0.5]},
+        ],
+    }
+)
+_PROBLEMS = json.dumps(
+    {
+        "urdf": "arm.urdf",
+        "joints": ["a", "b"],
+        "hold": {"c": 0.04},
+        "time_limit": 2.0,
+        "limits": {"velocity": [1, 2], "acceleration": 3.5},
+        "obstacles": [{"type": "box", "size": [1, 1, 1], "position": [0, 0, 1], "quaternion": [0, 0, 0, 1]}],
+        "problems": [
+            {"name": "p", "start": [0, 0], "goal": {"joints": [1, 1]}},
+            {"start": [0, 1], "goal": {"link": "tip", "position": [1, 0, 0], "quaternion": [0, 1, 0, 0]}},
+        ],
+    }
+)
+
+
 READERS: dict[str, tuple[str, Callable[[Path], object], bytes]] = {
     "urdf": (".urdf", _read_urdf, _urdf()),
     "robot-sdf": (".sdf", _read_robot, _ROBOT_SDF.encode()),
@@ -278,6 +310,8 @@ READERS: dict[str, tuple[str, Callable[[Path], object], bytes]] = {
     "ply": (".ply", load_mesh, _PLY),
     "yaml": (".yaml", read_yaml, _YAML),
     "log": (".npz", _read_arrays, _npz()),
+    "policy": (".json", load_policy, _POLICY.encode()),
+    "problems": (".json", load_problems, _PROBLEMS.encode()),
     "frames": (".bin", _read_frames, _frames()),
 }
 """Reader's name to the suffix of its files, the function, and a valid file."""

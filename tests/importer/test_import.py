@@ -30,6 +30,8 @@ def test_the_tree_of_files_is_the_documents(r1):
         "usd/r1.usda",
         "mjcf/r1.xml",
         "sdf/r1.sdf",
+        "isaac_lab/r1.py",
+        "newton/r1.py",
         "sdf/model.config",
         "curobo/r1_description_curobo_default.yaml",
         "curobo/r1_description_curobo_base.yaml",

@@ -122,3 +122,11 @@ def test_large_files_are_read_fast_and_alike(tmp_path, monkeypatch: pytest.Monke
     assert plain_obj.LARGE > 0
     for name in ("vertices", "faces", "normals", "colors"):
         np.testing.assert_array_equal(getattr(meshes[0], name), getattr(meshes[1], name))
+
+
+def test_many_materials_take_linear_time() -> None:
+    """Each of 100,000 faces has a material line before it; a quadratic reader would take minutes."""
+    lines = "".join(f"usemtl m{k % 7}\nf 1 2 3\n" for k in range(100_000))
+    found = read_plain(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + lines.encode())
+    assert found is not None
+    np.testing.assert_array_equal(found.face_material, 1 + np.arange(100_000) % 7)

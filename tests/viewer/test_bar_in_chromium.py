@@ -183,6 +183,7 @@ def test_a_stopped_server_is_named_and_its_return_is_noticed(browse: Any) -> Non
     note = "document.querySelector('.roboyard-note')"
     until(lambda: page.evaluate(f"{bar('time')}?.textContent?.includes(' s')"))
     assert page.evaluate(f"{note}.hidden") is True
+    page.evaluate("window.oldBar = document.querySelector('.roboyard-bar')")
     script.close()
     until(lambda: page.evaluate(f"{note}.hidden") is False)
     assert "has stopped" in page.evaluate(f"{note}.textContent")
@@ -195,7 +196,9 @@ def test_a_stopped_server_is_named_and_its_return_is_noticed(browse: Any) -> Non
                 f"document.querySelectorAll('.roboyard-note').length === 1 && {note}.hidden"
             )
         )
-        until(lambda: page.evaluate(f"{bar('time')}.textContent.includes(' s')"))
+        # the bar of the server that has stopped may still be there, with its last time
+        until(lambda: page.evaluate("document.querySelector('.roboyard-bar') !== window.oldBar"))
+        until(lambda: page.evaluate(f"{bar('time')}?.textContent?.includes(' s')"))
         press(page, "play")
         until(lambda: not again.viewer.gate.playing)
     finally:

@@ -141,14 +141,13 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
             state = page.evaluate("document.body.innerText.slice(0, 400)")
             print(picked, state, page.picture().mean(axis=(0, 1)), page.picture().std())
             raise
-        click("Sensors")
+        click("Edit")
         field = "[...document.querySelectorAll('input')].find(e => /^0[.]30*$/.test(e.value))"
         until(inspector.tick, lambda: page.place_of(field))
         page.click(*page.place_of(field))
         page.evaluate(f"({field}).select()")
         page._call("Input.insertText", text="0.25")
         until(inspector.tick, lambda: inspector.panels.edits.sensors[0].position[2] == 0.25)
-        click("Save")
         click("Write the edits")
         until(inspector.tick, lambda: not inspector.panels.save.is_changed)
         assert config.read_text() == before.replace("0.3]", "0.25]")

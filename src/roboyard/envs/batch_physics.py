@@ -76,15 +76,15 @@ class BatchPhysics:
         return self.batch.expand(name)
 
     def update_constants(self, rows: Sequence[int] | np.ndarray | None = None) -> None:
-        """Recompute what follows from masses and inertias, after they were written."""
+        """Recompute what follows from masses and inertias of `rows` (k,), all by default, after a change."""
         self.batch.set_const(rows)
 
     def forward(self, rows: np.ndarray | None = None) -> None:
-        """Bring derived fields up to date with the state."""
+        """Bring derived fields of `rows` (k,), all by default, up to date with the state."""
         self.batch.forward(rows, stage=int(mujoco.mjtStage.mjSTAGE_VEL))
 
     def reset(self, rows: np.ndarray) -> None:
-        """Put simulations into the start state; call `forward` after changing it."""
+        """Put simulations `rows` (k,) into the start state; call `forward` after changing it."""
         self.batch.state[rows] = self.start
 
     def step(self, substeps: int) -> np.ndarray:

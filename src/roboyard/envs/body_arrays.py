@@ -291,7 +291,7 @@ class RobotArrays(BodyArrays):
 
 
 def as_slice(indices: np.ndarray) -> slice | np.ndarray:
-    """Return consecutive indices as a slice, whose arrays are views; others as they are."""
+    """Return consecutive indices (k,) as a slice, whose arrays are views; others as they are."""
     if len(indices) and (np.diff(indices) == 1).all():
         return slice(int(indices[0]), int(indices[-1]) + 1)
     return indices

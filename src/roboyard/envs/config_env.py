@@ -195,7 +195,7 @@ class ConfigEnv(gymnasium.Env[dict[str, Any], np.ndarray]):
         return self._observe(fresh=True), {}
 
     def step(self, action: np.ndarray) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
-        """Advance by one action, the robots' actions one after another.
+        """Advance by one action (n,), the robots' actions one after another.
 
         Returns:
             Observation, reward, terminated, truncated, information.

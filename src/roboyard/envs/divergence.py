@@ -15,8 +15,10 @@ from roboyard.errors import ConfigError
 from roboyard.sim.stepping.time_steps import solver_warning
 from roboyard.sim.world import World
 from roboyard.transforms import Array
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import read_json
 
+LARGEST_SUBSTEPS = 10_000
+"""Most steps of physics in a step of a task."""
 LARGEST_FILE = 64 << 20
 """Bytes of a file of a state."""
 
@@ -56,10 +58,18 @@ def replay(world: World, file: str | Path) -> Array:
         ConfigError: the file is of another task.
     """
     data = world.data
-    saved = json.loads(read_file(file, LARGEST_FILE))
-    state, inputs, substeps = np.array(saved["state"]), saved["inputs"], int(saved["substeps"])
-    if len(state) != mujoco.mj_stateSize(world.model, int(mujoco.mjtState.mjSTATE_INTEGRATION)):
-        raise ConfigError(f"{Path(file).name}: it has {len(state)} numbers; it is of another task")
+    try:
+        saved = read_json(file, LARGEST_FILE)
+        state, inputs = (np.array(saved[key], dtype=float) for key in ("state", "inputs"))
+        substeps = int(saved["substeps"])
+    except (OSError, ValueError, TypeError, KeyError, OverflowError) as error:
+        raise ConfigError(f"{Path(file).name}: no step that diverged: {error}; give such a file") from None
+    if state.shape != (mujoco.mj_stateSize(world.model, int(mujoco.mjtState.mjSTATE_INTEGRATION)),):
+        raise ConfigError(f"{Path(file).name}: it has {state.size} numbers; it is of another task")
+    if inputs.shape != data.ctrl.shape:
+        raise ConfigError(f"{Path(file).name}: it has {inputs.size} inputs; it is of another task")
+    if not 0 <= substeps <= LARGEST_SUBSTEPS:
+        raise ConfigError(f"{Path(file).name}: substeps is {substeps}; give 0 to {LARGEST_SUBSTEPS}")
     mujoco.mj_setState(world.model, data, state, int(mujoco.mjtState.mjSTATE_INTEGRATION))
     data.ctrl[:] = inputs
     for _ in range(substeps):

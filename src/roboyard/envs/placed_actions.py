@@ -119,7 +119,7 @@ class ActionRows:
             drives.write()
 
     def reset(self, rows: np.ndarray) -> None:
-        """Start episodes, after the joints were moved."""
+        """Start the episodes of `rows` (k,), after the joints were moved."""
         for name, drives in self.drives.items():
             drives.reset(rows, self._robots[name].q[rows])
         for _, bound in self._bound:

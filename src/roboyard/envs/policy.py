@@ -20,7 +20,8 @@ import numpy as np
 from roboyard.errors import ConfigError
 from roboyard.robots.spawn import is_robot_file
 from roboyard.transforms import Array
-from roboyard.untrusted.files import FileRefusedError, read_file
+from roboyard.untrusted.files import FileRefusedError
+from roboyard.untrusted.json_reading import read_json
 
 FORMAT = "roboyard-policy 1"
 LARGEST_FILE = 64 << 20
@@ -94,13 +95,13 @@ def load_policy(file: Path | str) -> Policy:
     """
     path = Path(file)
     try:
-        content = json.loads(read_file(path, LARGEST_FILE))
+        content = read_json(path, LARGEST_FILE)
     except FileRefusedError as error:
-        raise ConfigError(f"{path.name}: {error}") from None
+        raise ConfigError(f"{path.name}: {error.strerror}") from None
     except OSError:
         raise ConfigError(f"{path.name}: no such policy; check the path") from None
-    except (ValueError, RecursionError):
-        raise ConfigError(f"{path.name}: not a policy: it is no JSON") from None
+    except ValueError as error:
+        raise ConfigError(f"{path.name}: not a policy: it is no JSON: {error}") from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise ConfigError(f'{path.name}: not a policy: "format" must be "{FORMAT}"')
     try:

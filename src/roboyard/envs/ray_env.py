@@ -110,7 +110,7 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         return _joined(observed), {}
 
     def step(self, actions: np.ndarray) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Advance all environments by one action; as `BatchEnv.step`, with `info["restarted"]`."""
+        """Advance all n environments by actions (n, a); as `BatchEnv.step`, with `info["restarted"]`."""
         if not self._is_reset:
             raise RoboyardError("call reset() before the first step()")
         given = np.asarray(actions)
@@ -195,7 +195,7 @@ class Worker:
         return self._envs.reset(seed=seed)[0]
 
     def step(self, actions: np.ndarray) -> Any:
-        """Return the result of a step."""
+        """Return the result of a step with actions (n, a)."""
         return self._envs.step(actions)
 
 

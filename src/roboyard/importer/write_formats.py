@@ -14,7 +14,7 @@ from roboyard.importer.steps.metadata import write_metadata, write_understanding
 
 def write_package(robot: RobotModel, context: ImportContext) -> dict[str, ExportResult]:
     """Write the robot in every format into `context.build`; returns format name to result."""
-    from roboyard.export import curobo, definition, mjcf, moveit, sdf, urdf, usd, xrdf
+    from roboyard.export import curobo, definition, mjcf, moveit, python_configs, sdf, urdf, usd, xrdf
 
     build, name = context.build, robot.name
     tasks: tuple[tuple[str, Callable[[], ExportResult]], ...] = (
@@ -22,6 +22,7 @@ def write_package(robot: RobotModel, context: ImportContext) -> dict[str, Export
         ("usd", lambda: usd.write(robot, build / "usd" / f"{name}.usda", textures=build / "material")),
         ("mjcf", lambda: mjcf.write(robot, build / "mjcf" / f"{name}.xml")),
         ("sdf", lambda: sdf.write(robot, build / "sdf" / f"{name}.sdf", shared=build)),
+        ("python", lambda: python_configs.write(robot, build)),
         ("curobo", lambda: curobo.write(robot, build / "curobo")),
         ("xrdf", lambda: xrdf.write(robot, build / "curobo" / f"{name}.xrdf")),
         ("moveit", lambda: moveit.write(robot, build / "moveit")),

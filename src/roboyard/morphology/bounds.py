@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from roboyard.description.geometry import geometry_mesh
@@ -11,14 +13,19 @@ from roboyard.transforms import Array
 
 
 def robot_bounds(
-    description: RobotDescription, *, visual: bool = True, collision: bool = True
+    description: RobotDescription,
+    *,
+    visual: bool = True,
+    collision: bool = True,
+    positions: Mapping[str, float] | None = None,
 ) -> Array | None:
-    """Return the lower and upper corner of the box around a robot's shapes, all joints at zero.
+    """Return the lower and upper corner of the box around a robot's shapes.
 
     Args:
         description: the robot.
         visual: whether visual shapes count.
         collision: whether collision shapes count.
+        positions: joint name to position (rad or m); joints not named are at zero.
 
     Returns:
         (2, 3) corners in the root link's frame (m); None where no finite shape counts.
@@ -26,7 +33,7 @@ def robot_bounds(
     Raises:
         MeshError: a mesh file cannot be read.
     """
-    frames = forward_kinematics(description)
+    frames = forward_kinematics(description, positions)
     corners = []
     for link in description.links:
         shapes: list[Visual | Collision] = [*link.visuals] if visual else []

@@ -12,7 +12,7 @@ Backend = Literal["numpy", "torch"]
 
 
 def as_backend(array: Array, backend: Backend) -> Any:
-    """Return an array of any shape unchanged, or as a torch tensor of float32 (as OmniGibson's are).
+    """Return an array (...,) of any shape unchanged, or as a torch tensor of float32 (as OmniGibson's are).
 
     Raises:
         MissingExtraError: torch is not installed.

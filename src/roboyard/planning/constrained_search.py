@@ -100,7 +100,7 @@ class ConstrainedSearch:
         return near
 
     def shorten(self, path: Array, deadline: float) -> Array:
-        """Return a shorter path inside the region: shortcuts by walking, then way points dropped."""
+        """Return a path (m, n) shorter than `path` (k, n) inside the region (rad or m), by shortcuts."""
         for _ in range(ROUNDS):
             if len(path) < 3 or time.perf_counter() > deadline:
                 break
@@ -113,7 +113,7 @@ class ConstrainedSearch:
         return self.thinned(path)
 
     def thinned(self, path: Array) -> Array:
-        """Return the path without the way points that straight motions can do without."""
+        """Return the path (k, n) without the way points that straight motions can do without (rad or m)."""
         kept, i = [0], 0
         while i < len(path) - 1:
             k = i + 1

@@ -15,6 +15,7 @@ along z, for a capsule without its caps), and "mesh" (file, scale). Goals are {"
 from __future__ import annotations
 
 import json
+import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,7 +34,14 @@ from roboyard.planning.planner_files import load_planner_file
 from roboyard.planning.sphere_model import SphereModel
 from roboyard.planning.trajectory import Plan
 from roboyard.transforms import normalized
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import read_json
+
+_SHORT = reprlib.Repr()
+"""Values in messages, cut where they are long."""
+_SHORT.maxlist = _SHORT.maxdict = 12
+_SHORT.maxstring = _SHORT.maxother = 120
+LARGEST_NUMBER = 1e12
+"""Beyond it, a number in a file is a mistake."""
 
 TIME_LIMIT = 5.0
 """Longest search of a problem (s)."""
@@ -76,16 +84,25 @@ def load_problems(path: Path | str) -> ProblemFile:
     """
     file = Path(path)
     try:
-        data = json.loads(read_file(file, 64 << 20))
+        data = read_json(file, 64 << 20)
     except json.JSONDecodeError as error:
         raise ConfigError(f"{file.name}:{error.lineno}: not JSON: {error.msg}; correct the file") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror or error}; check the path") from None
+    except ValueError as error:
+        raise ConfigError(f"{file.name}: cannot be read: {error}") from None
     if not isinstance(data, dict):
         raise ConfigError(f'{file.name}: must be an object with "urdf", "joints" and "problems"')
     joints = tuple(_entry(file, data, "joints", list))
+    for k, joint in enumerate(joints):
+        if not isinstance(joint, str):
+            raise ConfigError(f"{file.name}: joints[{k}] is {_SHORT.repr(joint)}; give a joint's name")
     shared = _obstacles(file, data.get("obstacles", []), "obstacles")
     problems = []
     for k, one in enumerate(_entry(file, data, "problems", list)):
         where = f"problems[{k}]"
+        if not isinstance(one, dict):
+            raise ConfigError(f"{file.name}: {where} is {_SHORT.repr(one)}; it must be an object")
         start = tuple(_numbers(file, one, "start", where, len(joints)))
         own = _obstacles(file, one.get("obstacles", []), f"{where}.obstacles")
         problems.append(
@@ -96,19 +113,24 @@ def load_problems(path: Path | str) -> ProblemFile:
                 obstacles=(*shared, *own),
             )
         )
-    limits = data.get("limits", {})
+    limits = _entry(file, {"limits": {}, **data}, "limits", dict)
     for key in limits:
         if key not in ("velocity", "acceleration", "jerk"):
             known = ("velocity", "acceleration", "jerk")
             raise ConfigError(f"{file.name}: limits: {unknown_name('limit', key, known)}")
+        if isinstance(limits[key], list):
+            _numbers(file, limits, key, "limits", len(joints))
+        else:
+            _number(file, limits, key, "limits")
+    held = _entry(file, {"hold": {}, **data}, "hold", dict)
     named = data.get("planner")
     return ProblemFile(
         path=file,
         urdf=file.parent / str(_entry(file, data, "urdf", str)),
         planner=None if named is None else file.parent / str(named),
         joints=joints,
-        hold={str(k): float(v) for k, v in data.get("hold", {}).items()},
-        time_limit=float(data.get("time_limit", TIME_LIMIT)),
+        hold={name: _number(file, held, name, "hold") for name in held},
+        time_limit=_number(file, {"time_limit": TIME_LIMIT, **data}, "time_limit", "the file"),
         limits=limits,
         problems=tuple(problems),
     )
@@ -184,18 +206,26 @@ def row_of(name: str, plan: Plan) -> dict[str, Any]:
 def _entry(file: Path, data: Mapping[str, Any], key: str, kind: type) -> Any:
     if not isinstance(data.get(key), kind):
         wanted = {list: "a list", str: "a text", dict: "an object"}[kind]
-        raise ConfigError(f'{file.name}: "{key}" is {data.get(key)!r}; it must be {wanted}')
+        raise ConfigError(f'{file.name}: "{key}" is {_SHORT.repr(data.get(key))}; it must be {wanted}')
     return data[key]
+
+
+def _number(file: Path, data: Mapping[str, Any], key: str, where: str) -> float:
+    value = data[key]
+    if not isinstance(value, int | float) or not abs(value) < LARGEST_NUMBER:
+        raise ConfigError(f"{file.name}: {where}: {key} is {_SHORT.repr(value)}; give a finite number")
+    return float(value)
 
 
 def _numbers(file: Path, data: Any, key: str, where: str, count: int) -> list[float]:
     values = data.get(key) if isinstance(data, dict) else None
     try:
         numbers = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         numbers = np.zeros(0)
-    if numbers.shape != (count,) or not np.isfinite(numbers).all():
-        raise ConfigError(f"{file.name}: {where}: {key} is {values!r}; give {count} finite numbers")
+    if numbers.shape != (count,) or not (abs(numbers) < LARGEST_NUMBER).all():
+        said = _SHORT.repr(values)
+        raise ConfigError(f"{file.name}: {where}: {key} is {said}; give {count} finite numbers")
     return [float(x) for x in numbers]
 
 
@@ -209,8 +239,9 @@ def _goal(file: Path, goal: Any, where: str, count: int) -> Goal:
             position=_numbers(file, goal, "position", f"{where}.goal", 3),
             quaternion=None if turn is None else _quaternion(file, goal, f"{where}.goal"),
         )
+    said = _SHORT.repr(goal)
     raise ConfigError(
-        f'{file.name}: {where}: goal is {goal!r}; give {{"joints": [...]}} or {{"link", "position"}}'
+        f'{file.name}: {where}: goal is {said}; give {{"joints": [...]}} or {{"link", "position"}}'
     )
 
 
@@ -224,13 +255,13 @@ def _quaternion(file: Path, data: Any, where: str) -> tuple[float, float, float,
 
 def _obstacles(file: Path, entries: Any, where: str) -> tuple[Obstacle, ...]:
     if not isinstance(entries, list):
-        raise ConfigError(f"{file.name}: {where} is {entries!r}; it must be a list")
+        raise ConfigError(f"{file.name}: {where} is {_SHORT.repr(entries)}; it must be a list")
     return tuple(_obstacle(file, one, f"{where}[{k}]", k) for k, one in enumerate(entries))
 
 
 def _obstacle(file: Path, data: Any, where: str, k: int) -> Obstacle:
     if not isinstance(data, dict):
-        raise ConfigError(f"{file.name}: {where} is {data!r}; it must be an object")
+        raise ConfigError(f"{file.name}: {where} is {_SHORT.repr(data)}; it must be an object")
     position = _numbers(file, data, "position", where, 3) if "position" in data else [0.0, 0.0, 0.0]
     turn = _quaternion(file, data, where) if "quaternion" in data else (0.0, 0.0, 0.0, 1.0)
     pose = Pose(position=(position[0], position[1], position[2]), quaternion=turn)
@@ -240,8 +271,8 @@ def _obstacle(file: Path, data: Any, where: str, k: int) -> Obstacle:
 def _shape(file: Path, data: Mapping[str, Any], where: str) -> Shape:
     def length(key: str) -> float:
         value = data.get(key)
-        if not isinstance(value, int | float) or not value > 0:
-            raise ConfigError(f"{file.name}: {where}: {key} is {value!r}; give a positive number")
+        if not isinstance(value, int | float) or not 0 < value < LARGEST_NUMBER:
+            raise ConfigError(f"{file.name}: {where}: {key} is {_SHORT.repr(value)}; give a positive number")
         return float(value)
 
     kind = data.get("type")
@@ -260,9 +291,11 @@ def _shape(file: Path, data: Mapping[str, Any], where: str) -> Shape:
         named = next((data[key] for key in ("file", "path", "uri", "mesh") if key in data), None)
         found = file.parent / str(named)
         if named is None or not found.is_file():
-            raise ConfigError(f"{file.name}: {where}: file is {named!r}; give a mesh file that exists")
+            said = _SHORT.repr(named)
+            raise ConfigError(f"{file.name}: {where}: file is {said}; give a mesh file that exists")
         given = data.get("scale", 1.0)
-        scale = np.broadcast_to(np.asarray(given, dtype=float), (3,))
-        return Mesh(uri=str(named), path=found, scale=(float(scale[0]), float(scale[1]), float(scale[2])))
+        given = given if isinstance(given, list) else [given] * 3
+        scale = _numbers(file, {"scale": given}, "scale", where, 3)
+        return Mesh(uri=str(named), path=found, scale=(scale[0], scale[1], scale[2]))
     kinds = ("box", "sphere", "cylinder", "capsule", "mesh")
     raise ConfigError(f"{file.name}: {where}: {unknown_name('type of obstacle', str(kind), kinds)}")

@@ -49,7 +49,7 @@ def content_key(*parts: object) -> str:
 
 
 def load_arrays(kind: str, key: str) -> dict[str, NDArray] | None:
-    """Return the (...) arrays stored under `key`; None if they are missing or unreadable."""
+    """Return the (...,) arrays stored under `key`; None if they are missing or unreadable."""
     try:
         return read_arrays(_entry(kind, key), MAX_BYTES)
     except (OSError, ArraysError):
@@ -57,7 +57,7 @@ def load_arrays(kind: str, key: str) -> dict[str, NDArray] | None:
 
 
 def store_arrays(kind: str, key: str, arrays: Mapping[str, NDArray]) -> bool:
-    """Store (...) arrays under `key`; return False, without an error, if the folder is not writable."""
+    """Store (...,) arrays under `key`; return False, without an error, if the folder is not writable."""
     import tempfile
 
     entry = _entry(kind, key)

@@ -34,14 +34,14 @@ class TriangleMesh:
 
 
 def read_only(array: NDArray, dtype: type) -> NDArray:
-    """Return a C-contiguous read-only copy of an array of any shape (...)."""
+    """Return a C-contiguous read-only copy of an array (...,) of any shape."""
     out = np.array(array, dtype=dtype, order="C")
     out.setflags(write=False)
     return out
 
 
 def shared(array: NDArray, dtype: type) -> NDArray:
-    """Return the (...) array itself if it is read-only and C-contiguous, else such a copy."""
+    """Return the (...,) array itself if it is read-only and C-contiguous, else such a copy."""
     if array.dtype == dtype and array.flags.c_contiguous and not array.flags.writeable:
         return array
     return read_only(array, dtype)

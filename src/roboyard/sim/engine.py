@@ -21,6 +21,7 @@ from roboyard.sim.build.solver_options import (
     new_spec,
 )
 from roboyard.sim.build.triangle_windows import HALF_THICKNESS
+from roboyard.sim.discarded_worlds import WORLDS
 from roboyard.sim.physics_profile import PhysicsProfile
 from roboyard.sim.pool.body_pool import BodyPool
 from roboyard.sim.protocols import EngineBody, JointDrives, LinkSurfaces, LinkWrenches
@@ -76,6 +77,7 @@ class Engine(Generic[BodyT]):
         self._dofs = 0
         self._has_joints = False
         """Degrees of freedom of all active bodies in MuJoCo's arrays."""
+        WORLDS.add(self, _array_bytes)
 
     # ------------------------------------------------------------------------------ defined by subclasses
 
@@ -104,6 +106,10 @@ class Engine(Generic[BodyT]):
 
     def refresh_stepping(self) -> None:
         """Note that a rule of the time step was added, changed or removed."""
+
+    def _parts_in_cycles(self) -> Sequence[object]:
+        """Return the parts, beside bodies, that refer to each other without passing through the world."""
+        return ()
 
     def _before_compile(self) -> None:
         """Make the last edits of the spec."""
@@ -209,6 +215,16 @@ class Engine(Generic[BodyT]):
         self._geom_owners = None
         self._after_compile()
         self.mark_moved()
+
+    def release(self) -> None:
+        """Free the world at once; neither it nor its bodies can be used any more.
+
+        Bodies, links, joints and motors refer to each other and to MuJoCo's spec, so that without this their
+        memory remains until Python's garbage collector runs.
+        """
+        parts = [*self.body_by_id.values(), *self._parts_in_cycles()]
+        for part in (*parts, self):
+            vars(part).clear()
 
     def simulation_state(self) -> Array:
         """Return MuJoCo's (n,) numbers of the present state: positions to pending forces and warm start."""
@@ -446,3 +462,12 @@ def _vector3(value: Sequence[float]) -> tuple[float, float, float]:
 def _has_joints(body: EngineBody) -> bool:
     """Return whether links of a body move relative to each other."""
     return any(record.joint_elements for record in body.built.links)
+
+
+def _array_bytes(world: Any) -> int:
+    """Return the bytes of MuJoCo's arrays of a world, with the part of the arena that it has used."""
+    there = vars(world)  # empty once the world is released
+    model, data = there.get("_model"), there.get("_data")
+    if model is None or data is None:
+        return 0
+    return int(model.nbuffer + data.nbuffer + data.maxuse_arena)

@@ -23,6 +23,8 @@ class PhysicsProfile:
     contact_margin: float = 0.0
     """Contribution (m) of each shape to the gap at which a contact becomes active."""
     erp: float = 0.2
+    """Share of the error of a hard joint limit or constraint that is corrected in a step."""
+    contact_erp: float = 0.2
     """Share of a penetration that a hard contact corrects in a step."""
     deep: float = 0.04
     """Distance (rad or m) beyond a limit from which a joint is stopped, but not moved back."""
@@ -59,6 +61,7 @@ BULLET = PhysicsProfile(
     hard_contacts=True,
     contact_margin=0.002,
     erp=0.2,
+    contact_erp=0.08,
     slow=0.2,
     largest_velocity=100.0,
     motor_rounds=50,

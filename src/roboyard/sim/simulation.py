@@ -113,6 +113,9 @@ class Simulation(Engine[Body]):
         """Note that a rule of the time step was added, changed or removed."""
         self.stepping.refresh()
 
+    def _parts_in_cycles(self) -> Sequence[object]:
+        return (self.motors,)
+
     def _before_compile(self) -> None:
         self.filters.write()
 

@@ -14,7 +14,7 @@ ABOVE = 0.30
 
 
 def trunk_postures(worker: Worker, arm: str, height: float) -> list[Array]:
-    """Return postures of the trunk's joints (rad or m) to work at a height in the world frame (m), the
+    """Return postures (n,) of the trunk's joints (rad or m) to work at a height in the world frame (m), the
     present one first where the shoulders are within 0.2 m of what suits the height.
     """
     if not worker.trunk_joints:

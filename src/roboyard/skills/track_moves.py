@@ -70,7 +70,7 @@ def back(worker: Worker, arm: str, distance: float) -> None:
 
 
 def slide(worker: Worker, arm: str, grips: Sequence[Array]) -> bool:
-    """Move a gripper through poses with the base at rest; return whether postures were found for them."""
+    """Move a gripper through poses (4, 4) with the base at rest; return whether postures were found."""
     planner, _ = whole_planner(worker, arm)
     robot = stage_robot(worker, planner, arm)
     free = Stage(stage_robot(worker, planner, arm, bare=robot.links[1:]), planner.obstacles)

@@ -143,8 +143,8 @@ def find_tracks(
     Args:
         worker: the robot.
         arm: the arm that moves.
-        draw: returns tracks for (s, `DRAWN`) numbers from 0 to 1.
-        trunks: postures of the trunk, in the order in which they are tried (rad or m).
+        draw: returns tracks for (s, 10) numbers from 0 to 1.
+        trunks: postures (n,) of the trunk, in the order in which they are tried (rad or m).
         stages: what is checked at each pose.
         random: source of the draws.
     """
@@ -178,7 +178,7 @@ def postures_of(
         worker: the robot.
         arm: the arm that moves.
         drawn: gripper poses and bases.
-        trunk: positions of the trunk's joints during the track (rad or m).
+        trunk: positions (n,) of the trunk's joints during the track (rad or m).
         stages: one for each pose.
         parked: the first base must also be free with arm and trunk as they are now; otherwise the robot is at
             the first pose already, and postures go on from where the arm is.

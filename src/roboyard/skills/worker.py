@@ -73,7 +73,7 @@ class Worker:
         return self.robot.arms[arm].joint_names
 
     def positions(self, names: Sequence[str]) -> Array:
-        """Return the present positions of named joints (rad or m)."""
+        """Return the present positions (n,) of named joints (rad or m)."""
         return self.robot.joint_positions[[self._index[name] for name in names]]
 
     def state(self) -> dict[str, float]:
@@ -209,7 +209,7 @@ class Worker:
     # ------------------------------------------------------------------------------------------ control
 
     def step(self, commands: Mapping[str, Array]) -> None:
-        """Run one control step; groups without a command keep their goals, a base without one stops."""
+        """Run one control step with commands (n,); groups without one keep their goals, a base stops."""
         given = dict(commands)
         if self.base_joints:
             given.setdefault("base", np.zeros(3))
@@ -218,7 +218,7 @@ class Worker:
         self.watch()
 
     def joint_commands(self, goals: Mapping[str, float]) -> dict[str, Array]:
-        """Return commands of arms and trunk for joint goals by name (rad or m)."""
+        """Return commands (n,) of arms and trunk for joint goals by name (rad or m)."""
         commands: dict[str, Array] = {}
         for name, group in self.robot.groups.items():
             if name.startswith("base") or not set(goals) & set(group.joints):

@@ -20,7 +20,7 @@ class ArraysError(Exception):
 
 
 def read_arrays(file: Path | str, max_bytes: int) -> dict[str, np.ndarray]:
-    """Return the arrays of an archive by name.
+    """Return the arrays (...,) of an archive by name.
 
     Args:
         file: its path.
@@ -34,7 +34,7 @@ def read_arrays(file: Path | str, max_bytes: int) -> dict[str, np.ndarray]:
 
 
 def unpack_arrays(data: bytes, max_bytes: int) -> dict[str, np.ndarray]:
-    """Return the arrays of an archive in memory, as `read_arrays`.
+    """Return the arrays (...,) of an archive in memory, as `read_arrays`.
 
     Raises:
         ArraysError: as for `read_arrays`.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -19,6 +18,7 @@ from roboyard.robots.definition.load import check_fits
 from roboyard.robots.sensor_frames import camera_frames
 from roboyard.robots.spawn import DefinitionSource, RobotSource, Source, found_robot, load_source
 from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import read_json
 from roboyard.validation.gates import GATES
 from roboyard.validation.report import Gate, ValidationReport
 from roboyard.validation.test_world import TestWorld
@@ -101,8 +101,7 @@ def _beside(robot: RobotSource, source: Source, *, own: bool) -> tuple[Mapping[s
     if isinstance(robot, RegisteredRobot):
         file = robot.folder / "understanding.json"
         planner = robot.folder / "curobo" / f"{robot.name}_description_curobo_default.yaml"
-        understood = json.loads(read_file(file, 64 << 20).decode("utf-8")) if file.is_file() else {}
-        return understood.get("understanding", understood), _spheres_of(planner)
+        return _understood(file), _spheres_of(planner)
     if isinstance(robot, RobotModel):
         planned = {} if robot.planning is None else robot.planning.spheres
         spheres = {
@@ -113,6 +112,25 @@ def _beside(robot: RobotSource, source: Source, *, own: bool) -> tuple[Mapping[s
         return understanding(infer_semantics(source.description)), {}
     except MeshError:
         return {}, {}
+
+
+def _understood(file: Path) -> Mapping[str, Any]:
+    """Return what an import understood; empty without the file.
+
+    Raises:
+        ConfigError: the file cannot be read.
+    """
+    if not file.is_file():
+        return {}
+    try:
+        understood = read_json(file, 64 << 20)
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{file.name}: {error}; import the robot again") from None
+    if not isinstance(understood, dict):
+        kind = type(understood).__name__
+        raise ConfigError(f"{file.name}: it is no object but {kind}; import the robot again")
+    found = understood.get("understanding", understood)
+    return found if isinstance(found, dict) else {}
 
 
 def _spheres_of(planner: Path) -> Mapping[str, Any]:

@@ -235,3 +235,35 @@ def test_what_stands_behind_the_root_element(client: int, tmp_path: Path, behind
     else:
         with pytest.raises(p.error, match=r"^Cannot load URDF file"):
             p.loadURDF(str(file))
+
+
+def record_collisions_with_ancestors(p: Any, folder: Path) -> Any:
+    """Three boxes in a row of joints at one place: which pairs touch, by the flags of self-collision."""
+    link = (
+        '<link name="{0}"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>'
+    )
+    joint = (
+        '<joint name="to_{1}" type="revolute"><parent link="{0}"/><child link="{1}"/><axis xyz="0 0 1"/>'
+        '<origin xyz="0.05 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+    )
+    parts = [link.format(name) for name in "abcd"] + [joint.format(*pair) for pair in ("ab", "bc", "cd")]
+    file = folder / "boxes.urdf"
+    file.write_text('<robot name="boxes">' + "".join(parts) + "</robot>")
+    found = []
+    for flags in (0, 8, 8 | 16, 8 | 32):
+        body = p.loadURDF(str(file), [0, 0, 1], flags=flags)
+        p.performCollisionDetection()
+        pairs = {tuple(sorted(point[3:5])) for point in p.getContactPoints(body, body)}
+        if flags & 32:  # no filter lets them touch again
+            p.setCollisionFilterPair(body, body, -1, 2, 1)
+            p.performCollisionDetection()
+            pairs |= {tuple(sorted(point[3:5])) for point in p.getContactPoints(body, body)}
+        found.append(sorted(pairs))
+        p.removeBody(body)
+    return found
+
+
+def test_collisions_with_ancestors(agrees: Callable[..., None]) -> None:
+    agrees(record_collisions_with_ancestors)

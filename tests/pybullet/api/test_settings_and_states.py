@@ -229,3 +229,46 @@ def test_settings_without_effect_are_accepted(client: int) -> None:
     for call in (lambda: p.setTimeOut("soon"), lambda: p.setGravity("a", 0, 0), lambda: p.setTimeStep(None)):
         with pytest.raises(TypeError):
             call()
+
+
+def record_error_reduction(p: Any, folder: Path) -> Any:
+    """The velocity that a sunken ball, an exceeded limit and a stretched constraint get in one step."""
+    file = folder / "hinge.urdf"
+    link = (
+        '<link name="{}"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+    file.write_text(
+        '<robot name="hinge">' + link.format("a") + link.format("b") + '<joint name="j" type="revolute">'
+        '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
+        '<limit lower="-0.5" upper="0.5" effort="1" velocity="1"/></joint></robot>'
+    )
+
+    def velocities() -> list[float]:
+        floor = p.createCollisionShape(p.GEOM_BOX, halfExtents=[5, 5, 1])
+        p.createMultiBody(0, floor, -1, [0, 0, -1])
+        shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+        sunken, held = (p.createMultiBody(1, shape, -1, [x, 0, z]) for x, z in ((0, 0.09), (2, 0.5)))
+        hinge = p.loadURDF(str(file), [4, 0, 1], useFixedBase=1, flags=2)
+        p.setJointMotorControl2(hinge, 0, p.VELOCITY_CONTROL, force=0)
+        p.resetJointState(hinge, 0, 0.52)
+        pull = p.createConstraint(held, -1, -1, -1, p.JOINT_POINT2POINT, [0] * 3, [0] * 3, [2, 0, 0.6])
+        p.changeConstraint(pull, maxForce=1e6)
+        p.stepSimulation()
+        found = [p.getBaseVelocity(body)[0][2] for body in (sunken, held)]
+        return [*found, p.getJointState(hinge, 0)[1]]
+
+    found = [velocities()]
+    p.resetSimulation()
+    p.setDefaultContactERP(0.9)
+    found.append(velocities())
+    p.resetSimulation()
+    found.append(velocities())
+    p.resetSimulation()
+    p.setPhysicsEngineParameter(erp=0.7, contactERP=0.5)
+    found.append(velocities())
+    return found
+
+
+def test_error_reduction(agrees: Callable[..., None]) -> None:
+    agrees(record_error_reduction, 2e-2)

@@ -13,6 +13,7 @@ from urllib.parse import unquote
 
 from roboyard.shapes.readers.references import NAME_PATTERNS, named_files
 from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import parse_json
 
 _MAX_BYTES = 512 << 20
 
@@ -114,7 +115,7 @@ def _copy_rewritten(source: Path, target: Path, bare_names: dict[str, str]) -> N
 
         target.write_bytes(pattern.sub(bare, data))
         return
-    scene = json.loads(data)
+    scene = parse_json(data)
     for entry in (*scene.get("buffers", ()), *scene.get("images", ())):
         if entry.get("uri") in changed:
             entry["uri"] = changed[entry["uri"]]

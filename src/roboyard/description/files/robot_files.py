@@ -25,6 +25,8 @@ _SKIPPED = {"node_modules", "__pycache__", "build", "install", "log", "site-pack
 _ROOT = re.compile(rb"<\s*(robot|sdf|mujoco)\b([^>]*)>")
 _COMMENT = re.compile(rb"<!--.*?-->", re.S)
 _MADE = re.compile(rb"<\s*(?:link|joint|xacro:(?!macro\b|property\b|include\b|arg\b|if\b|unless\b)\w+)\b")
+_MACRO_START = re.compile(rb"<\s*(?:xacro:)?macro\b")
+_INCLUDE = re.compile(rb"<\s*(?:xacro:)?include\b")
 _MACRO = re.compile(rb"<\s*xacro:macro\b.*?</\s*xacro:macro\s*>", re.S)
 
 
@@ -32,8 +34,8 @@ def robot_files(folder: Path) -> tuple[Path, ...]:
     """Return the robot files below a folder, sorted by path; links to folders are not followed.
 
     URDF, SDF and MJCF are known by their root element; a xacro file is one where it makes links outside
-    macros, an MJCF one where it has bodies of its own. USD stages count by their ending, except in folders
-    that hold the parts of other stages.
+    macros, or has a name and only includes others, an MJCF one where it has bodies of its own. USD stages
+    count by their ending, except in folders that hold the parts of other stages.
     """
     found = [file for file in _files(folder) if _is_robot(file)]
     return tuple(sorted(found))
@@ -74,4 +76,10 @@ def _is_robot(file: Path) -> bool:
     if root[1] == b"sdf":
         return b"<link" in text
     plain = _MACRO.sub(b"", text) if b"xacro" in text else text
-    return _MADE.search(plain) is not None
+    return _MADE.search(plain) is not None or _is_assembly(text, root[2])
+
+
+def _is_assembly(text: bytes, attributes: bytes) -> bool:
+    """Return whether a file has a robot's name and is made of included files alone."""
+    named = re.search(rb"\bname\s*=", attributes) is not None
+    return named and _INCLUDE.search(text) is not None and _MACRO_START.search(text) is None

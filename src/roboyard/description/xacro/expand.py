@@ -6,6 +6,7 @@ time, memory and files, which reads only the robot's folders.
 
 from __future__ import annotations
 
+import re
 import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
@@ -205,9 +206,10 @@ def _plain_uris(text: str) -> str:
 
 def _error(file: Path, answer: dict[str, Any]) -> DescriptionError:
     message = str(answer["error"])
-    if message.startswith("Undefined substitution argument"):
-        name = message.rpartition(" ")[2]
-        message = f"the argument {name!r} has no value; give it with --xacro-arg {name}:=VALUE"
+    undefined = re.match(r"Undefined substitution argument ([^\s;]+)", message)
+    if undefined is not None:
+        name, more = undefined[1].strip("'"), message[undefined.end() :]
+        message = f"the argument {name!r} has no value; give it with --xacro-arg {name}:=VALUE{more}"
     elif not message.endswith(tuple(".;")) and ";" not in message:
         message = f"{message}; correct the file at this place"
     source = Path(str(answer.get("file") or file))

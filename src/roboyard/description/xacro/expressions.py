@@ -1,9 +1,9 @@
 """Evaluate the Python expressions of xacro files without the means to run other code.
 
 Xacro evaluates `${...}` and `$(eval ...)` with Python's `eval`, from which attributes of plain objects lead
-to every loaded module. Here an expression is parsed first: names and attributes that begin with an underscore
-are refused, and each attribute access goes through `attribute`, which allows keys of mappings and the methods
-of plain data that do not format.
+to every loaded module. Here an expression is parsed first: attributes that begin with an underscore, and
+names with two, are refused, and each attribute access goes through `attribute`, which allows keys of mappings
+and the methods of plain data that do not format.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from typing import Any
 
 MAX_CHARACTERS = 20_000
 """Longest expression."""
-_GUARD = "_attribute"
+_GUARD = "__attribute"
+"""No expression may use a name that begins so."""
 _FORBIDDEN = (ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)
 _STRING_METHODS = """
 capitalize casefold count endswith find index isalnum isalpha isdigit islower isnumeric isspace isupper
@@ -93,8 +94,10 @@ def _compiled(expression: str) -> CodeType:
         if isinstance(node, _FORBIDDEN):
             raise ExpressionError(f"{type(node).__name__} is not allowed in an expression")
         name = _name_of(node)
-        if name is not None and name.startswith("_"):
-            raise ExpressionError(f"the name {name!r} is not allowed: it begins with an underscore")
+        hidden = "__" if isinstance(node, ast.Name) else "_"  # `_size` may be a property of the file
+        if name is not None and name.startswith(hidden):
+            begins = "two underscores" if hidden == "__" else "an underscore"
+            raise ExpressionError(f"the name {name!r} is not allowed: it begins with {begins}")
     guarded = ast.fix_missing_locations(_Guarded().visit(tree))
     return compile(guarded, "<expression>", "eval")
 
@@ -110,7 +113,7 @@ def _name_of(node: ast.AST) -> str | None:
 
 
 class _Guarded(ast.NodeTransformer):
-    """Turns each `a.b` into `_attribute(a, "b")`."""
+    """Turns each `a.b` into `__attribute(a, "b")`."""
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
         call = ast.Call(

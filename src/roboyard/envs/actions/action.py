@@ -51,7 +51,7 @@ class BoundAction(ABC):
     """Numbers for each environment."""
 
     def reset(self, rows: np.ndarray) -> None:  # noqa: B027 - most actions keep nothing
-        """Forget what episodes that ended left, after the joints were moved."""
+        """Forget what the episodes of `rows` (k,) left, after the joints were moved."""
 
     @abstractmethod
     def apply(self, command: Array) -> None:

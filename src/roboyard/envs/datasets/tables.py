@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from roboyard.errors import ConfigError, MissingExtraError
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import read_json
 
 try:
     import pyarrow as pa  # pyright: ignore[reportMissingImports]
@@ -61,7 +61,7 @@ def read_meta(folder: Path, name: str) -> Any:
         ConfigError: it is missing, or no JSON.
     """
     try:
-        return json.loads(read_file(folder / "meta" / name, LARGEST_INFO))
+        return read_json(folder / "meta" / name, LARGEST_INFO)
     except (OSError, ValueError) as error:
         raise ConfigError(f"{folder}: no dataset with a readable meta/{name}: {error}") from None
 

@@ -90,7 +90,7 @@ class WarpPhysics(BatchPhysics):
         return self._fields[name]
 
     def forward(self, rows: np.ndarray | None = None) -> None:
-        """Bring derived fields up to date with the state."""
+        """Bring derived fields of `rows` (k,), all by default, up to date with the state."""
         super().forward(rows)
         for bound, read in self._derived.values():
             if rows is None:
@@ -114,14 +114,14 @@ class WarpPhysics(BatchPhysics):
         return self._expanded[name]
 
     def update_constants(self, rows: Sequence[int] | np.ndarray | None = None) -> None:
-        """Recompute what follows from masses and inertias, after they were written."""
+        """Recompute what follows from masses and inertias of `rows` (k,), all by default, after a change."""
         super().update_constants(rows)
         for name in _FROM_MASSES:
             if hasattr(self._model, name) and getattr(self.world.model, name).size:
                 self.model_field(name)
 
     def reset(self, rows: np.ndarray) -> None:
-        """Put simulations into the start state; call `forward` after changing it."""
+        """Put simulations `rows` (k,) into the start state; call `forward` after changing it."""
         super().reset(rows)
         self._is_changed = True  # differences are drawn at the start of episodes
 

@@ -186,7 +186,7 @@ def feet_of(robot: Robot) -> list[str]:
 
 
 def trot_offsets(robot: Robot, feet: list[str]) -> Array:
-    """Return the phase of each foot: pairs across the diagonal swing together, neighbours in turn.
+    """Return the phase (k,) of each foot: pairs across the diagonal swing together, neighbours in turn.
 
     Args:
         robot: standing.

@@ -8,23 +8,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from roboyard.description.mass_properties import (
     MassProperties,
     link_masses,
     massless_parts,
     trace_mass,
 )
-from roboyard.description.model import Joint, Quaternion, RobotDescription
+from roboyard.description.model import RobotDescription
 from roboyard.export.export_result import ExportResult
 from roboyard.export.mjcf.assets import Assets
 from roboyard.export.mjcf.geoms import add_collisions, add_visuals
 from roboyard.export.mjcf.joints import add_actuators, add_joint
+from roboyard.export.mjcf.keyframes import add_keyframes, is_scalar, standing
 from roboyard.export.mjcf.loops import add_loops
 from roboyard.export.mjcf.xml import add, pose
 from roboyard.export.names import free_name
-from roboyard.morphology.upright import standing_orientation
 from roboyard.transforms import to_wxyz
 
 if TYPE_CHECKING:
@@ -67,7 +65,7 @@ def write(robot: RobotModel, path: Path | str, *, floating: bool | None = None) 
     _add_excludes(root, robot, names)
     actuators = add_actuators(add(root, "actuator"), robot)
     _add_sensors(root, robot, actuators)
-    _add_home(root, robot, joints, actuators, floating)
+    add_keyframes(root, robot, joints, actuators, floating)
     for empty in [child for child in root if not len(child) and not child.attrib]:
         root.remove(empty)
     ET.indent(root)
@@ -105,7 +103,7 @@ def _add_bodies(
     masses = link_masses(description)
     weightless = set(massless_parts(description, masses, fixed_base=not floating))
     trace = trace_mass(description, masses)
-    placed = pose((0.0, 0.0, 0.0), _standing(robot))
+    placed = pose((0.0, 0.0, 0.0), standing(robot))
     top = add(add(root, "worldbody"), "body", name=names[description.root.name], **placed)
     if floating:
         add(top, "freejoint", name=f"{description.root.name}_free")
@@ -138,12 +136,6 @@ def _add_bodies(
     return joints
 
 
-def _standing(robot: RobotModel) -> Quaternion:
-    """Return the orientation (x, y, z, w) in which the robot stands."""
-    fits = robot.semantic.base_link == robot.description.root.name
-    return (standing_orientation(robot.semantic) if fits else None) or (0.0, 0.0, 0.0, 1.0)
-
-
 def _add_inertial(body: ET.Element, mass: MassProperties) -> None:
     add(
         body,
@@ -174,10 +166,10 @@ def _add_equalities(
 ) -> None:
     parent = add(root, "equality")
     for joint in description.depth_first_joints:
-        if joint.mimic is None or not _is_scalar(joint):
+        if joint.mimic is None or not is_scalar(joint):
             continue
         leader = description.joint_by_name.get(joint.mimic.joint)
-        if leader is None or leader is joint or not _is_scalar(leader):
+        if leader is None or leader is joint or not is_scalar(leader):
             notes.append(
                 f'joint "{joint.name}": mimics "{joint.mimic.joint}", which does not move; left free'
             )
@@ -192,10 +184,6 @@ def _add_equalities(
             solref=(0.005, 1),
             solimp=(0.99, 0.999, 0.001, 0.5, 2),
         )
-
-
-def _is_scalar(joint: Joint) -> bool:
-    return joint.type in ("revolute", "continuous", "prismatic")
 
 
 def _add_excludes(root: ET.Element, robot: RobotModel, names: Mapping[str, str]) -> None:
@@ -229,34 +217,3 @@ def _add_sensors(root: ET.Element, robot: RobotModel, actuators: tuple[str, ...]
     for site in sites:
         add(parent, "framepos", name=f"{site}_position", objtype="site", objname=site)
         add(parent, "framequat", name=f"{site}_orientation", objtype="site", objname=site)
-
-
-def _add_home(
-    root: ET.Element,
-    robot: RobotModel,
-    joints: Mapping[str, tuple[str, ...]],
-    actuators: tuple[str, ...],
-    floating: bool,
-) -> None:
-    """The rest posture as a keyframe, where there is one."""
-    if robot.planning is None or not robot.semantic.rest:
-        return
-    home = dict(robot.semantic.rest) | dict(robot.planning.lock_joints)
-    description = robot.description
-    x, y, z, w = _standing(robot)
-    numbers: list[float] = [0, 0, 0, w, x, y, z] if floating else []
-    value_of: dict[str, float] = {}
-    for joint in description.depth_first_joints:
-        if _is_scalar(joint):
-            value = home.get(joint.name, 0.0)
-            if joint.mimic is not None and joint.mimic.joint in home:
-                value = joint.mimic.multiplier * home[joint.mimic.joint] + joint.mimic.offset
-            value_of[joint.name] = value
-            numbers.append(value)
-        elif joint.type == "planar":
-            numbers += [0.0] * len(joints[joint.name])
-        elif joint.type in ("spherical", "floating"):
-            numbers += [0.0] * (len(joints[joint.name]) - 1) + [1.0, 0.0, 0.0, 0.0]
-    control = [value_of[name] if robot.drives[name] == "position" else 0.0 for name in actuators]
-    key = add(root, "keyframe")
-    add(key, "key", name="home", qpos=np.array(numbers), ctrl=np.array(control) if control else None)

@@ -14,7 +14,7 @@ from roboyard._version import __version__
 from roboyard.description.files.robot_files import robot_files
 from roboyard.description.xacro.expand import robot_stem
 from roboyard.importer.source import name_from_text
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import read_json
 
 Outcome = Literal["imported", "refused", "failed", "timed out", "died"]
 """Refused: Roboyard says why. Failed: an error that it did not expect. Died: the process ended."""
@@ -94,7 +94,7 @@ class Journal:
     def result(self, task: Task) -> TaskResult | None:
         """Return the result of a task that was finished with the same file and options."""
         try:
-            data = json.loads(read_file(self._file(task, "json"), _MAX_BYTES))
+            data = read_json(self._file(task, "json"), _MAX_BYTES)
             same = data.pop("key") == task.key
             return TaskResult(**data) if same else None
         except (OSError, ValueError, TypeError, KeyError, AttributeError):

@@ -77,7 +77,7 @@ def grasp_frame(hand: HandGeometry, grasp: Grasp, link: str) -> Pose:
 
 
 def fixed_tip(hand: HandGeometry, grasp: Grasp, tip: Array) -> Array:
-    """Return the point of the fixed jaw opposite a moving jaw's tip; the tip itself without a fixed jaw."""
+    """Return the point (3,) of the fixed jaw opposite a moving jaw's tip (3,) (m); that tip without one."""
     points = hand.points(hand.palm_links, hand.poses({}))
     if not len(points):
         return tip

@@ -17,8 +17,8 @@ FLAT = 0.15
 
 
 def find_directions(skeleton: Skeleton, limbs: Sequence[Limb], pairs: Sequence[Pair]) -> tuple[Array, Array]:
-    """Return up and left, unit vectors along axes of the base link's frame: z and y where nothing speaks
-    against them.
+    """Return up and left, unit vectors (3,) along axes of the base link's frame: z and y where nothing
+    speaks against them.
     """
     up = _up(skeleton, limbs, pairs)
     return up, _left(skeleton, limbs, pairs, up)

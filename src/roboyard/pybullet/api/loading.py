@@ -80,6 +80,7 @@ def _load_urdf_command(
             position,
             orientation,
             self_collision=bool(given_flags & _SELF_COLLISION),
+            excludes_ancestors=bool(given_flags & c.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS),
             file=str(path),
             kind=RIGID_BODY if whole(useMaximalCoordinates) == 1 else MULTIBODY,
         )
@@ -207,6 +208,7 @@ def loadMJCF(client: Client, mjcfFileName: str, flags: int = 0, useMultiBody: in
                 part.position - rotate(orientation, frame.position),
                 orientation,
                 self_collision=bool(given & _SELF_COLLISION),
+                excludes_ancestors=bool(given & c.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS),
                 file=str(path),
                 kind=RIGID_BODY if not whole(useMultiBody) and len(model.links) == 1 else MULTIBODY,
             )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from roboyard.pybullet.face.arguments import number, whole
 from roboyard.pybullet.face.commands import command
 from roboyard.pybullet.face.errors import failure
+from roboyard.pybullet.state.engine_parameters import CONTACT_ERP
 
 if TYPE_CHECKING:
     from roboyard.pybullet.client import Client
@@ -55,8 +56,9 @@ def setRealTimeSimulation(client: Client, enableRealTimeSimulation: int) -> None
 
 @command()
 def setDefaultContactERP(client: Client, defaultContactERP: float) -> None:
-    """Store the share of a penetration that Bullet's solver corrects in a step; no effect here."""
-    client.parameters.others["contactERP"] = number(defaultContactERP)
+    """Set the share of a penetration that is corrected in a step; 0.08 by default."""
+    client.parameters.others[CONTACT_ERP] = number(defaultContactERP)
+    client.parameters.revision += 1
 
 
 @command()
@@ -99,8 +101,8 @@ def setPhysicsEngineParameter(
     """Change the given engine settings.
 
     Time step, substeps, iterations and their residual (for robots with motors), friction cone, restitution
-    threshold, joint feedback and file caching have an effect. Other settings of Bullet's own solver (error
-    reduction, warm starting, islands, ...) are stored only.
+    threshold, error reduction (`erp`, `contactERP`), joint feedback and file caching have an effect. Other
+    settings of Bullet's own solver (warm starting, islands, ...) are stored only.
 
     Raises:
         error: there are more than MAX_SUB_STEPS substeps, or the time step is not finite.

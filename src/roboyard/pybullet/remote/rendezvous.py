@@ -14,7 +14,7 @@ from pathlib import Path
 
 from platformdirs import user_cache_path
 
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import read_json
 from roboyard.untrusted.text import one_line
 
 _MAX_BYTES = 1 << 16
@@ -74,7 +74,7 @@ def find(key: int) -> Address | None:
         raise ValueError('expected {"host": text, "port": 1 to 65535}')
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, RecursionError) as problem:
+    except (OSError, ValueError) as problem:
         reason = one_line(str(getattr(problem, "strerror", None) or problem))[:160] or type(problem).__name__
         print(f"roboyard: {path} is no address of a server: {reason}; delete it", file=sys.stderr)
         return None
@@ -100,4 +100,4 @@ def _read(path: Path) -> object:
         OSError: it cannot be read.
         ValueError: it is no JSON.
     """
-    return json.loads(read_file(path, _MAX_BYTES))
+    return read_json(path, _MAX_BYTES)

@@ -9,6 +9,8 @@ from roboyard._records import dataclass
 DEFAULT_ITERATIONS = 50
 RESIDUAL = "solverResidualThreshold"
 """Name of the setting below which iterations end."""
+ERP, CONTACT_ERP = "erp", "contactERP"
+"""Names of the shares of errors that are corrected in a step: of limits and constraints, of contacts."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -40,13 +42,14 @@ class EngineParameters:
     report_analytics: int = 0
     """1 asks for solver statistics; read back only."""
     others: dict[str, float] = field(default_factory=dict)
-    """Settings of Bullet's own solver, stored; only `RESIDUAL` has an effect on this engine."""
+    """Settings of Bullet's own solver, stored; only those named above have an effect on this engine."""
     revision: int = 0
     """Number of changes so far; the scene applies the settings when it differs."""
 
     def reset(self) -> None:
-        """Restore what resetSimulation resets: gravity and iterations."""
-        self.others.pop(RESIDUAL, None)
+        """Restore what resetSimulation resets: gravity, iterations, and the shares of errors."""
+        for name in (RESIDUAL, ERP, CONTACT_ERP):
+            self.others.pop(name, None)
         self.gravity = (0.0, 0.0, 0.0)
         self.iterations = DEFAULT_ITERATIONS
         self.inner_iterations = 1

@@ -29,6 +29,8 @@ class PairFilters:
         self._pairs: dict[tuple[Place, Place], bool] = {}
         self._self_colliding: set[int] = set()
         """Bodies whose own links may touch one another."""
+        self._never: set[tuple[Place, Place]] = set()
+        """Pairs of links of one body that no filter lets collide."""
 
     def group_of(self, body: int, link: int) -> int:
         """Return the filter group of a link: the script's, else 2 for a fixed base and 1 for other links."""
@@ -49,15 +51,36 @@ class PairFilters:
         self._pairs[(min(a, b), max(a, b))] = collide
         self._set(a, b, collide)
 
-    def add_body(self, record: BodyRecord, *, self_collision: bool) -> None:
-        """Apply the filters of other links to the links of a new body."""
+    def add_body(self, record: BodyRecord, *, self_collision: bool, excludes_ancestors: bool = False) -> None:
+        """Apply the filters of other links to the links of a new body.
+
+        Args:
+            record: the body.
+            self_collision: whether its links may touch one another.
+            excludes_ancestors: whether they never touch their parents, the parents of those, and so on.
+        """
         if self_collision:
             self._self_colliding.add(record.number)
+            if excludes_ancestors:
+                self._exclude_ancestors(record)
         for place in self._groups:
             self._apply_to(place, record)
 
+    def _exclude_ancestors(self, record: BodyRecord) -> None:
+        links, number = record.model.links, record.number
+        for link, part in enumerate(links[1:]):
+            above = part.parent
+            while part.collisions:
+                if links[above + 1].collisions:
+                    self._never.add(((number, above), (number, link)))
+                    self._set((number, above), (number, link), False)
+                if above < 0:
+                    break
+                above = links[above + 1].parent
+
     def remove_body(self, body: int) -> None:
         """Drop the filters of a body that was removed."""
+        self._never = {pair for pair in self._never if pair[0][0] != body}
         self._self_colliding.discard(body)
         self._groups = {place: given for place, given in self._groups.items() if place[0] != body}
         self._pairs = {pair: on for pair, on in self._pairs.items() if body not in (pair[0][0], pair[1][0])}
@@ -82,6 +105,8 @@ class PairFilters:
         return self._bodies[body].model.fixed_base and link == -1
 
     def _set(self, a: Place, b: Place, collide: bool) -> None:
+        if (min(a, b), max(a, b)) in self._never:
+            collide = False
         first, second = self._link(*a), self._link(*b)
         filters = self._world.filters
         if first is not None and second is not None and filters.collides(first, second) != collide:

@@ -14,7 +14,7 @@ from roboyard.pybullet.bullet_rules.spherical_motors import DEFAULT_GAIN, IDENTI
 from roboyard.pybullet.face.errors import failure
 from roboyard.pybullet.state.body_records import DEFAULT_IMPULSE, MULTIBODY, BodyRecord
 from roboyard.pybullet.state.constraint_records import ConstraintRecord
-from roboyard.pybullet.state.engine_parameters import RESIDUAL, EngineParameters
+from roboyard.pybullet.state.engine_parameters import CONTACT_ERP, ERP, RESIDUAL, EngineParameters
 from roboyard.pybullet.state.ids import Counter, IdPool, drop_from_order
 from roboyard.pybullet.state.pair_filters import PairFilters
 from roboyard.pybullet.state.textures import Textures
@@ -90,6 +90,7 @@ class PhysicsScene:
         orientation: Any,
         *,
         self_collision: bool = False,
+        excludes_ancestors: bool = False,
         file: str = "",
         kind: int = MULTIBODY,
     ) -> BodyRecord:
@@ -100,6 +101,7 @@ class PhysicsScene:
             position: position of the base link frame (m).
             orientation: orientation of the base link frame (x, y, z, w).
             self_collision: whether links of the body collide with each other.
+            excludes_ancestors: whether they do not with any of their ancestors.
             file: file that it was loaded from.
             kind: MULTIBODY or RIGID_BODY.
         """
@@ -123,7 +125,7 @@ class PhysicsScene:
                 )
         self.set_damping(record, record.linear_damping, record.angular_damping)
         self._without_motors.append(record)
-        self.filters.add_body(record, self_collision=self_collision)
+        self.filters.add_body(record, self_collision=self_collision, excludes_ancestors=excludes_ancestors)
         self.textures.add_body(record)
         return record
 
@@ -272,8 +274,9 @@ class PhysicsScene:
             solver.rounds = max(p.iterations, 1)
             solver.residual = p.others.get(RESIDUAL, profile.motor_residual)
         slow = p.restitution_velocity_threshold
-        if profile.slow != slow:
-            self.world.profile = replace(profile, slow=slow)
+        erp, contact_erp = p.others.get(ERP, BULLET.erp), p.others.get(CONTACT_ERP, BULLET.contact_erp)
+        if (profile.slow, profile.erp, profile.contact_erp) != (slow, erp, contact_erp):
+            self.world.profile = replace(profile, slow=slow, erp=erp, contact_erp=contact_erp)
 
     def add_default_motors(self) -> None:
         """Add Bullet's default velocity motors to new bodies."""
@@ -393,7 +396,7 @@ class PhysicsScene:
 
     def release(self) -> None:
         """Free everything: the parts reference each other, and MuJoCo's arrays are large."""
-        vars(self.world).clear()
+        self.world.release()
         if self._query_shapes is not None:
             self._query_shapes.release()
         vars(self).clear()

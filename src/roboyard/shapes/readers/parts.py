@@ -126,7 +126,7 @@ def _if_valid(kind: str, pair: tuple[Floats, Indices] | None) -> tuple[Floats, I
 
 
 def check_indices(kind: str, indices: Indices, count: int) -> None:
-    """Check that all (...) indices are between 0 and `count` - 1.
+    """Check that all (...,) indices are between 0 and `count` - 1.
 
     Raises:
         ValueError: an index is out of range.

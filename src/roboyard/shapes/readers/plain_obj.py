@@ -58,9 +58,8 @@ def read_plain(data: bytes) -> PlainObj | None:
     read(text, 1, _POWERS, at, counts, *arrays)
     triangles, face_of_triangle = _fans(corners[: counts[3]], ends)
     check_triangles(len(triangles))
-    face_material = np.zeros(len(ends), dtype=np.int64)
     materials, libraries = [""], list[str]()
-    numbers = {"": 0}
+    numbers, starts, in_turn = {"": 0}, [0], [0]
     for begin, end, face, is_library in events.tolist():
         word, _, rest = data[begin:end].partition(b" ")
         name = rest.decode("utf-8", "replace").strip()
@@ -70,7 +69,9 @@ def read_plain(data: bytes) -> PlainObj | None:
             number = numbers.setdefault(name, len(numbers))
             if number == len(materials):
                 materials.append(name)
-            face_material[face:] = number
+            starts.append(face)
+            in_turn.append(number)
+    face_material = np.repeat(np.array(in_turn, dtype=np.int64), np.diff([*starts, len(ends)]))
     return PlainObj(
         positions=positions,
         uvs=uvs,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import logging
 import re
 import warnings
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from roboyard.shapes.readers.external_files import MAX_PIXELS, find_external_file, pixels
 from roboyard.shapes.readers.parts import Part, check_triangles
 from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import parse_json
 
 MAX_ITEMS = 40_000_000
 """Most numbers of all accessors of a glTF file."""
@@ -146,7 +146,7 @@ def _check_gltf(data: bytes) -> None:
     if data.startswith(b"glTF"):
         length = int.from_bytes(data[12:16], "little")
         text = data[20 : 20 + length]
-    tree = json.loads(text)
+    tree = parse_json(text)
     if not isinstance(tree, dict):
         raise ValueError(f"not a glTF scene but {type(tree).__name__}")
     accessors = tree.get("accessors", [])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from roboyard.shapes.readers.external_files import find_external_file
 from roboyard.untrusted.files import read_file
+from roboyard.untrusted.json_reading import parse_json
 
 _MTLLIB = re.compile(rb"^([ \t]*mtllib[ \t]+)([^\r\n]+)", re.M)
 _MAP = re.compile(
@@ -57,10 +57,10 @@ def names_in(file: Path) -> Iterator[str]:
                 yield name
     else:
         try:
-            scene = json.loads(data.decode("utf-8", "replace"))
+            scene = parse_json(data)
             entries = [*scene.get("buffers", ()), *scene.get("images", ())]
             uris = [entry.get("uri") for entry in entries]
-        except (ValueError, AttributeError, TypeError, RecursionError):
+        except (ValueError, AttributeError, TypeError):
             return
         yield from (uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:"))
 

@@ -41,7 +41,7 @@ def add_soft_body(
     rgba: RGBA | None,
     name: str,
 ) -> SoftBody:
-    """Add a soft body; see `World.add_soft_body`."""
+    """Add a soft body of nodes (n, 3) and elements (m, 3) or (m, 4); see `World.add_soft_body`."""
     local, cells = _checked_shape(nodes, elements, name)
     if not (0.0 < mass < np.inf and 0.0 < radius < np.inf and 0.0 <= friction < np.inf):
         raise RoboyardError(

@@ -72,7 +72,7 @@ class SoftBodies:
             function(*arguments)
 
     def rows_without_push(self, model: Any, contact: Any) -> np.ndarray:
-        """Return the first rows of contacts between a link and elements of which it holds a node.
+        """Return the first rows (k,) of contacts between a link and elements of which it holds a node.
 
         These elements move with the link.
         """

@@ -14,6 +14,8 @@ from roboyard.sim.engine import Engine
 kernels = lazy_module("roboyard.sim.stepping.sliding_kernels")
 
 ITERATIONS = 4
+PILE_ITERATIONS = 2
+"""Corrections in a step of a pile, whose solver stops before it has converged."""
 TOLERANCE = 1e-3
 """Tolerance of the normal velocity of a sliding contact (m/s)."""
 SLOW = 0.05
@@ -92,7 +94,8 @@ class SlidingContacts:
         """Correct sliding contacts and solve again until they agree, after the solver."""
         contact, acceleration = data.contact, self._acceleration[: data.nefc]
         rows = self._exempt, contact.geom, contact.dim, contact.efc_address, contact.friction
-        for _ in range(ITERATIONS):
+        in_pile = model.opt.solver == mujoco.mjtSolver.mjSOL_CG
+        for _ in range(PILE_ITERATIONS if in_pile else ITERATIONS):
             mujoco.mj_mulJacVec(model, data, acceleration, data.qacc)
             change = kernels().remove_lift(
                 *rows, acceleration, data.efc_force, timestep, self._base, data.efc_aref

@@ -202,13 +202,13 @@ class Surfaces:
                 self._base, self._acceleration = np.zeros(2 * rows), np.zeros(2 * rows)
             kernels().hard_contacts(
                 *(restitution, geom, dim, address, contact.dist, friction, velocity),
-                *(timestep, profile.erp, profile.slow, self._base, reference, *weights),
+                *(timestep, profile.contact_erp, profile.slow, self._base, reference, *weights),
                 *(margins, contact.pos, contact.frame),
             )
             if self._compliance:
                 kernels().compliant_contacts(
                     *(compliance, geom, dim, address, contact.dist, friction, contact.mu),
-                    *(timestep, profile.erp, self._base, reference, *weights),
+                    *(timestep, profile.contact_erp, self._base, reference, *weights),
                 )
             if alone:
                 return

@@ -17,6 +17,13 @@
     .roboyard-bar svg { width: 16px; height: 16px; display: block; margin: auto; fill: currentColor; }
     .roboyard-bar output { font-variant-numeric: tabular-nums; white-space: nowrap; padding: 0 4px;
       width: 150px; text-align: center; }
+    .roboyard-bar.roboyard-strip { flex-wrap: nowrap; gap: 0 1px; padding: 0 2px; border-radius: 0;
+      border-width: 0 0 1px; justify-content: space-between; font-size: 12px; box-shadow: none;
+      opacity: .95; }  /* an opaque one lets Chromium cut the picture behind it at the bottom, too */
+    .roboyard-strip button, .roboyard-strip select { height: 26px; min-width: 24px; padding: 0 2px; flex: 0 0 auto; }
+    .roboyard-strip select { width: 62px; flex: 0 1 62px; min-width: 40px; text-overflow: ellipsis; }
+    .roboyard-strip output { width: auto; flex: 1 1 60px; min-width: 0; padding: 0 2px; overflow: hidden;
+      text-overflow: ellipsis; }
     .roboyard-note { position: fixed; top: 40%; left: 50%; transform: translate(-50%, -50%); z-index: 1001;
       max-width: 90vw; padding: 14px 18px; border-radius: 8px; font: 15px/1.4 system-ui, sans-serif;
       background: #7a1f1f; color: #fff; box-shadow: 0 2px 12px rgba(0,0,0,.4); }
@@ -138,13 +145,16 @@
   let tab = document.querySelector("link[rel~=icon]");
   if (!tab) { tab = document.createElement("link"); tab.rel = "icon"; document.head.appendChild(tab); }
   tab.type = "image/svg+xml"; tab.href = ICON;
+  const STRIP = 670;  // least width of a picture with the whole bar (pixels)
   const place = () => {
     const box = window.__viserMutable?.canvas?.getBoundingClientRect();
     if (!box) return;
+    const strip = box.width < STRIP;  // one row along the edge, which hides no robot
+    bar.classList.toggle("roboyard-strip", strip);
     bar.style.left = `${box.left + box.width / 2}px`;
-    bar.style.width = "max-content";
-    bar.style.maxWidth = `${Math.max(box.width - 16, 140)}px`;
-    bar.style.top = `${box.top + 8}px`;
+    bar.style.width = strip ? `${box.width}px` : "max-content";
+    bar.style.maxWidth = strip ? "none" : `${box.width - 16}px`;
+    bar.style.top = `${box.top + (strip ? 0 : 8)}px`;
   };
   const closeNote = () => {  // low quality is chosen already, and shown in the bar
     for (const n of document.querySelectorAll("[class*=Notification-root]"))

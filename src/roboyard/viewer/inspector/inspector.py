@@ -97,7 +97,7 @@ class Inspector:
         self._start = self.world.save_state()
 
     def load(self, source: RobotSource, message: str = "") -> None:
-        """Replace the robot, or load it again from new files; `message` is shown in the tab Save.
+        """Replace the robot, or load it again from new files; `message` is shown under Save.
 
         Raises the errors of the constructor; the old robot stays then.
         """
@@ -147,7 +147,7 @@ class Inspector:
         self.hold_box.on_update(lambda event: self.do(lambda on=event.target.value: self.joints.hold(on)))
 
     def _add_panels(self, shown: Mapping[str, bool]) -> None:
-        """Add the tabs of the robot; `shown` has the values of the switches in the tab Show."""
+        """Add the tabs of the robot; `shown` has the values of the switches in the tab Look."""
         self.panels = Panels(
             viewer=self.viewer,
             world=self.world,

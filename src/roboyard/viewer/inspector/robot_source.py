@@ -112,14 +112,12 @@ def package_source(folder: Path, name: str, config: Path | None = None) -> Robot
 
 def _imported_with(folder: Path, name: str) -> Path | None:
     """Return the configuration of an import if it is in the working folder; its log holds the file's name."""
-    import json
-
     from roboyard.config.yaml_lines import read_yaml
     from roboyard.errors import ConfigError
-    from roboyard.untrusted.files import read_file
+    from roboyard.untrusted.json_reading import read_json
 
     try:
-        said = json.loads(read_file(folder / "import_log.json", 64 << 20)).get("configuration")
+        said = read_json(folder / "import_log.json", 64 << 20).get("configuration")
     except (OSError, ValueError, AttributeError):
         return None
     file = Path(Path(said).name) if isinstance(said, str) and said else None

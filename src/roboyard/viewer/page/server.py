@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from roboyard.errors import ConfigError, MissingExtraError
+from roboyard.viewer.page.accessible import make_accessible
 from roboyard.viewer.page.every_change import send_every_change
 from roboyard.viewer.page.origins import guarded
 
@@ -52,6 +53,7 @@ def open_server(host: str, port: int, title: str) -> Any:
     server.gui.main_panel.dock_right()
     server.scene.world_axes.visible = False
     send_every_change(server)
+    make_accessible(server)
     return server
 
 

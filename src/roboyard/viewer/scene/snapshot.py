@@ -64,7 +64,8 @@ def take(
 ) -> Snapshot:
     """Return the current state of a world; call it from the simulation thread.
 
-    `model` is `world.model` and `links` were collected from it; `forces` and `pull` are arrows to draw.
+    `model` is `world.model` and `links` were collected from it; `forces` (k, 2, 3) and `pull`
+    (1, 2, 3) are arrows to draw (m).
     """
     shapes = tuple(world.render_scene().shapes)
     data = world.data

@@ -39,7 +39,7 @@ NEAREST, TIMES = 0.25, 3.0
 
 
 class Panels:
-    """The tabs and overlays of one robot."""
+    """The four tabs (Look, Move, Check, Edit) and overlays of one robot."""
 
     def __init__(
         self,
@@ -77,35 +77,37 @@ class Panels:
         self._on_switch: dict[str, Callable[[bool], None]] = {}
         gui = viewer.server.gui
         self._tabs = gui.add_tab_group()
-        with self._tabs.add_tab("Show"):
+        with self._tabs.add_tab("Look"):
             self._add_switch("visual meshes", True, viewer.show_visuals)
             for kind in self.overlays.kinds:
                 self._add_switch(kind, False, lambda on, kind=kind: self.overlays.switch(kind, on))
-        with self._tabs.add_tab("Links"):
-            self.links = LinkPanel(gui, body, audit, viewer.highlight)
-        with self._tabs.add_tab(f"Findings ({len(audit.findings)})"):
-            gui.add_markdown(findings_text(audit))
-        with self._tabs.add_tab("Checks"):
-            self.checks = CheckPanel(gui, self.context, do, self.point)
-        with self._tabs.add_tab("Joints"):
+            with gui.add_folder("Links"):
+                self.links = LinkPanel(gui, body, audit, viewer.highlight)
+            with gui.add_folder("Picture", expand_by_default=False):
+                self.camera = CameraPanel(gui, world, do)
+        with self._tabs.add_tab("Move"):
             self.wiggle_button = gui.add_button("Wiggle every joint")
-            self.joints = JointPanel(gui, body, do)
-        with self._tabs.add_tab("Plot"):
-            self.plot = VelocityPlot(gui, body.joint_names)
-        with self._tabs.add_tab("Camera"):
-            self.camera = CameraPanel(gui, world, do)
-        with self._tabs.add_tab("Sensors"):
-            self.sensors = SensorPanel(
-                gui, body, edits, self.overlays.sensors, self._gizmo, do, lambda: self._reveal(SENSORS)
-            )
-        with self._tabs.add_tab("Spheres"):
-            self.spheres = SpherePanel(
-                gui, body, edits, self.overlays.spheres, self._gizmo, do, lambda: self._reveal(SPHERES)
-            )
-        with self._tabs.add_tab("Pairs"):
-            self.pairs = PairPanel(gui, body, edits, do, viewer.highlight, lambda: overlaps(body))
-        with self._tabs.add_tab("Save"):
-            self.save = SavePanel(gui, source, edits, do, reload)
+            with gui.add_folder("Joints"):
+                self.joints = JointPanel(gui, body, do)
+            with gui.add_folder("Velocities"):
+                self.plot = VelocityPlot(gui, body.joint_names)
+        with self._tabs.add_tab("Check"):
+            self.checks = CheckPanel(gui, self.context, do, self.point)
+            with gui.add_folder(f"Findings in the file ({len(audit.findings)})"):
+                gui.add_markdown(findings_text(audit))
+        with self._tabs.add_tab("Edit"):
+            with gui.add_folder("Save"):
+                self.save = SavePanel(gui, source, edits, do, reload)
+            with gui.add_folder("Sensors"):
+                self.sensors = SensorPanel(
+                    gui, body, edits, self.overlays.sensors, self._gizmo, do, lambda: self._reveal(SENSORS)
+                )
+            with gui.add_folder("Spheres", expand_by_default=False):
+                self.spheres = SpherePanel(
+                    gui, body, edits, self.overlays.spheres, self._gizmo, do, lambda: self._reveal(SPHERES)
+                )
+            with gui.add_folder("Pairs", expand_by_default=False):
+                self.pairs = PairPanel(gui, body, edits, do, viewer.highlight, lambda: overlaps(body))
         self.wiggle_button.on_click(lambda _: do(wiggle))
 
     def _add_switch(self, label: str, on: bool, switch: Callable[[bool], None]) -> None:
@@ -114,7 +116,7 @@ class Panels:
         box.on_update(lambda event: self._do(lambda on=event.target.value: switch(on)))
 
     def switch(self, label: str, on: bool) -> None:
-        """Switch an overlay of the tab Show."""
+        """Switch an overlay of the tab Look."""
         self._on_switch[label](on)
 
     def _reveal(self, kind: str) -> None:
