@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roboyard.description.model import Box, Collision, Inertial, Joint, Link, Pose, RobotDescription
+from roboyard.description.model import Box, Collision, Inertial, Joint, Link, Pose, RobotDescription, Sphere
 from roboyard.sim import World
 from roboyard.transforms import quaternion_from_rpy
 
@@ -151,3 +151,38 @@ def test_a_robot_that_slides_on_its_base_stays_on_the_floor(speed):
         world.remove(world.add_box((0.1, 0.1, 0.1), (0, 9, 0.05)))
     expected = 2 * (speed**2 / (2 * 0.5 * G) - speed * world.timestep / 2)
     assert robot.position[0] - start[0] == pytest.approx(expected, rel=0.02)
+
+
+def cart() -> RobotDescription:
+    wheel = Collision(geometry=Sphere(radius=0.1))
+    box = Inertial(mass=20.0, inertia=(0.3, 0.0, 0.0, 0.6, 0.0, 0.8))
+    round_ = Inertial(mass=1.0, inertia=(0.005, 0.0, 0.0, 0.005, 0.0, 0.005))
+    places = [(x, y) for x in (0.25, -0.25) for y in (0.3, -0.3)]
+    return RobotDescription(
+        name="cart",
+        links=(
+            Link(name="base", inertial=box),
+            *(Link(name=f"wheel_{k}", inertial=round_, collisions=(wheel,)) for k in range(4)),
+        ),
+        joints=tuple(
+            Joint(name=f"axle_{k}", type="continuous", parent="base", child=f"wheel_{k}", axis=(0, 1, 0),
+                  origin=Pose(position=(*place, 0.0)))
+            for k, place in enumerate(places)
+        ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0])
+def test_wheels_that_slide_sideways_stay_on_the_floor(speed: float) -> None:
+    world = World()
+    world.add_plane()  # friction 1, as that of the wheels
+    body = world.add_description(cart(), (0, 0, 0.1), drives=False)
+    world.step(240)
+    low, start = float(body.position[2]), float(body.position[1])
+    body.set_velocity((0, speed, 0))
+    heights = []
+    for _ in range(int((speed / G + 0.2) / world.timestep)):
+        world.step()
+        heights.append(float(body.position[2]))
+    assert max(heights) - low < 1e-3
+    assert body.position[1] - start == pytest.approx(speed**2 / (2 * G), abs=speed * world.timestep)

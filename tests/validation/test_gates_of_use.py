@@ -266,3 +266,33 @@ def test_continuous_joints_of_legs_are_not_wheels(understood: dict[str, Any], me
     )
     gate = gates(drive_gates, load_description(text + "</robot>"), given, understood=understood)["drive"]
     assert bool(gate.skipped) is not measured
+
+
+@pytest.mark.parametrize(("inertia", "follows"), [(0.008, True), (1.0, False)])
+def test_a_base_on_four_wheels_follows_unless_their_inertia_is_of_no_wheel(
+    inertia: float, follows: bool
+) -> None:
+    """Its weight is behind the middle, and it slips sideways as it turns; both are allowed for."""
+    text = '<robot name="skid">' + link("base", "0.5 0.3 0.1", com="-0.08 0 0", mass=20.0)
+    names = [f"{end}_{side}" for side in ("left", "right") for end in ("front", "rear")]
+    for name in names:
+        x, y = (0.2 if "front" in name else -0.2), (0.2 if "left" in name else -0.2)
+        text += (
+            f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="{inertia}" ixy="0" ixz="0"'
+            f' iyy="{inertia}" iyz="0" izz="{inertia}"/></inertial><collision><origin rpy="1.5707963 0 0"/>'
+            '<geometry><cylinder radius="0.1" length="0.04"/></geometry></collision></link>'
+            f'<joint name="{name}_joint" type="continuous"><parent link="base"/><child link="{name}"/>'
+            f'<origin xyz="{x} {y} -0.05"/><axis xyz="0 1 0"/><limit effort="100" velocity="20"/></joint>'
+        )
+    given = definition(
+        raw_controller_order=["base"],
+        default_controllers={"base": "DifferentialDriveController"},
+        two_wheel={"wheel_radius": 0.1, "wheel_axle_length": 0.4},
+        locomotion={
+            "base_joint_names": [f"{name}_joint" for name in names],
+            "floor_touching_base_link_names": names,
+        },
+    )
+    gate = gates(drive_gates, load_description(text + "</robot>"), given)["drive"]
+    assert gate.passed is follows, gate.findings
+    assert ("correct <inertia>" in " ".join(gate.findings)) is not follows

@@ -191,7 +191,7 @@ class Skills:
         return self._try("lift", body, act, attempts=1)
 
     def place(self, body: str, on: str, at: ArrayLike | None = None) -> SkillResult:
-        """Place a grasped body on top of another, near x, y (m) in the world frame where given.
+        """Place a grasped body on top of another, near (2,) x, y (m) in the world frame where given.
 
         Raises:
             RoboyardError: there is no such body.

@@ -31,7 +31,8 @@ class SlidingContacts:
     box that slides at 4 m/s hops by 0.2 m. Lowering the reference acceleration of the normal by what the
     tangents add (de Saxce's correction) removes that. It needs the solution, so the solver runs two or three
     times while contacts slide, and once where nothing does. Contacts of the base links of bodies that move
-    freely are corrected: objects, and robots that slide on their base. Those of links behind joints are left
+    freely are corrected: objects, and robots that slide on their base; so are those of wheels on the base,
+    which slide sideways where a robot with several axles turns. Those of other links behind joints are left
     to MuJoCo, since a limb that is thrown against the ground may wedge, where no solution without lift
     exists, and so are those of MJCF files, which move as in MuJoCo alone.
     """
@@ -72,7 +73,7 @@ class SlidingContacts:
         world = self._world
         model, data = world.live_model, world.live_data
         moving = [b for b in world.body_by_id.values() if b.description is not None and not b.is_fixed]
-        links = [body.mujoco_ids[:1] for body in moving]
+        links = [_links_that_slide(model, body.mujoco_ids) for body in moving]
         exempt = ~np.isin(model.geom_bodyid, np.concatenate(links)) if links else np.ones(0, dtype=bool)
         self._robot_speeds = None
         if exempt.all():
@@ -104,3 +105,27 @@ class SlidingContacts:
                 return
             data.qacc_warmstart[:] = data.qacc
             mujoco.mj_fwdConstraint(model, data)
+
+
+def _links_that_slide(model: Any, links: np.ndarray) -> np.ndarray:
+    """Return the base of a body, and the links that turn on it about an axle without limits.
+
+    Args:
+        model: MuJoCo's model.
+        links: (n,) its links in MuJoCo, the base first.
+    """
+    kept, rigid = [links[0]], {int(links[0])}
+    for link in links[1:]:
+        if int(model.body_parentid[link]) not in rigid:
+            continue
+        joint = model.body_jntadr[link]
+        if model.body_jntnum[link] == 0:
+            rigid.add(int(link))
+            kept.append(link)
+        elif (
+            model.body_jntnum[link] == 1
+            and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
+            and not model.jnt_limited[joint]
+        ):
+            kept.append(link)
+    return np.array(kept)

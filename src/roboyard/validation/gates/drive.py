@@ -26,12 +26,16 @@ MAX_ERROR = 0.02
 """Largest error, as a fraction of the commanded speed."""
 SKID_TURN_ERROR = 0.4
 """The same of the yaw rate of a base with several wheels a side, which slip sideways in a curve."""
+SKID_DRIFT = 0.05
+"""The same of its forward speed in a curve: with its weight beside the middle it creeps along."""
 MAX_VEER = 0.05
 """Largest sideways motion and turn (rad) in a drive with equal wheel speeds, as a share of the way."""
 MAX_RADIUS_ERROR = 0.1
 """Largest error of the definition's wheel radius, as a fraction of it."""
 WHEEL_SPEED = 5.0
 """Speed of wheels that are driven one by one (rad/s)."""
+WHEEL_INERTIA = 4.0
+"""Largest inertia of a wheel about its axle, as a multiple of its mass at the radius of its rim."""
 LEVEL = 0.2
 """Largest |z| component of a wheel's axis."""
 TITLE = "The base follows its commands"
@@ -80,6 +84,7 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
     errors = np.abs(measured - twists) / scale
     if two_wheeled and controller.limits.size > 2:
         errors[:, 1] *= MAX_ERROR / SKID_TURN_ERROR
+        errors[twists[:, 1] != 0.0, 0] *= MAX_ERROR / SKID_DRIFT
     findings = [
         f"commanded {_text(twist)}: measured {_text(velocity)}"
         for twist, velocity, error in zip(twists, measured, errors, strict=True)
@@ -93,7 +98,7 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             threshold=MAX_ERROR,
             unit="of the speed",
             detail=f"{len(twists)} twists, mean of {MEASURED_SECONDS:g} s after {START_SECONDS:g} s",
-            findings=[*findings, *_sizes(test_world)],
+            findings=[*findings, *_sizes(test_world), *(_heavy_wheels(test_world) if findings else ())],
             advice="wheel_radius and wheel_axle_length, links that touch the floor beside the wheels (list "
             "casters"
             " in floor_touching_base_link_names), and effort limits of the wheels",
@@ -203,3 +208,24 @@ def _sizes(test_world: TestWorld) -> list[str]:
             f" most {apart:.4g} m"
         )
     return found
+
+
+def _heavy_wheels(test_world: TestWorld) -> list[str]:
+    """Return findings about wheels whose inertia is beyond that of any wheel of their mass and radius."""
+    source = test_world.source
+    description = source.description(test_world.definition) if isinstance(source, RegisteredRobot) else source
+    found = []
+    for wheel in driven_wheels(test_world.definition, description).values():
+        inertial = description.link_by_name[wheel.link].inertial
+        if inertial is None:
+            continue
+        axis = inertial.origin.matrix()[:3, :3].T @ np.asarray(wheel.joint.axis)
+        about = float(axis @ inertial.matrix() @ axis)
+        rim = inertial.mass * wheel.radius**2
+        if about > WHEEL_INERTIA * rim:
+            found.append(
+                f"link {wheel.link!r}: its inertia about the axle is {about:.2g} kg m²; its mass at the "
+                f"rim has {rim:.2g}, so that the base tips over its wheels when they accelerate; correct "
+                "<inertia>"
+            )
+    return found[:1]
