@@ -7,7 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from roboyard.planning import Obstacles, SphereModel, Trajectory, sphere_robot
+from roboyard.description import load_description
+from roboyard.description.model import Box, Pose
+from roboyard.description.robot_model import CollisionSphere
+from roboyard.planning import Obstacle, Obstacles, SphereModel, Trajectory, sphere_robot
 from roboyard.planning.path_search import SearchSpace, time_path
 
 JOINTS = [f"joint{i}" for i in range(1, 8)]
@@ -100,3 +103,37 @@ def test_no_motion_takes_no_time(space: SearchSpace) -> None:
     made = time_path(space, np.ones((2, 7)), LIMITS, tuple(JOINTS))
     assert made.duration == 0.0
     np.testing.assert_array_equal(made.at(1.0)[0], np.ones(7))
+
+
+GANTRY = (
+    '<robot name="gantry"><link name="base"/><link name="beam"/><link name="ball"/>'
+    + "".join(
+        f'<joint name="{name}" type="prismatic"><parent link="{parent}"/><child link="{child}"/>'
+        f'<axis xyz="{axis}"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>'
+        for name, parent, child, axis in (("x", "base", "beam", "1 0 0"), ("y", "beam", "ball", "0 1 0"))
+    )
+    + "</robot>"
+)
+
+
+@pytest.mark.parametrize("steps", [[(1.0, 0.0), (0.0, 0.05)], [(0.0, 0.05), (1.0, 0.0), (0.0, -0.05)]])
+def test_a_short_segment_does_not_shift_the_long_one_before_it_into_an_obstacle(
+    steps: list[tuple[float, float]],
+) -> None:
+    """A ball passes a block along a line with 5 mm of clearance; the short segment would end long before."""
+    path = np.cumsum([(0.0, 0.0), *steps], axis=0)
+    way = float(path[-2, 1])
+    block = Box(size=(0.2, 0.02, 0.2))
+    for side in (0.035, -0.035):
+        model = SphereModel(
+            description=load_description(GANTRY),
+            spheres={"ball": (CollisionSphere(center=(0.0, 0.0, 0.0), radius=0.02),)},
+            ignore=frozenset(),
+        )
+        obstacle = Obstacle(name="block", shape=block, pose=Pose(position=(0.5, way + side, 0.0)))
+        space = SearchSpace.of(sphere_robot(model, ["x", "y"]).arrays, Obstacles([obstacle]).arrays)
+        made = time_path(space, path, np.array([[1.0, 1.0], [10.0, 10.0], [500.0, 500.0]]), ("x", "y"))
+        q = made.at(np.linspace(0.0, made.duration, 5000))[0]
+        away = np.maximum(np.abs(q - [0.5, way + side]) - [0.1, 0.01], 0.0)
+        assert np.linalg.norm(away, axis=1).min() > 0.02
+        np.testing.assert_allclose(made.q[-1], path[-1], atol=1e-9)

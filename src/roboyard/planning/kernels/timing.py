@@ -214,15 +214,17 @@ def total(values):
 
 
 def may_start(robot, world, path, segments, first, i, done, margin, work, sweep):
-    """Whether segment i may start at its time in `begin`, while segments from `first` on may still move."""
+    """Whether segment i may start at its time in `begin`, while segments from `first` on may still move.
+
+    It is checked until they all have ended: where segment i ends sooner, they move on beside the polygon.
+    """
     begin = segments.begin
-    end = min(done, begin[i] + total(segments.phases[i]))
-    if end <= begin[i]:
+    if done <= begin[i]:
         return True
     while first < i - 1 and begin[first] + total(segments.phases[first]) <= begin[i]:
         first += 1
-    return within_limits(segments, first, i + 1, begin[i], end) and corner_free(
-        robot, world, path, segments, first, i + 1, begin[i], end, margin, work, sweep
+    return within_limits(segments, first, i + 1, begin[i], done) and corner_free(
+        robot, world, path, segments, first, i + 1, begin[i], done, margin, work, sweep
     )
 
 
