@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from roboyard.assets import assets_root
 from roboyard.description import load_description
@@ -51,3 +54,26 @@ def test_a_plan_is_made_without_numba_once_the_loops_are_stored() -> None:
         f"assert np.allclose(plan.path, np.array({expected.path.tolist()}), atol=1e-9), plan\n"
     )
     assert "numba" not in loaded and "roboyard.robots" not in loaded
+
+
+@pytest.mark.slow
+def test_compiling_takes_no_time_from_the_first_plan(tmp_path: Path) -> None:
+    program = (
+        "import numpy as np\n"
+        "from roboyard.assets import assets_root\n"
+        "from roboyard.description import load_description\n"
+        "from roboyard.planning import Planner, PoseGoal, fitted_model, keep_upright\n"
+        "model = fitted_model(load_description(assets_root() / 'arm7' / 'arm7.urdf'))\n"
+        "planner = Planner(model)\n"
+        "link = planner.robot.links[-1]\n"
+        "start = np.array([0.0, 0.6, 0.0, 1.2, 0.0, 0.6, 0.0])\n"
+        "goal = start + [0.8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]\n"
+        "plan = planner.plan(start, goal, time_limit=1.0, keep=keep_upright(link))\n"
+        "assert plan.outcome == 'solved' and plan.planning_seconds < 1.0, plan\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=240, env=environment
+    )
+    assert done.returncode == 0, done.stderr
+    assert "compiling the planner" in done.stderr

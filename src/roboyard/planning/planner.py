@@ -32,6 +32,11 @@ from roboyard.transforms import Array
 
 _checker = lazy_module("roboyard.planning.kernels.checker")
 _sampling = lazy_module("roboyard.planning.kernels.sampling")
+_motion = lazy_module("roboyard.planning.kernels.motion")
+_shortcuts = lazy_module("roboyard.planning.kernels.shortcuts")
+_timing = lazy_module("roboyard.planning.kernels.timing")
+_kinematics = lazy_module("roboyard.kinematics._kernels")
+_inverse = lazy_module("roboyard.kinematics._lm")
 
 VELOCITY, ACCELERATION, JERK = 2.0, 15.0, 500.0
 """Limits of joints without one (rad/s, rad/s², rad/s³ or m)."""
@@ -147,7 +152,7 @@ class Planner:
 
     def warm_up(self) -> None:
         """Load the kernels, or compile them on their first use on this machine, and build the judge."""
-        announce_compilation()
+        compile_loops()
         q = (self.robot.arrays.lower + self.robot.arrays.upper) / 2
         space = SearchSpace.of(self.robot.arrays, self.obstacles.arrays)
         path = np.stack([q, q + 1e-3, q])
@@ -189,7 +194,7 @@ class Planner:
         Raises:
             ConfigError: a vector has the wrong length or is not finite, or a goal's link does not exist.
         """
-        announce_compilation()
+        compile_loops()
         begin = time.perf_counter()
         q = self.vector(start, "start")
         failure, q = self._bounded("start", q)
@@ -510,17 +515,24 @@ def _listed(goal: Goal | Sequence[Goal]) -> list[Goal]:
     return [values] if values.ndim < 2 else list(values)
 
 
-_announced = False
+_prepared = False
 
 
-def announce_compilation() -> None:
-    """Log one line where the planning kernels are not compiled yet."""
-    global _announced
-    if _announced:
+def compile_loops() -> None:
+    """Compile the loops that no earlier process has stored, and say so in a line; once in a process.
+
+    A plan's time begins after it: the first plan on a machine has as much time to search as later ones.
+    """
+    global _prepared
+    if _prepared:
         return
-    _announced = True
-    search = _sampling().search  # a builtin function, once it is loaded
-    if isinstance(search, Kernel) and not search.is_ready:
+    _prepared = True
+    modules = (_checker, _sampling, _motion, _shortcuts, _timing, _kinematics, _inverse)
+    loops = [loop for module in modules for loop in vars(module()).values() if isinstance(loop, Kernel)]
+    missing = [loop for loop in loops if not loop.is_ready]
+    if missing:
         logging.getLogger("roboyard").warning(
             "compiling the planner for this machine: once, about 20 seconds"
         )
+    for loop in missing:
+        loop.load()
