@@ -65,8 +65,16 @@ OWN_JSON = {
 """Modules that parse JSON by themselves, and why."""
 
 
-def parses_of(path: Path) -> list[int]:
-    """Lines on which a module parses JSON by itself."""
+OWN_YAML = {
+    "roboyard.config.yaml_edit": "places in the text, after its values were counted",
+    "roboyard.config.yaml_lines": "lines of the text, after its values were counted",
+    "roboyard.untrusted.yaml_reading": "the one place",
+}
+"""Modules that parse YAML by themselves, and why."""
+
+
+def parses_of(path: Path, library: str) -> list[int]:
+    """Lines on which a module parses JSON or YAML by itself."""
     calls = [
         node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)
     ]
@@ -74,18 +82,23 @@ def parses_of(path: Path) -> list[int]:
         call.lineno
         for call in calls
         if isinstance(call.func, ast.Attribute)
-        and call.func.attr in ("load", "loads")
+        and call.func.attr in ("load", "loads", "safe_load", "load_all", "safe_load_all", "compose", "parse")
         and isinstance(call.func.value, ast.Name)
-        and call.func.value.id == "json"
+        and call.func.value.id == library
     ]
 
 
 def test_readers_parse_json_in_one_place() -> None:
-    parses = {name: parses_of(path) for name, path in modules().items()}
+    parses = {name: parses_of(path, "json") for name, path in modules().items()}
     found = {name for name, lines in parses.items() if lines}
     others = found - set(OWN_JSON)
     assert not others, f"parse with roboyard.untrusted.json_reading: {sorted(others)}"
     assert set(OWN_JSON) - found <= {"roboyard.pybullet.face.wire"}
+
+
+def test_readers_parse_yaml_in_one_place() -> None:
+    found = {name for name, path in modules().items() if parses_of(path, "yaml")}
+    assert found == set(OWN_YAML)
 
 
 def test_every_exception_is_one() -> None:

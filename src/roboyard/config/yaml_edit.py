@@ -21,6 +21,7 @@ from typing import Any
 import yaml
 
 from roboyard.errors import ConfigError
+from roboyard.untrusted.yaml_reading import check_size, parse_yaml
 
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*")
 WIDTH = 100
@@ -43,7 +44,8 @@ def edited_yaml(text: str, data: Any) -> str:
         ConfigError: the text is not YAML, or has anchors or merges that cannot be preserved.
     """
     try:
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        check_size(text)
+        node = yaml.compose(text, Loader=yaml.SafeLoader)  # libyaml's marks have no place in the text
         if node is None:
             return text + ("" if text.endswith("\n") or not text else "\n") + _block(data, 0) + "\n"
         for coarse in (False, True):
@@ -52,7 +54,7 @@ def edited_yaml(text: str, data: Any) -> str:
             result = changes.done()
             if _same(_read(result), data):
                 return result
-    except (yaml.YAMLError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError) as error:
         raise ConfigError(f"cannot be edited: {' '.join(str(error).split())}") from error
     raise ConfigError("cannot be edited in place (anchors or merges?); write the values out, then try again")
 
@@ -233,8 +235,8 @@ class _Changes:
 
 def _read(text: str) -> Any:
     try:
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError):
+        return parse_yaml(text)
+    except ValueError:
         return _Nothing
 
 
@@ -319,6 +321,6 @@ def _scalar(value: Any) -> str:
     if isinstance(value, int):
         return str(value)
     if isinstance(value, str):
-        is_plain = _PLAIN.fullmatch(value) and yaml.safe_load(value) == value
+        is_plain = _PLAIN.fullmatch(value) and parse_yaml(value) == value
         return value if is_plain else json.dumps(value)
     raise TypeError(f"{type(value).__name__} is not plain data")

@@ -1,7 +1,7 @@
 """Parse YAML as plain data, with the line number of every key and item.
 
 Files are untrusted: only plain scalars, lists and mappings are built, a duplicate key is an error (YAML would
-keep the last one), and aliases that expand to more than `MAX_NODES` nodes are refused.
+keep the last one), and values are counted before any is built (`roboyard.untrusted.yaml_reading`).
 """
 
 from __future__ import annotations
@@ -15,11 +15,10 @@ import yaml
 
 from roboyard.errors import ConfigError
 from roboyard.untrusted.files import read_file
+from roboyard.untrusted.yaml_reading import LOADER, check_size
 
 MAX_BYTES = 8 * 2**20
 """Largest file (bytes)."""
-MAX_NODES = 500_000
-"""Most nodes after expanding aliases."""
 
 Where = tuple[str | int, ...]
 """Keys and list indices from the top of the file."""
@@ -66,7 +65,8 @@ def parse_yaml(text: str, name: str) -> YamlFile:
         ConfigError: the text is not YAML, or has tags beyond plain data.
     """
     try:
-        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        check_size(text)
+        node = yaml.compose(text, Loader=LOADER)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"{name}:{mark.line + 1}" if mark else name
@@ -74,13 +74,10 @@ def parse_yaml(text: str, name: str) -> YamlFile:
         raise ConfigError(f"{where}: not valid YAML: {reason}; fix the syntax at this line") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{name}: not valid YAML: {' '.join(str(error).split())}") from None
-    except RecursionError:
-        raise ConfigError(f"{name}: nested too deeply to be a configuration") from None
+    except ValueError as error:
+        raise ConfigError(f"{name}: {error}") from None
     walk = _Walk(name)
-    try:
-        data = None if node is None else walk.plain(node, ())
-    except RecursionError:
-        raise ConfigError(f"{name}: nested too deeply to be a configuration") from None
+    data = None if node is None else walk.plain(node, ())
     return YamlFile(data=data, lines=walk.lines, problems=tuple(walk.problems))
 
 
@@ -89,16 +86,10 @@ class _Walk:
         self.name = name
         self.lines: dict[Where, int] = {}
         self.problems: list[tuple[int, str]] = []
-        self._seen = 0
         self._scalars = yaml.SafeLoader("")
 
     def plain(self, node: yaml.Node, where: Where) -> Any:
-        self._seen += 1
         line = node.start_mark.line + 1
-        if self._seen > MAX_NODES:
-            raise ConfigError(
-                f"{self.name}:{line}: aliases expand to more than {MAX_NODES} values; write the values out"
-            )
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, where)
         if isinstance(node, yaml.SequenceNode):

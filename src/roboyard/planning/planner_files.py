@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from roboyard.description.model import RobotDescription
 from roboyard.description.robot_model import CollisionSphere
 from roboyard.errors import ConfigError, unknown_name
 from roboyard.planning.self_pairs import adjacent_pairs
 from roboyard.planning.sphere_model import SphereModel, sorted_pairs
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.yaml_reading import read_yaml
+
+MAX_BYTES = 64 << 20
+"""Largest planner file (bytes)."""
 
 
 def load_planner_file(path: Path | str, description: RobotDescription) -> SphereModel:
@@ -28,13 +29,11 @@ def load_planner_file(path: Path | str, description: RobotDescription) -> Sphere
     """
     file = Path(path)
     try:
-        data = yaml.safe_load(read_file(file, 64 << 20).decode("utf-8"))
+        data = read_yaml(file, MAX_BYTES)
     except OSError as error:
-        raise ConfigError(f"{file}: {error.strerror}; check the path") from None
-    except yaml.YAMLError as error:
-        raise ConfigError(
-            f"{file.name}: not YAML: {' '.join(str(error).split())}; correct the file"
-        ) from None
+        raise ConfigError(f"{file}: {error.strerror or error}; check the path") from None
+    except ValueError as error:
+        raise ConfigError(f"{file.name}: not YAML: {error}; correct the file") from None
     if not isinstance(data, dict):
         raise ConfigError(
             f'{file.name}: has no "robot_cfg" and no "format: xrdf"; give a cuRobo or XRDF file'
@@ -45,13 +44,22 @@ def load_planner_file(path: Path | str, description: RobotDescription) -> Sphere
     return _curobo(file, block.get("kinematics", block), description)
 
 
+def _spheres_beside(file: Path, name: str) -> Any:
+    """Return the spheres in a file that a planner file names, in its folder or one below."""
+    other = file.parent / name
+    if Path(name).is_absolute() or ".." in Path(name).parts or not other.is_file():
+        raise ConfigError(f"{file.name}: collision_spheres: there is no file {name!r} beside it")
+    try:
+        data = read_yaml(other, MAX_BYTES)
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{file.name}: collision_spheres: {name}: {error}; correct the file") from None
+    return data.get("collision_spheres") if isinstance(data, dict) else None
+
+
 def _curobo(file: Path, block: Mapping[str, Any], description: RobotDescription) -> SphereModel:
     spheres = block.get("collision_spheres")
     if isinstance(spheres, str):
-        other = file.parent / spheres
-        if not other.is_file():
-            raise ConfigError(f"{file.name}: collision_spheres: there is no file {spheres!r} beside it")
-        spheres = yaml.safe_load(read_file(other, 64 << 20).decode("utf-8")).get("collision_spheres")
+        spheres = _spheres_beside(file, spheres)
     space = block.get("cspace") or {}
     nested = isinstance(space, dict)
     names = space.get("joint_names", []) if nested else space

@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from roboyard.description.robot_model import RobotModel
 from roboyard.description.understanding import understanding
 from roboyard.errors import ConfigError, MeshError, RoboyardError, unknown_name
@@ -17,8 +15,8 @@ from roboyard.robots import RegisteredRobot
 from roboyard.robots.definition.load import check_fits
 from roboyard.robots.sensor_frames import camera_frames
 from roboyard.robots.spawn import DefinitionSource, RobotSource, Source, found_robot, load_source
-from roboyard.untrusted.files import read_file
 from roboyard.untrusted.json_reading import read_json
+from roboyard.untrusted.yaml_reading import read_yaml
 from roboyard.validation.gates import GATES
 from roboyard.validation.report import Gate, ValidationReport
 from roboyard.validation.test_world import TestWorld
@@ -137,7 +135,10 @@ def _spheres_of(planner: Path) -> Mapping[str, Any]:
     """Return the spheres of each link in a cuRobo file; empty without the file."""
     if not planner.is_file():
         return {}
-    data = yaml.safe_load(read_file(planner, 64 << 20).decode("utf-8")) or {}
+    try:
+        data = read_yaml(planner, 64 << 20) or {}
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{planner.name}: {error}; import the robot again") from None
     for key in ("robot_cfg", "kinematics"):
         data = data.get(key, data) if isinstance(data, dict) else {}
     found = data.get("collision_spheres", {}) if isinstance(data, dict) else {}

@@ -15,6 +15,7 @@ from roboyard.description.urdf.parse import UrdfElements
 from roboyard.importer.context import ImportContext
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.transforms import Array
+from roboyard.untrusted.yaml_reading import read_yaml
 
 POSITION, ROTATION = 1e-5, 1e-4
 """Largest error of a link's position (m) and of the entries of its rotation matrix."""
@@ -115,10 +116,7 @@ def check_curobo(robot: RobotModel, file: Path) -> list[str]:
     """Check that each name in the planner file is a link or joint, or is defined by it; returns the
     others.
     """
-    import yaml
-
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    data = yaml.load(file.read_text(encoding="utf-8"), Loader=loader)["robot_cfg"]  # noqa: S506 - safe loaders
+    data = read_yaml(file, 64 << 20)["robot_cfg"]
     fields = data.get("kinematics", data)
     made = set(fields.get("extra_links") or ())
     links = set(robot.description.link_by_name) | made

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roboyard.errors import ConfigError
-from roboyard.untrusted.files import read_file
+from roboyard.untrusted.yaml_reading import read_yaml
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -32,11 +32,9 @@ def read_spheres(file: Path) -> dict[str, Spheres]:
     Raises:
         ConfigError: the file cannot be read, has no spheres, or a sphere is not a center and a radius.
     """
-    import yaml
-
     try:
-        data = yaml.safe_load(read_file(file, 64 << 20).decode("utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+        data = read_yaml(file, 64 << 20)
+    except (OSError, ValueError) as error:
         raise ConfigError(f"{file.name}: cannot be read: {' '.join(str(error).split())}") from error
     found = _find(data)
     if not isinstance(found, Mapping):

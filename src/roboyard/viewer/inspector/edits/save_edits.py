@@ -14,11 +14,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from roboyard.config.yaml_edit import edited_yaml, write_with_backup
 from roboyard.config.yaml_lines import read_yaml
 from roboyard.errors import ConfigError
+from roboyard.untrusted.yaml_reading import parse_yaml
 from roboyard.viewer.inspector.edits.edit_state import (
     KINDS,
     EditedSphere,
@@ -194,7 +193,7 @@ def _write(file: Path, text: str, data: dict[str, Any]) -> Path:
 
 def _data(file: Path) -> dict[str, Any]:
     read_yaml(file)  # its errors name the line and the remedy
-    data = yaml.safe_load(_text(file))
+    data = parse_yaml(_text(file))
     if not isinstance(data, dict):
         raise ConfigError(f"{file.name}: is no mapping of keys to values")
     return data
