@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -296,3 +297,11 @@ def test_a_base_on_four_wheels_follows_unless_their_inertia_is_of_no_wheel(
     gate = gates(drive_gates, load_description(text + "</robot>"), given)["drive"]
     assert gate.passed is follows, gate.findings
     assert ("correct <inertia>" in " ".join(gate.findings)) is not follows
+
+
+def test_a_robot_without_collision_shapes_cannot_stand() -> None:
+    shown = legged()
+    bare = replace(shown, links=tuple(replace(link, collisions=()) for link in shown.links))
+    gate = gates(stand_gates, bare, LEGS)["stand"]
+    assert not gate.passed
+    assert list(gate.findings) == ["no link has a collision shape: it falls through the floor"]

@@ -45,8 +45,23 @@ def stand_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             skipped=skipped,
         )
         return start, stand, _arms(robot, touching)
+    if not np.isfinite(lowest_collision(robot.body)):
+        return start, _without_shapes(), _arms(robot, touching)
     stand, touching = _stand(robot)
     return start, stand, _arms(robot, touching)
+
+
+def _without_shapes() -> Gate:
+    """Return the gate of a robot that nothing carries."""
+    return Gate(
+        name="stand",
+        title="The robot stands",
+        figure=float(np.pi),
+        threshold=MAX_TILT,
+        unit="rad",
+        findings=["no link has a collision shape: it falls through the floor"],
+        advice="<collision> elements of the links that touch the floor, at least; or fixed_base=True",
+    )
 
 
 def _start(robot: Robot) -> Gate:
