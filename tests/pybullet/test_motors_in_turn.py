@@ -70,6 +70,26 @@ def test_a_free_body_beside_a_driven_robot_falls(arm: int) -> None:
     assert p.getBaseVelocity(ball)[0][2] == pytest.approx(-9.81 * 24 / 240)
 
 
+def test_a_cube_that_slides_beside_a_driven_robot_stops_as_friction_has_it(arm: int) -> None:
+    ground = p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    cube = p.createMultiBody(2.0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [9, 0, 0.1])
+    p.changeDynamics(ground, -1, lateralFriction=0.8)
+    p.changeDynamics(cube, -1, lateralFriction=0.5, linearDamping=0.0, angularDamping=0.0)
+    for _ in range(24):
+        _drive(arm)
+    start = p.getBasePositionAndOrientation(cube)[0][0]
+    p.resetBaseVelocity(cube, [1.5, 0, 0])
+    for _ in range(240):
+        _drive(arm)
+    (x, y, z), _ = p.getBasePositionAndOrientation(cube)
+    deceleration, dt = 0.4 * 9.81, 1 / 240
+    steps = int(1.5 / (deceleration * dt))  # a symplectic step moves by the velocity at its end
+    distance = dt * sum(1.5 - deceleration * dt * (k + 1) for k in range(steps))
+    assert x - start == pytest.approx(distance, rel=0.01)
+    assert (y, z) == pytest.approx((0, 0.1), abs=5e-4)
+    assert sum(point[9] for point in p.getContactPoints(cube, ground)) == pytest.approx(2 * 9.81, rel=1e-3)
+
+
 def test_a_robot_on_wheels_keeps_its_weight_on_the_ground(client: int, tmp_path: Path) -> None:
     wheel = """<link name="w{k}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0"
     ixz="0" iyz="0"/></inertial><collision><geometry><sphere radius="0.1"/></geometry></collision></link>

@@ -10,11 +10,11 @@ from roboyard.sim.stepping.impulse_rows import choose_trees, contact_rows, order
 
 @compiled(
     "i4[::1] i4[::1] i4[:,:] i4[:] i4[:] i4[::1] i4[::1] i4[::1] i4[::1] i4[::1] f8[::1] i4[::1] i4[::1]"
-    " f8[:,::1] i8 u1[::1] i4[::1] i4[:,::1] i4[::1] f8[::1] f8[:,::1] -> f8"
+    " f8[:,::1] i8 i8 u1[::1] i4[::1] i4[:,::1] i4[::1] f8[::1] f8[:,::1] -> f8"
 )
 def arrange(  # pragma: no cover
     kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_type, joint_qpos, qpos, slot,
-    limit_slot, limits, count, taken, places, rows, ends, every, jacobian,
+    limit_slot, limits, count, dense, taken, places, rows, ends, every, jacobian,
 ):  # fmt: skip
     """Choose the trees to solve, list their rows and copy their Jacobian.
 
@@ -22,8 +22,9 @@ def arrange(  # pragma: no cover
     `choose_trees` and `order_rows`. Returns the number of rows, -1 where a row is of another kind.
     """
     if not choose_trees(
-        kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, count, taken
-    ):
+        kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, count,
+        dense, taken,
+    ):  # fmt: skip
         return -1.0
     found = order_rows(
         kind, index, geom, address, dim, geom_tree, dof_tree, joint_dof, joint_qpos, qpos, slot, limit_slot,

@@ -7,9 +7,13 @@ LARGEST_LIMIT_IMPULSE = 100.0
 
 
 def choose_trees(
-    kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, count, taken
-):
+    kind, index, geom, address, geom_tree, dof_tree, joint_dof, joint_type, slot, limit_slot, count, dense,
+    taken,
+):  # fmt: skip
     """Choose the kinematic trees with motors or exceeded joint limits, and what touches them.
+
+    Where there are no more than `dense` rows, all trees that touch anything are chosen, so that no other
+    solver is needed.
 
     kind, index: type and dof or joint of each constraint row; rows 0 ... count are dry friction (the motors)
     and limits. geom: (ncon, 2). address: (ncon,) first row of each contact, -1 for none. geom_tree: (ngeom,)
@@ -26,7 +30,13 @@ def choose_trees(
             taken[dof_tree[joint_dof[index[row]]]] = 1
         else:
             return False
-    grows = True
+    if kind.shape[0] <= dense:
+        for i in range(geom.shape[0]):
+            if address[i] >= 0 and geom[i, 0] >= 0 and geom[i, 1] >= 0:
+                for side in range(2):
+                    if geom_tree[geom[i, side]] >= 0:
+                        taken[geom_tree[geom[i, side]]] = 1
+    grows = kind.shape[0] > dense
     while grows:
         grows = False
         for i in range(geom.shape[0]):

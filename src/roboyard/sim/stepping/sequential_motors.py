@@ -3,8 +3,9 @@
 An impulse solver improves all impulses in turn and stops after a number of rounds. Where joints act on each
 other strongly, as the first and third of an arm, or motors are at their largest force, it has not arrived at
 the solution by then: with PyBullet, arms under `POSITION_CONTROL` and cars move by what the rounds leave
-over. Robots with motors are solved that way, with what touches them; all else is left to MuJoCo, as are
-worlds with equalities or with so many degrees of freedom that their Jacobian is sparse.
+over. Robots with motors are solved that way, with what touches them, and with all other bodies where there
+are few rows; all else is left to MuJoCo, as are worlds with equalities or with so many degrees of freedom
+that their Jacobian is sparse.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from roboyard.sim.stepping.surfaces import Surfaces
 kernels = lazy_module("roboyard.sim.stepping.impulse_kernels")
 
 DENSE = 128
-"""Most rows whose influence on each other is kept as a table."""
+"""Most rows whose influence on each other is kept as a table; so few are solved in turn wholly."""
 _NOTHING = np.zeros((0, 2), np.int32), np.zeros(0, np.int32), np.zeros(0, np.int32)
 _NO_FRICTION = np.zeros((0, 5))
 
@@ -77,7 +78,16 @@ class SequentialMotors:
         self._found = int(
             kernels().arrange(
                 *(*kinds, *touching, *bound.trees, bound.qpos, bound.slot),
-                *(bound.limit_slot, bound.limits, count, bound.taken, bound.places, work.rows, bound.ends),
+                *(
+                    bound.limit_slot,
+                    bound.limits,
+                    count,
+                    DENSE,
+                    bound.taken,
+                    bound.places,
+                    work.rows,
+                    bound.ends,
+                ),
                 *(data.efc_J, work.jacobian),
             )
         )
