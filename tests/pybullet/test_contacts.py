@@ -157,6 +157,32 @@ def test_a_body_sinks_into_a_compliant_surface_by_its_weight_over_the_stiffness(
     assert p.getContactPoints(ball)[0][9] == pytest.approx(100, rel=1e-3)
 
 
+@pytest.mark.parametrize("kind", ["box", "plane"])
+@pytest.mark.parametrize(
+    ("height", "gaps"),
+    [
+        (0.0113, [-1.20e-04, -1.11e-04, -1.03e-04]),
+        (0.0117, [2.8e-04, -1.0e-05, -1.0e-05]),
+        (0.0121, [6.8e-04, -9.1e-04, -8.38e-04]),
+        (0.0125, [1.08e-03, -5.1e-04, -4.7e-04]),
+    ],
+)
+def test_a_gap_beyond_bullets_threshold_stops_nothing(
+    client: int, kind: str, height: float, gaps: list[float]
+) -> None:
+    """The gaps are PyBullet's: 0.4 mm under a ball of 1 cm are not a contact, 0.3 mm are."""
+    p.setGravity(0, 0, -9.81)
+    if kind == "box":
+        _body(p.GEOM_BOX, 0, -1, halfExtents=[1, 1, 1])
+    else:
+        p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE))
+    ball = _body(p.GEOM_SPHERE, 0.1, height, radius=0.01)
+    p.resetBaseVelocity(ball, [0, 0, -0.3])
+    for gap in gaps:
+        p.stepSimulation()
+        assert p.getBasePositionAndOrientation(ball)[0][2] - 0.01 == pytest.approx(gap, abs=1.2e-5)
+
+
 def test_a_convex_hull_rests_on_its_margin(client: int, tmp_path: Path) -> None:
     corners = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.1, 0.1)]
     p.setGravity(0, 0, -10)

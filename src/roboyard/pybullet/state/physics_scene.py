@@ -70,6 +70,7 @@ class PhysicsScene:
         self._geom_margins: Any = None
         self._contact_reaches: Any = None
         self.world.surfaces.margins_of = self.geom_margins
+        self.world.surfaces.reaches_of = self.contact_reaches
         self._scratch: Any = None
         self._scratch_revision = -1
         self.frames_are_old = True

@@ -8,6 +8,8 @@ from roboyard.native import compiled
 
 RIGIDITY = 0.1
 """Factor on the regularisation of rigid contacts."""
+NO_PUSH = -1e3
+"""Normal velocity (m/s) that contacts which are ignored ask for."""
 RIGID_DAMPING = 0.1
 """Bullet's contact damping of a surface without a stiffness (N s/m)."""
 
@@ -94,11 +96,12 @@ def product_friction(coefficients, geom, dim, address, friction, mu, R, D):  # p
 
 
 @compiled(
-    "f8[:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8 f8[:] f8[:] f8[:] f8[:] f8[:] f8[:,:] f8[:,:]"
+    "f8[:] i4[:,:] i4[:] i4[:] f8[:] f8[:,:] f8[:] f8 f8 f8 f8[:] f8[:] f8[:] f8[:] f8[:] f8[:] f8[:,:]"
+    " f8[:,:]"
 )
 def hard_contacts(  # pragma: no cover
     restitution, geom, dim, address, dist, friction, velocity, timestep, erp, slow, base, aref, R, D,
-    margins, position, frame,
+    margins, reaches, position, frame,
 ):  # fmt: skip
     """Write reference accelerations of rigid contacts, solved for the velocity after the step.
 
@@ -109,7 +112,8 @@ def hard_contacts(  # pragma: no cover
     force within three steps; MuJoCo bounds the impedance, and with it R, for time steps much larger than
     needed here.
     margins: (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes; distances and positions of
-    contacts are corrected for them in place. frame: (ncon, 9), the normal first.
+    contacts are corrected for them in place. reaches: (ngeom,) gaps (m) from which on the geom's contacts do
+    not push, the pair's is the smaller. frame: (ncon, 9), the normal first.
     """
     for i in range(geom.shape[0]):
         a, b, row = geom[i, 0], geom[i, 1], address[i]
@@ -120,6 +124,9 @@ def hard_contacts(  # pragma: no cover
         for k in range(3):
             position[i, k] += shift * frame[i, k]
         if row < 0:
+            continue
+        if dist[i] > min(reaches[a], reaches[b]):
+            base[row] = aref[row] = NO_PUSH / timestep
             continue
         v = velocity[row]
         wanted = -dist[i] / timestep if dist[i] > 0.0 else -erp * dist[i] / timestep

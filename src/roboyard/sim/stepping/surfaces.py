@@ -17,8 +17,6 @@ from roboyard.sim.soft.soft_bodies import SoftBodies
 
 kernels = lazy_module("roboyard.sim.stepping.kernels")
 
-_NO_PUSH = -1e3
-"""Normal velocity (m/s) that contacts which are ignored ask for."""
 SLIDING_ITERATIONS = 4
 SLIDING_TOLERANCE = 1e-3
 """Tolerance of the normal velocity of a sliding contact (m/s)."""
@@ -35,8 +33,10 @@ class Surfaces:
         self._compliance_rows = np.zeros((0, 2))
         self.margins_of: Callable[[], np.ndarray] | None = None
         """Function that returns the (ngeom,) widths (m) by which surfaces lie outside MuJoCo's shapes."""
+        self.reaches_of: Callable[[], np.ndarray] | None = None
+        """Function that returns the (ngeom,) gaps (m) from which on contacts do not push."""
         self.soft: SoftBodies | None = None
-        self._no_margins = np.zeros(0)
+        self._no_margins = self._no_reaches = np.zeros(0)
         self._restitution_rows: np.ndarray | None = None
         self._damping_rows: np.ndarray | None = None
         self._drag: tuple[Any, ...] = ()
@@ -188,12 +188,14 @@ class Surfaces:
         weights = data.efc_R, data.efc_D
         coefficients, restitution, compliance = self._friction, self._restitution_rows, self._compliance_rows
         margins = self.margins_of() if self.margins_of else self._no_margins
+        reaches = self.reaches_of() if self.reaches_of else self._no_reaches
         if self.soft:
             geom = self.soft.surfaces_of(contact, len(coefficients))
             coefficients = self.soft.with_flexes(coefficients, self._flex_friction)
             restitution = self.soft.with_flexes(np.asarray(restitution), 0.0)
             compliance = self.soft.with_flexes(compliance, 0.0)
             margins = self.soft.with_flexes(margins, 0.0)
+            reaches = self.soft.with_flexes(reaches, np.inf)
         if profile.product_friction:
             kernels().product_friction(coefficients, geom, dim, address, friction, contact.mu, *weights)
         if self._world.hard_contacts:
@@ -203,7 +205,7 @@ class Surfaces:
             kernels().hard_contacts(
                 *(restitution, geom, dim, address, contact.dist, friction, velocity),
                 *(timestep, profile.contact_erp, profile.slow, self._base, reference, *weights),
-                *(margins, contact.pos, contact.frame),
+                *(margins, reaches, contact.pos, contact.frame),
             )
             if self._compliance:
                 kernels().compliant_contacts(
@@ -214,7 +216,7 @@ class Surfaces:
                 return
             if self.soft:
                 free = self.soft.rows_without_push(model, contact)
-                self._base[free] = reference[free] = _NO_PUSH / timestep
+                self._base[free] = reference[free] = kernels().NO_PUSH / timestep
             kernels().estimate_sliding(dim, address, friction, velocity, timestep, self._base, reference)
             self._sliding = dim, address, friction, velocity, self._acceleration[:rows]
             self._references = self._base, reference
@@ -259,7 +261,7 @@ class Surfaces:
         for (body_id, index), value in self._restitution.items():
             for geom in bodies[body_id].built.links[index].geoms:
                 restitution[geom.id] = value
-        self._no_margins = np.zeros(model.ngeom)
+        self._no_margins, self._no_reaches = np.zeros(model.ngeom), np.full(model.ngeom, np.inf)
         self._compliance_rows = np.zeros((model.ngeom, 2))
         for (body_id, index), values in self._compliance.items():
             self._compliance_rows[[geom.id for geom in bodies[body_id].built.links[index].geoms]] = values
