@@ -226,7 +226,7 @@ class Simulation(Engine[Body]):
         self._names.add(name)
         self.filters.assign_masks(body)
         self.render_shapes.add(body)
-        self.stepping.sliding.invalidate()
+        self.stepping.note_bodies()
         return body
 
     def reserve_name(self, name: str) -> str:
@@ -258,7 +258,7 @@ class Simulation(Engine[Body]):
         self._surfaces.forget(body.id)
         self.motors.forget(body.id)
         self.stepping.forget(body.id)
-        self.stepping.sliding.invalidate()
+        self.stepping.note_bodies()
         self.render_shapes.forget(body.id)
         del self.body_by_id[body.id]
         self._names.discard(body.name)

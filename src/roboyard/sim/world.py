@@ -366,13 +366,11 @@ class World(Simulation):
             self.windows.update()
         self.kinematics()
         try:
-            mujoco.mj_collision(self._model, self._data)
+            self.stepping.detect(self._model, self._data)
         except mujoco.FatalError as error:
             self.recover(error, self.simulation_state())
             self.kinematics()
-            mujoco.mj_collision(self._model, self._data)
-        if self.windows.is_active and self.hard_contacts:
-            self.windows.correct_contacts(self._data)
+            self.stepping.detect(self._model, self._data)
 
     def ray(self, start: ArrayLike, end: ArrayLike, *, visual: bool = False) -> rays.RayHit | None:
         """Return the first surface between two points (3,) in the world frame (m), or None."""
@@ -384,11 +382,12 @@ class World(Simulation):
 
     def save_state(self) -> world_state.WorldState:
         """Return the state of the world."""
-        return world_state.save(self)
+        return world_state.save(self, self.stepping.manifolds.save())
 
     def restore_state(self, saved: world_state.WorldState) -> None:
         """Restore a saved state, bit for bit."""
         world_state.restore(self, saved)
+        self.stepping.manifolds.restore(saved.contacts)
 
     # ---------------------------------------------------------------------------------------------- pictures
 

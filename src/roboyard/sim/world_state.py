@@ -8,6 +8,7 @@ from roboyard._records import dataclass
 from roboyard.errors import ModelError
 from roboyard.sim.body import Body
 from roboyard.sim.engine import Engine
+from roboyard.sim.stepping.manifolds import KeptPoints
 from roboyard.transforms import Array
 
 
@@ -23,10 +24,15 @@ class WorldState:
     """Ids of the bodies, in order."""
     friction: Array | None = None
     """(ngeom, 3) coefficients of friction; None keeps those of the moment."""
+    contacts: KeptPoints | None = None
+    """Points that pairs keep from step to step, where contacts are rigid."""
 
 
-def save(world: Engine[Body]) -> WorldState:
-    """Return the present state. Inactive bodies are deleted first, so that the state fits later compiles."""
+def save(world: Engine[Body], contacts: KeptPoints | None) -> WorldState:
+    """Return the present state, with the points that contacts keep.
+
+    Inactive bodies are deleted first, so that the state fits later compiles.
+    """
     import mujoco
 
     world.ensure_compiled()
@@ -39,6 +45,7 @@ def save(world: Engine[Body]) -> WorldState:
         static_quaternions=world.model.body_quat.copy(),
         signature=tuple(world.body_by_id),
         friction=world.model.geom_friction.copy(),
+        contacts=contacts,
     )
 
 

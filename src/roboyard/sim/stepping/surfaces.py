@@ -64,6 +64,13 @@ class Surfaces:
             self._base, self._acceleration = np.zeros(2 * count), np.zeros(2 * count)
         return self._base
 
+    def margins_and_reaches(self, model: Any, data: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return `margins_of` and `reaches_of`: (ngeom,) widths and gaps (m)."""
+        if self._damping_rows is None or self._restitution_rows is None:
+            self._look_up(model, data)
+        margins = self.margins_of() if self.margins_of else self._no_margins
+        return margins, self.reaches_of() if self.reaches_of else self._no_reaches
+
     def restitution(self, link: Link) -> float:
         """Return the coefficient of restitution of a link; 0 where none was set."""
         return self._restitution.get((link.body.id, link.index), 0.0)
@@ -187,8 +194,7 @@ class Surfaces:
         velocity, reference = data.efc_vel, data.efc_aref
         weights = data.efc_R, data.efc_D
         coefficients, restitution, compliance = self._friction, self._restitution_rows, self._compliance_rows
-        margins = self.margins_of() if self.margins_of else self._no_margins
-        reaches = self.reaches_of() if self.reaches_of else self._no_reaches
+        margins, reaches = self.margins_and_reaches(model, data)
         if self.soft:
             geom = self.soft.surfaces_of(contact, len(coefficients))
             coefficients = self.soft.with_flexes(coefficients, self._flex_friction)

@@ -17,6 +17,7 @@ from roboyard.sim.engine import Engine
 from roboyard.sim.soft.soft_bodies import SoftBodies
 from roboyard.sim.stepping.constraints import Constraints
 from roboyard.sim.stepping.joint_stops import ATTEMPTS, JointStops
+from roboyard.sim.stepping.manifolds import Manifolds
 from roboyard.sim.stepping.sequential_motors import SequentialMotors
 from roboyard.sim.stepping.sliding import SlidingContacts
 from roboyard.sim.stepping.surfaces import Surfaces
@@ -76,6 +77,8 @@ class Stepping:
         """Contacts that slide, where contacts are soft."""
         self.stops = JointStops(world)
         """Joints that pass their stops within a step, where limits are soft."""
+        self.manifolds = Manifolds(world)
+        """Points that pairs keep, where contacts are rigid."""
         self.in_turn = SequentialMotors(world, motors, surfaces)
         """Robots with motors, where they are solved row by row as Bullet does."""
         self._has_surfaces = self._has_motors = self._is_bounded = self._has_rules = False
@@ -100,7 +103,13 @@ class Stepping:
         self._compiled = None
         self.sliding.invalidate()
         self.stops.invalidate()
+        self.manifolds.invalidate()
         self.in_turn.invalidate()
+
+    def note_bodies(self) -> None:
+        """Note that bodies were added or removed, with or without a compile."""
+        self.sliding.invalidate()
+        self.manifolds.invalidate()
 
     def forget(self, body_id: int) -> None:
         """Remove the velocity limits of a body that is removed."""
@@ -185,9 +194,18 @@ class Stepping:
             self.motors.prepare(model, timestep)
         if self._is_bounded:
             self.constraints.prepare(model)
+        if world.hard_contacts:
+            self.manifolds.prepare(model, data)
         mujoco.mj_step1(model, data)
         if self._soft.by_id:
             self._soft.add_forces(model, data)
+        if world.hard_contacts and self.manifolds.update(
+            model, data, *self.surfaces.margins_and_reaches(model, data)
+        ):
+            mujoco.mj_makeConstraint(model, data)
+            mujoco.mj_island(model, data)
+            mujoco.mj_projectConstraint(model, data)
+            mujoco.mj_referenceConstraint(model, data)
         if self._windows.is_active and world.hard_contacts:
             self._windows.correct_contacts(data)
         if stops:
@@ -202,6 +220,17 @@ class Stepping:
             self._solve(model, data, timestep, compiled[-1], slides=slides, alone=alone)
         else:
             mujoco.mj_step2(model, data)
+
+    def detect(self, model: Any, data: Any) -> None:
+        """Find the contacts of the present positions, whose frames are known."""
+        if not self._world.hard_contacts:
+            mujoco.mj_collision(model, data)
+            return
+        self.manifolds.prepare(model, data)
+        mujoco.mj_collision(model, data)
+        self.manifolds.update(model, data, *self.surfaces.margins_and_reaches(model, data))
+        if self._windows.is_active:
+            self._windows.correct_contacts(data)
 
     def _solve(
         self, model: Any, data: Any, timestep: float, limits: np.ndarray | None, *, slides: bool, alone: bool

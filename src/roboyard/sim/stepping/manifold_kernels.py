@@ -1,0 +1,175 @@
+"""Compiled loops over the contact points that pairs of convex shapes keep from step to step."""
+
+from __future__ import annotations
+
+from roboyard.native import compiled
+
+MOST = 4
+"""Most points of a pair."""
+
+
+@compiled(
+    "u1[:,::1] i4[::1] i4[::1] i4[:,:] f8[:,:] f8[:,:] f8[:] f8[:,:] f8[:,:] f8[::1] f8[::1] f8 i8 i8[::1]"
+    " i4[::1] f8[:,:,::1] i8[::1] i4[::1] f8[:,:,::1] f8[::1] i4[::1] f8[:,::1] i4[::1] -> f8"
+)
+def keep_points(  # pragma: no cover
+    kept_kinds, geom_type, geom_body, geom, position, frame, dist, xpos, xmat, margins, reaches, seen, before,
+    keys, counts, points, new_keys, new_counts, new_points, fresh, source, extra, ends,
+):  # fmt: skip
+    """Add this step's contacts to the points of their pairs; return the number of points besides them.
+
+    A pair keeps up to four points. A contact replaces the point within the pair's reach of it, or is added;
+    points end where the surfaces have parted, or slid along each other, by more than the reach.
+
+    kept_kinds: (8, 8) 1 for the pairs of geom types that keep points. geom: (ncon, 2). position: (ncon, 3),
+    frame: (ncon, 9), dist: (ncon,) of MuJoCo's contacts. xpos: (nbody, 3), xmat: (nbody, 9). margins,
+    reaches: (ngeom,) as of `hard_contacts`. seen: gap (m) up to which MuJoCo finds contacts. before: number
+    of pairs in the step before, with keys: (n,), counts: (n,) and points: (n, 4, 15), the places in the
+    frames of the two bodies and the contact frame. new_...: those of this step, written. fresh: (15,) work
+    array. source: (4 ncon,) contact of which each extra point is a copy, extra: (4 ncon, 13) its position,
+    frame and distance, written. ends: (1,) number of pairs, written.
+    """
+    pairs = 0
+    found = 0
+    at = 0
+    geoms = geom_type.shape[0]
+    for i in range(geom.shape[0]):
+        a, b = geom[i, 0], geom[i, 1]
+        if a < 0 or b < 0 or kept_kinds[geom_type[a], geom_type[b]] == 0:
+            continue
+        key = a * geoms + b
+        one, two = geom_body[a], geom_body[b]
+        reach = min(min(reaches[a], reaches[b]), seen)
+        thickness = margins[a] + margins[b]
+        n = 0
+        for k in range(before):
+            row = at + k if at + k < before else at + k - before
+            if keys[row] == key:
+                n = counts[row]
+                for m in range(n):
+                    copy_point(points, row, m, new_points, pairs, m)
+                at = row + 1 if row + 1 < before else 0
+                break
+        place = -1
+        if dist[i] - thickness <= reach:
+            for k in range(3):
+                fresh[k] = fresh[3 + k] = 0.0
+                for d in range(3):
+                    half = 0.5 * dist[i] * frame[i, d]
+                    fresh[k] += xmat[one, 3 * d + k] * (position[i, d] - half - xpos[one, d])
+                    fresh[3 + k] += xmat[two, 3 * d + k] * (position[i, d] + half - xpos[two, d])
+            for k in range(9):
+                fresh[6 + k] = frame[i, k]
+            place = place_of(new_points, pairs, n, fresh, reach)
+            if place < 0:
+                if n < MOST:
+                    place = n
+                    n += 1
+                else:
+                    place = least_useful(new_points, pairs, fresh, dist[i], xpos, xmat, one, two)
+            for k in range(15):
+                new_points[pairs, place, k] = fresh[k]
+        m = 0
+        while m < n:
+            if m == place:
+                m += 1
+                continue
+            gap, slid, x, y, z = located(new_points, pairs, m, xpos, xmat, one, two)
+            if gap - thickness > reach or slid > reach * reach:
+                n -= 1
+                copy_point(new_points, pairs, n, new_points, pairs, m)
+                if place == n:
+                    place = m
+                continue
+            source[found] = i
+            extra[found, 0], extra[found, 1], extra[found, 2] = x, y, z
+            for k in range(9):
+                extra[found, 3 + k] = new_points[pairs, m, 6 + k]
+            extra[found, 12] = gap
+            found += 1
+            m += 1
+        if n > 0:
+            new_keys[pairs] = key
+            new_counts[pairs] = n
+            pairs += 1
+    ends[0] = pairs
+    return found
+
+
+def copy_point(points, pair, m, others, other_pair, other_m):
+    """Write a point over another."""
+    for k in range(15):
+        others[other_pair, other_m, k] = points[pair, m, k]
+
+
+def place_of(points, pair, n, fresh, reach):
+    """Return the point (of n) nearest to a new one on the first body, within reach; -1 for none."""
+    best = -1
+    least = reach * reach
+    for m in range(n):
+        far = 0.0
+        for k in range(3):
+            far += (points[pair, m, k] - fresh[k]) ** 2
+        if far < least:
+            least = far
+            best = m
+    return best
+
+
+def least_useful(points, pair, fresh, dist, xpos, xmat, one, two):
+    """Return the point of four that a new one replaces: not the deepest, so that the rest spans most area."""
+    deepest = -1
+    depth = dist
+    for m in range(MOST):
+        gap = located(points, pair, m, xpos, xmat, one, two)[0]
+        if gap < depth:
+            depth = gap
+            deepest = m
+    best = 0
+    largest = -1.0
+    for m in range(MOST):
+        if m == deepest:
+            continue
+        first = 1 if m == 0 else 0
+        last = 2 if m == 3 else 3
+        second = 1 if m > 1 else 2
+        x1 = fresh[0] - points[pair, first, 0]
+        y1 = fresh[1] - points[pair, first, 1]
+        z1 = fresh[2] - points[pair, first, 2]
+        x2 = points[pair, last, 0] - points[pair, second, 0]
+        y2 = points[pair, last, 1] - points[pair, second, 1]
+        z2 = points[pair, last, 2] - points[pair, second, 2]
+        area = (y1 * z2 - z1 * y2) ** 2 + (z1 * x2 - x1 * z2) ** 2 + (x1 * y2 - y1 * x2) ** 2
+        if area > largest:
+            largest = area
+            best = m
+    return best
+
+
+def located(points, pair, m, xpos, xmat, one, two):
+    """Return a kept point's gap (m), the square of how far it slid (m²), and its middle in the world (m)."""
+    px, py, pz = points[pair, m, 0], points[pair, m, 1], points[pair, m, 2]
+    qx, qy, qz = points[pair, m, 3], points[pair, m, 4], points[pair, m, 5]
+    nx, ny, nz = points[pair, m, 6], points[pair, m, 7], points[pair, m, 8]
+    ax = xpos[one, 0] + xmat[one, 0] * px + xmat[one, 1] * py + xmat[one, 2] * pz
+    ay = xpos[one, 1] + xmat[one, 3] * px + xmat[one, 4] * py + xmat[one, 5] * pz
+    az = xpos[one, 2] + xmat[one, 6] * px + xmat[one, 7] * py + xmat[one, 8] * pz
+    bx = xpos[two, 0] + xmat[two, 0] * qx + xmat[two, 1] * qy + xmat[two, 2] * qz
+    by = xpos[two, 1] + xmat[two, 3] * qx + xmat[two, 4] * qy + xmat[two, 5] * qz
+    bz = xpos[two, 2] + xmat[two, 6] * qx + xmat[two, 7] * qy + xmat[two, 8] * qz
+    gap = (bx - ax) * nx + (by - ay) * ny + (bz - az) * nz
+    sx, sy, sz = bx - ax - gap * nx, by - ay - gap * ny, bz - az - gap * nz
+    slid = sx * sx + sy * sy + sz * sz
+    return gap, slid, 0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz)
+
+
+@compiled("i8 f8[:,::1] f8[:,:] f8[:,:] f8[:]")
+def write_points(count, extra, position, frame, dist):  # pragma: no cover
+    """Write kept points over the last contacts, which are copies of others."""
+    first = position.shape[0] - count
+    for n in range(count):
+        for k in range(3):
+            position[first + n, k] = extra[n, k]
+        for k in range(9):
+            frame[first + n, k] = extra[n, 3 + k]
+        dist[first + n] = extra[n, 12]

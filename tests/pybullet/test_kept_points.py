@@ -1,0 +1,91 @@
+"""Contact points that pairs of hulls keep from step to step; the numbers are PyBullet 3.2.7's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import roboyard.pybullet as p
+
+CORNERS = [[x, y, z] for x in (-0.1, 0.1) for y in (-0.06, 0.06) for z in (-0.04, 0.04)]
+HEIGHTS = {0: 0.04737, 4: 0.04551, 7: 0.0427, 8: 0.04169, 9: 0.04055, 10: 0.04055, 239: 0.04099}
+FORCES = {0: [2.326], 4: [2.058], 7: [1.994], 8: [0.0, 13.69], 9: [0.0, 1.876], 10: [0.0, 26.808, 48.784]}
+"""Normal forces (N), in order of size, of a tilted hull that falls from one corner on the next."""
+
+
+def _tilted_hull() -> tuple[int, int]:
+    p.setGravity(0, 0, -9.81)
+    block = p.createCollisionShape(p.GEOM_BOX, halfExtents=[1, 1, 0.5])
+    ground = p.createMultiBody(0, block, basePosition=[0, 0, -0.5])
+    hull = p.createMultiBody(
+        1,
+        p.createCollisionShape(p.GEOM_MESH, vertices=CORNERS),
+        basePosition=[0, 0, 0.0475],
+        baseOrientation=p.getQuaternionFromEuler([0.03, 0.05, 0]),
+    )
+    p.changeDynamics(hull, -1, linearDamping=0, angularDamping=0)
+    return ground, hull
+
+
+def test_a_tilted_hull_comes_to_rest_corner_by_corner(client: int) -> None:
+    ground, hull = _tilted_hull()
+    for step in range(240):
+        p.stepSimulation()
+        points = p.getContactPoints(hull, ground)
+        if step in FORCES:
+            forces = sorted(point[9] for point in points)
+            np.testing.assert_allclose(forces, FORCES[step], rtol=0.04, atol=0.02)
+            for point in points:
+                np.testing.assert_allclose(point[7], (0, 0, 1), atol=1e-5)
+        if step in HEIGHTS:
+            height = p.getBasePositionAndOrientation(hull)[0][2]
+            assert height == pytest.approx(HEIGHTS[step], abs=3e-5)
+    points = p.getContactPoints(hull, ground)
+    assert len(points) == 4
+    assert sum(point[9] for point in points) == pytest.approx(9.81, rel=1e-3)
+
+
+def test_a_restored_state_has_the_points_of_its_moment(client: int) -> None:
+    _, hull = _tilted_hull()
+    for _ in range(10):
+        p.stepSimulation()
+    state = p.saveState()
+    runs = []
+    for _ in range(2):
+        p.restoreState(state)
+        run = []
+        for _ in range(30):
+            p.stepSimulation()
+            run.append(p.getBasePositionAndOrientation(hull))
+        runs.append(run)
+    assert runs[0] == runs[1]
+    assert len(p.getContactPoints(hull)) == 4
+
+
+def test_points_outlive_bodies_that_come_and_go(client: int) -> None:
+    ground, hull = _tilted_hull()
+    first = p.createMultiBody(1, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1] * 3), -1, [3, 0, 0.1])
+    for _ in range(60):
+        p.stepSimulation()
+    assert len(p.getContactPoints(hull, ground)) == 4
+    p.removeBody(first)
+    p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.3), -1, [-3, 0, 0.3])
+    p.stepSimulation()
+    assert len(p.getContactPoints(hull, ground)) == 4
+
+
+def test_points_end_where_the_body_is_put_elsewhere(client: int) -> None:
+    ground, hull = _tilted_hull()
+    for _ in range(60):
+        p.stepSimulation()
+    p.resetBasePositionAndOrientation(hull, [0.3, 0.3, 0.0475], p.getQuaternionFromEuler([0.03, 0.05, 0]))
+    p.stepSimulation()
+    assert len(p.getContactPoints(hull, ground)) == 1
+
+
+def test_contacts_are_detected_with_the_points_that_were_kept(client: int) -> None:
+    ground, hull = _tilted_hull()
+    for _ in range(60):
+        p.stepSimulation()
+    p.performCollisionDetection()
+    assert len(p.getContactPoints(hull, ground)) == 4
