@@ -24,6 +24,7 @@ OWN_FILES = {
     "roboyard.viewer.driving.panel": "a video that was written here",
     "roboyard.viewer.inspector.edits.save_edits": "a file that was read within bounds before",
     "roboyard.viewer.inspector.panels.save_panel": "a file that was read within bounds before",
+    "roboyard.viewer.timeline.time_folder": "a state log that was written here",
     "roboyard.untrusted.files": "the one place",
 }
 """Modules that read files of their own, and why."""

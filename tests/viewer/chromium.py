@@ -101,6 +101,19 @@ class Page:
         for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
             self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
+    def press(self, key: str) -> None:
+        """Press and release a named key, such as "Home"."""
+        codes = {"Home": 36, "End": 35, "ArrowLeft": 37, "ArrowRight": 39, "Enter": 13}
+        for kind in ("rawKeyDown", "keyUp"):
+            self._call(
+                "Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=codes[key]
+            )
+
+    def save_downloads_in(self, folder: Path) -> None:
+        """Store the files that the page lets the user download in a folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self._call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+
     def place_of(self, script: str, x: float = 0.5, y: float = 0.5) -> tuple[float, float] | None:
         """Return a point of the element of a JavaScript expression; None: there is no element."""
         box = self.evaluate(

@@ -26,6 +26,9 @@ from roboyard.viewer.scene.drawings import Drawing, Drawings
 from roboyard.viewer.scene.grab import Grab
 from roboyard.viewer.scene.scene_nodes import SceneNodes
 from roboyard.viewer.scene.snapshot import Links, PoseSender, Snapshot, corners_of, gather_links, take
+from roboyard.viewer.timeline.moments import Moments
+from roboyard.viewer.timeline.playback import Playback
+from roboyard.viewer.timeline.time_folder import TimeFolder
 
 if TYPE_CHECKING:
     from roboyard.sim import World
@@ -118,6 +121,12 @@ class Viewer:
         """Pauses, slows and single-steps the thread that steps the world, as the bar of the page asks."""
         self.bar = Bar(self.server, title, self._controls(), speed=None)
         """Bar of the page, with play, step, reset, speed, views, contact forces, pictures and films."""
+        self.moments = Moments()
+        """The last minute of the world, recorded while a page is open."""
+        self.playback = Playback(self.moments)
+        """Which recorded state the pages show."""
+        self.time_folder = TimeFolder(self.server.gui, self.moments, self.playback)
+        """The controls of `playback` in the panel."""
         self._arrows = ForceArrows(self.server.scene)
         self._pull = ForceArrows(self.server.scene, "pull", BLUE)
         if follow_steps:
@@ -178,6 +187,8 @@ class Viewer:
             return
         self._unfollow()
         self.world, self._revision = world, -1
+        self.playback.go_live()
+        self.moments.clear()
         if self._follow_steps:
             world.after_step.append(self._after_step)
         self.sync()
@@ -248,6 +259,8 @@ class Viewer:
             self.first_view.refit()
         forces = force_arrows(world, self._links) if self.bar.shows_forces else None
         self._latest = take(world, model, self._links, forces=forces, pull=self.grab.arrow())
+        if self.watchers:
+            self.moments.record(world, self._latest)
 
     # ------------------------------------------------------------------------------- in the server's threads
 
@@ -266,6 +279,8 @@ class Viewer:
         self.grab.drop(client.client_id)
         with self._counting:
             self.watchers -= 1
+            if not self.watchers:
+                self.playback.go_live()
 
     def _controls(self) -> Controls:
         """Return controls for a world that is stepped elsewhere."""
@@ -304,6 +319,7 @@ class Viewer:
                 self._publish()
                 if self._latest is not None:
                     self.bar.show_time(self._latest.time)
+                self.time_folder.tick()
             except Exception:
                 if self._closing.is_set():
                     return
@@ -312,7 +328,7 @@ class Viewer:
 
     def _publish(self) -> None:
         with self._publishing:
-            snapshot, drawing = self._latest, self._drawing
+            snapshot, drawing = self.playback.shown() or self._latest, self._drawing
             if snapshot is None or (snapshot is self._published and drawing is self._drawn):
                 return
             with self.server.atomic():

@@ -143,6 +143,7 @@ class DrivingSession:
         self.ik_handles = IkHandles(self.viewer, self.action_source)
         self.joysticks.show(self.action_source.joysticks)
         self._start = self.world.save_state()
+        self.viewer.time_folder.setup = self.scene_setup.setup
         self._panel.show_robot()
         self.set_follow(self._panel.follows_robot)
         self.show_status()

@@ -1,0 +1,1 @@
+"""The last minute of a shown world: recorded, shown again and saved."""
