@@ -25,6 +25,8 @@ FLAGS = (
         "--remote-debugging-port=0",
     ),
 )
+TRACK = "[...document.querySelectorAll('[class*=Slider-track]')].find(e => e.getClientRects().length)"
+"""JavaScript for the first slider that is not in a closed folder."""
 
 
 class Page:
@@ -96,6 +98,9 @@ class Page:
             deviceScaleFactor=1,
             mobile=False,
         )
+
+    def hover(self, x: float, y: float) -> None:
+        self._call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
 
     def click(self, x: float, y: float) -> None:
         for kind in ("mouseMoved", "mousePressed", "mouseReleased"):

@@ -69,7 +69,7 @@ def test_the_robot_is_shown_switched_and_moved(shown: tuple[Inspector, chromium.
     until(inspector, lambda: share(page.picture(), 1) > green + 0.002)
 
     page.click(*until(inspector, lambda: page.place_of(page.with_text("Move"))))
-    track = "document.querySelector('[class*=Slider-track]')"
+    track = chromium.TRACK
     place = until(inspector, lambda: page.place_of(track, x=0.75))
     until(inspector, lambda: page.place_of(track, x=0.75) == place)
     page.click(*page.place_of(track, x=0.75))

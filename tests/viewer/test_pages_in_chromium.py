@@ -91,9 +91,7 @@ def test_keys_and_joysticks_of_a_page_drive_the_robot(driving: tuple[DrivingPage
     until(drive.tick, lambda: page.evaluate(script) != seen)
 
     # a key typed into a field is ignored
-    number = (
-        "[...document.querySelectorAll('input')].find(e => e.inputMode === 'decimal' || e.type === 'number')"
-    )
+    number = "[...document.querySelectorAll('input[inputmode=decimal]')].find(e => e.getClientRects().length)"
     page.evaluate(f"({number}).focus()")
     key(page, "keyDown", "i")
     key(page, "keyUp", "i")

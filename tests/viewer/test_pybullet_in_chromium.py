@@ -117,7 +117,7 @@ def test_a_robot_is_shown_moved_and_drawn_on(window: Any, browse: Any, pendulum:
     run_until(lambda: window._viewer.watchers == 1)
     run_until(lambda: share(page, 0) > 0.005)  # the robot, by its pixels
 
-    track = "document.querySelector('[class*=Slider-track]')"
+    track = chromium.TRACK
     place = run_until(lambda: page.place_of(track, x=0.75))
     run_until(lambda: page.place_of(track, x=0.75) == place)
     page.click(*page.place_of(track, x=0.75))

@@ -184,3 +184,72 @@ def test_the_past_is_shown_replayed_and_left(shown: tuple[FallingArm, chromium.P
     time.sleep(0.3)
     until(lambda: np.abs(drawn(page, script.path) - script.tip.pose[0]).max() < 1e-3)
     assert float(page.evaluate(f"{SLIDER}.getAttribute('aria-valuenow')")) == 0.0
+
+
+def choose(page: chromium.Page, label: str, option: str) -> None:
+    """Choose an option of one of the panel's lists."""
+    labels = (
+        f"[...document.querySelectorAll('label')].find(l => l.textContent.trim() === {json.dumps(label)})"
+    )
+    field = f"document.getElementById({labels}?.htmlFor)"
+    until(lambda: page.evaluate(f"{field}?.getClientRects().length > 0"))
+    press(page, field)
+    options = "[...document.querySelectorAll('[role=option]')].filter(e => e.getClientRects().length)"
+    found = f"{options}.find(e => e.textContent.trim() === {json.dumps(option)})"
+    until(lambda: page.evaluate(f"!!{found}"))
+    press(page, found)
+    until(lambda: page.evaluate(f"{field}.value") == option)
+
+
+def plotted(page: chromium.Page, share: float) -> dict[str, float]:
+    """Return the legend of the plot under the mouse, at a share of its width: labels and values."""
+    place = until(lambda: page.place_of("document.querySelector('.u-over')", x=share))
+    page.hover(place[0] + 3, place[1])
+    page.hover(*place)
+    rows = until(
+        lambda: page.evaluate(
+            "[...document.querySelectorAll('.u-legend .u-series')].map(e =>"
+            "[e.querySelector('.u-label').textContent, e.querySelector('.u-value').textContent])"
+        )
+    )
+    if any(value == "--" for _, value in rows):
+        return {}
+    return {label: float(value.replace("\u2212", "-").replace(",", "")) for label, value in rows}
+
+
+def test_signals_are_plotted(shown: tuple[FallingArm, chromium.Page]) -> None:
+    script, page = shown
+    viewer = script.viewer
+    joint = script.arm.joint("joint2")
+    angles: list[tuple[float, float, float]] = []
+    script.world.after_step.append(
+        lambda: angles.append((script.world.time, float(joint.position), float(joint.velocity)))
+    )
+    open_folder(page, "Signals")
+    script.start()
+    until(lambda: script.world.time > 2.0)
+    script.viewer.gate.play(False)
+    time.sleep(0.5)
+    now = viewer.moments.all()[-1].snapshot.time
+    times = np.array([entry[0] for entry in angles])
+    for kind, label, column in (
+        ("joint position", "position (rad)", 1),
+        ("joint velocity", "velocity (rad/s)", 2),
+    ):
+        choose(page, "signal", kind)
+        choose(page, "of", "arm7/joint2")
+        until(lambda label=label: label in plotted(page, 0.3))
+        for share in (0.1, 0.5, 0.9):
+            seen = until(lambda share=share: plotted(page, share))
+            k = int(np.argmin(np.abs(times - (now + seen["s before now"]))))
+            near = [entry[column] for entry in angles[max(k - 2, 0) : k + 3]]  # the legend has few digits
+            assert min(near) - 0.01 <= seen[label] <= max(near) + 0.01
+
+    # while scrubbing the text has the value of the shown state
+    viewer.playback.scrub(1.0)
+    moment = viewer.playback.moment
+    assert moment is not None
+    speed = angles[int(np.argmin(np.abs(times - moment.snapshot.time)))][2]
+    until(lambda: f"velocity (rad/s): {speed:.4g}" in page.evaluate("document.body.textContent"))
+    choose(page, "signal", "(none)")
+    until(lambda: not page.evaluate("!!document.querySelector('.u-over')"))

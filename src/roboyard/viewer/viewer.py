@@ -28,6 +28,7 @@ from roboyard.viewer.scene.scene_nodes import SceneNodes
 from roboyard.viewer.scene.snapshot import Links, PoseSender, Snapshot, corners_of, gather_links, take
 from roboyard.viewer.timeline.moments import Moments
 from roboyard.viewer.timeline.playback import Playback
+from roboyard.viewer.timeline.signal_folder import SignalFolder
 from roboyard.viewer.timeline.time_folder import TimeFolder
 
 if TYPE_CHECKING:
@@ -127,6 +128,8 @@ class Viewer:
         """Which recorded state the pages show."""
         self.time_folder = TimeFolder(self.server.gui, self.moments, self.playback)
         """The controls of `playback` in the panel."""
+        self.signal_folder = SignalFolder(self.server.gui, self.moments, self.playback)
+        """A plot of a recorded signal in the panel."""
         self._arrows = ForceArrows(self.server.scene)
         self._pull = ForceArrows(self.server.scene, "pull", BLUE)
         if follow_steps:
@@ -189,6 +192,7 @@ class Viewer:
         self.world, self._revision = world, -1
         self.playback.go_live()
         self.moments.clear()
+        self.moments.sensors.clear()
         if self._follow_steps:
             world.after_step.append(self._after_step)
         self.sync()
@@ -320,6 +324,7 @@ class Viewer:
                 if self._latest is not None:
                     self.bar.show_time(self._latest.time)
                 self.time_folder.tick()
+                self.signal_folder.tick()
             except Exception:
                 if self._closing.is_set():
                     return

@@ -12,8 +12,10 @@ import numpy as np
 from roboyard.recording.columns import Columns, position_columns, velocity_columns
 from roboyard.transforms import Array
 from roboyard.viewer.scene.snapshot import Snapshot
+from roboyard.viewer.timeline.readings import Drives, Readings, drives_of, read
 
 if TYPE_CHECKING:
+    from roboyard.sensors import Sensor
     from roboyard.sim import World
 
 SPAN = 60.0
@@ -40,6 +42,8 @@ class Frames:
     """Columns of qpos."""
     velocity_columns: Columns
     """Columns of qvel."""
+    drives: Drives
+    """Joints with a drive."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, eq=False)
@@ -52,6 +56,8 @@ class Moment:
     """The state that a page shows; without `data`."""
     qvel: Array
     """(nv,) joint velocities (rad/s or m/s), as in MuJoCo."""
+    readings: Readings
+    """Efforts, targets, contact forces and sensors."""
     frames: Frames
     """Poses of frames in their parents."""
     timestep: float
@@ -74,6 +80,8 @@ class Moments:
         self._span, self._period, self._most_bytes = span, period, most_bytes
         self._kept: deque[Moment] = deque()
         self._lock = threading.Lock()
+        self.sensors: dict[str, Sensor] = {}
+        """Sensors to record, by name: those that return vectors, such as `Imu`."""
         self.nbytes = 0
         """Memory of all states (bytes), meshes and models that they share counted once."""
 
@@ -96,14 +104,16 @@ class Moments:
             clock = last.clock + (passed if passed > 0.0 else self._period)
         frames = _frames(world, last)
         qvel = np.array(world.data.qvel)
+        readings = read(world, snapshot.links, self.sensors)
         kept = replace(snapshot, data=None)
         moment = Moment(
             clock=clock,
             snapshot=kept,
             qvel=qvel,
+            readings=readings,
             frames=frames,
             timestep=world.timestep,
-            nbytes=qvel.nbytes + _new_bytes(kept, frames, last),
+            nbytes=qvel.nbytes + readings.nbytes + _new_bytes(kept, frames, last),
         )
         with self._lock:
             self._kept.append(moment)
@@ -133,15 +143,16 @@ def _frames(world: World, last: Moment | None) -> Frames:
         old = last.frames
         if np.array_equal(old.positions, model.body_pos) and np.array_equal(old.wxyz, model.body_quat):
             return old
-        columns = old.position_columns, old.velocity_columns
+        columns = old.position_columns, old.velocity_columns, old.drives
     else:
-        columns = position_columns(world), velocity_columns(world)
+        columns = position_columns(world), velocity_columns(world), drives_of(world)
     return Frames(
         revision=world.revision,
         positions=model.body_pos.copy(),
         wxyz=model.body_quat.copy(),
         position_columns=columns[0],
         velocity_columns=columns[1],
+        drives=columns[2],
     )
 
 
