@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from roboyard.description.robot_model import RobotModel
+from roboyard.description.semantic import REST
 from roboyard.export import python_configs, usd
 from roboyard.export.usd.naming import paths_of
 from roboyard.morphology.analyze import infer_semantics
@@ -94,3 +95,26 @@ def test_newton_starts_the_robot_at_rest(bundled: Callable[[str], RobotModel], t
             found[name] = builder.joint_target_kd[builder.joint_qd_start[joint]]
     assert found == pytest.approx(wanted) and len(found) == 4
     builder.finalize(device="cpu")
+
+
+def test_a_legged_robot_starts_on_its_bent_legs(
+    isaac_lab: None, bundled: Callable[[str], RobotModel], tmp_path: Path
+) -> None:
+    """MuJoCo finds contacts with the floor 1 mm below the start position, and none 1 mm above it."""
+    from roboyard.sim import World
+
+    robot = bundled("walker")
+    bent = {j.name: 0.5 * sum(limits) for j in robot.description.joints if (limits := j.position_limits())}
+    assert any(abs(position) > 0.3 for position in bent.values())
+    semantic = replace(infer_semantics(robot.description), postures={REST: bent})
+    robot = replace(robot, semantic=semantic)
+    config = run(python_configs.write(robot, tmp_path).files[0])[f"{robot.name.upper()}_CFG"]
+    for above, touches in ((-1e-3, True), (1e-3, False)):
+        world = World()
+        floor = world.add_plane()
+        body = world.add_description(robot.description, (0, 0, config.init_state.pos[2] + above))
+        for joint in body.joints:
+            if joint.is_scalar:
+                joint.position = bent.get(joint.name, 0.0)
+        world.detect_contacts()
+        assert bool(world.contacts(body, floor)) is touches

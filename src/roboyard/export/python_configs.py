@@ -18,15 +18,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from roboyard.export.export_result import ExportResult
 from roboyard.export.mjcf.joints import BANDWIDTH, INFINITE, moved_inertia
 from roboyard.export.names import identifier
+from roboyard.export.start import height_above_floor, joint_positions, rest_posture, standing
 from roboyard.export.usd.naming import paths_of
-from roboyard.morphology.bounds import robot_bounds
-from roboyard.morphology.upright import standing_orientation, turned
-from roboyard.transforms import matrix_from_quaternion
 
 if TYPE_CHECKING:
     from roboyard.description.robot_model import RobotModel
@@ -163,16 +159,14 @@ def write(robot: RobotModel, folder: Path | str) -> ExportResult:
 
 
 def _start(robot: RobotModel) -> _Start:
-    description, semantic = robot.description, robot.semantic
-    standing = standing_orientation(semantic) if semantic.base_link == description.root.name else None
-    rotation = standing or (0.0, 0.0, 0.0, 1.0)
+    semantic, names = robot.semantic, paths_of(robot).joints
     floating = semantic.base not in ("fixed", "none") and not semantic.virtual_joints
-    bounds = robot_bounds(turned(description, matrix_from_quaternion(np.array(rotation))))
-    height = 0.0 if bounds is None or not floating else round(-float(bounds[0, 2]), 4) + 0.0
-    locked = {} if robot.planning is None else robot.planning.lock_joints
-    names = paths_of(robot).joints
-    rest = {names[name]: float(value) for name, value in {**semantic.rest, **locked}.items() if name in names}
-    return _Start(position=(0.0, 0.0, height), rotation=rotation, rest=rest, floating=floating)
+    posture = rest_posture(robot)
+    height = height_above_floor(robot, joint_positions(robot, posture)) if floating else 0.0
+    rest = {names[name]: float(value) for name, value in posture.items() if name in names}
+    return _Start(
+        position=(0.0, 0.0, round(height, 4)), rotation=standing(robot), rest=rest, floating=floating
+    )
 
 
 def _gains(robot: RobotModel, names: Mapping[str, str]) -> dict[str, tuple[float, float]]:

@@ -19,10 +19,11 @@ from roboyard.export.export_result import ExportResult
 from roboyard.export.mjcf.assets import Assets
 from roboyard.export.mjcf.geoms import add_collisions, add_visuals
 from roboyard.export.mjcf.joints import add_actuators, add_joint
-from roboyard.export.mjcf.keyframes import add_keyframes, is_scalar, standing
+from roboyard.export.mjcf.keyframes import add_keyframes
 from roboyard.export.mjcf.loops import add_loops
 from roboyard.export.mjcf.xml import add, pose
 from roboyard.export.names import free_name
+from roboyard.export.start import is_scalar, standing
 from roboyard.transforms import to_wxyz
 
 if TYPE_CHECKING:

@@ -6,14 +6,16 @@ own axes. Errors are relative to the largest commanded speed along the same axis
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from roboyard.description.model import RobotDescription
 from roboyard.kinematics.description_poses import forward_kinematics
 from roboyard.robots import RegisteredRobot, Robot
 from roboyard.robots.control import DifferentialDriveController, HolonomicBaseJointController
-from roboyard.robots.stability.wheels import driven_wheels
+from roboyard.robots.definition.schema import TwoWheel
+from roboyard.robots.stability.wheels import Wheel, driven_wheels
 from roboyard.transforms import Array, conjugate, multiply, rotate
 from roboyard.validation.report import Curve, Gate
 from roboyard.validation.test_world import TestWorld, advance, zero_action
@@ -98,7 +100,7 @@ def drive_gates(test_world: TestWorld) -> tuple[Gate, ...]:
             threshold=MAX_ERROR,
             unit="of the speed",
             detail=f"{len(twists)} twists, mean of {MEASURED_SECONDS:g} s after {START_SECONDS:g} s",
-            findings=[*findings, *_sizes(test_world), *(_heavy_wheels(test_world) if findings else ())],
+            findings=[*findings, *_wheels(test_world, is_lost=bool(findings))],
             advice="wheel_radius and wheel_axle_length, links that touch the floor beside the wheels (list "
             "casters"
             " in floor_touching_base_link_names), and effort limits of the wheels",
@@ -188,11 +190,17 @@ def _text(twist: Array) -> str:
     return f"({', '.join(f'{v:.3f}' for v in linear)} m/s, {turn:.3f} rad/s)"
 
 
-def _sizes(test_world: TestWorld) -> list[str]:
+def _wheels(test_world: TestWorld, *, is_lost: bool) -> list[str]:
+    """Return findings about the sizes of the driven wheels and, where commands are lost, their inertia."""
+    definition, source = test_world.definition, test_world.source
+    description = source.description(definition) if isinstance(source, RegisteredRobot) else source
+    wheels = list(driven_wheels(definition, description).values())
+    found = _sizes(definition.two_wheel, wheels)
+    return found + _heavy(description, wheels) if is_lost else found
+
+
+def _sizes(block: TwoWheel | None, wheels: Sequence[Wheel]) -> list[str]:
     """Return findings about wheel sizes that differ between the definition and the shapes."""
-    block, source = test_world.definition.two_wheel, test_world.source
-    description = source.description(test_world.definition) if isinstance(source, RegisteredRobot) else source
-    wheels = list(driven_wheels(test_world.definition, description).values())
     if block is None or len(wheels) != 2:
         return []
     found = [
@@ -210,12 +218,9 @@ def _sizes(test_world: TestWorld) -> list[str]:
     return found
 
 
-def _heavy_wheels(test_world: TestWorld) -> list[str]:
-    """Return findings about wheels whose inertia is beyond that of any wheel of their mass and radius."""
-    source = test_world.source
-    description = source.description(test_world.definition) if isinstance(source, RegisteredRobot) else source
-    found = []
-    for wheel in driven_wheels(test_world.definition, description).values():
+def _heavy(description: RobotDescription, wheels: Sequence[Wheel]) -> list[str]:
+    """Return a finding about the first wheel whose inertia is beyond that of any wheel of its size."""
+    for wheel in wheels:
         inertial = description.link_by_name[wheel.link].inertial
         if inertial is None:
             continue
@@ -223,9 +228,9 @@ def _heavy_wheels(test_world: TestWorld) -> list[str]:
         about = float(axis @ inertial.matrix() @ axis)
         rim = inertial.mass * wheel.radius**2
         if about > WHEEL_INERTIA * rim:
-            found.append(
+            return [
                 f"link {wheel.link!r}: its inertia about the axle is {about:.2g} kg m²; its mass at the "
                 f"rim has {rim:.2g}, so that the base tips over its wheels when they accelerate; correct "
                 "<inertia>"
-            )
-    return found[:1]
+            ]
+    return []
