@@ -11,6 +11,7 @@ import pytest
 ray = pytest.importorskip("ray")
 
 import roboyard.envs as envs  # noqa: E402
+from roboyard.envs.ray_env import RayEnv  # noqa: E402
 from roboyard.errors import ConfigError  # noqa: E402
 
 pytestmark = pytest.mark.slow
@@ -56,3 +57,25 @@ def test_more_workers_than_environments_are_an_error(cluster: None) -> None:
         envs.make_vec("roboyard/Reach-v0", 2, backend="ray", workers=3)
     with pytest.raises(ConfigError, match="control"):
         envs.make_vec("roboyard/Reach-v0", 2, backend="ray", controll="tip")
+
+
+def _fails() -> Any:
+    raise ConfigError("this machine has no such robot")
+
+
+def test_an_error_of_the_task_is_raised_as_it_is_and_no_actor_is_tried_again(cluster: None) -> None:
+    with pytest.raises(ConfigError, match="this machine has no such robot") as raised:
+        RayEnv(_fails, 2, workers=2)
+    assert "Traceback" not in str(raised.value)
+
+
+def test_an_error_in_a_new_actor_is_not_called_a_death(cluster: None) -> None:
+    many = envs.make_vec("roboyard/Reach-v0", 2, backend="ray", workers=2)
+    many.reset(seed=0)
+    many._make = _fails
+    ray.kill(many._workers[1])
+    with pytest.raises(ConfigError, match="no such robot"):
+        for _ in range(50):  # until Ray knows
+            many.step(np.zeros((2, 7)))
+    assert many.restarts == 1
+    many.close()

@@ -7,6 +7,7 @@ process. An actor that dies is replaced: its environments start new episodes, th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, cast
 
@@ -59,6 +60,7 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         Raises:
             ConfigError: there are more workers than environments, or the task is wrong.
             MissingExtraError: Ray is not installed.
+            Exception: what the function raises in an actor.
         """
         check_count(num_envs)
         if not 1 <= workers <= num_envs:
@@ -74,7 +76,7 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         self._threads, self._modalities = threads, obs_modalities
         self._actor: Any = ray.remote(num_cpus=threads, max_restarts=0)(Worker)
         self._workers = [self._start(k) for k in range(workers)]
-        observation, action = ray.get(self._workers[0].spaces.remote())
+        observation, action = _answer(self._workers[0].spaces.remote())
         self.single_observation_space, self.single_action_space = observation, action
         self.observation_space = batch_space(observation, num_envs)
         self.action_space = batch_space(action, num_envs)
@@ -103,7 +105,7 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         observed = []
         for k, call in enumerate(calls):
             try:
-                observed.append(ray.get(call, timeout=WAIT))
+                observed.append(_answer(call))
             except RayError:
                 observed.append(self._replace(k, seed)[0])
         self._is_reset = True
@@ -122,9 +124,7 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         results: list[Any] = []
         for k, call in enumerate(calls):
             try:
-                results.append(ray.get(call, timeout=WAIT))
-            except RayTaskError as error:  # an error of the task, not of the actor
-                raise error.as_instanceof_cause() from None
+                results.append(_answer(call))
             except RayError:
                 part = self._parts[k]
                 restarted[part] = True
@@ -150,7 +150,7 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
             self._workers[k] = self._start(k)
             try:
                 given = seed if seed is None or isinstance(seed, int | np.integer) else seed[self._parts[k]]
-                return ray.get(self._workers[k].reset.remote(given), timeout=WAIT), {}
+                return _answer(self._workers[k].reset.remote(given)), {}
             except RayError:
                 continue
         raise RoboyardError(f"worker {k} died {ATTEMPTS} times while it started; see Ray's logs")
@@ -162,8 +162,22 @@ class RayEnv(VectorEnv[Any, np.ndarray, np.ndarray]):
         self._workers = []
 
 
+def _answer(call: Any) -> Any:
+    """Return the result of a call to an actor.
+
+    Raises:
+        Exception: what the task raised, in whichever actor.
+        RayError: the actor died or does not answer.
+    """
+    try:
+        return ray.get(call, timeout=WAIT)
+    except RayTaskError as error:
+        cause = error.cause
+        raise (cause if isinstance(cause, Exception) else RoboyardError(str(error))) from None
+
+
 class Worker:
-    """A batch of environments in an actor."""
+    """A batch of environments in an actor, built at the first call: an error then is the caller's."""
 
     def __init__(
         self,
@@ -173,7 +187,7 @@ class Worker:
         threads: int,
         modalities: Sequence[str] | None,
     ) -> None:
-        """Build the task and its copies.
+        """Note what to build.
 
         Args:
             make: returns the task.
@@ -182,9 +196,18 @@ class Worker:
             threads: of the processor.
             modalities: as in `BatchEnv`.
         """
+        self._make, self._count = make, count
+        self._options: dict[str, Any] = {
+            "threads": threads,
+            "obs_modalities": modalities,
+            "first_seed": first,
+        }
+
+    @cached_property
+    def _envs(self) -> Any:
         from roboyard.envs.vector_env import BatchEnv
 
-        self._envs = BatchEnv(make(), count, threads=threads, obs_modalities=modalities, first_seed=first)
+        return BatchEnv(self._make(), self._count, **self._options)
 
     def spaces(self) -> tuple[Any, Any]:
         """Return observation and action space of one environment."""
