@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from roboyard.envs.datasets.tables import FILE, pq, read_meta
+from roboyard.envs.datasets.tables import FILE, read_meta, read_table
 from roboyard.envs.datasets.writer import DatasetWriter
 from roboyard.envs.gym_env import TaskEnv
 from roboyard.envs.randomization.stored import from_plain, to_plain
 from roboyard.envs.registration import make_task
 from roboyard.errors import ConfigError
+
+PLACE = ("data/chunk_index", "data/file_index")
+"""Columns that name the file of an episode."""
 
 
 def record_episodes(
@@ -100,11 +103,13 @@ def replay_episode(folder: Path | str, number: int = 0) -> float:
     try:
         own = read_meta(root, "roboyard.json")
         seed, task, options = own["seeds"][number], own["task"], own["options"]
-        place = pq.read_table(root / "meta" / "episodes" / f"{FILE}.parquet").slice(number, 1).to_pylist()[0]
-        chunk, file = place["data/chunk_index"], place["data/file_index"]
-        table = pq.read_table(
+        found = read_table(root / "meta" / "episodes" / f"{FILE}.parquet", PLACE)
+        place = found.slice(number, 1).to_pylist()[0]
+        chunk, file = (int(place[name]) for name in PLACE)
+        table = read_table(
             root / "data" / f"chunk-{chunk:03d}" / f"file-{file:03d}.parquet",
-            columns=["observation.state", "action"],
+            ["observation.state", "action"],
+            only=True,
             filters=[("episode_index", "=", number)],
         )
     except (OSError, KeyError, IndexError, ValueError, TypeError) as error:

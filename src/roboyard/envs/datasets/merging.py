@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from roboyard.envs.datasets.statistics import merged_statistics
-from roboyard.envs.datasets.tables import FILE, pa, pq, read_meta, task_table, write_json
+from roboyard.envs.datasets.tables import FILE, pa, pq, read_meta, read_table, task_table, write_json
 from roboyard.errors import ConfigError
 
 CHUNK = 1000
 """Files in a folder."""
+EPISODE = ("episode_index", "tasks", "dataset_from_index", "dataset_to_index")
+"""Columns that an episode must have."""
 
 
 def merge_datasets(folder: Path | str, parts: Sequence[Path | str]) -> Path:
@@ -51,7 +53,7 @@ def merge_datasets(folder: Path | str, parts: Sequence[Path | str]) -> Path:
     frames = 0
     (partial / "meta" / "episodes" / "chunk-000").mkdir(parents=True)
     for number, source in enumerate(sources):
-        rows = pq.read_table(source / "meta" / "episodes" / f"{FILE}.parquet").to_pylist()
+        rows = read_table(source / "meta" / "episodes" / f"{FILE}.parquet", EPISODE).to_pylist()
         moved = {"chunk_index": number // CHUNK, "file_index": number % CHUNK}
         for row in rows:
             for text in row["tasks"]:
@@ -97,7 +99,7 @@ def _write_data(
     source: Path, target: Path, rows: Sequence[Any], episode: int, frame: int, tasks: dict[str, int]
 ) -> None:
     """Write the steps of a part with indices that count on."""
-    table = pq.read_table(source / "data" / f"{FILE}.parquet")
+    table = read_table(source / "data" / f"{FILE}.parquet", ("episode_index", "index", "task_index"))
     own = table["episode_index"].to_numpy()
     task_of = [tasks[row["tasks"][0]] for row in rows]
     changed = {
