@@ -138,8 +138,8 @@ def _register(task_id: str) -> None:
         return
     gymnasium.register(
         task_id,
-        entry_point=make_env,
-        vector_entry_point=_make_vector,
+        entry_point=f"{__name__}:{make_env.__name__}",
+        vector_entry_point=f"{__name__}:{_make_vector.__name__}",
         kwargs={"task_id": task_id},
         disable_env_checker=False,
     )
