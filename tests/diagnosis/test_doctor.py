@@ -24,6 +24,11 @@ def test_each_required_package_is_named_with_its_installed_version() -> None:
     assert {f"extra {extra}" for extra in EXTRAS} <= checks.keys()
 
 
+def test_every_extra_for_users_is_reported() -> None:
+    provided = set(metadata.metadata("roboyard").get_all("Provides-Extra") or ())
+    assert set(EXTRAS) == provided - {"test", "test-all", "docs", "dev"}
+
+
 def test_a_missing_and_an_old_package_name_the_command_that_installs_it() -> None:
     missing = _required(Requirement("no-such-package>=2,<3"))
     assert (missing.status, missing.detail) == ("failed", "no-such-package is not installed")

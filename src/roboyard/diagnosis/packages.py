@@ -18,6 +18,11 @@ EXTRAS = {
     "convex": "collision shapes by CoACD",
     "video": "MP4 films",
     "torch": "controllers on tensors",
+    "learn": "training with Stable-Baselines3",
+    "datasets": "episodes in LeRobot's layout",
+    "minari": "episodes for Minari",
+    "cluster": "environments and imports on Ray",
+    "warp": "environments on MuJoCo Warp",
 }
 """Extra to what it is for."""
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
