@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import time
 import urllib.request
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,17 @@ FLAGS = (
 )
 TRACK = "[...document.querySelectorAll('[class*=Slider-track]')].find(e => e.getClientRects().length)"
 """JavaScript for the first slider that is not in a closed folder."""
+
+
+def until(so: Callable[[], Any], seconds: float = 60.0, tick: Callable[[], None] | None = None) -> Any:
+    """Return what a function returns once it is true; run `tick` meanwhile. Fails if that takes too long."""
+    end = time.monotonic() + seconds
+    while not (found := so()):
+        assert time.monotonic() < end, "waited in vain"
+        if tick is not None:
+            tick()
+        time.sleep(0.03)
+    return found
 
 
 class Page:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +15,7 @@ from roboyard.viewer.inspector.robot_source import RobotSource
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
+from chromium import until
 
 pytestmark = [
     pytest.mark.slow,
@@ -37,15 +36,6 @@ LABEL = """(() => {
   probe.remove();
   return [getComputedStyle(found).color, ground].map(c => c.match(/[0-9.]+/g).slice(0, 3).map(Number));
 })()"""
-
-
-def until(so: Callable[[], Any], tick: Callable[[], None], seconds: float = 60.0) -> Any:
-    end = time.monotonic() + seconds
-    while not (found := so()):
-        assert time.monotonic() < end, "waited in vain"
-        tick()
-        time.sleep(0.03)
-    return found
 
 
 def contrast(page: chromium.Page) -> float:

@@ -24,21 +24,12 @@ from roboyard.viewer.inspector.robot_source import RobotSource
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
+from chromium import until
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(chromium.PROGRAM is None, reason="needs Chromium"),
 ]
-
-
-def until(so: Callable[[], Any], seconds: float = 40.0, tick: Callable[[], None] | None = None) -> Any:
-    end = time.monotonic() + seconds
-    while not (found := so()):
-        assert time.monotonic() < end, "waited in vain"
-        if tick is not None:
-            tick()
-        time.sleep(0.03)
-    return found
 
 
 def bar(kind: str) -> str:

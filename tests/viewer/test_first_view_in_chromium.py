@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,20 +21,13 @@ from roboyard.viewer.driving import DrivingPage
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
+from chromium import until
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(chromium.PROGRAM is None, reason="needs Chromium"),
 ]
 MARGIN = FILL + 0.03
-
-
-def until(so: Callable[[], Any], seconds: float = 40.0) -> Any:
-    end = time.monotonic() + seconds
-    while not (found := so()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.05)
-    return found
 
 
 def world_of(robot: str) -> World:

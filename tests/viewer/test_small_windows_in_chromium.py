@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from roboyard.viewer import Viewer
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
+from chromium import until
 
 pytestmark = [
     pytest.mark.slow,
@@ -31,14 +31,6 @@ BOXES = """(() => {
   return {bar: box(bar), canvas: box(canvas), inner: [innerWidth, innerHeight],
     controls: [...bar.children].map(box)};
 })()"""
-
-
-def until(so: Callable[[], Any], seconds: float = 60.0) -> Any:
-    end = time.monotonic() + seconds
-    while not (found := so()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.05)
-    return found
 
 
 @pytest.fixture

@@ -6,9 +6,8 @@ import json
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +21,7 @@ from roboyard.viewer import Viewer
 
 sys.path.insert(0, str(Path(__file__).parent))
 import chromium
+from chromium import until
 
 pytestmark = [
     pytest.mark.slow,
@@ -29,14 +29,6 @@ pytestmark = [
 ]
 
 SLIDER = "document.querySelector('[role=slider][aria-label^=Time]')"
-
-
-def until(so: Callable[[], Any], seconds: float = 40.0) -> Any:
-    end = time.monotonic() + seconds
-    while not (found := so()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.03)
-    return found
 
 
 class FallingArm:

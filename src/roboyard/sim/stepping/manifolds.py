@@ -100,10 +100,13 @@ class Manifolds:
         found = self._keep(bound, data, margins, reaches)
         if not found:
             return False
+        added = 0
         for source in self._source[:found].tolist():
-            mujoco.mj_addContact(model, data, data.contact[source])
+            if mujoco.mj_addContact(model, data, data.contact[source]):
+                break  # MuJoCo's memory is full; it has warned, and grows before the next step
+            added += 1
         contact = data.contact
-        kernels().write_points(found, self._extra, contact.pos, contact.frame, contact.dist)
+        kernels().write_points(added, self._extra, contact.pos, contact.frame, contact.dist)
         return True
 
     def _keep(self, bound: _Bound, data: Any, margins: Array, reaches: Array) -> int:
@@ -112,6 +115,7 @@ class Manifolds:
         count = data.ncon
         if len(self._next.keys) < count:
             self._next = _Table(2 * count)
+        if len(self._source) < 4 * count:
             self._source, self._extra = np.zeros(8 * count, np.int32), np.zeros((8 * count, 13))
         now, following = self._now, self._next
         found = kernels().keep_points(
