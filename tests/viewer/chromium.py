@@ -89,6 +89,13 @@ class Page:
         """Return the value of a JavaScript expression."""
         return self._call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")
 
+    def choose_quality(self, name: str) -> bool:
+        """Choose the quality of the picture; return whether the bar was there, with a quality of its own."""
+        return self.evaluate(
+            "((s, k) => !!s?.dataset.chosen && (s.value = k, s.dispatchEvent(new Event('change')), true))"
+            f"(document.querySelector('[data-bar=quality]'), {name!r})"
+        )
+
     def picture(self) -> np.ndarray:
         """Return the page as (h, w, 3) int16."""
         from PIL import Image

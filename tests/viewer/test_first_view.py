@@ -107,10 +107,7 @@ def test_the_page_and_a_picture_agree_on_light(tmp_path: Path) -> None:
                 clients = list(viewer.server.get_clients().values())
                 if not clients:
                     continue
-                page.evaluate(
-                    "(s => { s.value = 'normal'; s.dispatchEvent(new Event('change')); })"
-                    "(document.querySelector('[data-bar=quality]'))"  # with shadows
-                )
+                page.choose_quality("normal")  # with shadows
                 camera = clients[0].camera
                 seen = Camera.look_at(
                     camera.position,

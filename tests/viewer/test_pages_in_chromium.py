@@ -123,10 +123,7 @@ def test_an_edit_on_the_page_is_in_the_file(gripper: Path, tmp_path: Path) -> No
         until(inspector.tick, lambda: inspector.viewer.watchers == 1)
         click("sensors and tools")
         until(inspector.tick, lambda: inspector.overlays.is_on("sensors and tools"))
-        page.evaluate(
-            "(s => { s.value = 'normal'; s.dispatchEvent(new Event('change')); })"
-            "(document.querySelector('[data-bar=quality]'))"  # thin lines in full resolution
-        )
+        until(inspector.tick, lambda: page.choose_quality("normal"))  # thin lines in full resolution
         orange = [240, 140, 20]
 
         def orange_pixels() -> bool:
@@ -187,10 +184,7 @@ def test_every_switch_changes_the_picture(gripper: Path, tmp_path: Path) -> None
             inspector.tick(1 / 60)
         inspector.play(False)
         until(inspector.tick, lambda: page.place_of(page.with_text("contacts")))
-        page.evaluate(
-            "(s => { s.value = 'normal'; s.dispatchEvent(new Event('change')); })"
-            "(document.querySelector('[data-bar=quality]'))"  # thin lines in full resolution
-        )
+        until(inspector.tick, lambda: page.choose_quality("normal"))  # thin lines in full resolution
         for label, box in inspector.switches.items():
             before, was = still(), bool(box.value)
             page.click(*page.place_of(page.with_text(label)))
