@@ -76,7 +76,7 @@ clean:
 # One stamp for each set of requirements, so that a second run installs nothing.
 $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 	@echo "installing Roboyard into $(VENV) (a minute or two the first time)"
-	$(PIP_INSTALL) -e .
+	$(PIP_INSTALL) -e ".[gui]"
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed

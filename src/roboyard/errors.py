@@ -13,6 +13,7 @@ Messages have one line: `file:line: element: cause; remedy`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -82,7 +83,22 @@ class MissingExtraError(RoboyardError):
     """An optional dependency is not installed."""
 
     def __init__(self, package: str, extra: str, what_for: str) -> None:
-        super().__init__(f'{what_for} needs {package}; install it with: pip install "roboyard[{extra}]"')
+        super().__init__(f'{what_for} needs {package}; install the extra "{extra}": {install_command(extra)}')
+
+
+def install_command(extra: str) -> str:
+    """Return the command that installs the packages of an extra, however Roboyard itself was installed."""
+    from importlib import metadata
+
+    try:
+        requirements = metadata.requires("roboyard") or []
+    except metadata.PackageNotFoundError:
+        requirements = []
+    marked = (line.partition(";") for line in requirements)
+    wanted = [
+        name.strip() for name, _, marker in marked if re.search(rf"extra\s*==\s*['\"]{extra}['\"]", marker)
+    ]
+    return "pip install " + " ".join(f'"{name}"' for name in wanted or [f"roboyard[{extra}]"])
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> str:

@@ -414,4 +414,4 @@ def test_without_openusd_the_error_names_the_extra(tmp_path: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert "roboyard[usd]" in done.stderr
+    assert 'the extra "usd": pip install "usd-core' in done.stderr

@@ -84,7 +84,7 @@ def test_without_viser_a_window_says_once_how_to_install_it(
         p.disconnect(number)
     said = capsys.readouterr().err
     assert said.count("roboyard:") == 1
-    assert "roboyard[gui]" in said
+    assert 'the extra "gui": pip install "viser' in said
 
 
 def test_clients_are_independent(client: int) -> None:

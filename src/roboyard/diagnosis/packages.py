@@ -11,6 +11,7 @@ from importlib import metadata
 from packaging.requirements import Requirement
 
 from roboyard.diagnosis.check import Check
+from roboyard.errors import install_command
 
 EXTRAS = {
     "gui": "pages in the browser: view, drive --browser, connect(GUI)",
@@ -76,9 +77,7 @@ def _extra(extra: str, what_for: str, requirements: list[Requirement]) -> Check:
         name=f"extra {extra}",
         status="missing" if problems else "ok",
         detail=f"{what_for}; {problems[0] if problems else versions}",
-        remedy=f'pip install "roboyard[{extra}]", or pip install ".[{extra}]" in a checkout'
-        if problems
-        else "",
+        remedy=install_command(extra) if problems else "",
     )
 
 

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
+from roboyard.errors import install_command
 from roboyard.pybullet.face.errors import failure
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def open_video(client: Client, name: str, frames_per_second: float = FRAMES_PER_
         from imageio_ffmpeg import write_frames
     except ImportError:
         print(
-            f"roboyard: {name} is not written; videos need an encoder: pip install 'roboyard[video]'",
+            f"roboyard: {name} is not written; videos need an encoder: {install_command('video')}",
             file=sys.stderr,
         )
         return _NoVideo()

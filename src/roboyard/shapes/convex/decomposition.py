@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 
-from roboyard.errors import ConfigError, unknown_name
+from roboyard.errors import ConfigError, install_command, unknown_name
 from roboyard.shapes.cache import content_key, load_arrays, store_arrays
 from roboyard.shapes.convex import coacd_process
 from roboyard.shapes.convex.box_splitter import split_convex
@@ -206,7 +206,7 @@ def _needs_coacd(method: str, grid: VoxelGrid, notes: list[str]) -> tuple[bool, 
         notes.append("open shell: split without coacd, which needs a closed inside")
         return False, True
     if not coacd_process.is_installed():
-        notes.append('split without coacd, which is not installed: pip install "roboyard[convex]"')
+        notes.append(f"split without coacd, which is not installed: {install_command('convex')}")
         return False, False
     return True, True
 

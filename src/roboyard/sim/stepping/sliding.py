@@ -9,13 +9,12 @@ import numpy as np
 
 from roboyard._lazy import lazy_module
 from roboyard.sim.body import Body
+from roboyard.sim.build.solver_options import PILE_DOFS
 from roboyard.sim.engine import Engine
 
 kernels = lazy_module("roboyard.sim.stepping.sliding_kernels")
 
 ITERATIONS = 4
-PILE_ITERATIONS = 2
-"""Corrections in a step of a pile, whose solver stops before it has converged."""
 TOLERANCE = 1e-3
 """Tolerance of the normal velocity of a sliding contact (m/s)."""
 SLOW = 0.05
@@ -27,14 +26,16 @@ _AT_REST = (0.2 * SLOW) ** 2
 class SlidingContacts:
     """Watches the slip of a world's soft contacts and solves the steps in which they slide.
 
-    MuJoCo's solver minimises over a convex friction cone, and its contacts separate at mu times their slip: a
-    box that slides at 4 m/s hops by 0.2 m. Lowering the reference acceleration of the normal by what the
-    tangents add (de Saxce's correction) removes that. It needs the solution, so the solver runs two or three
-    times while contacts slide, and once where nothing does. Contacts of the base links of bodies that move
-    freely are corrected: objects, and robots that slide on their base; so are those of wheels on the base,
-    which slide sideways where a robot with several axles turns. Those of other links behind joints are left
-    to MuJoCo, since a limb that is thrown against the ground may wedge, where no solution without lift
-    exists, and so are those of MJCF files, which move as in MuJoCo alone.
+    MuJoCo's solver minimises over a convex friction cone, and its contacts separate at mu times their
+    slip: a box that slides at 4 m/s hops by 0.2 m. Lowering the reference acceleration of the normal by
+    what the tangents add (de Saxce's correction) removes that. It needs the solution, so the solver runs
+    two or three times while contacts slide, and once where nothing does, or in piles: their solver stops
+    before it has converged, and corrections of what is not a solution lift more than the estimate does.
+    Contacts of the base links of bodies that move freely are corrected: objects, and robots that slide on
+    their base; so are those of wheels on the base, which slide sideways where a robot with several axles
+    turns. Those of other links behind joints are left to MuJoCo, since a limb that is thrown against the
+    ground may wedge, where no solution without lift exists, and so are those of MJCF files, which move as
+    in MuJoCo alone.
     """
 
     def __init__(self, world: Engine[Body]) -> None:
@@ -82,21 +83,22 @@ class SlidingContacts:
             self._robot_speeds = [data.qvel[body.free_dof : body.free_dof + 6] for body in moving]
         return exempt.astype(np.uint8)
 
-    def prepare(self, data: Any) -> None:
+    def prepare(self, model: Any, data: Any) -> None:
         """Estimate the correction, before the solver."""
         count = data.nefc
         if len(self._base) < count:
             self._base, self._acceleration = np.zeros(2 * count), np.zeros(2 * count)
-        contact = data.contact
+        contact, gravity = data.contact, float(np.linalg.norm(model.opt.gravity))
         rows = self._exempt, contact.geom, contact.dim, contact.efc_address, contact.friction
-        kernels().estimate_lift(*rows, self._base, data.efc_aref)
+        kernels().estimate_lift(*rows, gravity, self._base, data.efc_aref)
 
     def correct(self, model: Any, data: Any, timestep: float) -> None:
         """Correct sliding contacts and solve again until they agree, after the solver."""
+        if model.opt.solver == mujoco.mjtSolver.mjSOL_CG and model.nv >= PILE_DOFS:
+            return
         contact, acceleration = data.contact, self._acceleration[: data.nefc]
         rows = self._exempt, contact.geom, contact.dim, contact.efc_address, contact.friction
-        in_pile = model.opt.solver == mujoco.mjtSolver.mjSOL_CG
-        for _ in range(PILE_ITERATIONS if in_pile else ITERATIONS):
+        for _ in range(ITERATIONS):
             mujoco.mj_mulJacVec(model, data, acceleration, data.qacc)
             change = kernels().remove_lift(
                 *rows, acceleration, data.efc_force, timestep, self._base, data.efc_aref

@@ -6,6 +6,9 @@ import numpy as np
 
 from roboyard.native import compiled
 
+SHARE = 0.5
+"""Of the braking that its weight gives a body. With all of it bodies hop; with none they sink deeper."""
+
 
 @compiled("u1[:] i4[:,:] i4[:] i4[:] f8[:] -> f8")
 def largest_slip(exempt, geom, dim, address, velocity):  # pragma: no cover
@@ -24,11 +27,12 @@ def largest_slip(exempt, geom, dim, address, velocity):  # pragma: no cover
     return np.sqrt(largest)
 
 
-@compiled("u1[:] i4[:,:] i4[:] i4[:] f8[:,:] f8[:] f8[:]")
-def estimate_lift(exempt, geom, dim, address, friction, base, aref):  # pragma: no cover
-    """Lower the normal references of all contacts as if their tangents kept their velocity.
+@compiled("u1[:] i4[:,:] i4[:] i4[:] f8[:,:] f8 f8[:] f8[:]")
+def estimate_lift(exempt, geom, dim, address, friction, gravity, base, aref):  # pragma: no cover
+    """Lower the normal references of all contacts as if friction slowed a body down that its weight presses.
 
     base: (nefc,) receives the normal references as they were. friction: (ncon, 5) coefficients.
+    gravity: m/s^2.
     """
     for i in range(address.shape[0]):
         row, a, b = address[i], geom[i, 0], geom[i, 1]
@@ -38,7 +42,7 @@ def estimate_lift(exempt, geom, dim, address, friction, base, aref):  # pragma: 
         total = 0.0
         for k in range(1, dim[i]):
             total += (friction[i, k - 1] * aref[row + k]) ** 2
-        aref[row] -= np.sqrt(total)
+        aref[row] -= max(0.0, np.sqrt(total) - SHARE * friction[i, 0] ** 2 * gravity)
 
 
 @compiled("u1[:] i4[:,:] i4[:] i4[:] f8[:,:] f8[:] f8[:] f8 f8[:] f8[:] -> f8")

@@ -243,7 +243,7 @@ class Stepping:
         if self._is_bounded:
             self.constraints.free_axes(model, data)
         if slides:
-            self.sliding.prepare(data)
+            self.sliding.prepare(model, data)
         mujoco.mj_fwdActuation(model, data)
         mujoco.mj_fwdAcceleration(model, data)
         if self._has_motors:
